@@ -51,7 +51,7 @@ class FawkesComponent(Component):
     def _list_plugins(self) -> list[Plugin]:
         """Return the components that clients of a daemon can stop, as plugins."""
         return [
-            Plugin(node.name, node.description, node.state is State.ACTIVE)
-            for node in self._daemon.lifecycle.nodes
-            if not node.steady
+            Plugin(component.name, component.description, component.state is State.ACTIVE)
+            for component in self._daemon.lifecycle.nodes
+            if not component.steady
         ]

@@ -49,7 +49,7 @@ class RemoteSkiller:
         patience_s: float = PATIENCE_S,
     ) -> None:
         self.url = url
-        self._was_there = False
+        self._was_found = False
         self._loss_reason = ""
         self._remote = connect(url)
         names = (url, "here")
@@ -70,17 +70,17 @@ class RemoteSkiller:
             if time.monotonic() >= end_s:
                 raise SkillerError(
                     f"there is no Skiller at {self.url}",
-                    hint="is its skiller running there? see 'cxbridge bb list --connect URL'",
+                    hint="is a Skiller running there? see 'cxbridge bb list --connect URL'",
                 )
             time.sleep(_POLL_S)
-        self._was_there = True
+        self._was_found = True
 
     def _has_skiller(self) -> bool:
         return any(mirror.uid.startswith("SkillerInterface::") for mirror in self._gateway.mirrors())
 
     def _note_end(self, _uid: str, reason: str) -> None:
         """Record the end of a mirrored interface. Called in the gateway's thread."""
-        if self._was_there and not self._loss_reason and not self._has_skiller():
+        if self._was_found and not self._loss_reason and not self._has_skiller():
             self._loss_reason = (
                 f"the Skiller at {self.url} is gone, and with it the skills under way: {reason}"
             )

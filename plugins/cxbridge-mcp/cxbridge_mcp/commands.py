@@ -50,7 +50,9 @@ async def run_command(*arguments: str, timeout_s: float) -> tuple[int, str]:
     status = process.returncode or 0
     if status >= _MIN_ERROR_STATUS and status != _TIMEOUT_STATUS:
         raise CxbridgeError(
-            errors.strip().removeprefix("cxbridge: error: ") or output.strip() or f"status {status}"
+            errors.strip().removeprefix("cxbridge: error: ")
+            or output.strip()
+            or f"'cxbridge {arguments[0]}' ended with the status {status}"
         )
     return status, output.strip() or errors.strip()
 

@@ -18,6 +18,8 @@ from cxbridge_mcp.recordings import MAX_ROWS, cut_answer
 
 _ANSWER_TIMEOUT_S: Final = 30.0
 _OWNER: Final = "mcp"
+_ANY_KIND: Final = ""  # an explanation may be of a goal or of a rule
+_MAX_RULES: Final = 1  # the fired rules that an explanation lists before each step of a goal
 
 
 class DaemonTools:
@@ -29,8 +31,8 @@ class DaemonTools:
 
     def __init__(self, url: str, allowed: Iterable[str]) -> None:
         self._url = url
-        read_only = (name for name, right in verbs().items() if right is Right.LOOK)
-        self._operations = {*read_only, *allowed}
+        reading_operations = (name for name, right in verbs().items() if right is Right.LOOK)
+        self._operations = {*reading_operations, *allowed}
 
     def daemon_status(self) -> dict[str, Any]:
         """Return the state of the daemon and of its components."""
@@ -84,7 +86,7 @@ class DaemonTools:
         :param name: a goal's id, a class of goals, or a rule.
         """
         with cx.connect(self._url) as board:
-            reply = ask_why(board, name, "", 1, _ANSWER_TIMEOUT_S)
+            reply = ask_why(board, name, _ANY_KIND, _MAX_RULES, _ANSWER_TIMEOUT_S)
         if reply is None:
             raise CxbridgeError("the daemon has not answered in time", hint="see daemon_status")
         return cut_answer("\n".join(reply["lines"]))

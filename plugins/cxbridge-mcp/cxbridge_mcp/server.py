@@ -1,4 +1,4 @@
-"""Makes the server: its tools, and which of them the user allows."""
+"""Makes the server with the tools that the user allows."""
 
 from __future__ import annotations
 

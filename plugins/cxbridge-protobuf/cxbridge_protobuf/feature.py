@@ -93,7 +93,10 @@ def make_feature(context: Run) -> ProtobufFeature:
 
 
 class ProtobufState:
-    """The feature's state in an environment: its message types, messages and connections."""
+    """The feature's state in an environment: its message types, messages and connections.
+
+    The texts of log lines are those of Fawkes, where Fawkes logs the same problem.
+    """
 
     def __init__(
         self, env: ClipsEnvironment, settings: ProtobufSettings, make_connections: MakeConnections | None

@@ -1,6 +1,6 @@
-;;; Messages that came in over the network, and connections. See docs/evidence/protocol-protobuf.md.
+;;; Templates of received messages. See docs/evidence/protocol-protobuf.md.
 
-(deftemplate protobuf-msg "A message. A rule that wants to keep it makes another reference (pb-ref)."
+(deftemplate protobuf-msg "A received message. A rule that keeps the message makes another reference (pb-ref)."
   (slot type (type STRING))                             ; full name
   (slot comp-id (type INTEGER)) (slot msg-type (type INTEGER))
   (slot rcvd-via (type SYMBOL) (allowed-values STREAM BROADCAST))
@@ -9,13 +9,13 @@
   (slot client-type (type SYMBOL) (allowed-values SERVER CLIENT PEER))
   (slot client-id (type INTEGER)) (slot ptr (type EXTERNAL-ADDRESS)))
 
-(deftemplate protobuf-receive-failed "What a server sent to a client of ours was no known message."
+(deftemplate protobuf-receive-failed "A client of the agent has received an unknown or invalid message."
   (slot comp-id (type INTEGER)) (slot msg-type (type INTEGER))
   (slot rcvd-via (type SYMBOL) (allowed-values STREAM BROADCAST))
   (multislot rcvd-from (cardinality 2 2))
   (slot client-id (type INTEGER)) (slot message (type STRING)))
 
-(deftemplate protobuf-server-receive-failed "What a client sent to our server was no known message."
+(deftemplate protobuf-server-receive-failed "The server of the agent has received an unknown or invalid message."
   (slot comp-id (type INTEGER)) (slot msg-type (type INTEGER))
   (slot rcvd-via (type SYMBOL) (allowed-values STREAM BROADCAST))
   (multislot rcvd-from (cardinality 2 2))
@@ -26,7 +26,7 @@
 (deffunction pb-print-failed (?what ?component ?type ?host ?port ?message)
   (printout t ?what " rcv fail for " ?component ":" ?type " from " ?host ":" ?port ": " ?message crlf))
 
-;; After all rules of the agent, nobody wants these any more.
+;; These rules delete received messages after all rules of the agent, since CLIPS keeps facts forever.
 
 (defrule protobuf-cleanup-receive-failed
   (declare (salience -4000))

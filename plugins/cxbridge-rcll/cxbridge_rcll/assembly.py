@@ -63,10 +63,10 @@ class LeagueTeam(Team):
     def __init__(self, setup: GameSetup, additions: Additions) -> None:
         self.referee = setup.referee
 
-        def make_factories(name: str) -> Sequence[MakeComponent]:
+        def make_factories(robot: str) -> Sequence[MakeComponent]:
             # the first agent has the referee, which all agents share
-            referee = setup.referee_factories() if name == setup.robots[0] else ()
-            return (*referee, setup.interface_factory({name: ""}))
+            referee = setup.referee_factories() if robot == setup.robots[0] else ()
+            return (*referee, setup.interface_factory({robot: ""}))
 
         super().__init__(
             setup.run_options, setup.base, setup.robots, None, setup.extend(additions), make_factories
@@ -111,10 +111,11 @@ class GameSetup:
     def _configure_robots(self, config: Configuration, spec: str) -> list[str]:
         """Add the robots to the configuration, and return their names."""
         if self.is_team:
-            routes = [
+            # the routes of a team have the names of its robots; both teams have the same robots
+            robots_by_team = [
                 config.keys(f"{spec}/{_ROUTES_PATH}/{team}") for team in config.keys(f"{spec}/{_ROUTES_PATH}")
             ]
-            names = next(filter(None, routes), list(_ROBOT_NAMES))
+            names = next(filter(None, robots_by_team), list(_ROBOT_NAMES))
             for number, name in enumerate(names, start=1):
                 robot_tree = f"{AGENTS}/{name}/config"
                 config.set(f"{robot_tree}{AGENT_NAME}", name)
@@ -137,8 +138,8 @@ class GameSetup:
 
     def referee_factories(self) -> Iterator[MakeComponent]:
         """Yield the factories of the referee and of its controller."""
-        team = self.base.config.get_str(_TEAM_NAME_PATH, default="Carologistics")
-        return self.referee.component_factories(team, self._minutes * 60)
+        team_name = self.base.config.get_str(_TEAM_NAME_PATH, default="Carologistics")
+        return self.referee.component_factories(team_name, self._minutes * 60)
 
     def interface_factory(self, prefixes: Mapping[str, str]) -> MakeComponent:
         """Return the factory of the robots' interfaces.

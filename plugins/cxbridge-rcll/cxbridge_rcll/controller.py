@@ -34,7 +34,7 @@ class Controller(Component):
     """Instructs the referee.
 
     :param types: the message types of the league.
-    :param team: the name of team cyan.
+    :param team_name: the name of the team that plays as cyan.
     :param production_s: the seconds of the production phase.
     :param send: sends a message to the referee.
     :raises ProtobufError: if the definition of a needed message is missing.
@@ -47,7 +47,7 @@ class Controller(Component):
         self,
         context: Run,
         types: MessageTypes,
-        team: str,
+        team_name: str,
         production_s: float,
         send: Callable[[Message], None],
     ) -> None:
@@ -58,7 +58,7 @@ class Controller(Component):
         production_begin_s = PRE_GAME_S + SETUP_S
         # the time after the first loop in seconds, the type of the message, and its fields
         self._steps: list[tuple[float, str, dict[str, str]]] = [
-            (PRE_GAME_S, "SetTeamName", {"team_color": "CYAN", "team_name": team}),
+            (PRE_GAME_S, "SetTeamName", {"team_color": "CYAN", "team_name": team_name}),
             (PRE_GAME_S, "SetGamePhase", {"phase": Phase.SETUP}),
             (PRE_GAME_S, "SetGameState", {"state": "RUNNING"}),
             (production_begin_s, "SetGamePhase", {"phase": Phase.PRODUCTION}),

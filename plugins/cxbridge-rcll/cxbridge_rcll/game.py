@@ -92,20 +92,20 @@ class LeagueGame(LeagueSettings):
         :param console: receives the log lines.
         :param attach: called with the run before its start.
         """
-        verdict, judge = VerdictListener(), _Judge()
+        verdict_listener, judge = VerdictListener(), _Judge()
 
         def subscribe_verdict(agent: Run) -> None:
-            agent.bus.subscribe(verdict, LogLine)
+            agent.bus.subscribe(verdict_listener, LogLine)
             if attach is not None:
                 attach(agent)
 
-        options, world = self.options, self._make_world_model()
+        options, world_model = self.options, self._make_world_model()
         options.check()
         make_assembly = partial(self.make, seed)
         result = play_game(
             options,
             seed,
-            world,
+            world_model,
             judge,
             make_assembly=make_assembly,
             console=console,
@@ -113,9 +113,9 @@ class LeagueGame(LeagueSettings):
         )
         return replace(
             result,
-            is_over=bool(verdict.text) if self.simtest else result.is_over,
+            is_over=bool(verdict_listener.verdict) if self.simtest else result.is_over,
             faults=(*result.faults, *judge.referee.faults),
-            simtest=verdict.text if self.simtest else "",
+            simtest=verdict_listener.verdict if self.simtest else "",
         )
 
     def _make_world_model(self) -> WorldModel:

@@ -17,7 +17,9 @@ from cxbridge_rcll.machines import BeltPosition, Machine
 from cxbridge_rcll.placing import MACHINE_NAMES, Placement, arrange_machines
 from cxbridge_rcll.refbox import Refbox
 
-_TEXT_ARGUMENT: Final = "*;sy"  # CLIPS' code for a function whose first argument is a string or a symbol
+# CLIPS' codes for the types of arguments: any types after a first string or symbol; then integers
+_TEXT_ARGUMENT: Final = "*;sy"
+_INTEGER_ARGUMENT, _TWO_INTEGER_ARGUMENTS = "*;l", "*;l;l"
 # the functions for parts of machines that are not simulated, with the number of their arguments
 _IGNORED_FUNCTIONS: Final = {
     "mps-reset-base-counter": 1,
@@ -131,9 +133,9 @@ class FieldFunctions:
         self._field_size = (7, 8)  # the zones of a half, until the rules set the size
         self._placements: list[Placement] | None = None
         define = env.define
-        define("mps-generator-set-field", self._set_field, 2, types="*;l;l")
-        define("mps-generator-add-machine", self._add_machine, 1, types="*;l")
-        define("mps-generator-remove-machine", self._remove_machine, 1, types="*;l")
+        define("mps-generator-set-field", self._set_field, 2, types=_TWO_INTEGER_ARGUMENTS)
+        define("mps-generator-add-machine", self._add_machine, 1, types=_INTEGER_ARGUMENT)
+        define("mps-generator-remove-machine", self._remove_machine, 1, types=_INTEGER_ARGUMENT)
         define("mps-generator-start", self._generate_field)
         define("mps-generator-abort", lambda: None)
         define("mps-generator-running", lambda: False)

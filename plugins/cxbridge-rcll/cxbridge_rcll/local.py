@@ -44,10 +44,12 @@ class LocalReferee:
         """The factory of the agent's process-local connections."""
         return self._network.join
 
-    def component_factories(self, team: str, production_s: float) -> Iterator[Callable[[Run], Component]]:
+    def component_factories(
+        self, team_name: str, production_s: float
+    ) -> Iterator[Callable[[Run], Component]]:
         """Yield the factories of the referee and of its controller.
 
-        :param team: the name of team cyan.
+        :param team_name: the name of the team that plays as cyan.
         :param production_s: the seconds of the production phase, after which the game is over.
         """
 
@@ -70,7 +72,7 @@ class LocalReferee:
                 connections.disconnect(link)
                 connections.drain()
 
-            return Controller(context, types, team, production_s, send)
+            return Controller(context, types, team_name, production_s, send)
 
         yield make_referee
         yield make_controller

@@ -53,6 +53,7 @@ class Referee(Component):
     ) -> None:
         self._clock = context.clock
         self.env = ClipsEnvironment(ENVIRONMENT, context.bus, "Referee")
+        # without the feature's templates, since the rules of the referee box define them
         self._protobuf = ProtobufFeature(ProtobufSettings((message_folder,)), network.join, templates=False)
         try:
             self._define_functions(refbox, config, seed)
@@ -68,7 +69,7 @@ class Referee(Component):
         define_config_functions(env, config, refbox)
         self._machines = MachineFunctions(env, self._make_machine)
         FieldFunctions(env, Random(seed))  # noqa: S311 - a game, not a secret
-        env.define("print-fact-list", self._print_facts, 2, types="*;m;m")
+        env.define("print-fact-list", self._print_facts, 2, types="*;m;m")  # m: a multifield
         self._protobuf.init_context(env)
         self._protobuf.connections(env).enable_server(config.get_uint(SERVER_PORT_PATH, default=0))
 
@@ -84,10 +85,10 @@ class Referee(Component):
     def _make_machine(self, name: str) -> Machine:
         return Machine(name, self._clock, self._report_sensor)
 
-    def _report_sensor(self, machine: str, field: str, value: int) -> None:
+    def _report_sensor(self, machine: str, sensor: str, value: int) -> None:
         """Assert a fact with the changed sensor value of a machine."""
         clips_value = (TRUE if value else FALSE) if isinstance(value, bool) else value
-        self.env.assert_ordered("mps-status-feedback", (Symbol(machine), Symbol(field), clips_value))
+        self.env.assert_ordered("mps-status-feedback", (Symbol(machine), Symbol(sensor), clips_value))
 
     def _print_facts(self, _indices: tuple[Value, ...], _slots: tuple[Value, ...]) -> None:
         """Print nothing: the result of the game has the values of the final tables."""

@@ -231,8 +231,8 @@ class RobotInterfaces(Component):
             self._served_interfaces = [
                 self._open(interface_type, f"{prefix}{_generator_interface_id(interface_type)}")
                 for interface_type in _GENERATOR_INTERFACES
-                if context.registry.path(interface_type)
-                is not None  # the interface definitions of a team may lack it
+                # the interface definitions of a team may lack a type
+                if context.registry.path(interface_type) is not None
                 for prefix in dict.fromkeys(("/", *(prefix or "/" for prefix in prefixes.values())))
             ]
             self._served_interfaces += [
@@ -242,8 +242,8 @@ class RobotInterfaces(Component):
             self.close()
             raise
 
-    def _open(self, interface_type: str, name: str) -> Any:
-        interface = self._board.open_for_writing(interface_type, name, owner="Robots")
+    def _open(self, interface_type: str, interface_id: str) -> Any:
+        interface = self._board.open_for_writing(interface_type, interface_id, owner="Robots")
         self._interfaces.append(interface)
         return interface
 

@@ -35,9 +35,9 @@ class VerdictListener:
     """Finds the verdict of the tests in log lines; if several agents log a verdict, a failure decides."""
 
     def __init__(self) -> None:
-        self.text = ""  # `SUCCEEDED` or `FAILED`; empty before a verdict
+        self.verdict = ""  # `SUCCEEDED` or `FAILED`; empty before a verdict
 
     def __call__(self, event: Event) -> None:
         match = _VERDICT_LINE.search(event.text) if isinstance(event, LogLine) else None
-        if match is not None and self.text != FAILED:
-            self.text = match[1]
+        if match is not None and self.verdict != FAILED:
+            self.verdict = match[1]

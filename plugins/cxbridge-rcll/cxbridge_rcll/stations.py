@@ -19,7 +19,7 @@ WAIT_ZONE_COUNT: Final = 3  # waiting zones in each half, as in the configuratio
 
 
 class StationNodes:
-    """Adds machines and waiting zones to the navigation graph of a robot, as its messages request.
+    """Adds machines and waiting zones to the navigation graph of a robot, on the requests of messages.
 
     A machine ``C-BS`` gets the nodes ``C-BS-I`` and ``C-BS-O`` before its sides, ``WAIT-C-BS-I`` and
     ``WAIT-C-BS-O`` farther away, and ``C-BS`` in its centre, which has no edge. A waiting zone gets a node
@@ -65,7 +65,7 @@ class StationNodes:
         return Pose((first.x + second.x) / 2, (first.y + second.y) / 2)
 
     def _add_wait_zones(self) -> None:
-        machines = [
+        machine_centres = [
             pose for pose in map(self._machine_centre, sorted(self._station_names)) if pose is not None
         ]
         for half in "CM":
@@ -73,12 +73,12 @@ class StationNodes:
             candidates = [
                 (name, pose)
                 for name, pose in _waiting_zones(self._field, half)
-                if _nearest_distance(pose, machines) >= _MIN_DISTANCE_M
+                if _nearest_distance(pose, machine_centres) >= _MIN_DISTANCE_M
             ]
             while candidates and len(chosen_poses) < WAIT_ZONE_COUNT:
                 # the first zone is the farthest from the machines, each further zone from the chosen zones
                 name, pose = max(
-                    candidates, key=lambda zone: _nearest_distance(zone[1], chosen_poses or machines)
+                    candidates, key=lambda zone: _nearest_distance(zone[1], chosen_poses or machine_centres)
                 )
                 chosen_poses.append(pose)
                 candidates.remove((name, pose))

@@ -29,7 +29,10 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.builtin import BUILT_IN_DEFINITIONS
 from cxbridge_ros2.names import DEFINITION_KINDS, TypeName, parse_type
 
-FieldType = tuple[Any, ...]  # the type of a field in rosbags: a Nodetype and its details
+# The type of a field in rosbags: a Nodetype, and its details. BASE has the name of the base type and the
+# maximum length of a string (0: no limit), NAME the name of the message, ARRAY and SEQUENCE the type of the
+# elements and the (maximum) number of elements.
+FieldType = tuple[Any, ...]
 
 Fields = list[tuple[str, FieldType]]
 
@@ -122,8 +125,8 @@ class Definitions:
                 f"{name} has no field '{field}'",
                 hint=did_you_mean(field, fields, f"it has: {', '.join(fields)}"),
             )
-        node, details = fields[field]
-        if inner_path and node != Nodetype.NAME:
+        kind, details = fields[field]
+        if inner_path and kind != Nodetype.NAME:
             raise Ros2Error(f"the field '{field}' of {name} is not a message: '{path}'")
         if inner_path:
             self.check_path(parse_type(details), inner_path)
@@ -392,18 +395,18 @@ def _replace_char_fields(fields: Fields) -> Fields:
 
 
 def _replace_char_type(field_type: FieldType) -> FieldType:
-    node, details = field_type
-    if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-        return node, (_replace_char_type(details[0]), details[1])
-    return _make_base_type("uint8") if node == Nodetype.BASE and details[0] == "char" else field_type
+    kind, details = field_type
+    if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+        return kind, (_replace_char_type(details[0]), details[1])
+    return _make_base_type("uint8") if kind == Nodetype.BASE and details[0] == "char" else field_type
 
 
 def _find_nested_type(field_type: FieldType) -> str | None:
     """Return the name of the message in a field or in its elements; None for base types."""
-    node, details = field_type
-    if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+    kind, details = field_type
+    if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
         return _find_nested_type(details[0])
-    return str(details) if node == Nodetype.NAME else None
+    return str(details) if kind == Nodetype.NAME else None
 
 
 # The longest suffixes first: SendGoal_Request ends with Request, too.

@@ -99,23 +99,23 @@ class Codec:
         return self._store.types[str(name)](*values)
 
     def _to_ros(self, field_type: FieldType, value: Any, path: str) -> Any:
-        node, details = field_type
-        if node == Nodetype.NAME:
+        kind, details = field_type
+        if kind == Nodetype.NAME:
             return self._to_instance(parse_type(details), value, path)
-        if node == Nodetype.BASE:
+        if kind == Nodetype.BASE:
             name, limit = details
             return _CHECKS_BY_TYPE[name](value, path, name, limit)
         element, size = details
-        return self._to_ros_list(node, element, size, value, path)
+        return self._to_ros_list(kind, element, size, value, path)
 
-    def _to_ros_list(self, node: Nodetype, element: FieldType, size: int, values: Any, path: str) -> Any:
+    def _to_ros_list(self, kind: Nodetype, element: FieldType, size: int, values: Any, path: str) -> Any:
         if isinstance(values, str | Mapping) or not isinstance(
             values, Sequence | np.ndarray | bytearray | memoryview
         ):
             raise Ros2Error(f"{path} must be a list, not {values!r}")
-        if node == Nodetype.ARRAY and len(values) != size:
+        if kind == Nodetype.ARRAY and len(values) != size:
             raise Ros2Error(f"{path} must have {size} elements, not {len(values)}")
-        if node == Nodetype.SEQUENCE and size and len(values) > size:
+        if kind == Nodetype.SEQUENCE and size and len(values) > size:
             raise Ros2Error(f"{path} must have at most {size} elements, not {len(values)}")
         base_type = _find_base_type_name(element)
         if base_type in BYTE_TYPES and isinstance(values, bytes | bytearray | memoryview):
@@ -126,14 +126,14 @@ class Codec:
         return np.array(elements, dtype=_DTYPES[base_type]) if base_type in _DTYPES else elements
 
     def _make_zero(self, field_type: FieldType) -> Any:
-        node, details = field_type
-        if node == Nodetype.NAME:
+        kind, details = field_type
+        if kind == Nodetype.NAME:
             return self._to_instance(parse_type(details), {}, str(details))
-        if node == Nodetype.BASE:
+        if kind == Nodetype.BASE:
             return _ZEROS_BY_TYPE.get(details[0], 0)
         element, size = details
         base_type = _find_base_type_name(element)
-        length = size if node == Nodetype.ARRAY else 0
+        length = size if kind == Nodetype.ARRAY else 0
         if base_type in _DTYPES:
             return np.zeros(length, dtype=_DTYPES[base_type])
         return [self._make_zero(element) for _ in range(length)]
@@ -151,13 +151,13 @@ class Codec:
         }
 
     def _to_python(self, field_type: FieldType, value: Any) -> Any:
-        node, details = field_type
-        if node == Nodetype.NAME:
+        kind, details = field_type
+        if kind == Nodetype.NAME:
             return self._to_message(parse_type(details), value)
-        if node == Nodetype.BASE:
+        if kind == Nodetype.BASE:
             return value & 0xFF if details[0] == "byte" else value
-        element_node, element_details = details[0]
-        if element_node == Nodetype.NAME:
+        element_kind, element_details = details[0]
+        if element_kind == Nodetype.NAME:
             name = parse_type(element_details)
             return [self._to_message(name, instance) for instance in value]
         if element_details[0] in BYTE_TYPES:
@@ -167,8 +167,8 @@ class Codec:
 
 def _find_base_type_name(field_type: FieldType) -> str:
     """Return the name of a base type; empty for a message or a list."""
-    node, details = field_type
-    return str(details[0]) if node == Nodetype.BASE else ""
+    kind, details = field_type
+    return str(details[0]) if kind == Nodetype.BASE else ""
 
 
 def find_value(message: Any, path: str) -> Any:

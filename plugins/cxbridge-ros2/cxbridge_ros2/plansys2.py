@@ -26,6 +26,7 @@ class PlanSys2Protocol(HubProtocol):
     heartbeat_type = "plansys2_msgs/msg/ActionPerformerStatus"
     arguments_field = "arguments"
     progress_field = "completion"
+    # ActionExecutor repeats a REQUEST after 1 s, and gives up after 30 s
     server_timeout_s = 30.0
     request_lifetime_s = 1.0
 

@@ -24,7 +24,7 @@ class RosoutPublisher(Closing):
     :param min_level: the lowest published level.
     """
 
-    events = (LogLine,)  # the event types to request from the event bus
+    event_types = (LogLine,)  # the event types to request from the event bus
 
     def __init__(self, node: Node, name: str, min_level: Level = Level.INFO) -> None:
         self._name, self._min_level = name, min_level

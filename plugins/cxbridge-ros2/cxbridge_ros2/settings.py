@@ -26,7 +26,7 @@ from cxbridge_ros2.fawkes_keys import has_cxbridge_keys, is_cxbridge_key
 from cxbridge_ros2.names import check_topic
 from cxbridge_ros2.node import Node, ProblemCallback
 from cxbridge_ros2.transports import TRANSPORTS
-from cxbridge_ros2.transports.environment import find_default_reach, has_rclpy
+from cxbridge_ros2.transports.environment import has_rclpy, read_discovery_range
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
@@ -69,47 +69,47 @@ class NodeSettings(Struct, frozen=True):
     namespace: str
 
     @classmethod
-    def parse(cls, settings: Mapping[str, Any], folder: Path, component: str) -> NodeSettings:
+    def parse(cls, settings: Mapping[str, Any], folder: Path, subject: str) -> NodeSettings:
         """Parse the settings of a node.
 
-        :param settings: values by key; keys of the component are ignored.
+        :param settings: values by key; further keys are ignored.
         :param folder: the base of relative paths.
-        :param component: the configured component, for errors.
+        :param subject: the configured thing as the subject of an error text, such as ``the topic X``.
         :raises ConfigError: if a setting has a wrong type, or does not belong to the transport.
         """
-        domain = typed_setting(settings, "domain", -1, component)
-        namespace = typed_setting(settings, "namespace", "", component)
-        transport = typed_setting(settings, "transport", "", component) or _find_default_transport(settings)
+        domain = typed_setting(settings, "domain", -1, subject)
+        namespace = typed_setting(settings, "namespace", "", subject)
+        transport = typed_setting(settings, "transport", "", subject) or _find_default_transport(settings)
         if transport not in TRANSPORTS:
             raise ConfigError(
-                f"{component}: there is no transport '{transport}'",
+                f"{subject}: there is no transport '{transport}'",
                 hint=did_you_mean(transport, TRANSPORTS, f"use one of: {', '.join(TRANSPORTS)}"),
             )
         for key in _TRANSPORT_KEYS:
             if key in settings and key not in TRANSPORTS[transport].keys:
                 owners = [name for name, owner in TRANSPORTS.items() if key in owner.keys]
                 raise ConfigError(
-                    f"{component}: '{key}' belongs to the transport {' or '.join(owners)}, not to {transport}"
+                    f"{subject}: '{key}' belongs to the transport {' or '.join(owners)}, not to {transport}"
                 )
         # -1 stands for a missing domain, since `typed_setting` takes the type from the default
         return cls(
             packages=tuple(folder / str(package) for package in to_list(settings.get("packages", []))),
-            distribution=typed_setting(settings, "distribution", _find_default_distribution(), component),
+            distribution=typed_setting(settings, "distribution", _find_default_distribution(), subject),
             transport=transport,
-            url=typed_setting(settings, "url", "", component) or None,
+            url=typed_setting(settings, "url", "", subject) or None,
             domain=None if domain < 0 else domain,
-            reach=typed_setting(settings, "reach", "", component) or None,
+            reach=typed_setting(settings, "reach", "", subject) or None,
             namespace=check_topic(namespace) if namespace else "",
         )
 
     @property
     def is_local(self) -> bool:
         """Whether only nodes on this machine can reach the node, which requires DDS with local discovery."""
-        default = _DEFAULT_REACHES.get(self.transport)
+        default_reach = _DEFAULT_REACHES.get(self.transport)
         # a configuration of Cyclone DDS may name any interface and peer
-        if default is None or os.environ.get("CYCLONEDDS_URI"):
+        if default_reach is None or os.environ.get("CYCLONEDDS_URI"):
             return False
-        return (self.reach or find_default_reach(default)) in ("localhost", "off")
+        return (self.reach or read_discovery_range(default_reach)) in ("localhost", "off")
 
     def load_definitions(self, texts: Mapping[str, str] | None = None) -> Definitions:
         return Definitions(self.packages, self.distribution, texts=texts)
@@ -153,26 +153,29 @@ def to_list(value: Any) -> list[Any]:
     return value if isinstance(value, list) else [value]
 
 
-def typed_setting(settings: Mapping[str, Any], name: str, default: SettingT, component: str) -> SettingT:
+def typed_setting(settings: Mapping[str, Any], name: str, default: SettingT, subject: str) -> SettingT:
     """Return a setting of the same type as its default.
 
-    :param component: the configured component, for the error.
+    :param subject: the configured thing as the subject of the error text.
     :raises ConfigError: if the setting has another type.
     """
     value = settings.get(name, default)
     # a bool is an int in Python, but true is not a number in a configuration
     if not isinstance(value, type(default)) or isinstance(value, bool) != isinstance(default, bool):
-        raise ConfigError(f"{component} needs a {type(default).__name__} as '{name}', not {value!r}")
+        raise ConfigError(f"{subject} needs a {type(default).__name__} as '{name}', not {value!r}")
     return value
 
 
-def check_keys(settings: Iterable[str], known_keys: Iterable[str], component: str) -> None:
-    """Raise `ConfigError` for a key that a component does not read."""
+def check_keys(settings: Iterable[str], known_keys: Iterable[str], subject: str) -> None:
+    """Raise `ConfigError` for an unknown key.
+
+    :param subject: the configured thing as the subject of the error text.
+    """
     names = [*known_keys]
     for key in settings:
         if key.split("/")[0] not in names:
             raise ConfigError(
-                f"{component} has no setting '{key}'",
+                f"{subject} has no setting '{key}'",
                 hint=did_you_mean(key, names, f"it has: {', '.join(names)}"),
             )
 
@@ -208,18 +211,18 @@ def read_section(config: Configuration, section: str) -> dict[str, Any]:
 
 
 def read_node_section(
-    config: Configuration, section: str, keys: tuple[str, ...], folder: Path, component: str
+    config: Configuration, section: str, keys: tuple[str, ...], folder: Path, subject: str
 ) -> tuple[dict[str, Any], NodeSettings]:
     """Return the values of a section by key, and the settings of its node.
 
-    :param keys: the keys of the component, besides those of nodes.
+    :param keys: the known keys, besides those of nodes.
     :param folder: the base of relative paths.
-    :param component: the configured component, for errors.
+    :param subject: the configured thing as the subject of an error text, such as ``the topic X``.
     """
     values = read_section(config, section)
     with locate_errors(config, section):
-        check_keys(values, (*keys, *NODE_KEYS), component)
-        return values, NodeSettings.parse(values, folder, component)
+        check_keys(values, (*keys, *NODE_KEYS), subject)
+        return values, NodeSettings.parse(values, folder, subject)
 
 
 @contextmanager

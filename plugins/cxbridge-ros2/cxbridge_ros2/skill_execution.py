@@ -1,8 +1,8 @@
-"""The protocol of the thesis' skill board, for callers and performers (docs/evidence/ros2cx.md).
+"""The protocol of the skill board of ros2-clips-executive, for callers and performers.
 
-"The thesis" is the executive fawkesrobotics/ros2-clips-executive of 2021, whose caller is the class
-SkillExecutionMaster and whose performer is SkillExecution. The protocol extends PlanSys2's protocol by a
-skill string, and by the name of a robot, which the thesis' executive leaves empty.
+ros2-clips-executive (fawkesrobotics, 2021) is the executive of a thesis; see docs/evidence/ros2cx.md. The
+caller is its class SkillExecutionMaster, the performer its class SkillExecution. The protocol extends that of
+PlanSys2 by a skill string, and by the name of a robot, which SkillExecutionMaster leaves empty.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ class SkillExecutionProtocol(HubProtocol):
     heartbeat_type = "cx_msgs/msg/SkillExecutionerInformation"
     arguments_field = "action_parameters"
     progress_field = "progress"
+    # SkillExecutionMaster never repeats a REQUEST, and gives up after 4 s
     server_timeout_s = 4.0
     request_lifetime_s = 4.0
     has_skill_strings = True
@@ -38,11 +39,11 @@ class SkillExecutionProtocol(HubProtocol):
         return Heartbeat(fields["node_name"], fields["action_name"], fields["state"])
 
     def make_cancel_reply(self, finish: HubMessage) -> HubMessage | None:
-        """Return a FINISH with the status by which the thesis' caller recognises a cancellation."""
+        """Return a FINISH with the status by which SkillExecutionMaster recognises a cancellation."""
         return finish if finish.success else replace(finish, status="CANCELLED", progress=0.0)
 
     def intended_arguments(self, key: ActionKey) -> tuple[str, ...]:
-        """Return the arguments; the thesis' caller sends an empty text for an empty list."""
+        """Return the arguments; SkillExecutionMaster sends an empty text for an empty list."""
         return () if key.arguments == ("",) else key.arguments
 
 
@@ -50,6 +51,6 @@ PROTOCOL = SkillExecutionProtocol()
 
 
 class SkillExecutionSkills(HubSkills):
-    """Executes skills through executor nodes of the thesis."""
+    """Executes skills through the executor nodes of ros2-clips-executive."""
 
     protocol: ClassVar[HubProtocol] = PROTOCOL

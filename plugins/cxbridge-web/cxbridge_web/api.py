@@ -69,10 +69,10 @@ class Api:
         path: str = request.scope["path"]
         if request.method == "GET" and path == f"/api{openapi.DOCUMENT_PATH}":
             return _make_response(openapi.make_document(self._directory.endpoints), 200, is_pretty=is_pretty)
-        endpoint, names = self._directory.find(request.method, path.removeprefix("/api"))
+        endpoint, path_values = self._directory.find(request.method, path.removeprefix("/api"))
         self._check_right(endpoint)
         body = await read_json_object(request) if endpoint.body else {}
-        call = ApiCall(self._host, names, dict(request.query_params), body)
+        call = ApiCall(self._host, path_values, dict(request.query_params), body)
         try:
             if endpoint.copy_facts is not None:
                 fact_copy = await self._run_in_loop(

@@ -1,4 +1,4 @@
-"""The list of all endpoints: modules of ``fawkes/``, operations and extensions."""
+"""Makes the directory of all endpoints: of the modules of ``fawkes/``, of operations and of extensions."""
 
 from __future__ import annotations
 
@@ -20,11 +20,9 @@ def make_directory(state: ServerState) -> Directory:
 
     Each module of ``fawkes/`` contributes its ``ENDPOINTS``.
     """
-    modules = pkgutil.iter_modules(cxbridge_web.fawkes.__path__)
-    components = [import_module(f"{cxbridge_web.fawkes.__name__}.{module.name}") for module in modules]
-    fawkes_endpoints = [
-        endpoint for component in components for endpoint in getattr(component, "ENDPOINTS", ())
-    ]
+    infos = pkgutil.iter_modules(cxbridge_web.fawkes.__path__)
+    modules = [import_module(f"{cxbridge_web.fawkes.__name__}.{info.name}") for info in infos]
+    fawkes_endpoints = [endpoint for module in modules for endpoint in getattr(module, "ENDPOINTS", ())]
     extensions = [
         endpoint for module in (status, clips, blackboard) for endpoint in module.make_endpoints(state)
     ]

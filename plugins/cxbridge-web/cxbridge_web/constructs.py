@@ -35,6 +35,7 @@ class SourceConstructs:
     """The constructs of CLIPS files, cached until a file changes. Thread-safe."""
 
     def __init__(self) -> None:
+        # the time of the last modification, and the constructs, by file
         self._files: dict[str, tuple[int, tuple[Construct, ...]]] = {}
         self._lock = threading.Lock()
 

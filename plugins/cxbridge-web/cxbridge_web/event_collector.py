@@ -53,8 +53,11 @@ class EventCollector:
         self._environments: list[ClipsEnvironment] = []
         # Number of firings by environment and rule, counted while a client requests them.
         self.firings: Counter[tuple[str, str]] = Counter()
-        self._on_demand = {name: kind for name, kind in EVENT_TYPES.items() if kind.KIND.on_demand}
-        host.bus.subscribe(self._enqueue, *(kind for kind in EVENT_TYPES.values() if not kind.KIND.on_demand))
+        self._on_demand_types = {
+            kind: event_type for kind, event_type in EVENT_TYPES.items() if event_type.KIND.on_demand
+        }
+        permanent_types = (event_type for event_type in EVENT_TYPES.values() if not event_type.KIND.on_demand)
+        host.bus.subscribe(self._enqueue, *permanent_types)
 
     @property
     def counts_firings(self) -> bool:
@@ -78,7 +81,7 @@ class EventCollector:
 
     def change_requests(self, kinds: Iterable[str], *, add: bool) -> None:
         """Register or unregister a client's kinds; the next loop applies the change."""
-        for kind in self._on_demand.keys() & set(kinds):
+        for kind in self._on_demand_types.keys() & set(kinds):
             self._request_counts[kind] += 1 if add else -1
 
     def take_events(self) -> tuple[list[Event], int]:
@@ -91,7 +94,7 @@ class EventCollector:
 
     def poll(self) -> None:
         """Subscribe to exactly the kinds that clients request. Called once a loop."""
-        requested_kinds = {kind for kind in self._on_demand if self._request_counts[kind] > 0}
+        requested_kinds = {kind for kind in self._on_demand_types if self._request_counts[kind] > 0}
         environments = list(self._host.environments().values())
         if requested_kinds == self._sinks.keys() and environments == self._environments:
             return
@@ -113,14 +116,14 @@ class EventCollector:
         for sink in self._sinks.values():
             bus.unsubscribe(sink)
         # if a kind has another listener, that listener decides which facts or rules are watched
-        unwatched_kinds = [kind for kind in requested_kinds if not bus.wants(self._on_demand[kind])]
+        unwatched_kinds = [kind for kind in requested_kinds if not bus.wants(self._on_demand_types[kind])]
         self._sinks = {kind: self._make_sink(kind) for kind in requested_kinds}
         for kind, sink in self._sinks.items():
-            bus.subscribe(sink, self._on_demand[kind])
+            bus.subscribe(sink, self._on_demand_types[kind])
         for env in environments:
             for kind in unwatched_kinds:
                 if kind in WATCHED_KINDS and not _watch_item(env, kind):
-                    _watch_item(env, kind).set((), on=True)
+                    _watch_item(env, kind).set((), on=True)  # (): all facts or rules
                     self._own_watches.append((env, kind))
         for env in current_environments:
             env.watcher.set_hooks()  # only for subscribed kinds, because each hook of CLIPS costs time

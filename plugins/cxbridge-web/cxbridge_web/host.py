@@ -75,14 +75,14 @@ class WebHost(ABC):
         """Stop the rules that are running in this loop. Callable in any thread."""
 
     @abstractmethod
-    def list_plugins(self) -> Sequence[tuple[str, str, bool]]:
-        """Return the name of each plugin, its description, and whether it is loaded."""
+    def list_components(self) -> Sequence[tuple[str, str, bool]]:
+        """Return the name, the description and the activity of each component that clients may stop."""
 
     @abstractmethod
-    def set_plugin_loaded(self, name: str, *, is_loaded: bool) -> None:
-        """Load or unload a plugin; no effect if it already is in the requested state.
+    def set_component_active(self, name: str, *, is_active: bool) -> None:
+        """Start or stop a component; no effect if the component is in the requested state already.
 
-        :raises CxbridgeError: if the plugin is unknown, or cannot be loaded or unloaded.
+        :raises CxbridgeError: if the component is unknown, or cannot be started or stopped.
         """
 
     def read_frames(self) -> Mapping[str, str | None]:

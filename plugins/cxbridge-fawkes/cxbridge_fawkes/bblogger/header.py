@@ -57,7 +57,7 @@ class Header:
 
     :param flag: the first byte of the byte order flag.
     :param count: the stated number of entries, 0 for unknown.
-    :param kind: the type of the interface.
+    :param interface_type: the name of the type.
     :param hash: the hash of the type, 16 bytes.
     :param data_size: the number of bytes of a block.
     :param start_us: the start of the logger in microseconds since the epoch.
@@ -68,7 +68,7 @@ class Header:
     flag: int
     count: int
     scenario: str
-    kind: str
+    interface_type: str
     interface_id: str
     hash: bytes
     data_size: int
@@ -79,7 +79,7 @@ class Header:
     @property
     def uid(self) -> str:
         """The uid, ``Type::id``."""
-        return f"{self.kind}::{self.interface_id}"
+        return f"{self.interface_type}::{self.interface_id}"
 
     @property
     def entry_size(self) -> int:
@@ -116,22 +116,22 @@ def _is_log_file(path: Path) -> bool:
 def read_header(head: bytes, path: Path, registry: InterfaceRegistry) -> Header:
     """Parse the header of a file.
 
-    :param head: the first :data:`HEADER_SIZE` bytes of the file, or all of a shorter one.
-    :raises TraceError: if it is truncated or invalid.
+    :param head: the first :data:`HEADER_SIZE` bytes of the file; all bytes of a shorter file.
+    :raises TraceError: if the header is truncated or invalid.
     """
     if len(head) < HEADER_SIZE:
         raise TraceError("cut off within the header", file=path)
-    _, count, *texts, version, size, seconds, microseconds = _FIELDS.unpack_from(head, FLAG_OFFSET)
+    _, count, *texts, hash_, size, seconds, microseconds = _FIELDS.unpack_from(head, FLAG_OFFSET)
     if not _TYPE_NAME.fullmatch(texts[1].split(b"\0", 1)[0]) or not 0 < size <= MAX_BLOCK_SIZE:
         raise TraceError(
             "the header is not valid for a bblogger file",
             file=path,
             hint="the file is damaged, or from a Fawkes before 2015-03 or a big-endian machine",
         )
-    scenario, kind, interface_id = map(decode_padded_text, texts)
+    scenario, interface_type, interface_id = map(decode_padded_text, texts)
     start_us = seconds * MICROSECONDS + microseconds
     flag = head[FLAG_OFFSET]
-    header = Header(flag, count, scenario, kind, interface_id, version, size, start_us, None, "")
+    header = Header(flag, count, scenario, interface_type, interface_id, hash_, size, start_us, None, "")
     return _add_schema(header, registry)
 
 
@@ -140,7 +140,7 @@ def _add_schema(header: Header, registry: InterfaceRegistry) -> Header:
     schema: InterfaceSchema | None = None
     problem = ""
     try:
-        definition = registry.schema(header.kind)
+        definition = registry.schema(header.interface_type)
     except InterfaceError as error:
         problem = error.message.split(". ")[0]  # the rest lists folders of definitions
     else:
@@ -148,13 +148,15 @@ def _add_schema(header: Header, registry: InterfaceRegistry) -> Header:
             schema = definition
         else:
             problem = (
-                f"its blocks of {header.kind} have {header.data_size} bytes, those of our definition"
-                f" {definition.datasize}: another version of the interface"
+                f"the blocks of {header.interface_type} have {header.data_size} bytes, but"
+                f" {definition.datasize} by the definition: another version of the interface"
             )
     if problem:
         problem += "; values are left as bytes (other definitions: --interface-dir)"
     elif schema is not None and not accepts_hash(schema, header.hash):
-        problem = f"written with another version of {header.kind} of the same size: values may be wrong"
+        problem = (
+            f"written with another version of {header.interface_type} of the same size: values may be wrong"
+        )
     return replace(header, schema=schema, problem=problem)
 
 
@@ -170,10 +172,10 @@ def pack_header(
     :param start_us: the reference of the entries' times, in microseconds since the epoch.
     :param count: the number of entries, 0 for unknown.
     """
-    kind, _, interface_id = uid.partition("::")
+    interface_type, _, interface_id = uid.partition("::")
     texts = (
         _pack_text(scenario, _SCENARIO_SIZE),
-        _pack_text(kind, _TYPE_SIZE),
+        _pack_text(interface_type, _TYPE_SIZE),
         _pack_text(interface_id, _ID_SIZE),
     )
     return MAGIC + VERSION + _FIELDS.pack(0, count, *texts, hash_, data_size, *split_us(start_us))
@@ -199,8 +201,9 @@ def file_name(scenario: str, uid: str, start_us: int, *, utc: bool = False) -> s
     :param uid: ``Type::id``.
     :param utc: use UTC instead of the time zone of the machine, as in Fawkes.
     """
-    kind, _, interface_id = uid.partition("::")
-    return f"{_quote_name(scenario)}-{kind}-{_quote_name(interface_id)}-{_format_date(start_us, utc=utc)}.log"
+    interface_type, _, interface_id = uid.partition("::")
+    names = f"{_quote_name(scenario)}-{interface_type}-{_quote_name(interface_id)}"
+    return f"{names}-{_format_date(start_us, utc=utc)}.log"
 
 
 def _quote_name(text: str) -> str:

@@ -64,7 +64,7 @@ class BBLoggerFile(Run):
     def header(self) -> Header:
         """The header of the file.
 
-        :raises TraceError: if it cannot be read.
+        :raises TraceError: if the header cannot be read.
         """
         return self._read_header_and_size()[0]
 
@@ -104,9 +104,9 @@ class BBLoggerFile(Run):
             self.note(header.problem)
         unpack_stamp = _STAMP.unpack_from
         has_stamp = header.data_size >= STAMP_SIZE
-        decode = self._block_decoder()
-        uid, kind, start_us = header.uid, header.kind, header.start_us
-        is_skiller = header.schema is not None and kind == "SkillerInterface"
+        decode = self._make_block_decoder()
+        uid, interface_type, start_us = header.uid, header.interface_type, header.start_us
+        is_skiller = header.schema is not None and interface_type == "SkillerInterface"
         for since_us, block in self.entries():
             time_us = 0
             if has_stamp:
@@ -116,12 +116,12 @@ class BBLoggerFile(Run):
             if not 0 < time_us < _MAX_US:
                 time_us = max(0, min(start_us + since_us, _MAX_US))
             if is_skiller:
-                yield from write_events(kind, uid, time_us, decode(block))
+                yield from write_events(interface_type, uid, time_us, decode(block))
             else:
                 yield InterfaceWrite(time_us, uid, decode(block))
 
-    def _block_decoder(self) -> Any:
-        """Return a function from blocks to values."""
+    def _make_block_decoder(self) -> Any:
+        """Return a function that converts a block to values."""
         header = self.header
         if header.schema is not None:
             return BlockDecoder(header.schema).decode
@@ -138,7 +138,10 @@ class BBLoggerFile(Run):
         }
 
     def find_damage(self) -> tuple[list[str], Callable[[Path], object]]:
-        """Return the repairs of byte order flag, end and count, in the words of ``ffbblog repair``."""
+        """Return the repairs of byte order flag, end and count, and a function that writes the repaired file.
+
+        The texts are those of ``ffbblog repair``, mistakes in spelling included.
+        """
         header, size = self._read_header_and_size()
         actions, patches = [], []
         if header.says_big_endian:
@@ -201,14 +204,14 @@ class BBLoggerFolder(Run):
     def file_runs(self) -> list[BBLoggerFile]:
         """Return the readable files by name.
 
-        :raises TraceError: if there are none.
+        :raises TraceError: if no file is readable.
         """
         runs = []
         first_error: CxbridgeError | None = None
         for path in log_files(self.path):
             run = BBLoggerFile(path, self.registry)
             try:
-                run.header  # noqa: B018 - whether it can be read
+                run.header  # noqa: B018 - raises the error about an unreadable header
             except TraceError as error:
                 first_error = first_error or error
                 self.note(f"{path.name}: left out: {error.message}")

@@ -168,9 +168,12 @@ def _find_fawkes_hash(event: BlockWrite) -> bytes:
     A definition of cxbridge gets Fawkes' hash of the same layout. A foreign definition, for example of a
     Fawkes checkout, keeps its hash.
     """
-    kind = event.uid.partition("::")[0]
+    interface_type = event.uid.partition("::")[0]
     registry = default_registry()
-    if registry.path(kind) is not None and (schema := registry.schema(kind)).hash == event.hash:
+    if (
+        registry.path(interface_type) is not None
+        and (schema := registry.schema(interface_type)).hash == event.hash
+    ):
         return hash_for_wire(schema)
     return event.hash
 

@@ -31,11 +31,12 @@ SWEEP_PERIOD_S: Final = 0.25
 """The seconds between sweeps without events."""
 
 RIVAL_PAUSE_S: Final = 1.0
-"""The seconds between the end of a rival writer on the other board and the mirroring of the remaining one."""
+"""The seconds between the end of a rival on the other board and the mirroring of the remaining writer."""
 
 _STOP_TIMEOUT_S: Final = 10.0  # the thread may wait for a request to a lost board
 
 Key = tuple[str, str]
+"""The type and the id of an interface."""
 Listing = dict[Key, InterfaceInfo]
 """The matching interfaces of a blackboard."""
 
@@ -88,6 +89,7 @@ class Gateway(Observer, Closing):
         self._log: Final = None if bus is None else Logger(bus, COMPONENT)
         self._sweep_period_s = sweep_period_s
         self._mirrors: dict[Key, InterfaceMirror] = {}
+        # the serials of closed proxies, see InterfaceMirror
         self._orphans: defaultdict[Key, deque[str]] = defaultdict(partial(deque, maxlen=MAX_PROXIES))
         self._rival_times_s: dict[Key, float] = {}  # the last time at which both boards had writers
         self._last_warnings: dict[object, str] = {}  # the last warning about a side or an interface
@@ -231,7 +233,8 @@ class Gateway(Observer, Closing):
             return
         if time.monotonic() - self._rival_times_s.get(key, -inf) < RIVAL_PAUSE_S:
             # the remaining writer may be another gateway's mirror of the lost writer, which will end soon: a
-            # mirror of it would become the next rival, and both gateways would replace each other forever
+            # mirror of that mirror would become the next rival, and both gateways would replace each other
+            # forever
             return
         self._rival_times_s.pop(key, None)
         side = writers[0]

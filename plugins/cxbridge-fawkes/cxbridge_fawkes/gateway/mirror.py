@@ -236,15 +236,15 @@ class InterfaceMirror(Listener):
 
     def _forward_message(self, message: Message) -> None:
         """Send a message to the writer on behalf of its original sender."""
-        source = message.source_id
-        assert source is not None  # set when the message was sent
-        proxy = self._proxies.get(source)
+        sender = message.source_id
+        assert sender is not None  # set when the message was sent
+        proxy = self._proxies.get(sender)
         if proxy is None:
             instance = self._source.open_for_reading(self._writer.type, self._writer.id, owner=OWNER)
-            proxy = self._proxies[source] = SenderProxy(instance)
+            proxy = self._proxies[sender] = SenderProxy(instance)
             if len(self._proxies) > MAX_PROXIES:
                 self._proxies.popitem(last=False)[1].close(self._read_controller())
-        self._proxies.move_to_end(source)
+        self._proxies.move_to_end(sender)
         if message.type == ACQUIRE_MESSAGE and not message.get("steal_control"):
             self._warn_of_foreign_controller(self._read_controller())
         writer_id = proxy.send(message)
@@ -269,10 +269,10 @@ class InterfaceMirror(Listener):
             return self._translator.read_controller(self._reader.to_bytes())
 
     def _find_sender(self, serial: str) -> str | None:
-        """Return the serial of the sender whose proxy has a serial."""
-        for source, proxy in self._proxies.items():
+        """Return the serial of the sender whose proxy has the given serial."""
+        for sender, proxy in self._proxies.items():
             if serial == str(proxy.serial):
-                return str(source)
+                return str(sender)
         return None
 
 

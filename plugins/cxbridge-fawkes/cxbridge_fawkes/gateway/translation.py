@@ -64,7 +64,7 @@ class StateTranslator:
             sender_id = self._sender_ids[message_id]
         if self.hides_state:
             if message_id in self._work_ids:
-                # the writer works for a sender of this gateway, so its state concerns them from now on
+                # the writer works for a sender of this gateway, so that senders see its state from now on
                 self.hides_state = False
                 self._work_ids.clear()
             else:

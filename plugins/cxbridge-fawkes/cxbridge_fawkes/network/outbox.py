@@ -77,8 +77,8 @@ class Outbox:
             self._changed_sent.discard(serial)
             if changed:
                 return
-        # CHANGED must follow the REFRESHED of its write; if that was added as a frame, so is CHANGED, even
-        # above the limit
+        # CHANGED must follow the REFRESHED of its write; if REFRESHED was added as a frame, so is CHANGED,
+        # even above the limit
         if serial not in self._replaceable and (changed or self.queued_bytes < CONFLATE_FROM):
             frame = pack_data_frame(serial, block, changed=changed)
             self._queue.append(frame)

@@ -15,7 +15,7 @@ SCHEME: Final = "fawkes"
 GONE_TIMEOUT_S: Final = 20.0
 """Seconds without packets from the other machine after which the connection ends."""
 
-_KEEPALIVE_PROBES: Final = 4  # unanswered TCP keep-alive probes that end a connection; single ones get lost
+_KEEPALIVE_PROBES: Final = 4  # unanswered TCP keep-alive probes that end a connection; single probes get lost
 _QUICKACK: Final[int | None] = getattr(socket, "TCP_QUICKACK", None)
 
 

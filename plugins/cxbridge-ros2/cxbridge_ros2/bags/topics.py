@@ -1,8 +1,9 @@
 """Conversion of the messages in a bag to events of a run, by topic and type.
 
 A bag that cxbridge has written has the events of the run as JSON on topics of cxbridge. A robot's bag has
-other topics: the status of actions and the messages on hubs (the topics on which PlanSys2 and the thesis
-request actions) become skills, /rosout becomes the log, /tf and topics of interfaces become interface writes.
+other topics: the status of actions and the messages on hubs (the topics on which PlanSys2 and
+ros2-clips-executive request actions) become skills, /rosout becomes the log, /tf and topics of interfaces
+become interface writes.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ _SKILL_STATUSES: Final = {
     GoalStatus.ABORTED: "S_FAILED",
 }
 _REQUEST_EVENTS: Final = (0, 1)  # REQUEST_SENT, REQUEST_RECEIVED of service_msgs/ServiceEventInfo
-_INTERFACE_SLASH_COUNT: Final = 3  # the slashes in /blackboard/TYPE/ID; topics of messages have 4
+_INTERFACE_SLASH_COUNT: Final = 3  # the slashes in /blackboard/TYPE/ID
 _MAX_GOALS: Final = 1000  # limits the memory for a long recording: the oldest goals are forgotten
 _MAX_ARGUMENTS_LENGTH: Final = 200  # limit of the characters of a skill string's arguments
 
@@ -113,7 +114,7 @@ class ConverterTable:
         return self._goals[uuid]
 
     def _convert_hub_message(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
-        # PlanSys2 and the thesis have different names for the field
+        # PlanSys2 and ros2-clips-executive have different names for the field
         arguments = message.get("arguments") or message.get("action_parameters") or ()
         text = message.get("mapped_action") or _format_skill_string(
             message["action"], {str(number): text for number, text in enumerate(arguments, start=1)}

@@ -29,7 +29,7 @@ _DIAGNOSTICS_TYPE: Final = "diagnostic_msgs/msg/DiagnosticArray"
 _OK, _WARN, _ERROR = 0, 1, 2  # levels of diagnostic_msgs/DiagnosticStatus
 
 _LEVELS: Final = {"debug": Level.DEBUG, "info": Level.INFO, "warn": Level.WARN, "error": Level.ERROR}
-_COMPONENT: Final = "the node of ROS 2"
+_SUBJECT: Final = "the node of ROS 2"
 
 
 class Ros2NodeComponent(Component):
@@ -41,14 +41,14 @@ class Ros2NodeComponent(Component):
 
     def __init__(self, daemon: Daemon) -> None:
         self._daemon = daemon
-        values, settings = read_node_section(daemon.config, _SECTION, _KEYS, daemon.paths.confdir, _COMPONENT)
+        values, settings = read_node_section(daemon.config, _SECTION, _KEYS, daemon.paths.confdir, _SUBJECT)
         with locate_errors(daemon.config, _SECTION):
             name, min_level = _parse_name_and_level(values)
         warn = daemon.bus.logger("Ros2Node").warn
         self._node = node = settings.join(name, settings.load_definitions(), warn, daemon.rights)
         try:
             self._rosout = RosoutPublisher(node, name, min_level)
-            daemon.bus.subscribe(self._rosout, *RosoutPublisher.events)
+            daemon.bus.subscribe(self._rosout, *RosoutPublisher.event_types)
             callbacks = {
                 DEACTIVATE: lambda: self._run_command("pause"),
                 ACTIVATE: lambda: self._run_command("resume"),
@@ -97,13 +97,13 @@ class Ros2NodeComponent(Component):
 
 
 def _parse_name_and_level(values: Mapping[str, Any]) -> tuple[str, Level]:
-    level = typed_setting(values, "log", "info", _COMPONENT)
+    level = typed_setting(values, "log", "info", _SUBJECT)
     if level not in _LEVELS:
         raise ConfigError(
             f"unknown log level '{level}'",
             hint=did_you_mean(level, _LEVELS, f"use one of: {', '.join(_LEVELS)}"),
         )
-    name = typed_setting(values, "name", "cxbridge", _COMPONENT)
+    name = typed_setting(values, "name", "cxbridge", _SUBJECT)
     if not name.isidentifier():
         raise ConfigError(f"'{name}' is not a valid node name", hint="use letters, digits and _")
     return name, _LEVELS[level]

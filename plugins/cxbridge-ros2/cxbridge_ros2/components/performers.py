@@ -1,4 +1,4 @@
-"""The component of performers, which execute skills on request of PlanSys2 and of the thesis' executive.
+"""The component of performers, which execute skills on request of PlanSys2 and of ros2-clips-executive.
 
 Callers and performers talk on a topic, the hub; see :mod:`cxbridge_ros2.hub`.
 """
@@ -18,7 +18,7 @@ class Ros2Performers(Component):
     """Serves the configured hubs with skills of the skill board."""
 
     hooks = (Hook.SKILL,)
-    description = "Skills for PlanSys2 and for the executive of the thesis"
+    description = "Skills for PlanSys2 and for ros2-clips-executive"
 
     def __init__(self, context: Run) -> None:
         self._context = context

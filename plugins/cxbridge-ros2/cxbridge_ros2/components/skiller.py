@@ -14,7 +14,7 @@ from cxbridge_ros2.names import check_topic
 from cxbridge_ros2.settings import locate_errors, read_node_section, typed_setting
 
 _SECTION = "/ros2/skiller"
-_COMPONENT = "the Skiller for ROS 2"
+_SUBJECT = "the Skiller for ROS 2"
 
 
 class Ros2Skiller(Component):
@@ -26,12 +26,12 @@ class Ros2Skiller(Component):
     def __init__(self, context: Run) -> None:
         self._board = context.board
         values, settings = read_node_section(
-            context.config, _SECTION, ("action", "skiller"), context.paths.confdir, _COMPONENT
+            context.config, _SECTION, ("action", "skiller"), context.paths.confdir, _SUBJECT
         )
         with locate_errors(context.config, _SECTION):
-            self._skiller = typed_setting(values, "skiller", "Skiller", _COMPONENT)
+            self._skiller = typed_setting(values, "skiller", "Skiller", _SUBJECT)
             action = check_topic(
-                settings.namespace + typed_setting(values, "action", "/skiller/execute", _COMPONENT)
+                settings.namespace + typed_setting(values, "action", "/skiller/execute", _SUBJECT)
             )
             self._node = settings.join(
                 f"cxbridge_skiller_{context.name}",
@@ -65,11 +65,11 @@ class Ros2Skiller(Component):
                         result = end.value
                         break
                     if goal.is_cancel_requested:  # leaving the `with` block stops the skill
-                        return {"success": False, "error": "it was cancelled"}
+                        return {"success": False, "error": "the goal was cancelled"}
                     # feedback that the newest status makes obsolete is never sent
                     yield {"status": statuses.pop()} if statuses else None
         except CxbridgeError as error:
-            # there is no Skiller, or another client controls it: this goal fails, but the component goes on
+            # there is no Skiller, or another client controls it: this goal fails, but the component continues
             raise AbortedError({"success": False, "error": error.message}) from None
         if result.outcome is not CallOutcome.FINAL:
             raise AbortedError({"success": False, "error": result.error})

@@ -25,7 +25,7 @@ MAX_FRAMES: Final = 500  # limit of frames from ROS, since other nodes may send 
 _ALL: Final = "all"
 _KEYS: Final = ("frames", "publish")
 _TOPICS: Final = (("/tf", "tf", False), ("/tf_static", "tf_static", True))  # topic, QoS, whether it is static
-_COMPONENT: Final = "the settings of /tf"
+_SUBJECT: Final = "the settings of /tf"
 
 
 class Ros2Transforms(Component):
@@ -36,11 +36,9 @@ class Ros2Transforms(Component):
 
     def __init__(self, context: Run) -> None:
         self._board, self._log = context.board, context.bus.logger("Ros2Transforms")
-        values, settings = read_node_section(
-            context.config, _SECTION, _KEYS, context.paths.confdir, _COMPONENT
-        )
+        values, settings = read_node_section(context.config, _SECTION, _KEYS, context.paths.confdir, _SUBJECT)
         with locate_errors(context.config, _SECTION):
-            is_publishing = typed_setting(values, "publish", default=False, component=_COMPONENT)
+            is_publishing = typed_setting(values, "publish", default=False, subject=_SUBJECT)
         frames = values.get("frames", _ALL)
         self._selected_frames = None if frames == _ALL else frozenset(map(str, frames))
         self._publishers: dict[str, TransformPublisher] = {}

@@ -85,7 +85,7 @@ class NodeCodec:
         self,
         formula: Formula | None,
         names: Mapping[str, str],
-        find_types: FindParameterTypes = lambda _format_term_name: (),
+        find_types: FindParameterTypes = lambda _name: (),
     ) -> Message:
         """Return a formula as a tree; None gives an empty tree.
 
@@ -176,10 +176,12 @@ class _TreeReader:
             return _parse_term(node["name"])
         raise Ros2Error(f"a node of the type {node['node_type']} is not a number")
 
-    def _decode_operation(self, number: int, node: Message, depth: int) -> tuple[str, Term, Term]:
-        operator, children = self._operators.get(number, ""), node["children"]
+    def _decode_operation(self, operator_number: int, node: Message, depth: int) -> tuple[str, Term, Term]:
+        operator, children = self._operators.get(operator_number, ""), node["children"]
         if not operator or len(children) != _OPERAND_COUNT:
-            raise Ros2Error(f"an expression of type {number} with {len(children)} children is not valid")
+            raise Ros2Error(
+                f"an expression of type {operator_number} with {len(children)} children is not valid"
+            )
         left, right = (self._decode_term(child, depth + 1) for child in children)
         return operator, left, right
 
@@ -202,14 +204,14 @@ class _TreeWriter:
     def __init__(
         self,
         nodes: list[Message],
-        names: Mapping[str, str],
+        variable_names: Mapping[str, str],
         find_types: FindParameterTypes,
-        numbers: Mapping[str, int],
+        operator_numbers: Mapping[str, int],
         *,
         is_before_jazzy: bool,
     ) -> None:
-        self._nodes, self._variable_names, self._find_types = nodes, names, find_types
-        self._operator_numbers, self._is_before_jazzy = numbers, is_before_jazzy
+        self._nodes, self._variable_names, self._find_types = nodes, variable_names, find_types
+        self._operator_numbers, self._is_before_jazzy = operator_numbers, is_before_jazzy
 
     def add(self, formula: Formula) -> int:  # noqa: PLR0911 - a return for each kind of formula
         """Add the nodes of a formula, and return the index of its root."""

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 SECTION: Final = "/ros2/experts"
 
 _ALL: Final = "all"
-_COMPONENT: Final = "the settings of the experts"
+_SUBJECT: Final = "the settings of the experts"
 
 # PlanSys2's error text for requests before a node is active.
 INACTIVE_ERROR: Final = "Requesting service in non-active state"
@@ -67,15 +67,15 @@ class ExpertSettings(Struct, frozen=True):
         """Parse the settings in a configuration.
 
         :param folder: the base of relative paths.
-        :raises CxbridgeError: if a setting is invalid; with file and line.
+        :raises CxbridgeError: if a setting is invalid; the error has the file and line.
         """
-        values, node = read_node_section(config, SECTION, ("serve",), folder, _COMPONENT)
+        values, node = read_node_section(config, SECTION, ("serve",), folder, _SUBJECT)
         names = [str(name) for name in to_list(values.get("serve", _ALL))]
         with locate_errors(config, SECTION):
             for name in names:
                 if name not in (_ALL, *SERVICES_BY_NODE):
                     raise ConfigError(
-                        f"{_COMPONENT}: '{name}' is not a service of the experts",
+                        f"{_SUBJECT}: '{name}' is not a service of the experts",
                         hint=did_you_mean(
                             name,
                             (_ALL, *SERVICES_BY_NODE),
@@ -113,9 +113,9 @@ class ExpertServer(Closing):
         self._planner = planner
         self._codec = NodeCodec(settings.node.distribution)
         self._published_version = -1
-        for expert in settings.served_nodes:
-            for name, service_type in list_services(expert, settings.node.distribution).items():
-                self._serve(expert, namespace + name, service_type)
+        for served_node in settings.served_nodes:
+            for name, service_type in list_services(served_node, settings.node.distribution).items():
+                self._serve(served_node, namespace + name, service_type)
         self._has_topics = "problem" in settings.served_nodes
         if self._has_topics:
             latched_profile = QosProfile(durability="transient_local", depth=TOPIC_DEPTH)
@@ -128,15 +128,15 @@ class ExpertServer(Closing):
                 namespace + topic, message_type, latched_profile
             )
 
-    def _serve(self, expert: str, name: str, service_type: str) -> None:
+    def _serve(self, served_node: str, name: str, service_type: str) -> None:
         service_name = name.rpartition("/")[2]
-        if expert == "planner":
+        if served_node == "planner":
             frame = "plan"
             handler = (
                 self._planner.start_planning if service_name == "get_plan" else self._planner.validate_domain
             )
         else:
-            service = _SERVICE_TABLES[expert][service_name]
+            service = _SERVICE_TABLES[served_node][service_name]
             frame, handler = (
                 "change" if service.changes_problem else "read",
                 partial(self._handle_request, name, service),

@@ -11,7 +11,7 @@ from cxbridge_ros2.hub.protocol import Heartbeat, HubMessage, HubProtocol
 from cxbridge_ros2.node import Node, Publisher
 from cxbridge_ros2.qos import QosProfile
 
-_HUB_QOS: Final = QosProfile(depth=100)  # the profile of PlanSys2 and of the thesis
+_HUB_QOS: Final = QosProfile(depth=100)  # the profile of PlanSys2 and of ros2-clips-executive
 
 
 class Hub(Closing):

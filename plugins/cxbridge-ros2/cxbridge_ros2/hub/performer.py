@@ -1,8 +1,8 @@
 """The performing side of a hub: executes requested actions with the skills of an agent on the skill board.
 
-The performer behaves like the performers of PlanSys2 and of the thesis, except where these hang. A REQUEST
-waits for a free executor. A RESPONSE is repeated, since it may be lost. A RESPONSE reserves an executor for a
-limited time only, but a later CONFIRM is still carried out.
+The performer behaves like the performers of PlanSys2 and of ros2-clips-executive, except where these hang. A
+REQUEST waits for a free executor. A RESPONSE is repeated, since it may be lost. A RESPONSE reserves an
+executor for a limited time only, but a later CONFIRM is still carried out.
 """
 
 from __future__ import annotations

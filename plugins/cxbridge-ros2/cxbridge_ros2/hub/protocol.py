@@ -1,7 +1,7 @@
 """The messages on a hub, and the base class of its protocols.
 
-The protocols of PlanSys2 and of the thesis have the same kinds of messages in the same order. Their topics,
-the names of some fields, and some rules differ.
+The protocols of PlanSys2 and of ros2-clips-executive have the same kinds of messages in the same order. Their
+topics, the names of some fields, and some rules differ.
 """
 
 from __future__ import annotations
@@ -89,9 +89,9 @@ class HubProtocol(ABC):
     :cvar topic: the topic of the hub.
     :cvar arguments_field: the field with the arguments of the action.
     :cvar progress_field: the field with the progress.
-    :cvar server_timeout_s: the time without a RESPONSE after which the project's own caller gives up.
-    :cvar request_lifetime_s: the time after which the project's own caller repeats a REQUEST or gives up,
-        so that a later RESPONSE is useless.
+    :cvar server_timeout_s: the time without a RESPONSE after which the original caller gives up.
+    :cvar request_lifetime_s: the time after which the original caller repeats a REQUEST or gives up, so that
+        a later RESPONSE is useless.
     :cvar has_skill_strings: whether messages have a skill string.
     """
 

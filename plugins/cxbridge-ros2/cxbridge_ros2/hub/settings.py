@@ -42,7 +42,7 @@ def read_performer_settings(
 
     :param agents: the names of the skill board's agents.
     :param folder: the base of relative paths.
-    :raises CxbridgeError: if a setting is invalid; with file and line.
+    :raises CxbridgeError: if a setting is invalid; the error has the file and line.
     """
     performers = {}
     for key in config.keys(SECTION):
@@ -54,29 +54,29 @@ def read_performer_settings(
 
 
 def _parse_performer(
-    component: str, values: Mapping[str, Any], agents: Sequence[str], folder: Path
+    subject: str, values: Mapping[str, Any], agents: Sequence[str], folder: Path
 ) -> PerformerSettings:
-    check_keys(values, _KEYS, component)
-    protocol_name = typed_setting(values, "protocol", "", component)
+    check_keys(values, _KEYS, subject)
+    protocol_name = typed_setting(values, "protocol", "", subject)
     if protocol_name not in PROTOCOLS:
         hint = did_you_mean(protocol_name, PROTOCOLS, f"use one of: {', '.join(PROTOCOLS)}")
-        raise ConfigError(f"{component} has the unknown protocol '{protocol_name}'", hint=hint)
+        raise ConfigError(f"{subject} has the unknown protocol '{protocol_name}'", hint=hint)
     protocol = PROTOCOLS[protocol_name]
     # the only agent of a skill board is the default
     agent = str(values.get("agent", agents[0] if len(agents) == 1 else ""))
     if agent not in agents:
         problem = f"serves the unknown agent '{agent}'" if agent else "must name an agent"
         hint = did_you_mean(agent, agents, f"the skill board has: {', '.join(agents) or 'none'}")
-        raise ConfigError(f"{component} {problem}", hint=hint)
+        raise ConfigError(f"{subject} {problem}", hint=hint)
     actions = values.get("actions", [])
     if not isinstance(actions, Mapping):  # a list of names stands for actions without settings
         actions = {str(name): {} for name in to_list(actions)}
     if not actions:
-        raise ConfigError(f"{component} has no actions", hint="write actions: [move]")
+        raise ConfigError(f"{subject} has no actions", hint="write actions: [move]")
     return PerformerSettings(
         protocol=protocol,
         agent=agent,
         name=str(values.get("name", f"cxbridge_{agent}")),
         actions=tuple(ServedAction.parse(name, settings) for name, settings in actions.items()),
-        node=NodeSettings.parse(values, folder, component),
+        node=NodeSettings.parse(values, folder, subject),
     )

@@ -68,7 +68,7 @@ def read_topic_settings(config: Configuration, folder: Path) -> list[TopicSettin
     """Return the configured topics.
 
     :param folder: the base of relative paths.
-    :raises CxbridgeError: if a setting is invalid; with file and line.
+    :raises CxbridgeError: if a setting is invalid; the error has the file and line.
     """
     topics = []
     for key in config.keys(SECTION):
@@ -78,27 +78,27 @@ def read_topic_settings(config: Configuration, folder: Path) -> list[TopicSettin
 
 
 def _parse_topic_settings(key: str, values_by_path: Mapping[str, Any], folder: Path) -> TopicSettings:
-    component, values = f"the topic {key}", nest_settings(values_by_path)
-    check_keys(values, _KEYS, component)
-    pattern = Pattern.parse(typed_setting(values, "interface", "", component))
-    direction = typed_setting(values, "direction", PUBLISH, component)
+    subject, values = f"the topic {key}", nest_settings(values_by_path)
+    check_keys(values, _KEYS, subject)
+    pattern = Pattern.parse(typed_setting(values, "interface", "", subject))
+    direction = typed_setting(values, "direction", PUBLISH, subject)
     if direction not in (PUBLISH, WRITE):
         hint = did_you_mean(direction, (PUBLISH, WRITE), f"use {PUBLISH} or {WRITE}")
-        raise ConfigError(f"{component} has the unknown direction '{direction}'", hint=hint)
+        raise ConfigError(f"{subject} has the unknown direction '{direction}'", hint=hint)
     topic, type_name = (
-        typed_setting(values, "topic", "", component),
-        typed_setting(values, "type", "", component),
+        typed_setting(values, "topic", "", subject),
+        typed_setting(values, "type", "", subject),
     )
     if _GLOB_CHARACTERS.search(f"{pattern.type_glob}{pattern.id_glob}") and (
         topic or type_name or direction == WRITE
     ):
         hint = "several interfaces can only be published, each to a separate topic"
-        raise ConfigError(f"{component} must name one interface, TYPE::ID", hint=hint)
+        raise ConfigError(f"{subject} must name one interface, TYPE::ID", hint=hint)
     if not type_name and (unused_keys := [name for name in _MESSAGE_TYPE_KEYS if name in values]):
         raise ConfigError(
-            f"{component}: '{unused_keys[0]}' requires a 'type'", hint="e.g. sensor_msgs/msg/BatteryState"
+            f"{subject}: '{unused_keys[0]}' requires a 'type'", hint="e.g. sensor_msgs/msg/BatteryState"
         )
-    fields: dict[str, Any] = typed_setting(values, "fields", {}, component)
+    fields: dict[str, Any] = typed_setting(values, "fields", {}, subject)
     # from the settings by path, since a nested mapping of constants stands for a path in the message
     constants = {
         path.removeprefix("constants/").replace("/", "."): value
@@ -113,7 +113,7 @@ def _parse_topic_settings(key: str, values_by_path: Mapping[str, Any], folder: P
         type_name=type_name or None,
         paths={str(name): str(path) for name, path in fields.items()},
         constants=constants,
-        stamp_path=typed_setting(values, "stamp", "", component),
-        qos=find_profile(typed_setting(values, "qos", "default", component)),
-        node=NodeSettings.parse(values, folder, component),
+        stamp_path=typed_setting(values, "stamp", "", subject),
+        qos=find_profile(typed_setting(values, "qos", "default", subject)),
+        node=NodeSettings.parse(values, folder, subject),
     )

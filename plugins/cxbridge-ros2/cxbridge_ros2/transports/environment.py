@@ -29,10 +29,10 @@ def read_domain_id() -> int:
     return domain_id
 
 
-def find_default_reach(default_range: str = "localhost") -> str:
-    """Return the discovery range of the environment (ROS_AUTOMATIC_DISCOVERY_RANGE).
+def read_discovery_range(default_range: str = "localhost") -> str:
+    """Return ``ROS_AUTOMATIC_DISCOVERY_RANGE``, or ``localhost`` if ``ROS_LOCALHOST_ONLY`` is 1.
 
-    :param default_range: the range if the environment does not name a range.
+    :param default_range: the range if neither variable is set.
     """
     if os.environ.get("ROS_LOCALHOST_ONLY") == "1":  # the older variable wins, as in Jazzy's RMWs
         return "localhost"

@@ -110,12 +110,12 @@ def find_interface(call: ApiCall) -> BoardInfo | None:
 
     :raises ApiError: if the type or the id in the path is a pattern.
     """
-    uid = call.path["type"], call.path["id"]
-    for noun, name in zip(("Type", "ID"), uid, strict=True):
+    type_and_id = call.path["type"], call.path["id"]
+    for noun, name in zip(("Type", "ID"), type_and_id, strict=True):
         if "*" in name or "?" in name:
             raise ApiError(400, f"{noun} may not contain any of [*?].")
     infos = call.host.board.list_all()
-    return next((info for info in infos if (info.type, info.id) == uid), None)
+    return next((info for info in infos if (info.type, info.id) == type_and_id), None)
 
 
 def _list_interfaces(call: ApiCall) -> list[InterfaceInfo]:

@@ -1,4 +1,7 @@
-"""The components ``config``, ``plugins``, ``backends``, ``images`` and ``transforms`` of Fawkes' webview."""
+"""The components ``config``, ``plugins``, ``backends``, ``images`` and ``transforms`` of Fawkes' webview.
+
+The plugins of Fawkes' API are the components of a daemon: a loaded plugin is an active component.
+"""
 
 from __future__ import annotations
 
@@ -121,7 +124,7 @@ def _get_config(call: ApiCall) -> ConfigTree:
 def _list_plugins(call: ApiCall) -> list[Plugin]:
     return [
         Plugin(name=name, description=description, is_loaded=is_loaded)
-        for name, description, is_loaded in sorted(call.host.list_plugins())
+        for name, description, is_loaded in sorted(call.host.list_components())
     ]
 
 
@@ -144,7 +147,7 @@ def _set_plugin(call: ApiCall) -> PluginOpResponse:
     if desired_state not in ("LOADED", "UNLOADED", "AVAILABLE"):
         raise make_refusal(400, "Unknown state requested")
     try:
-        call.host.set_plugin_loaded(name, is_loaded=desired_state == "LOADED")
+        call.host.set_component_active(name, is_active=desired_state == "LOADED")
     except CxbridgeError as error:
         raise make_refusal(400, error.message) from error
     return PluginOpResponse(name=name, state=desired_state)

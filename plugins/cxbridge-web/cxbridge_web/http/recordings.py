@@ -53,34 +53,35 @@ _WHY_PREFIX: Final = b"why&"  # prefix of a query for an explanation: `why&kind=
 class RecordingsApp:
     """Serves the page and the given recordings, but no other file; an ASGI application.
 
-    :param paths: recorded runs of any format.
+    :param files: recorded runs of any format.
     """
 
-    def __init__(self, paths: Sequence[Path]) -> None:
-        for path in paths:  # an unreadable recording is an error of the command, not of a request
-            next(iter(open_run(path)), None)
-        self._paths = {f"{RUNS_PATH}{number}/{path.name or 'run'}": path for number, path in enumerate(paths)}
+    def __init__(self, files: Sequence[Path]) -> None:
+        for file in files:  # an unreadable recording is an error of the command, not of a request
+            next(iter(open_run(file)), None)
+        # by address, the path of the recording's URL
+        self._files = {f"{RUNS_PATH}{number}/{file.name or 'run'}": file for number, file in enumerate(files)}
         self._lock = Lock()  # several requests may explain at the same time
         # The last explainer with its recording, time and environment. Kept, because a new explainer reads the
         # whole recording.
         self._explainer: tuple[tuple[Path, str, str], Explainer] | None = None
-        self._page = Page([(quote(address), path.name) for address, path in self._paths.items()])
+        self._page = Page([(quote(address), file.name) for address, file in self._files.items()])
 
     @property
     def start_path(self) -> str:
         """The path of the start page: a single run, the comparison of two runs, or the list of more runs."""
-        match len(self._paths):
+        match len(self._files):
             case 1:
-                return self._make_page_link(next(iter(self._paths)))
+                return self._make_page_link(next(iter(self._files)))
             case 2:
                 return f"{COMPARE_PATH}?a=0&b=1"
             case _:
                 return RUNS_PATH
 
     @staticmethod
-    def _make_page_link(path: str) -> str:
+    def _make_page_link(address: str) -> str:
         # quoted twice: the page uses the value of the query as an address, which is itself quoted
-        return f"/?run={quote(quote(path), safe='/')}"
+        return f"/?run={quote(quote(address), safe='/')}"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         path = scope["path"]
@@ -90,7 +91,7 @@ class RecordingsApp:
             await response(scope, receive, send)
         elif path.startswith(RUNS_PATH):
             response = await run_in_threadpool(
-                self._serve_recording, path, scope["method"], scope["query_string"]
+                self._serve_address, path, scope["method"], scope["query_string"]
             )
             await response(scope, receive, send)
         elif path.startswith("/api"):
@@ -99,27 +100,28 @@ class RecordingsApp:
         else:
             response = self._page.respond(scope)
             query = dict(parse_qsl(scope["query_string"].decode("ascii", "replace")))
-            if (address := unquote(query.get("run", ""))) in self._paths:
+            if (address := unquote(query.get("run", ""))) in self._files:
                 # the browser loads the recording while it starts the page
                 response.headers["link"] = f"<{quote(address)}>; rel=preload; as=fetch; crossorigin"
             await response(scope, receive, send)
 
-    def _serve_recording(self, path: str, method: str, query: bytes) -> Response:
+    def _serve_address(self, address: str, method: str, query: bytes) -> Response:
+        """Serve the list of recordings, a recording, or an explanation or the links of a recording."""
         if method not in {"GET", "HEAD"}:
             return PlainTextResponse("Recordings can only be read\n", 405)
-        if path == RUNS_PATH:
+        if address == RUNS_PATH:
             items = "".join(
-                self._make_list_item(number, address, file)
-                for number, (address, file) in enumerate(self._paths.items())
+                self._make_list_item(number, run_address, file)
+                for number, (run_address, file) in enumerate(self._files.items())
             )
             page = _LIST_PAGE.format(style=read_style(), icon=make_icon_link(), items=items)
             return HTMLResponse(page, headers={"Cache-Control": "no-cache"})
-        file = self._paths.get(path)
+        file = self._files.get(address)
         if file is None:
             return PlainTextResponse("This run does not exist\n", 404)
         if query.startswith(_WHY_PREFIX):
             return self._explain(file, dict(parse_qsl(query.decode("ascii", "replace"))))
-        return _make_recording_response(file, has_links_only=query == _LINKS_QUERY)
+        return _make_recording_response(file, links_only=query == _LINKS_QUERY)
 
     def _make_list_item(self, number: int, address: str, file: Path) -> str:
         """Return the list item of a run, with a link to its comparison with the previous run."""
@@ -132,15 +134,19 @@ class RecordingsApp:
 
     def _compare_runs(self, query: Mapping[str, str]) -> Response:
         """Return the page that compares two runs."""
-        addresses = list(self._paths)
+        addresses = list(self._files)
         try:
             first, second = (addresses[int(query[side])] for side in "ab")
-            view, order = View(query.get("level", "transitions")), Order(query.get("order", "partial"))
         except (KeyError, IndexError, ValueError):
             return PlainTextResponse("Name two runs by their numbers: /compare?a=0&b=1\n", 400)
-        runs = {"a": self._make_page_link(first), "b": self._make_page_link(second)}
         try:
-            page = make_comparison_page(self._paths[first], self._paths[second], view, order, runs)
+            view, order = View(query.get("level", "transitions")), Order(query.get("order", "partial"))
+        except ValueError:
+            values = [", ".join(item.value for item in enumeration) for enumeration in (View, Order)]
+            return PlainTextResponse("The level is one of {}; the order is one of {}\n".format(*values), 400)
+        page_links = {"a": self._make_page_link(first), "b": self._make_page_link(second)}
+        try:
+            page = make_comparison_page(self._files[first], self._files[second], view, order, page_links)
         except CxbridgeError as error:
             return PlainTextResponse(f"{error}\n", 400)
         return HTMLResponse(page, headers={"Cache-Control": "no-cache"})
@@ -179,10 +185,10 @@ class _RecordingResponse(FileResponse):
     chunk_size = 1 << 20
 
 
-def _make_recording_response(file: Path, *, has_links_only: bool) -> Response:
+def _make_recording_response(file: Path, *, links_only: bool) -> Response:
     """Return a recording, or its guessed pairs of plan-actions and skill calls."""
     headers = {"Cache-Control": "no-cache"}
-    if has_links_only:
+    if links_only:
         run = open_run(file)
         return JSONResponse(
             list_guessed_links(RunHistory.from_events(run, UNLIMITED, run.start_us)), headers=headers
@@ -192,10 +198,10 @@ def _make_recording_response(file: Path, *, has_links_only: bool) -> Response:
     return StreamingResponse(_encode_lines(file), media_type="application/x-ndjson", headers=headers)
 
 
-def make_comparison_page(a: Path, b: Path, view: View, order: Order, runs: Mapping[str, str]) -> str:
+def make_comparison_page(a: Path, b: Path, view: View, order: Order, page_links: Mapping[str, str]) -> str:
     """Return the page that compares two recorded runs.
 
-    :param runs: the addresses of the pages of ``a`` and ``b``.
+    :param page_links: the links to the pages of the single runs, by the keys ``a`` and ``b``.
     """
     from cxbridge.trace.compare.render.text import make_report  # noqa: PLC0415 - only needed for comparisons
     from cxbridge.trace.compare.runs import compare_runs  # noqa: PLC0415
@@ -203,7 +209,9 @@ def make_comparison_page(a: Path, b: Path, view: View, order: Order, runs: Mappi
 
     runs_by_side = {"a": open_run(a), "b": open_run(b)}
     comparison = compare_runs(runs_by_side["a"], [runs_by_side["b"]], view, order)
-    document = page_report(make_report(comparison, runs_by_side["a"], [runs_by_side["b"]])) | {"runs": runs}
+    document = page_report(make_report(comparison, runs_by_side["a"], [runs_by_side["b"]])) | {
+        "runs": page_links
+    }
     with suppress(CxbridgeError):  # no headlines without a plug-in that explains runs
         document["headlines"] = {
             side: explainer(run)("run", "")["data"]["headline"] for side, run in runs_by_side.items()
@@ -211,8 +219,8 @@ def make_comparison_page(a: Path, b: Path, view: View, order: Order, runs: Mappi
     return document_page("comparison", f"{a.name} and {b.name}", document)
 
 
-def _encode_lines(path: Path) -> Iterator[bytes]:
+def _encode_lines(file: Path) -> Iterator[bytes]:
     """Yield a run as JSON lines, like ``trace cat --json``."""
-    for event in open_run(path):
+    for event in open_run(file):
         if event.KIND.name:
             yield encode_with_kind(event) + b"\n"

@@ -101,7 +101,7 @@ class HttpThread:
         if not serving.wait(_START_TIMEOUT_S) or self._serving_result.done():
             self.stop()
             self._listening_socket.close()
-            raise CxbridgeError("the web server did not start")
+            raise CxbridgeError(f"the web server at {self.url} did not start", hint="see the log")
 
     def _make_configuration(self, app: ASGIApp) -> uvicorn.Config:
         settings = self._settings

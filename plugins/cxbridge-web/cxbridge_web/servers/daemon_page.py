@@ -56,7 +56,7 @@ class DaemonHost(WebHost):
 
     def __init__(self, daemon: Daemon) -> None:
         super().__init__(daemon)
-        self._daemon, self._node = daemon, daemon.node
+        self._daemon, self._executive_node = daemon, daemon.node
         self.operations = daemon.operations
 
     def run_command(self, verb: str) -> None:
@@ -72,10 +72,10 @@ class DaemonHost(WebHost):
 
     @property
     def executive(self) -> Executive | None:
-        return None if self._node is None else self._node.executive
+        return None if self._executive_node is None else self._executive_node.executive
 
     def environments(self) -> Mapping[str, ClipsEnvironment]:
-        return {} if self._node is None else self._node.environments
+        return {} if self._executive_node is None else self._executive_node.environments
 
     def status(self) -> dict[str, Any]:
         daemon = self._daemon
@@ -97,14 +97,13 @@ class DaemonHost(WebHost):
     def interrupt(self) -> None:
         self._daemon.stalls.interrupt()
 
-    def list_plugins(self) -> Sequence[tuple[str, str, bool]]:
-        """Return name, description and activity of each component that may be stopped."""
+    def list_components(self) -> Sequence[tuple[str, str, bool]]:
         return [
-            (node.name, node.description, node.state is State.ACTIVE)
-            for node in self._daemon.lifecycle.nodes
-            if not node.steady
+            (component.name, component.description, component.state is State.ACTIVE)
+            for component in self._daemon.lifecycle.nodes
+            if not component.steady
         ]
 
-    def set_plugin_loaded(self, name: str, *, is_loaded: bool) -> None:
-        manager = self._daemon.lifecycle
-        (manager.start_component if is_loaded else manager.stop_component)(name)
+    def set_component_active(self, name: str, *, is_active: bool) -> None:
+        lifecycle = self._daemon.lifecycle
+        (lifecycle.start_component if is_active else lifecycle.stop_component)(name)

@@ -104,15 +104,15 @@ class RunHost(WebHost):
         for agent in self._run.agents:
             agent.executive.env.abort_rule()
 
-    def list_plugins(self) -> Sequence[tuple[str, str, bool]]:
+    def list_components(self) -> Sequence[tuple[str, str, bool]]:
         return ()
 
-    def set_plugin_loaded(self, name: str, *, is_loaded: bool) -> None:
+    def set_component_active(self, name: str, *, is_active: bool) -> None:
         """Reject the request.
 
         :raises CxbridgeError: always.
         """
-        state = "loaded" if is_loaded else "unloaded"
+        state = "loaded" if is_active else "unloaded"  # the words of Fawkes' API
         raise CxbridgeError(f"{name} cannot be {state}: the components of a run are fixed")
 
     def serve_blackboard(self) -> None:

@@ -76,7 +76,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         self._address: Final = parse_url(url)
         self._timeout: Final = timeout
         self._lock = threading.Lock()
-        self._ports_by_serial: dict[bytes, RemotePort] = {}  # those that are open at the server
+        self._ports_by_serial: dict[bytes, RemotePort] = {}  # the ports that are open at the server
         self._ports: dict[RemotePort, None] = {}  # in the order of opening
         self._mem_serials: dict[tuple[str, str], int] = {}
         self._next_mem_serial = itertools.count(1)

@@ -27,7 +27,7 @@ MAX_COUNTED_READERS: Final = 0xFFFF
 """The maximum plausible number of readers, which Fawkes counts in 16 bits."""
 
 UNKNOWN_SERIAL: Final = UUID(int=0)
-"""The serial of a writer that opened the interface before this client connected, and of such a sender."""
+"""The serial of an unknown writer or sender: it opened the interface before this client connected."""
 
 # more events than the fastest writer causes in a second, so that only a listener that hangs misses updates
 _MAX_PENDING_EVENTS: Final = 20_000  # waiting events of listeners, above which updates are conflated

@@ -95,7 +95,7 @@ class Reconnector:
             self._settled.clear()  # first, so that a caller that checks `is_settled` sends no request
             self._client.drop_connection(reason)
             self._loss_reported.set()
-            self._settled.clear()  # again, because `_restore` may have set it before it could see the loss
+            self._settled.clear()  # again, because `_restore` may have set the event before this loss
 
     def stop(self, timeout: float) -> None:
         """Stop reconnecting and end the thread."""

@@ -52,6 +52,8 @@ _OPEN_ERRORS: Final = (
 class BlackBoardNetworkHandler(NetworkHandler, Observer):
     """Opens, lists, writes and closes interfaces for clients, and forwards the events of their instances.
 
+    The texts of most log lines are those of Fawkes.
+
     :param logger: logs the actions of clients.
     :param complaints: logs the mistakes of clients.
     """
@@ -119,7 +121,7 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
             self._log.debug(f"Remote opens interface {request.type}::{request.id}")
             self._try_open(session, request)
         except (BlackBoardError, InterfaceError, RefusedError) as error:
-            code = next((code for kind, code in _OPEN_ERRORS if isinstance(error, kind)), code)
+            code = next((code for error_class, code in _OPEN_ERRORS if isinstance(error, error_class)), code)
             session.send(bb.OpenFailure(code).to_bytes())  # the client waits for a reply
             if code is bb.OpenError.UNKNOWN:
                 raise

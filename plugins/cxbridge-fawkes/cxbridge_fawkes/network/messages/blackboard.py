@@ -360,7 +360,7 @@ def unpack_data(payload: bytes) -> tuple[bytes, bytes]:
 
     :raises MalformedMessageError: if the sizes are inconsistent.
     """
-    # each write sends data messages, so valid ones save the two calls of the checks
+    # each write sends data messages, so valid messages save the two calls of the checks
     if len(payload) < _HEAD_SIZE:
         check_min_size(payload, _HEAD_SIZE, "DATA")
     serial, size = DATA_HEAD.unpack_from(payload)

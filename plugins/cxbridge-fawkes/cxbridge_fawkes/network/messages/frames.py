@@ -51,8 +51,8 @@ class FrameDecoder:
     The decoder buffers at most one incomplete frame, and none above the limit.
 
     :param limit: returns the limit of a payload.
-    :param always_allowed: the size up to which the decoder does not ask ``limit``; -1 to ask it for each
-        frame.
+    :param always_allowed: the size up to which the decoder does not call ``limit``; -1 to call ``limit``
+        for each frame.
     """
 
     def __init__(self, limit: Limit, always_allowed: int = -1) -> None:
@@ -69,7 +69,7 @@ class FrameDecoder:
     def feed(self, data: bytes) -> Iterator[FawkesFrame]:
         """Yield the completed frames. The iterator must be exhausted before the next call.
 
-        A frame may change the limits for later ones.
+        A frame may change the limits for later frames.
 
         :raises FrameTooLongError: if a header exceeds the limit. The rest of the stream cannot be decoded.
         """

@@ -79,7 +79,7 @@ def test_cut_off_and_wrong_counts_are_told(tmp_path: Path) -> None:
         (
             {"size": 20},
             "00000000",
-            "its blocks of SpeechSynthInterface have 20 bytes, those of our definition 1056",
+            "the blocks of SpeechSynthInterface have 20 bytes, but 1056 by the definition",
         ),
         ({"kind": "OtherInterface"}, "00" * 1040, "Interface of type 'OtherInterface' not found"),
     ],

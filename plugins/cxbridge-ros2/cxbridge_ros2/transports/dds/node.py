@@ -63,7 +63,7 @@ from cxbridge_ros2.transports.dds.services import (
     make_sample,
     write_data,
 )
-from cxbridge_ros2.transports.environment import find_default_reach, read_domain_id
+from cxbridge_ros2.transports.environment import read_discovery_range, read_domain_id
 
 _MAX_SAMPLES: Final = 256  # samples per reader and poll, so that a fast topic does not starve other topics
 _DISCOVERY_PERIOD_S: Final = 1.0  # time between two updates of the discovered endpoints
@@ -107,7 +107,7 @@ class DdsNode(Node):
         self._definitions = definitions
         self._codec = Codec(definitions)
         self._domain_number = number = read_domain_id() if domain is None else domain
-        self._reach = reach or find_default_reach()
+        self._reach = reach or read_discovery_range()
         if problem := find_security_problem():
             self.complain("security", problem)
         self._leave_domain = enter_domain(number, self._reach)

@@ -171,7 +171,10 @@ class DdsClient(Client):
 
     @property
     def server_numbers(self) -> frozenset[int]:
-        """The servers with both endpoints found, whose reader has found the writer of requests."""
+        """The handles of the request readers of servers.
+
+        Both endpoints of such a server are found, and its reader has found the writer of requests.
+        """
         if self._response_writers is None:
             return frozenset()  # the client is closed
         owners, readers = set(self._response_writers.update().values()), self._request_readers.update()
@@ -268,7 +271,7 @@ class DdsServer:
 
     def handle_sample(self, sample: Any) -> None:
         """Handle a request."""
-        header = sample.cdr[_CDR_HEADER_BYTES : _CDR_HEADER_BYTES + _REQUEST_ID.size]
+        request_id = sample.cdr[_CDR_HEADER_BYTES : _CDR_HEADER_BYTES + _REQUEST_ID.size]
         handle = _to_signed(sample.sample_info.publication_handle)
         client_id = "" if self._request_writers is None else self._request_writers.find_owner(handle)
 
@@ -276,7 +279,7 @@ class DdsServer:
             if self._request_writers is None:
                 return
             self._unsent_responses.append(
-                _UnsentResponse(_insert_request_id(self._encode(message), header), handle, client_id)
+                _UnsentResponse(_insert_request_id(self._encode(message), request_id), handle, client_id)
             )
             self.send_responses()
 
@@ -333,8 +336,8 @@ def _to_signed(handle: int) -> int:
     return handle - 2**64 if handle >= 2**63 else handle
 
 
-def _insert_request_id(data: bytes, header: bytes) -> bytes:
-    return data[:_CDR_HEADER_BYTES] + header + data[_CDR_HEADER_BYTES:]
+def _insert_request_id(data: bytes, request_id: bytes) -> bytes:
+    return data[:_CDR_HEADER_BYTES] + request_id + data[_CDR_HEADER_BYTES:]
 
 
 def _remove_request_id(data: bytes) -> bytes:

@@ -41,14 +41,14 @@ class JsonCodec:
         }
 
     def _read_value(self, field_type: FieldType, value: Any) -> Any:
-        node, details = field_type
-        if node == Nodetype.NAME:
+        kind, details = field_type
+        if kind == Nodetype.NAME:
             return self.from_json(parse_type(details), value)
-        if node == Nodetype.BASE:
+        if kind == Nodetype.BASE:
             return to_base_type(details[0], value)
         element = details[0]
-        element_node, element_details = element
-        if element_node == Nodetype.BASE and element_details[0] in BYTE_TYPES:
+        element_kind, element_details = element
+        if element_kind == Nodetype.BASE and element_details[0] in BYTE_TYPES:
             return _decode_bytes(value)
         return [self._read_value(element, item) for item in value] if isinstance(value, list) else []
 

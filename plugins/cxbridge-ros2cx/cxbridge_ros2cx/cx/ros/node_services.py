@@ -55,7 +55,7 @@ class NodeServices(Closing):
         self._node, self._name = context.ros.node, context.parameters.name.strip("/")
         self._close_functions: dict[str, Callable[[], None]] = {}
         self._rosout = RosoutPublisher(self._node, self._name)
-        context.bus.subscribe(self._rosout, *RosoutPublisher.events)
+        context.bus.subscribe(self._rosout, *RosoutPublisher.event_types)
         self._bond = Bond.from_parameters(manager) if state is LifecycleState.ACTIVE else None
         self._offer_services()
         if context.has_2026_changes:
