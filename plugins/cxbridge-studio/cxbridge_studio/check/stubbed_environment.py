@@ -47,7 +47,7 @@ KEPT_FUNCTIONS: Final = ALLOWED_FUNCTIONS | {
 }
 
 # The number of loop iterations and function calls after which all evaluations are aborted as endless.
-MAX_STEPS: Final = 200_000
+MAX_EVALUATION_STEPS: Final = 200_000
 
 ENDLESS: Final = "ENDLESS"  # the code of the diagnostic about an aborted evaluation
 
@@ -138,9 +138,9 @@ class StubbedEnvironment(ClipsEnvironment):
     def _count_step(self, _env: CData, _context: CData) -> None:
         """Count a step, and abort evaluations after too many steps."""
         self._step_count += 1
-        if self._step_count > MAX_STEPS:
+        if self._step_count > MAX_EVALUATION_STEPS:
             self.api.halt()
-        if self._step_count == MAX_STEPS + 1:
+        if self._step_count == MAX_EVALUATION_STEPS + 1:
             text = "computing a value, a default or a salience does not end: later ones are not computed"
             self.loader.report(Diagnostic(self.loader.current_file, None, "", ENDLESS, text))
 

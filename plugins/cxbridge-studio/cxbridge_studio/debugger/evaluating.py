@@ -67,4 +67,4 @@ def evaluate(env: ClipsEnvironment, expression: str, limit_s: float = LIMIT_S) -
 
 
 def _make_timeout_error(expression: str, limit_s: float) -> ClipsError:
-    return ClipsError(f"{expression} did not end within {limit_s:g} s", hint="it was ended")
+    return ClipsError(f"{expression} did not end within {limit_s:g} s", hint="the evaluation was ended")

@@ -206,7 +206,7 @@ def copy_evidence(
 
     :param folders: the folders of the agent's CLIPS files.
     :param name: the rule, goal or goal class in the question.
-    :param kind: ``rule``, ``goal``, or empty for either.
+    :param kind: one of :data:`.answer.KINDS`, or empty to try a rule and a goal.
     :param where: the source and the moment in words.
     :param times_us: the start of the run, and the moment to explain.
     """

@@ -32,7 +32,7 @@ _MAX_HEADLINE_CAUSES = 3  # limit of the causes in a headline, counted from the 
 
 
 def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
-    """Return the stories of the goals with a name.
+    """Return the stories of the goals with a name: an id, a class, or ``CLASS#NUMBER``.
 
     :raises CxbridgeError: if there is no such goal, or the source has no goals.
     """

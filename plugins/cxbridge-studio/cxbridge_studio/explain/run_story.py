@@ -146,11 +146,12 @@ class _RunStoryWriter:
             begin_s = self._evidence.compute_seconds(self._goals.time_us(begin_seq))
             purpose = f" for action {action.id} {action.name} of {action.goal}" if action is not None else ""
             yield Cause(f"{call.skiller} executes {call.skill_string}{purpose}, begun at {begin_s:.3f} s")
-        for planner in self._goals.find_open_planner_calls():
-            begin_seq, _ = planner.begin
+        for planner_call in self._goals.find_open_planner_calls():
+            begin_seq, _ = planner_call.begin
             begin_s = self._evidence.compute_seconds(self._goals.time_us(begin_seq))
             yield Cause(
-                f"planner {planner.name} looks for a plan for {planner.goal}, begun at {begin_s:.3f} s"
+                f"planner {planner_call.name} looks for a plan for {planner_call.goal}, "
+                f"begun at {begin_s:.3f} s"
             )
 
     def _find_overcome_failures(self, failed_goals: Sequence[GoalRecord]) -> list[GoalRecord]:

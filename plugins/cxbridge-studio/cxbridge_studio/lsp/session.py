@@ -152,6 +152,7 @@ def find_scenario(root: Path) -> Path | None:
     """Return the scenario of a folder, or the only scenario in its subfolders; None if there is none."""
     for name in _SCENARIO_FILES:
         if (root / name).is_file():
+            # a scenario.yaml is found by its folder, another configuration only by its name
             return root / name if name != _SCENARIO_FILES[0] else root
     scenarios = sorted(root.glob("*/scenario.yaml"))
     return scenarios[0].parent if len(scenarios) == 1 else None

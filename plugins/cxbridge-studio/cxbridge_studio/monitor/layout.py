@@ -21,7 +21,7 @@ COLUMNS: Final = {
     "facts": ("fact", "text"),
     "agenda": ("salience", "rule", "facts"),
     "breakpoints": ("number", "stops at"),
-    "events": ("s", "kind", "what"),
+    "events": ("s", "kind", "description"),
 }
 # how to make a breakpoint from a row, by pane: its kind, the column of the name, and the text after the name
 BREAKPOINT_SPECS: Final = {

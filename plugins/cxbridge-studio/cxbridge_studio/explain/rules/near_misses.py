@@ -59,12 +59,16 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
     for index, key in chosen_keys.items():
         row = matcher.rows[index]
         # The fact is equally near to these partial matches, which may want different values.
-        keys = [each for each in sample.values if satisfied_slots[each, index] == satisfied_slots[key, index]]
+        equally_near_matches = [
+            values
+            for other_key, values in sample.values.items()
+            if satisfied_slots[other_key, index] == satisfied_slots[key, index]
+        ]
         deviations = tuple(
             Deviation(
                 constraint.label,
                 snapshot.value_text(row, constraint.slot, constraint.position),
-                *_describe_wanted(constraint, prefix, [sample.values[each] for each in (key, *keys)]),
+                *_describe_wanted(constraint, prefix, [sample.values[key], *equally_near_matches]),
             )
             for constraint_index, constraint in enumerate(constraints)
             if constraint_index in compared_slots and constraint_index not in satisfied_slots[key, index]
