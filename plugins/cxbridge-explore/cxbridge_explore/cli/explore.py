@@ -19,7 +19,12 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.printing import one_line, unfiltered_stream
 from cxbridge.run.options import RunOptions, ScenarioOptions, SourceOptions, StrictnessOptions
 from cxbridge_explore.bounds import Bounds, ExecutionOptions
-from cxbridge_explore.game.kinds import EXPLORED_GAMES, ExploredGameOptions, find_chosen_game
+from cxbridge_explore.game.kinds import (
+    EXPLORED_GAMES,
+    ExploredGameOptions,
+    find_chosen_game,
+    load_game_options,
+)
 
 if TYPE_CHECKING:
     from cxbridge_explore.checkpoint import ProgramIdentity
@@ -81,18 +86,14 @@ class _ExploreOptions:
     ] = None
 
 
-def _load_game_options() -> list[type[Any]]:
-    return [EXPLORED_GAMES.load_target(row) for row in EXPLORED_GAMES.rows]
-
-
 @dataclass(frozen=True, kw_only=True)
 class _GameOptions:
     """Options with which plug-ins select a game in place of a scenario.
 
-    :cvar added_groups: returns the groups of options of plug-ins, which become the values of ``more``.
+    :cvar added_groups: returns the groups of options of plug-ins, which become ``plugin_groups``.
     """
 
-    added_groups: ClassVar[Callable[[], list[type[Any]]]] = _load_game_options
+    added_groups: ClassVar[Callable[[], list[type[Any]]]] = partial(load_game_options, EXPLORED_GAMES)
 
     plugin_groups: tuple[ExploredGameOptions, ...] = ()
 

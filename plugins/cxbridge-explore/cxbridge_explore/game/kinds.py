@@ -50,8 +50,8 @@ class Game(Protocol):
         """
 
 
-class PlayedGameOptions(Protocol):
-    """A dataclass of options for ``cxbridge game``, for a kind of game that is not a scenario."""
+class PluginGameOptions(Protocol):
+    """A dataclass of options for a kind of game that is not a scenario."""
 
     @property
     def is_chosen(self) -> bool:
@@ -62,6 +62,10 @@ class PlayedGameOptions(Protocol):
 
         :raises CxbridgeError: if such an option is set; the hint names the option that selects a game.
         """
+
+
+class PlayedGameOptions(PluginGameOptions, Protocol):
+    """The options of ``cxbridge game``."""
 
     def make_game(self, run_options: RunOptions, *, minutes: float | None, world: Path | None) -> Game:
         """Make the game.
@@ -72,18 +76,8 @@ class PlayedGameOptions(Protocol):
         """
 
 
-class ExploredGameOptions(Protocol):
-    """A dataclass of options for ``cxbridge explore``, for a kind of game that is not a scenario."""
-
-    @property
-    def is_chosen(self) -> bool:
-        """Whether the options select a game."""
-
-    def refuse_game_options(self) -> None:
-        """Refuse options that have no meaning without a game; called if no option selects a game.
-
-        :raises CxbridgeError: if such an option is set; the hint names the option that selects a game.
-        """
+class ExploredGameOptions(PluginGameOptions, Protocol):
+    """The options of ``cxbridge explore``."""
 
     def prepare_exploration(self, options: RunOptions) -> tuple[RunOptions, MakeAssembly]:
         """Return the options of a run with a time limit, and the function that makes the run."""
@@ -95,7 +89,12 @@ PLAYED_GAMES: Final[Table[type[Any]]] = Table("PLAYED_GAMES", is_dataclass, "a d
 # The groups of options that implement `ExploredGameOptions`.
 EXPLORED_GAMES: Final[Table[type[Any]]] = Table("EXPLORED_GAMES", is_dataclass, "a dataclass of options")
 
-GameOptionsT = TypeVar("GameOptionsT", PlayedGameOptions, ExploredGameOptions)
+GameOptionsT = TypeVar("GameOptionsT", bound=PluginGameOptions)
+
+
+def load_game_options(table: Table[type[Any]]) -> list[type[Any]]:
+    """Return the groups of options in a table."""
+    return [table.load_target(row) for row in table.rows]
 
 
 def find_chosen_game(groups: Sequence[GameOptionsT]) -> GameOptionsT | None:

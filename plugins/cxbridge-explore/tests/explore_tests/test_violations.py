@@ -5,12 +5,16 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from cxbridge.cli.main import invoke
 from cxbridge.run.options import RunOptions
 from cxbridge_explore.counterexample_playing import NthChoice, NthChooser, play_run
+from cxbridge_explore.counterexample_shrinking import shrink
+from cxbridge_explore.properties.monitor import Violation
 from cxbridge_explore.properties.reading import find_property
 from explore_tests.pytest_files import pytest_of
 from tests.forked import nursery
@@ -18,6 +22,18 @@ from tests.support import ROOT
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"
 PROPERTY = "no-failed-talk: never (goal (class TALK) (mode FINISHED) (outcome FAILED))"
+
+
+def test_a_path_is_shortened_to_the_choices_that_it_needs():
+    choices = [NthChoice(name, 0, "fails") for name in "abc"]
+
+    def play(subset):
+        violation = Violation("p", "", 1.0) if {choices[0], choices[2]} <= {*subset} else None
+        return SimpleNamespace(choices=(), played=subset, find_violation=lambda _name: violation)
+
+    shortest: Any = shrink(choices, "p", play)
+    assert shortest.played == (choices[0], choices[2])
+    assert shrink(choices[:2], "p", play) is None
 
 
 @pytest.fixture(scope="module")

@@ -143,6 +143,13 @@ def call(env, skill_id="move_gen1", agent=""):
     env.call("call-skill-execution", Symbol(skill_id), Symbol("move"), "r2 home work", "", agent)
 
 
+@pytest.mark.parametrize(("state", "error"), [("FAILED", "door closed"), ("CANCELLED", "CANCELLED")])
+def test_a_skill_that_fails_says_why(bench, state, error):
+    call(bench.env)
+    bench.skills.tell(1, state=state, error="door closed")
+    assert bench.feedback() == [("move_gen1", "", "S_FAILED", error)]
+
+
 def test_a_skill_that_cannot_be_asked_for_fails(bench):
     bench.env.call("call-skill-execution", Symbol("s1"), Symbol("impossible"), "", "", "")
     assert bench.feedback() == [("s1", "", "S_FAILED", "nobody can do that")]

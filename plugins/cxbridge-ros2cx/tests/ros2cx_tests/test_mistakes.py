@@ -198,6 +198,7 @@ def test_feature_request_false_is_a_symbol():
     ],
 )
 def test_a_key_that_is_never_read(checkout, old, new, after):
+    assert complaint(checkout) == ""
     change(checkout, f"{old}:", f"{new}:", after=after)
     assert re.search(rf"{EXECUTIVE}:\d+: '{new}' is never read; did you mean {old}", complaint(checkout))
 

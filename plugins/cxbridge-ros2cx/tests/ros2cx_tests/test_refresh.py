@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cxbridge.clock import VirtualClock
-from cxbridge_ros2cx.refresh import RefreshTimer, to_seconds_and_nanoseconds
+from cxbridge_ros2cx.refresh import RefreshTimer
 
 
 def advance(clock, us):
@@ -50,7 +50,3 @@ def test_a_callback_that_blocks_past_the_next_time_brings_it_at_once():
     assert not timer.advance_if_due()
     timer.record_blocking(1.0)
     assert [timer.advance_if_due(), timer.advance_if_due()] == [True, False]
-
-
-def test_the_originals_now():
-    assert to_seconds_and_nanoseconds(1_500_000) == (1.5, 1_500_000_000)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 import typer
 
 from cxbridge.run.options import LogOptions, ScenarioOptions, SourceOptions, TraceOptions
-from cxbridge_explore.game.kinds import PLAYED_GAMES, PlayedGameOptions
+from cxbridge_explore.game.kinds import PLAYED_GAMES, PlayedGameOptions, load_game_options
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,10 +61,6 @@ class PlayOptions:
     ] = 0
 
 
-def _load_game_options() -> list[type[Any]]:
-    return [PLAYED_GAMES.load_target(row) for row in PLAYED_GAMES.rows]
-
-
 @dataclass(frozen=True, kw_only=True)
 class GameOptions:
     """Options with which plug-ins select a game in place of a scenario.
@@ -71,6 +68,6 @@ class GameOptions:
     :cvar added_groups: returns the groups of options of plug-ins, which become ``plugin_groups``.
     """
 
-    added_groups: ClassVar[Callable[[], list[type[Any]]]] = _load_game_options
+    added_groups: ClassVar[Callable[[], list[type[Any]]]] = partial(load_game_options, PLAYED_GAMES)
 
     plugin_groups: tuple[PlayedGameOptions, ...] = ()

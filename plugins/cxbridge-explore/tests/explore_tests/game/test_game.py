@@ -98,14 +98,6 @@ def test_for_people(short, capsys):
     assert last.startswith("workshop 70; 2 deliveries; the game is over after")
 
 
-def test_one_seed_is_one_game_and_another_is_another(short, capsys):
-    games = []
-    for seed in ("4", "4", "5"):
-        invoke(["game", str(short), "--seed", seed, "--json"])
-        games.append({**found(capsys), "wall_seconds": 0, "seed": 0})
-    assert games[0] == games[1] != games[2]
-
-
 @pytest.fixture
 def played_once(monkeypatch):
     """Games that were played are not played again for another output."""

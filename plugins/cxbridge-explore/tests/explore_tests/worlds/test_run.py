@@ -19,7 +19,7 @@ from cxbridge_explore.worlds.points import (
     read_path,
 )
 from cxbridge_explore.worlds.run import WorldResult, WorldRun, read_scenario_world
-from tests.support import ROOT, needs_plugin
+from tests.support import ROOT
 
 OPTIONS = RunOptions(scenario=ROOT / "scenarios" / "test-scenario", skiller="none")
 
@@ -60,15 +60,6 @@ def test_calls_on_the_skill_board_are_choices():
     assert other.is_over
     assert other.choices[1].point.subject == subjects[1]
     assert len(other.choices) > len(usual.choices), "the move is tried again"
-
-
-@needs_plugin("robot-memory")
-def test_several_agents_are_in_one_world():
-    with WorldRun(scenario("two-agents"), UsualChooser()) as run:
-        result = run.play()
-    assert result.is_over
-    subjects = [choice.point.subject for choice in result.choices]
-    assert subjects[:2] == ["robot1/robot1: sweep{room='kitchen'}", "robot2/robot2: sweep{room='bath'}"]
 
 
 def test_the_world_beside_a_shipped_scenario_that_is_named(monkeypatch, tmp_path):

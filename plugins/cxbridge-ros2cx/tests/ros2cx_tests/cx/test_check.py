@@ -29,17 +29,3 @@ def findings(file):
 @pytest.mark.parametrize("name", FINE)
 def test_an_example_has_no_findings(name):
     assert findings(CX_DIR / name) == []
-
-
-def test_a_mistake_has_its_place(tmp_path):
-    agent = tmp_path / "agent.clp"
-    agent.write_text("(defrule a (time ?now)\n  =>\n  (ros-msgs-publsh ?now))\n")
-    file = tmp_path / "params.yaml"
-    file.write_text(
-        "/**:\n  ros__parameters:\n    environments: [one]\n    one: {plugins: [e, m, f]}\n"
-        "    e: {plugin: 'cx::ExecutivePlugin'}\n    m: {plugin: 'cx::RosMsgsPlugin'}\n"
-        f"    f: {{plugin: 'cx::FileLoadPlugin', load: ['{agent}']}}\n"
-    )
-    (found,) = findings(file)
-    assert f"{agent}:3:4" in found
-    assert "ros-msgs-publsh" in found
