@@ -1,4 +1,4 @@
-"""A server on stdio with the package's own client, for tests without coroutines."""
+"""A server on stdio, and a client for tests without coroutines."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Assistant:
 
 @contextmanager
 def assisting(*arguments: object) -> Iterator[Assistant]:
-    """Start a server and a client of it."""
+    """Start a server and its client."""
     command = ["-m", "cxbridge", "mcp", *map(str, arguments)]
     server = stdio_client(StdioServerParameters(command=sys.executable, args=command))
     with start_blocking_portal() as portal, portal.wrap_async_context_manager(Client(server)) as client:

@@ -1,4 +1,4 @@
-"""What --allow adds: programs, and operations of a daemon within its rights."""
+"""The tools that need --allow: programs, and operations of a daemon within its rights."""
 
 from __future__ import annotations
 

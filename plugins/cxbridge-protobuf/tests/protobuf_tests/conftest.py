@@ -19,12 +19,12 @@ from tests.support import ROOT
 __all__ = ["bus", "env", "log"]  # fixtures
 
 PROTOS = ROOT / "tests" / "protos"
-WAIT = 30
+WAIT = 30  # seconds
 T = TypeVar("T")
 
 
 class Net(Network):
-    """A network whose inbox can be waited for."""
+    """A network with methods that wait for events."""
 
     def __init__(self, types: MessageTypes, server_address: str) -> None:
         super().__init__(types, lambda: 7, server_address)
@@ -60,7 +60,7 @@ _compile = compiler.compile_files
 
 
 def _compile_once(names: Sequence[str], here: Path, path: Sequence[Path]) -> bytes:
-    """What :mod:`cxbridge_protobuf.compiler` does, a process each time, once for the same files."""
+    """Compile like :mod:`cxbridge_protobuf.compiler`, but start a process only once for the same files."""
     texts = tuple(
         (file.relative_to(folder), file.read_bytes())
         for folder in path
@@ -74,7 +74,7 @@ def _compile_once(names: Sequence[str], here: Path, path: Sequence[Path]) -> byt
 
 @pytest.fixture(autouse=True, scope="session")
 def _fast_compiler() -> Iterator[None]:
-    """The compiler of .proto files takes its time, and most tests want the same of it."""
+    """Compile equal .proto files once, since the compiler is slow and most tests need the same files."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(compiler, "compile_files", _compile_once)
         yield

@@ -12,7 +12,7 @@ from cxbridge.errors import ProtobufError
 from cxbridge_protobuf.crypto import CIPHER_NUMBERS, Crypter, derive_key
 
 KEY = "16cf20322cb9067a2b072bfe210e6fb903eef057189c24928520ec857c3e0a09"
-"""What EVP_BytesToKey of OpenSSL makes of `randomkey`: SHA-256, eight rounds, no salt, AES-256."""
+"""The key that OpenSSL's EVP_BytesToKey derives from `randomkey`: SHA-256, eight rounds, no salt, AES-256."""
 
 
 @pytest.mark.parametrize("size", [16, 32])
@@ -26,7 +26,7 @@ def test_what_is_encrypted_comes_back(cipher, secret, content):
     sealed = crypter.encrypt(content)
     vector = 16 if cipher.endswith("cbc") else 0
     assert len(sealed) == vector + (len(content) // 16 + 1) * 16
-    # the receiver goes by the number in the frame, whatever it sends itself
+    # the receiver decrypts with the cipher that the frame names, not with the cipher that it sends with
     assert Crypter(secret, "aes-128-ecb").decrypt(crypter.cipher_number, sealed) == content
 
 

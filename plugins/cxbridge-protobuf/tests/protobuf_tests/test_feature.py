@@ -303,7 +303,7 @@ def test_things_that_are_no_messages_are_no_messages(pb, log):
     ],
 )
 def test_a_value_of_the_wrong_type_is_told_as_the_users_mistake(pb, log, function, arguments, problem):
-    # CLIPS itself does not look at the values of variables
+    # CLIPS itself does not check the types of variables
     names = " ".join(f"?a{number}" for number in range(len(arguments)))
     pb.build(f"(deffunction probe ({names}) ({function} {names}))")
     with pytest.raises(ClipsError):

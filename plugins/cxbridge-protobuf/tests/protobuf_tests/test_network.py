@@ -1,4 +1,4 @@
-"""Connections over loopback, and what strangers may do to them."""
+"""Connections over loopback, also with clients that send garbage, flood the server or never read."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def test_a_server_listens_on_loopback_unless_told_otherwise(nets):
     assert [sock.getsockname()[0] for sock in net._server.sockets] == ["127.0.0.1"]
 
 
-# -- what strangers send
+# -- invalid messages and floods
 
 
 @pytest.mark.parametrize(
@@ -152,7 +152,7 @@ def test_a_client_that_never_reads_is_sent_away(nets, types, monkeypatch):
     order.text = "x" * 500_000
     with stranger(port):
         here = server.presence().link_id
-        with suppress(ProtobufError):  # it may be sent away in the midst of it
+        with suppress(ProtobufError):  # the server may drop the client before the last message
             for _ in range(100):
                 server.send(here, make_frame(order))
         assert "reads too slowly" in server.warned()
@@ -169,13 +169,13 @@ def test_a_flood_is_read_no_further_than_rules_can_take(nets, monkeypatch):
         time.sleep(0.3)  # long enough for all messages
         got, most = 0, 0
         while got < count:
-            # messages that came before they were taken
+            # messages that arrived before the wait are in `seen`
             events = server.wait(1, ReceivedMessage)
             waiting = sum(isinstance(event, ReceivedMessage) for event in server.seen)
             server.seen = [event for event in server.seen if not isinstance(event, ReceivedMessage)]
             got, most = got + len(events) + waiting, max(most, len(events) + waiting)
         sender.join(WAIT)
-    # one read beyond the limit may be under way: 256 KiB of frames of 14 bytes
+    # asyncio may have read a buffer beyond the limit: 256 KiB of frames of 14 bytes
     assert most < 100 + 262_144 // 14 + 1
 
 

@@ -1,4 +1,4 @@
-"""A league as small as one can be: a referee of a few rules, an agent of a few more, one machine."""
+"""A minimal league: a referee and an agent of a few rules each, and one machine."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ def test_a_recording(words, tmp_path, capsys):
 
 
 def test_two_agents_on_the_same_seeds(words, tmp_path, capsys):
-    """The second one is a folder that is laid over the first one's checkout."""
+    """The second agent is a folder that is laid over the checkout of the first agent."""
     team = tmp_path / "team"
     lazy = tmp_path / "lazy"
     agent = next(path for path in team.rglob("*.clp") if "team-broken" in path.read_text())

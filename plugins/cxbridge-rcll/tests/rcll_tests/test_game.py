@@ -1,4 +1,4 @@
-"""A game with a referee in our words: agent, robots, machines and referee meet in one run."""
+"""A game with the referee of the module `league`: agent, robots, machines and referee meet in one run."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def test_a_world_says_what_fails(options, tmp_path):
 def test_a_configuration_is_laid_over_the_referees(options, tmp_path):
     more = tmp_path / "more.yaml"
     more.write_text("llsfrb: {comm: {server-port: 0}}\n")
-    assert not replace(options, referee_config=(more,)).play(3).is_over  # without a client that instructs it
+    assert not replace(options, referee_config=(more,)).play(3).is_over  # no client can instruct the referee
 
 
 def test_another_key_is_told_once_and_nothing_is_heard(options):

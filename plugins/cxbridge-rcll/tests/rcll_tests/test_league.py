@@ -24,12 +24,12 @@ pytestmark = pytest.mark.skipif(
 )
 
 EXPLORATION = "llsfrb: {game: {exploration-time: 20}}\n"
-"""So short that there is something to see in a short game."""
+"""A short exploration, so that a short game has a production."""
 
 
 @pytest.fixture(scope="module")
 def corrections(tmp_path_factory):
-    """The one file of the agent that CLIPS refuses a rule of, corrected, as the manual says."""
+    """A folder with the file of the agent whose rule CLIPS refuses, corrected as the manual says."""
     assert ROBOTINO_DIR is not None
     name = Path("src/clips-specs/rcll-central/exploration.clp")
     folder = tmp_path_factory.mktemp("corrections")

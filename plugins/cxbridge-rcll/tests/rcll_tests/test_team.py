@@ -47,7 +47,7 @@ def test_each_robot_has_an_executive(options):
     assert found.is_over
     assert found.faults == ()
     assert sorted(found.robots) == ["Ann", "Bob"]
-    # there is one workpiece, and both want it
+    # both robots fetch the only workpiece
     assert sorted(sum(work.failed.values()) for work in found.robots.values()) == [0, 1]
     (reason,) = (error for work in found.robots.values() for error in work.failed)
     assert reason == "there is no workpiece at C-BS OUTPUT"
