@@ -105,7 +105,7 @@ TALKATIVE = """
 
 
 def endpoints() -> tuple[Endpoint, ...]:
-    from cxbridge_web.catalogue import make_directory
+    from cxbridge_web.directory import make_directory
 
     of_server: Any = SimpleNamespace(status=None, describe_navgraphs=None, describe_constructs=None)
     return make_directory(of_server).endpoints

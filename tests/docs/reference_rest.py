@@ -12,9 +12,9 @@ from unittest.mock import MagicMock
 @cache
 def make_document() -> Mapping[str, Any]:
     """Return the OpenAPI document of a daemon."""
-    from cxbridge_web import catalogue, openapi
+    from cxbridge_web import directory, openapi
 
-    return openapi.make_document(catalogue.make_directory(MagicMock()).endpoints)
+    return openapi.make_document(directory.make_directory(MagicMock()).endpoints)
 
 
 def routes() -> Iterator[str]:

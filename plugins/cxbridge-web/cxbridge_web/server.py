@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cxbridge_web.api import Api
-from cxbridge_web.catalogue import make_directory
+from cxbridge_web.directory import make_directory
 from cxbridge_web.event_collector import EventCollector
 from cxbridge_web.event_streams import EventStreams
 from cxbridge_web.extensions.state import ServerState
