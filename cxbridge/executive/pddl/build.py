@@ -123,7 +123,13 @@ class SyntaxBuilder:
                     child.start,
                     "write - number",
                 )
-        functions = tuple(child for child in children if isinstance(child, Declaration))
+        functions = tuple(
+            child
+            if isinstance(child, Declaration)
+            else Declaration(child.text, (), self._position(child.start))  # a function without brackets
+            for child in children
+            if not isinstance(child, _TypeNames)
+        )
         return Section("functions", ":functions", functions, start)
 
     def declaration(self, children: Children, start: int) -> Declaration:

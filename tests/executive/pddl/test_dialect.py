@@ -57,6 +57,7 @@ SAME_DOMAINS = {
     "sections in another order": "".join(
         [*_LINES[:1], *_LINES[5:6], *_LINES[4:5], *_LINES[3:4], *_LINES[2:3], *_LINES[1:2], *_LINES[6:]]
     ),
+    "declared without brackets": DOMAIN.replace("(:functions (water) - number", "(:functions water - number"),
 }
 SAME_PROBLEMS = {
     "sections in capitals": PROBLEM.replace(":init", ":INIT").replace("define", "DEFINE"),
