@@ -3,66 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
-from datetime import datetime
 from typing import Any
 
-from cxbridge_robot_memory.errors import DuplicateKeyError, QueryError
-from cxbridge_robot_memory.query import compile_query, equalities, leaf_reader, parse_order, sort_key
-from cxbridge_robot_memory.values import Document, Key, order_key, to_ms
+from cxbridge_robot_memory.errors import DuplicateKeyError
+from cxbridge_robot_memory.query import compile_query, equalities, leaf_reader
+from cxbridge_robot_memory.values import Document, order_key
 
 # The maximum number of documents that a query scans: for few documents, a scan is faster than an index.
 _MAX_SCANNED = 32
 
 # The maximum number of automatic indexes, because each index slows down writes.
 _MAX_INDEXES = 16
-
-
-@dataclass(frozen=True, slots=True)
-class IndexSpec:
-    """An index, see :meth:`.store.Store.create_index`.
-
-    :param keys: paths with 1 (ascending) or -1.
-    :param unique: whether documents with equal values are refused.
-    :param expire_after_s: the age in seconds at which documents are removed, by the time at the single path.
-    """
-
-    keys: tuple[tuple[str, int], ...]
-    unique: bool = False
-    expire_after_s: float | None = None
-
-    @classmethod
-    def read(
-        cls, keys: Mapping[str, Any], *, unique: bool = False, expire_after_s: float | None = None
-    ) -> IndexSpec:
-        """Read the arguments of ``create_index``.
-
-        :raises QueryError: if the arguments are invalid or unsupported.
-        """
-        if expire_after_s is not None and (len(keys) != 1 or not 0 <= expire_after_s < 2**31):
-            raise QueryError("an expiring index must have a single field and an age of at least 0 seconds")
-        if expire_after_s is not None and "_id" in keys:
-            raise QueryError("an index on '_id' cannot expire documents")
-        return cls(tuple(parse_order(keys, "index")), unique, expire_after_s)
-
-    @property
-    def paths(self) -> tuple[str, ...]:
-        return tuple(path for path, _ in self.keys)
-
-
-@dataclass
-class _UniqueIndex:
-    """A unique index.
-
-    :param owners: the identity (key of ``_id``) of the document with the values of each key.
-    """
-
-    paths: tuple[str, ...]
-    owners: dict[Hashable, Hashable] = field(default_factory=dict)
-
-    def value_keys(self, document: Document) -> tuple[Key, ...]:
-        """Return the keys of a document's values in the index."""
-        return tuple(sort_key(document, path, "a unique index on") for path in self.paths)
 
 
 class Collection:
@@ -74,11 +25,6 @@ class Collection:
     def __init__(self) -> None:
         self._documents: dict[Hashable, Document] = {}
         self._indexes: dict[str, dict[Hashable, dict[Hashable, None]]] = {}
-        self._unique: dict[tuple[str, ...], _UniqueIndex] = {}
-        self._specs: dict[tuple[tuple[str, int], ...], IndexSpec] = {}
-
-    def __len__(self) -> int:
-        return len(self._documents)
 
     def find(self, query: Mapping[str, Any]) -> Iterator[Document]:
         """Yield the matching stored documents. The collection must not change during the iteration.
@@ -118,21 +64,16 @@ class Collection:
                     index.setdefault(key, {})[identity] = None
         return index
 
-    def check_unique(self, document: Document, replaced: Document | None = None) -> None:
-        """Check that no other document has the same ``_id`` or the same values in a unique index.
+    def check_new_id(self, document: Document) -> None:
+        """Check that no document has the same ``_id``.
 
-        :param replaced: the stored document that the document replaces; None for a new document.
-        :raises DuplicateKeyError: if another document has the same ``_id`` or values.
+        :raises DuplicateKeyError: if a document has the same ``_id``.
         """
-        identity = order_key(document["_id"])
-        if replaced is None and identity in self._documents:
+        if order_key(document["_id"]) in self._documents:
             raise DuplicateKeyError(f"a document with the _id {document['_id']!r} already exists")
-        for unique in self._unique.values():
-            if unique.owners.get(unique.value_keys(document), identity) != identity:
-                raise DuplicateKeyError(f"another document has the same {', '.join(unique.paths)}")
 
     def store_document(self, document: Document, replaced: Document | None = None) -> None:
-        """Add or replace a document after :meth:`check_unique`."""
+        """Add a document after :meth:`check_new_id`, or replace a stored document."""
         identity = order_key(document["_id"])
         for path, index in self._indexes.items():
             old_keys = set() if replaced is None else _leaf_keys(replaced, path)
@@ -140,10 +81,6 @@ class Collection:
             _remove_from_index(index, old_keys - new_keys, identity)
             for key in new_keys - old_keys:
                 index.setdefault(key, {})[identity] = None
-        for unique in self._unique.values():
-            if replaced is not None:
-                unique.owners.pop(unique.value_keys(replaced), None)
-            unique.owners[unique.value_keys(document)] = identity
         self._documents[identity] = document
 
     def delete(self, document: Document) -> None:
@@ -151,46 +88,7 @@ class Collection:
         identity = order_key(document["_id"])
         for path, index in self._indexes.items():
             _remove_from_index(index, _leaf_keys(document, path), identity)
-        for unique in self._unique.values():
-            unique.owners.pop(unique.value_keys(document), None)
         del self._documents[identity]
-
-    def add_index(self, spec: IndexSpec) -> bool:
-        """Add an index; return whether it is new.
-
-        :raises DuplicateKeyError: if documents violate a unique index.
-        :raises QueryError: if the keys have another index.
-        """
-        existing = self._specs.get(spec.keys)
-        if existing not in (None, spec):
-            raise QueryError(f"an index on {', '.join(spec.paths)} already exists with other options")
-        if existing is not None:
-            return False
-        if spec.unique:
-            unique = _UniqueIndex(spec.paths)
-            for identity, document in self._documents.items():
-                if unique.owners.setdefault(unique.value_keys(document), identity) != identity:
-                    raise DuplicateKeyError(f"existing documents have the same {', '.join(spec.paths)}")
-            self._unique[spec.paths] = unique
-        self._specs[spec.keys] = spec
-        return True
-
-    def expired_documents(self, now_ms: int) -> list[Document]:
-        """Return the expired documents. In an array of times, the earliest time counts."""
-        limits_ms = [
-            (leaf_reader(spec.paths[0]), now_ms - spec.expire_after_s * 1000)
-            for spec in self._specs.values()
-            if spec.expire_after_s is not None
-        ]
-        return [
-            document
-            for document in self._documents.values()
-            if any(
-                isinstance(time, datetime) and to_ms(time) < limit_ms
-                for times, limit_ms in limits_ms
-                for time in times(document)
-            )
-        ]
 
 
 def _leaf_keys(document: Document, path: str) -> set[Hashable]:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import os
 from pathlib import Path
 from types import ModuleType
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.file_access import replaced_file, write_file
+from cxbridge.file_access import replaced_file
 from cxbridge_robot_memory.errors import QueryError, RobotMemoryError, mongodb_command
 from cxbridge_robot_memory.store import Store, split_name
 
@@ -20,30 +18,12 @@ def dump_collection(store: Store, collection: str, folder: Path) -> Path:
     """
     file = _dump_file(collection, folder)
     data = _import_bsonvalues(file).encode_dump(store.find(collection))
-    # mongorestore expects a description in a second file
-    description = json.dumps(
-        {"indexes": [], "collectionName": split_name(collection)[1], "type": "collection"}
-    )
     try:
-        write_file(file.with_suffix(".metadata.json"), description)
-        _write_durably(file, data)
+        with replaced_file(file) as new_file:
+            new_file.write_bytes(data)
     except CxbridgeError as error:
         raise RobotMemoryError(f"cannot dump {collection}: {error.message}", file=file) from None
     return file
-
-
-def _write_durably(file: Path, data: bytes) -> None:
-    """Write a file that survives a power failure: a rule may drop the collection after its dump."""
-    with replaced_file(file) as new_file, new_file.open("wb") as stream:
-        stream.write(data)
-        stream.flush()
-        os.fsync(stream.fileno())
-    if os.name == "posix":
-        folder = os.open(file.parent, os.O_RDONLY)  # the new name is an entry of the folder
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
 
 
 def restore_collection(store: Store, collection: str, folder: Path, target: str = "") -> int:
@@ -63,7 +43,7 @@ def restore_collection(store: Store, collection: str, folder: Path, target: str 
     except QueryError as error:
         raise RobotMemoryError(f"this is not a dump of a collection: {error}", file=file) from None
     destination = target or collection
-    store.drop(destination)
+    store.remove(destination, {})
     for document in documents:
         store.insert(destination, document)
     return len(documents)

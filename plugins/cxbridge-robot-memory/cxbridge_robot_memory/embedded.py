@@ -15,16 +15,19 @@ from pathlib import Path
 from typing import Any
 
 from cxbridge.clock import Clock
-from cxbridge_robot_memory.collection import Collection, IndexSpec
+from cxbridge_robot_memory.collection import Collection
 from cxbridge_robot_memory.errors import QueryError
 from cxbridge_robot_memory.journal import Journal
-from cxbridge_robot_memory.query import Matcher, compile_query, parse_order, sort_documents
+from cxbridge_robot_memory.query import (
+    Matcher,
+    compile_query,
+    mongodb_needed_error,
+    parse_order,
+    sort_documents,
+)
 from cxbridge_robot_memory.store import ChangeCallback, ChangeEvent, Store, Watch, split_name
-from cxbridge_robot_memory.update import Update, UpdateResult
+from cxbridge_robot_memory.update import Update
 from cxbridge_robot_memory.values import Document, ObjectId, Regex, Timestamp, copy, from_ms
-
-# the period of removing expired documents, as in MongoDB
-_SWEEP_US = 60_000_000
 
 
 class _LocalWatch(Watch):
@@ -62,14 +65,11 @@ class EmbeddedStore(Store):
         self._process = (bytes(5) if clock.is_virtual else os.urandom(5)).hex()
         self._id_count = 0
         self._last_stamp = Timestamp(0, 0)
-        self._next_sweep_us = 0
         self._journal = None if file is None else Journal(file)
         if self._journal is not None:
             with self._journal.convert_read_errors():
                 for collection, document in self._journal.read_documents():
                     self._collection(collection).store_document(document)
-                for collection, spec in self._journal.read_indexes():
-                    self._collection(collection).add_index(spec)
 
     def find(
         self,
@@ -77,20 +77,13 @@ class EmbeddedStore(Store):
         query: Mapping[str, Any] | None = None,
         *,
         sort: Mapping[str, int] | None = None,
-        limit: int = 0,
     ) -> list[Document]:
-        if limit < 0:
-            raise QueryError("the limit must not be negative")
         order = parse_order(sort) if sort else None
         with self._lock:
             documents = list(self._collection(collection).find(copy(query or {})))
             if order is not None:
                 documents = sort_documents(documents, order)
-            return [copy(document) for document in documents[: limit or None]]
-
-    def collections(self) -> list[str]:
-        with self._lock:
-            return sorted(name for name, collection in self._collections.items() if len(collection))
+            return [copy(document) for document in documents]
 
     def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
         with self._lock:
@@ -127,13 +120,6 @@ class EmbeddedStore(Store):
                 self._delete(collection, document)
             return len(documents)
 
-    def drop(self, collection: str) -> None:
-        with self._lock:
-            self._collection(collection)
-            if self._journal is not None:
-                self._journal.drop_collection(collection)
-            del self._collections[collection]
-
     def create_index(
         self,
         collection: str,
@@ -142,13 +128,11 @@ class EmbeddedStore(Store):
         unique: bool = False,
         expire_after_s: float | None = None,
     ) -> None:
-        """Create an index."""
-        # other indexes than unique and expiring indexes have no effect, because queries make their indexes
-        # themselves
-        spec = IndexSpec.read(keys, unique=unique, expire_after_s=expire_after_s)
-        with self._lock:
-            if self._collection(collection).add_index(spec) and self._journal is not None:
-                self._journal.store_index(collection, spec)
+        """Check the keys. Queries make their indexes themselves."""
+        split_name(collection)
+        parse_order(keys, "index")
+        if unique or expire_after_s is not None:
+            raise mongodb_needed_error("a unique or expiring index")
 
     def watch(self, collection: str, query: Mapping[str, Any], on_change: ChangeCallback) -> Watch:
         split_name(collection)
@@ -162,17 +146,6 @@ class EmbeddedStore(Store):
     def _end_watch(self, collection: str, watch: _LocalWatch) -> None:
         with self._lock, suppress(KeyError, ValueError):  # watch or store may have ended already
             self._watches[collection].remove(watch)
-
-    def remove_expired(self) -> None:
-        """Remove expired documents, once a minute."""
-        now_us = self._clock.now_us()
-        if now_us < self._next_sweep_us:
-            return
-        self._next_sweep_us = now_us + _SWEEP_US
-        with self._lock:
-            for name, collection in self._collections.items():
-                for document in collection.expired_documents(now_us // 1000):
-                    self._delete(name, document)
 
     def close(self) -> None:
         with self._lock:
@@ -203,7 +176,8 @@ class EmbeddedStore(Store):
         """Check and store a document."""
         documents = self._collection(collection)
         _refuse_dollars(document)
-        documents.check_unique(document, replaced)
+        if replaced is None:
+            documents.check_new_id(document)
         if self._journal is not None:
             self._journal.store_document(collection, document)
         documents.store_document(document, replaced)
@@ -213,11 +187,11 @@ class EmbeddedStore(Store):
 
     def _apply_update(self, collection: str, document: Document, changes: Update) -> Document:
         changed = changes.apply(document, self._present_time())
-        if not changed.has_changes:
+        if changed is None:
             return document
-        self._store_document(collection, changed.document, document)
-        self._notify(collection, "update", changed.document, changed)
-        return changed.document
+        self._store_document(collection, changed, document)
+        self._notify(collection, "update", changed)
+        return changed
 
     def _delete(self, collection: str, document: Document) -> None:
         if self._journal is not None:
@@ -241,9 +215,7 @@ class EmbeddedStore(Store):
         self._last_stamp = Timestamp(seconds, number)
         return self._last_stamp
 
-    def _notify(
-        self, collection: str, kind: str, document: Document, changed: UpdateResult | None = None
-    ) -> None:
+    def _notify(self, collection: str, kind: str, document: Document) -> None:
         stamp = self._next_stamp()
         watches = self._watches.get(collection)
         if not watches:
@@ -260,12 +232,6 @@ class EmbeddedStore(Store):
             change["fullDocument"] = document
         change["ns"] = {"db": database, "coll": name}
         change["documentKey"] = {"_id": document["_id"]}
-        if changed is not None:
-            change["updateDescription"] = {
-                "updatedFields": changed.fields,
-                "removedFields": changed.removed,
-                "truncatedArrays": [],
-            }
         for watch in tuple(watches):  # a callback may end its watch
             if watch.matches(change):
                 watch.on_change(copy(change))

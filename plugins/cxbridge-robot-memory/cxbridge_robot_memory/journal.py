@@ -1,8 +1,7 @@
 """The file of a persistent embedded store: an SQLite database, whose changes are atomic.
 
 The table ``documents`` has the collection, ``_id`` and extended JSON of each document; the ``rowid`` keeps
-the insertion order. The table ``indexes`` has the indexes of :meth:`.store.Store.create_index`. SQLite's
-exclusive lock permits one process at a time.
+the insertion order. SQLite's exclusive lock permits one process at a time.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from cxbridge_robot_memory.collection import IndexSpec
 from cxbridge_robot_memory.errors import RobotMemoryError
 from cxbridge_robot_memory.jsontext import parse, to_text
 from cxbridge_robot_memory.store import split_name
@@ -22,9 +20,6 @@ from cxbridge_robot_memory.values import Document
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS documents (
   collection TEXT NOT NULL, id BLOB NOT NULL, document BLOB NOT NULL, UNIQUE (collection, id)
-);
-CREATE TABLE IF NOT EXISTS indexes (
-  collection TEXT NOT NULL, spec BLOB NOT NULL, UNIQUE (collection, spec)
 );
 """
 _APPLICATION_ID = 0x43585242  # "CXRB", by which SQLite files of other programs are recognised
@@ -64,19 +59,14 @@ class Journal:
     def _check_owner(self) -> None:
         """Refuse the files of other programs and of other versions."""
         (owner,) = self._db.execute("PRAGMA application_id").fetchone()
-        (tables,) = self._db.execute("SELECT count(*) FROM sqlite_master").fetchone()
-        if tables and owner != _APPLICATION_ID:
-            self._db.close()
-            raise RobotMemoryError(
-                "this database is not a robot memory", file=self._file, hint="name another file"
-            )
         (version,) = self._db.execute("PRAGMA user_version").fetchone()
-        if tables and version != _LAYOUT_VERSION:
+        (tables,) = self._db.execute("SELECT count(*) FROM sqlite_master").fetchone()
+        if tables and (owner, version) != (_APPLICATION_ID, _LAYOUT_VERSION):
             self._db.close()
             raise RobotMemoryError(
-                "this robot memory was written by another version of cxbridge",
+                "this database is not a robot memory, or of another version of cxbridge",
                 file=self._file,
-                hint="dump its collections with that version (robmem-dump-collection) and restore them here",
+                hint="name another file",
             )
 
     def _refusal_error(self, error: Exception) -> RobotMemoryError:
@@ -88,25 +78,11 @@ class Journal:
 
         :raises RobotMemoryError: if the file is damaged.
         """
-        query = "SELECT collection, id, document FROM documents ORDER BY rowid"
-        for collection, identity, data in self._db.execute(query):
+        query = "SELECT collection, document FROM documents ORDER BY rowid"
+        for collection, data in self._db.execute(query):
             document = _decode(data)
             split_name(collection)  # refuses an invalid name
-            if _encoded_id(document["_id"]) != identity:
-                raise self._damage_error("the '_id' of a document differs from that of its row")
             yield collection, document
-
-    def read_indexes(self) -> Iterator[tuple[str, IndexSpec]]:
-        """Yield collection and index of all stored indexes.
-
-        :raises RobotMemoryError: if the file is damaged.
-        """
-        for collection, data in self._db.execute("SELECT collection, spec FROM indexes ORDER BY rowid"):
-            spec = _decode(data)
-            yield (
-                collection,
-                IndexSpec.read(spec["key"], unique=spec["unique"], expire_after_s=spec["expireAfterSeconds"]),
-            )
 
     @contextmanager
     def convert_read_errors(self) -> Iterator[None]:
@@ -129,14 +105,6 @@ class Journal:
             hint="replace it with a copy, or move it away",
         )
 
-    def store_index(self, collection: str, spec: IndexSpec) -> None:
-        """Store an index.
-
-        :raises RobotMemoryError: as in :meth:`store_document`.
-        """
-        fields = {"key": dict(spec.keys), "unique": spec.unique, "expireAfterSeconds": spec.expire_after_s}
-        self._write("INSERT INTO indexes (collection, spec) VALUES (?, ?)", (collection, _encode(fields)))
-
     def store_document(self, collection: str, document: Document) -> None:
         """Store or replace a document.
 
@@ -156,14 +124,6 @@ class Journal:
         self._write(
             "DELETE FROM documents WHERE collection = ? AND id = ?", (collection, _encoded_id(identity))
         )
-
-    def drop_collection(self, collection: str) -> None:
-        """Delete a collection.
-
-        :raises RobotMemoryError: as in :meth:`store_document`.
-        """
-        self._write("DELETE FROM documents WHERE collection = ?", (collection,))
-        self._write("DELETE FROM indexes WHERE collection = ?", (collection,))
 
     def _write(self, statement: str, values: tuple[object, ...]) -> None:
         try:

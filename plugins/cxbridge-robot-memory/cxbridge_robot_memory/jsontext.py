@@ -12,18 +12,6 @@ from typing import Any
 from cxbridge_robot_memory.errors import QueryError
 from cxbridge_robot_memory.values import Document, ObjectId, Regex, Timestamp, copy, from_ms, to_ms
 
-# keys of extended JSON for types that the embedded store does not support
-_MONGODB_ONLY = {
-    "$numberDecimal",
-    "$minKey",
-    "$maxKey",
-    "$code",
-    "$symbol",
-    "$dbPointer",
-    "$undefined",
-    "$uuid",
-}
-
 
 def parse(text: str) -> Document:
     """Return the document of a JSON text.
@@ -45,8 +33,6 @@ def _extended_value(fields: dict[str, Any]) -> Any:
     name = next(iter(fields), "")
     if not name.startswith("$"):
         return fields
-    if name in _MONGODB_ONLY:
-        raise QueryError(f"the type {name} needs MongoDB")
     if fields.keys() in ({"$regex"}, {"$regex", "$options"}) and isinstance(fields["$regex"], str):
         return Regex(fields["$regex"], _sorted_options(fields.get("$options", "")))
     read = _PARSERS.get(name) if len(fields) == 1 else None

@@ -18,7 +18,7 @@ from cxbridge.closing import Closing
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus, Logger
-from cxbridge_robot_memory.errors import RobotMemoryError, mongodb_command
+from cxbridge_robot_memory.errors import mongodb_command
 from cxbridge_robot_memory.settings import Settings
 from cxbridge_robot_memory.status_writer import StatusWriter
 
@@ -84,7 +84,7 @@ class RobotMemory(Closing):
             if self._store is not None:
                 return self._store
             self._store = self._open_store()
-            self.log.info(f"Robot memory: {self.settings.location}")
+            self.log.info(f"Robot memory: {self.settings.backend}")
             for name in self.settings.replica_sets:
                 interface = self._board.open_for_writing(REPLICA_SET_INTERFACE, name, owner="RobotMemory")
                 self._status_writers.append(StatusWriter(interface, self._store))
@@ -117,12 +117,7 @@ class RobotMemory(Closing):
         )
 
     def loop(self) -> None:
-        """Remove expired documents and update the interfaces. To be called in each cycle of the main loop."""
-        if self._store is not None:
-            try:
-                self._store.remove_expired()
-            except RobotMemoryError as error:
-                self.log.error(str(error))
+        """Update the interfaces. To be called in each cycle of the main loop."""
         for writer in self._status_writers:
             writer.write()
 

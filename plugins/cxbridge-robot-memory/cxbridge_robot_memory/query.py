@@ -95,8 +95,7 @@ def equalities(query: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     :param query: a query that has compiled before.
     """
     for name, operand in query.items():
-        # an $or of a single query requires that query, and an $in of a single value that value
-        if name == "$and" or (name == "$or" and len(operand) == 1):
+        if name == "$and":
             for part in operand:
                 yield from equalities(part)
         elif name == "$or" or isinstance(operand, Regex):
@@ -105,8 +104,6 @@ def equalities(query: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield name, operand
         elif "$eq" in operand:
             yield name, operand["$eq"]
-        elif len(operand.get("$in", ())) == 1 and not isinstance(operand["$in"][0], Regex):
-            yield name, operand["$in"][0]
 
 
 def _condition_matcher(path: str, operand: Any) -> Matcher:
@@ -116,9 +113,6 @@ def _condition_matcher(path: str, operand: Any) -> Matcher:
         return _match_any_value(
             path, compile_regex(operand) if isinstance(operand, Regex) else _equality_matcher(operand)
         )
-    for name in operand:
-        if not name.startswith("$"):
-            raise QueryError(f"'{name}' must not be among the operators of '{path}'")
     # $options belongs to $regex, which may come after it
     return _match_all(
         [
@@ -143,17 +137,18 @@ def _operator_matcher(path: str, name: str, operand: Any, operators: Mapping[str
     if name in _VALUE_MATCHERS:
         return _match_any_value(path, _VALUE_MATCHERS[name](name, operand))
     match name:
-        case "$ne" | "$nin":
-            return _negate(
-                _match_any_value(path, _VALUE_MATCHERS["$eq" if name == "$ne" else "$in"](name, operand))
-            )
-        case "$exists":
-            test = _match_any_value(path, lambda value: value is not MISSING)
-            return test if operand else _negate(test)
+        case "$ne":
+            _refuse_regex(name, operand)
+            return _negate(_match_any_value(path, _equality_matcher(operand)))
+        case "$nin":
+            return _negate(_match_any_value(path, _membership_matcher(name, operand)))
         case "$not":
             if not has_operators(operand) and not isinstance(operand, Regex):
                 raise QueryError("$not must have operators or a regular expression")
             return _negate(_condition_matcher(path, operand))
+        case "$exists":
+            test = _match_any_value(path, lambda value: value is not MISSING)
+            return test if operand else _negate(test)
         case "$regex":
             return _match_any_value(path, compile_regex(_make_regex(operand, operators.get("$options", ""))))
     raise mongodb_needed_error(name)
@@ -162,12 +157,6 @@ def _operator_matcher(path: str, name: str, operand: Any, operators: Mapping[str
 def _equality_matcher(operand: Any) -> Matcher:
     target = order_key(operand)
     return lambda value: order_key(value) == target
-
-
-def _eq_matcher(name: str, operand: Any) -> Matcher:
-    if name == "$ne":
-        _refuse_regex(name, operand)
-    return _equality_matcher(operand)
 
 
 def _refuse_regex(name: str, operand: Any) -> None:
@@ -193,7 +182,7 @@ def _membership_matcher(name: str, operand: Any) -> Matcher:
 
 
 _VALUE_MATCHERS: dict[str, Callable[[str, Any], Matcher]] = {
-    "$eq": _eq_matcher,
+    "$eq": lambda _name, operand: _equality_matcher(operand),
     "$in": _membership_matcher,
     **dict.fromkeys(_COMPARISONS, _comparison_matcher),
 }
@@ -201,8 +190,6 @@ _VALUE_MATCHERS: dict[str, Callable[[str, Any], Matcher]] = {
 
 def _make_regex(operand: Any, options: Any) -> Regex:
     if isinstance(operand, Regex):
-        if operand.options and options:
-            raise QueryError("the options must be in $regex or in $options, not in both")
         return Regex(operand.pattern, operand.options or options)
     if not isinstance(operand, str) or not isinstance(options, str):
         raise QueryError("$regex and $options must be strings")
@@ -325,7 +312,7 @@ def sort_documents(documents: list[Document], order: Order) -> list[Document]:
 
 
 def sort_key(document: Document, path: str, operation: str) -> Key:
-    """Return the key of the single value at a path, for orders and unique indexes.
+    """Return the key of the single value at a path.
 
     :raises QueryError: if the path leads to an array, which needs MongoDB.
     """

@@ -45,17 +45,6 @@ class Settings(PluginSettings):
     mutex_collection: str = "robmem_coordination.mutex"
     replica_sets: tuple[str, ...] = _DEFAULT_SETS
 
-    @property
-    def location(self) -> str:
-        """A description of the location of the documents."""
-        if self.backend == "embedded":
-            return f"in this process and in {self.file}" if self.file else "in this process only"
-        # without the user and password, which precede the @
-        hosts = [
-            uri.rpartition("@")[2].removeprefix("mongodb://") for uri in (self.uri, self.distributed_uri)
-        ]
-        return f"MongoDB {' and '.join(filter(None, hosts))}"
-
     @classmethod
     def read(cls, config: Configuration) -> Settings:
         """Read the settings.

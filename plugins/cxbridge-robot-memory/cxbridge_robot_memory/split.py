@@ -50,9 +50,8 @@ class SplitStore(Store):
         query: Mapping[str, Any] | None = None,
         *,
         sort: Mapping[str, int] | None = None,
-        limit: int = 0,
     ) -> list[Document]:
-        return self._find_store(collection).find(collection, query, sort=sort, limit=limit)
+        return self._find_store(collection).find(collection, query, sort=sort)
 
     def remove(self, collection: str, query: Mapping[str, Any]) -> int:
         return self._find_store(collection).remove(collection, query)
@@ -71,16 +70,6 @@ class SplitStore(Store):
         self._find_store(collection).create_index(
             collection, keys, unique=unique, expire_after_s=expire_after_s
         )
-
-    def drop(self, collection: str) -> None:
-        self._find_store(collection).drop(collection)
-
-    def collections(self) -> list[str]:
-        return sorted({*self._own.collections(), *self._common.collections()})
-
-    def remove_expired(self) -> None:
-        self._own.remove_expired()
-        self._common.remove_expired()
 
     def close(self) -> None:
         """Close the agent's store."""

@@ -20,7 +20,7 @@ ChangeEvent = Document
 """An event of a change stream.
 
 The fields are ``operationType`` (insert, update, replace, delete), ``ns``, ``documentKey``, ``fullDocument``
-(except for delete), ``updateDescription`` (for update), ``clusterTime``, ``wallTime``.
+(except for delete), ``clusterTime``, ``wallTime``; MongoDB has further fields.
 """
 
 ChangeCallback = Callable[[ChangeEvent], object]
@@ -117,12 +117,10 @@ class Store(Closing):
         query: Mapping[str, Any] | None = None,
         *,
         sort: Mapping[str, int] | None = None,
-        limit: int = 0,
     ) -> list[Document]:
         """Return the matching documents; without a query, all documents.
 
         :param sort: paths with 1 (ascending) or -1; without it the order is unspecified.
-        :param limit: the maximum number of documents; 0 for no limit.
         """
 
     @abstractmethod
@@ -152,21 +150,10 @@ class Store(Closing):
 
         :param unique: refuse documents with equal values.
         :param expire_after_s: the age in seconds at which documents are removed, by the time at the single
-            path; the removal may take a minute.
-        :raises DuplicateKeyError: if documents violate a unique index.
+            path.
+        :raises QueryError: in the embedded store for a unique or expiring index.
         """
-
-    @abstractmethod
-    def drop(self, collection: str) -> None:
-        """Remove a collection with documents and indexes, without reporting changes."""
-
-    @abstractmethod
-    def collections(self) -> list[str]:
-        """Return the collections with documents, sorted."""
 
     def replica_set_status(self, _name: str) -> ReplicaSetStatus:
         """Return the status of a replica set. May block."""
         return ReplicaSetStatus("PRIMARY", "HAVE_PRIMARY", "")
-
-    def remove_expired(self) -> None:
-        """Remove expired documents. To be called once per main loop."""

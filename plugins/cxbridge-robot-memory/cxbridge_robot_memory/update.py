@@ -7,7 +7,6 @@ refused by name, before any document is read.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from datetime import datetime
 from itertools import pairwise
 from typing import Any, Final, NamedTuple
@@ -17,24 +16,6 @@ from cxbridge_robot_memory.query import equalities, has_operators, mongodb_neede
 from cxbridge_robot_memory.values import MISSING, Document, copy, is_identical
 
 _OPERATORS: Final = frozenset({"$set", "$unset", "$inc", "$push", "$currentDate"})
-
-
-@dataclass
-class UpdateResult:
-    """The result of an update.
-
-    :param document: the new document.
-    :param fields: the new values by path.
-    :param removed: the paths of removed fields.
-    """
-
-    document: Document
-    fields: Document = field(default_factory=dict)
-    removed: list[str] = field(default_factory=list)
-
-    @property
-    def has_changes(self) -> bool:
-        return bool(self.fields or self.removed)
 
 
 class _UpdateStep(NamedTuple):
@@ -101,35 +82,28 @@ class Update:
                     f"updating the path '{inner[:-1]}' would create a conflict at '{outer[:-1]}'"
                 )
 
-    def apply(self, document: Document, now: datetime) -> UpdateResult:
-        """Apply the update to a copy of a document.
+    def apply(self, document: Document, now: datetime) -> Document | None:
+        """Return the changed copy of a document; None if the update changes nothing.
 
         :raises QueryError: if the update does not suit the document.
         """
-        result = UpdateResult(copy(document))
+        changed = copy(document)
+        has_changes = False
         for step in self._sorted_steps:
-            _apply_step(step, result, now)
+            has_changes |= _apply_step(step, changed, now)
         if any("." in step.path for step in self._sorted_steps):
-            copy(result.document)  # a check: copy() refuses a document that has become too deep
-        if "_id" in document and not is_identical(document["_id"], result.document.get("_id", MISSING)):
+            copy(changed)  # a check: copy() refuses a document that has become too deep
+        if "_id" in document and not is_identical(document["_id"], changed.get("_id", MISSING)):
             raise QueryError("an update cannot change the '_id' of a document")
-        return result
+        return changed if has_changes else None
 
     def new_document(self, query: Mapping[str, Any], now: datetime) -> Document:
-        """Return the document of an upsert: the query's equalities, then the update.
-
-        :raises QueryError: if the query requires two values at one path.
-        """
-        values: dict[str, Any] = {}
-        for path, value in equalities(query):
-            for other in values:
-                if f"{path}.".startswith(f"{other}.") or other.startswith(f"{path}."):
-                    raise QueryError(f"the query requires both '{other}' and '{path}', which cannot coexist")
-            values[path] = value
+        """Return the document of an upsert: the query's equalities, then the update."""
         base: Document = {}
-        for path in sorted(values):
-            _set_value(base, path, values[path])
-        return self.apply(base, now).document
+        for path, value in sorted(equalities(query), key=lambda pair: pair[0]):
+            _set_value(base, path, value)
+        changed = self.apply(base, now)
+        return base if changed is None else changed
 
 
 def _parse_steps(name: str, fields: Any) -> Iterator[_UpdateStep]:
@@ -141,10 +115,8 @@ def _parse_steps(name: str, fields: Any) -> Iterator[_UpdateStep]:
         names = split_path(path)
         if not all(names):
             raise QueryError(f"{name}: '{path}' is not a path, because a part of it is empty")
-        if any(part == "$" or part.startswith("$[") for part in names):
-            raise mongodb_needed_error(f"{name} of '{path}', with a positional operator,")
         if any(part.startswith("$") for part in names):
-            raise QueryError(f"{name}: '{path}': a field name must not begin with a dollar")
+            raise mongodb_needed_error(f"{name} of '{path}', a path with a dollar,")
         if name == "$inc" and not _is_number(operand):
             raise QueryError(f"$inc of '{path}' must be a number")
         if name == "$currentDate" and not isinstance(operand, bool):
@@ -158,25 +130,24 @@ def _is_number(value: Any) -> bool:
     return type(value) in (int, float)
 
 
-def _apply_step(step: _UpdateStep, result: UpdateResult, now: datetime) -> None:
+def _apply_step(step: _UpdateStep, document: Document, now: datetime) -> bool:
+    """Apply a step to a document; return whether the document has changed."""
     *parents, name = step.path.split(".")
-    parent: Any = result.document
+    parent: Any = document
     for field_name in parents:
         parent = parent.get(field_name) if isinstance(parent, dict) else None
     current_value = parent.get(name, MISSING) if isinstance(parent, dict) else MISSING
     new = step.new_value(current_value, now)
     if new is MISSING:
-        if current_value is not MISSING:
-            del parent[name]
-            result.removed.append(step.path)
+        if current_value is MISSING:
+            return False
+        del parent[name]
+        return True
     # $currentDate always counts as a change: on a virtual clock, the time may be the same as before
-    elif step.operator == "$currentDate" or current_value is MISSING or not is_identical(current_value, new):
-        _set_value(result.document, step.path, new)
-        if step.operator == "$push" and len(new) > 1:
-            # as in MongoDB's events, an appended element has the path with its index
-            result.fields[f"{step.path}.{len(new) - 1}"] = new[-1]
-        else:
-            result.fields[step.path] = new
+    if step.operator != "$currentDate" and current_value is not MISSING and is_identical(current_value, new):
+        return False
+    _set_value(document, step.path, new)
+    return True
 
 
 def _set_value(document: Document, path: str, new: Any) -> None:

@@ -16,9 +16,7 @@ from cxbridge.file_access import write_file
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain, Problem
-    from cxbridge.history.plan_steps import PlannedAction
     from cxbridge_planning import PlanResult
-    from cxbridge_planning.validation.plan import PlanCheck
 
 # The exit status by planning status; bad input and unsupported problems have 2.
 EXIT_STATUS: Final = {"PLANNED": 0, "NO-PLAN": 1, "TIMEOUT": 3, "FAILED": 4, "CANCELLED": 130}
@@ -154,33 +152,13 @@ def _validate_plan(domain: Domain, problem: Problem, plan_file: Path, *, as_json
     check = check_plan(domain, problem, actions)
     if check.unchecked:
         raise CxbridgeError(f"the plan cannot be checked: {check.unchecked}", file=str(plan_file))
-    metric = _metric_value(problem, actions, check) if check.holds else None
     if as_json:
-        verdict = {"valid": check.holds, "step": check.step, "message": check.failure, "metric": metric}
-        say_json(verdict, indent=2)
+        say_json({"valid": check.holds, "step": check.step, "message": check.failure}, indent=2)
     elif check.holds:
-        cost = "" if metric is None else f", metric {metric:g}"
-        say(f"the plan holds: {len(actions)} steps{cost}")
+        say(f"the plan holds: {len(actions)} steps")
     else:
         say(f"the plan does not hold: {check.failure}")
     return 0 if check.holds else 1
-
-
-def _metric_value(problem: Problem, actions: Iterable[PlannedAction], check: PlanCheck) -> float | None:
-    """Return the value of a problem's metric after a plan; None without a metric or a value.
-
-    A plan without times takes one time unit per step.
-    """
-    from cxbridge.executive.pddl.ast import TOTAL_TIME
-    from cxbridge.executive.problem.truth import KnownState
-
-    if problem.metric is None:
-        return None
-    steps = tuple(actions)
-    ends = [step.start + (step.duration or 0.0) for step in steps if step.start is not None]
-    total_time = max(ends) if ends else float(len(steps))
-    numbers = {**check.end.numbers, (TOTAL_TIME, ()): total_time}
-    return KnownState((), numbers).number(problem.metric[1], {})
 
 
 def _parse_options(texts: Iterable[str]) -> dict[str, str]:

@@ -112,18 +112,6 @@ def test_a_plan_is_validated(files, tmp_path, capsys, plan, status, said):
     assert said in capsys.readouterr().out
 
 
-def test_validation_as_json_has_the_value_of_the_metric(files, tmp_path, capsys):
-    domain = DOMAIN.replace("(:action", "(:functions (total-cost)) (:action").replace(
-        "(not (at ?a))", "(not (at ?a)) (increase (total-cost) 3)"
-    )
-    problem = PROBLEM.replace("(:goal", "(:metric minimize (total-cost)) (:goal")
-    (tmp_path / "plan").write_text("(go a b)\n(go b c)")
-    arguments = files(domain.replace(":strips", ":strips :fluents"), problem)
-    assert invoke(["plan", *arguments, "--validate", str(tmp_path / "plan"), "--json"]) == 0
-    answer = json.loads(capsys.readouterr().out)
-    assert answer == {"valid": True, "step": 0, "message": "", "metric": 6.0}
-
-
 @pytest.mark.parametrize(
     ("plan", "message"),
     [

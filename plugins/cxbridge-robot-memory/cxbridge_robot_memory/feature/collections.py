@@ -133,7 +133,7 @@ class CollectionFunctions:
         except ClipsError:
             self._report_registration(name, None)
             raise
-        trigger = Trigger(name)
+        trigger = Trigger()
 
         def register() -> None:
             # runs in a thread of the context if the store is remote

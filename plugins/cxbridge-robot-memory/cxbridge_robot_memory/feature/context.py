@@ -34,7 +34,7 @@ class RobotMemoryContext:
         self.memory = memory
         self.store: Store = memory.store
         self.log: Logger = env.bus.logger(f"RobotMemoryCLIPS|{env.name}")
-        self.handles = Handles(self.log)
+        self.handles = Handles()
         self._assertions: deque[Callable[[], None]] = deque()
         self._last_event_us = 0
         self._operations: dict[str, Future[None]] = {}  # the operations by key

@@ -10,9 +10,9 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import Logger
 from cxbridge.executive.feature import define_logged
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
+from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value, show
 from cxbridge_robot_memory import jsontext
-from cxbridge_robot_memory.errors import QueryError, RobotMemoryError
+from cxbridge_robot_memory.errors import RobotMemoryError
 from cxbridge_robot_memory.feature.handles import Handles
 from cxbridge_robot_memory.values import (
     MISSING,
@@ -85,18 +85,12 @@ class DocumentFunctions:
 
     def append_time(self, doc: Value, field: str, time: tuple[Value, ...]) -> None:
         """Set a field to a time with a resolution of milliseconds."""
-        if len(time) != 2:  # noqa: PLR2004
-            self._log.warn(f"Invalid time, {len(time)} instead of 2 entries")
-            return
-        seconds, microseconds = time
-        if not isinstance(seconds, int) or not isinstance(microseconds, int):
-            self._log.warn("Invalid time, type mismatch")
-            return
-        document = self._document(doc, "bson-append-time")
-        try:
-            self._set_field(document, field, from_ms(seconds * 1000 + microseconds // 1000))
-        except QueryError as error:
-            self._log.error(f"Failed to append time value to field {field}: {error}")
+        match time:
+            case (int() as seconds, int() as microseconds):
+                moment = from_ms(seconds * 1000 + microseconds // 1000)
+                self._set_field(self._document(doc, "bson-append-time"), field, moment)
+            case _:
+                self._log.warn(f"Invalid time: {show(time)}")
 
     def array_start(self) -> Value:
         return self._handles.add([])
@@ -113,12 +107,8 @@ class DocumentFunctions:
         self._set_field(self._document(doc, "bson-array-finish"), field, items)
 
     def _set_field(self, document: Document, field: str, value: Any) -> None:
-        if value is MISSING:
-            return
-        try:
+        if value is not MISSING:
             document[str(field)] = copy({field: value})[field]
-        except RobotMemoryError as error:
-            self._log.error(f"Failed to append value to field {field}: {error}")
 
     def _to_bson(self, value: Value, where: str) -> Any:
         """Return a CLIPS value as the value of a field, or :data:`MISSING` after a warning.

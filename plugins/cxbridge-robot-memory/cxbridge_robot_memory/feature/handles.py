@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from typing import TypeVar
 
 from cxbridge.errors import ClipsError
-from cxbridge.events import Logger
 from cxbridge.executive.host.values import ExternalAddress, Symbol, Value, show
 from cxbridge_robot_memory.store import Watch
 from cxbridge_robot_memory.values import Document
@@ -20,8 +19,6 @@ T = TypeVar("T")
 
 # far from the handles of messages on the blackboard, so that functions for documents tell them apart
 _FIRST_NUMBER = 1 << 32
-
-_MANY_HANDLES = 100_000  # with more handles, rules probably forget to release them
 
 
 class Cursor:
@@ -34,12 +31,10 @@ class Cursor:
 class Trigger:
     """A registration for changes of a collection.
 
-    :param name: the name of the facts about the changes.
     :ivar watch: the subscription; None until the database has confirmed the registration.
     """
 
-    def __init__(self, name: str) -> None:
-        self.name = name
+    def __init__(self) -> None:
         self.watch: Watch | None = None
 
     def close(self) -> None:
@@ -48,29 +43,21 @@ class Trigger:
             self.watch.close()
 
 
+_NOUNS: dict[type, str] = {dict: "a document", list: "an array", Cursor: "a cursor", Trigger: "a trigger"}
+
+
 class Handles:
-    """The handles of one environment with their objects.
+    """The handles of one environment with their objects."""
 
-    :param log: gets a warning at a suspiciously large number of objects.
-    """
-
-    def __init__(self, log: Logger) -> None:
+    def __init__(self) -> None:
         self._objects: dict[int, object] = {}
         # counted per environment: facts show them, and runs must be reproducible
         self._numbers = itertools.count(_FIRST_NUMBER)
-        self._log = log
-        self._warn_at = _MANY_HANDLES
 
     def add(self, value: object) -> ExternalAddress:
         """Return a new handle of an object."""
         number = next(self._numbers)
         self._objects[number] = value
-        if len(self._objects) >= self._warn_at:
-            self._log.warn(
-                f"{len(self._objects)} documents and cursors are alive in CLIPS: "
-                "does a rule forget bson-destroy or robmem-cursor-destroy?"
-            )
-            self._warn_at *= 2
         return ExternalAddress(number)
 
     def get(self, address: Value, kind: type[T], function: str) -> T:
@@ -83,13 +70,12 @@ class Handles:
         value = self._objects.get(_number(address))
         if isinstance(value, kind):
             return value
-        noun = _class_noun(kind)
+        noun = _NOUNS[kind]
         if value is not None:
-            actual_noun = _class_noun(type(value))
-            raise ClipsError(f"{function}: this is {_with_article(actual_noun)}, not {_with_article(noun)}")
+            raise ClipsError(f"{function}: this is {_NOUNS[type(value)]}, not {noun}")
         if _number(address) >= _FIRST_NUMBER:
-            raise ClipsError(f"{function}: this {noun} was destroyed before")
-        raise ClipsError(f"{function}: this is not {_with_article(noun)}: {show(address)}")
+            raise ClipsError(f"{function}: the object was destroyed before")
+        raise ClipsError(f"{function}: this is not {noun}: {show(address)}")
 
     def pop(self, address: Value, kind: type[T], function: str) -> T:
         """Return the object of a handle, and release the handle.
@@ -103,15 +89,6 @@ class Handles:
     def objects_of_kind(self, kind: type[T]) -> list[T]:
         """Return all objects of a kind."""
         return [value for value in self._objects.values() if isinstance(value, kind)]
-
-
-def _class_noun(kind: type) -> str:
-    """Return the noun for a class, for messages."""
-    return {"dict": "document", "list": "array"}.get(kind.__name__, kind.__name__.lower())
-
-
-def _with_article(noun: str) -> str:
-    return f"an {noun}" if noun == "array" else f"a {noun}"
 
 
 def pointer_symbol(address: ExternalAddress) -> Symbol:

@@ -36,7 +36,6 @@ _SOCKET_MS = 10_000  # milliseconds until a server without reply is reported
 _PAUSE_S = 1.0
 
 _DUPLICATE_KEY = 11000  # MongoDB's code of the error
-_SYSTEM_DATABASES = {"admin", "local", "config"}
 
 
 def make_client(uri: str) -> Client:
@@ -117,11 +116,10 @@ class MongoStore(Store):
         query: Mapping[str, Any] | None = None,
         *,
         sort: Mapping[str, int] | None = None,
-        limit: int = 0,
     ) -> list[Document]:
         order = list(sort.items()) if sort else None
         with self._open_collection(collection) as mongo_collection:
-            documents = mongo_collection.find(to_bson(query or {}), sort=order, limit=limit)
+            documents = mongo_collection.find(to_bson(query or {}), sort=order)
             return [from_bson(document) for document in documents]
 
     def remove(self, collection: str, query: Mapping[str, Any]) -> int:
@@ -143,19 +141,6 @@ class MongoStore(Store):
             raise QueryError("an index must have at least one key")
         with self._open_collection(collection) as mongo_collection:
             mongo_collection.create_index(list(keys.items()), **options)
-
-    def drop(self, collection: str) -> None:
-        with self._open_collection(collection) as mongo_collection:
-            mongo_collection.drop()
-
-    def collections(self) -> list[str]:
-        names: set[str] = set()
-        for client in {self._local, self._distributed}:
-            with self._converted_errors(client):
-                for database in client.list_database_names():
-                    if database not in _SYSTEM_DATABASES and client is self._find_client(database):
-                        names |= {f"{database}.{name}" for name in client[database].list_collection_names()}
-        return sorted(names)
 
     def watch(self, collection: str, query: Mapping[str, Any], on_change: ChangeCallback) -> Watch:
         pipeline = [{"$match": to_bson(query)}] if query else []
@@ -189,19 +174,16 @@ class MongoStore(Store):
 
     @contextmanager
     def _open_collection(self, collection: str) -> Iterator[Collection[Document]]:
-        """Provide a collection; convert errors of the driver."""
+        """Provide a collection; convert errors of the driver.
+
+        Fails immediately for some time after a failed connection.
+        """
         database, name = split_name(collection)
         client = self._find_client(database)
-        with self._converted_errors(client):
-            yield client[database].get_collection(name, codec_options=CODEC)
-
-    @contextmanager
-    def _converted_errors(self, client: Client) -> Iterator[None]:
-        """Convert errors of the driver. Fail immediately for some time after a failed connection."""
         if time.monotonic() < self._paused_until.get(id(client), 0.0):
             raise UnreachableError("the database cannot be reached")
         try:
-            yield
+            yield client[database].get_collection(name, codec_options=CODEC)
         except mongo_errors.PyMongoError as error:
             translated = _convert_error(error)
             if isinstance(translated, UnreachableError):

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 REAL = os.environ.get("CXBRIDGE_TEST_MONGODB", "")
 """The URI of a real replica set; its database `robmem` is emptied by the tests."""
 
-DATABASES = ("robmem", "robmem_coordination")
-
 KINDS = [
     "embedded",
     "split",
@@ -74,8 +72,7 @@ def store(request: pytest.FixtureRequest, clock: VirtualClock) -> Iterator[Store
         from cxbridge_robot_memory.mongodb.store import MongoStore
 
         store = MongoStore(REAL if request.param == "mongodb" else request.getfixturevalue("server").uri)
-        for name in store.collections():
-            if name.split(".")[0] in DATABASES:
-                store.drop(name)
+        for collection in ("robmem.test", "robmem.other"):
+            store.remove(collection, {})
     yield store
     store.close()

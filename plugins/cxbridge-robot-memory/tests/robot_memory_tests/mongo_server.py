@@ -59,6 +59,7 @@ class MongoServer:
     def __init__(self, port: int = 0, before: MongoServer | None = None) -> None:
         self.store: EmbeddedStore = before.store if before else EmbeddedStore(RealClock())
         self._history: dict[str, list[Document]] = before._history if before else {}
+        self.indexes: list[Document] = []
         self._streams: dict[int, _Stream] = {}
         self._lock = threading.RLock()
         self._connections: set[Any] = set()
@@ -209,9 +210,7 @@ class MongoServer:
 
     def do_find(self, command: Document) -> Document:
         name = self._name(command)
-        found = self.store.find(
-            name, command.get("filter"), sort=command.get("sort"), limit=command.get("limit", 0)
-        )
+        found = self.store.find(name, command.get("filter"), sort=command.get("sort"))
         return _batch(name, found)
 
     def do_aggregate(self, command: Document) -> Document:
@@ -258,27 +257,8 @@ class MongoServer:
         return {"cursorsKilled": command["cursors"]}
 
     def do_createindexes(self, command: Document) -> Document:
-        for index in command["indexes"]:
-            self.store.create_index(
-                f"{command['$db']}.{command['createIndexes']}",
-                index["key"],
-                unique=index.get("unique", False),
-                expire_after_s=index.get("expireAfterSeconds"),
-            )
+        self.indexes += command["indexes"]
         return {}
-
-    def do_drop(self, command: Document) -> Document:
-        self.store.drop(self._name(command))
-        return {}
-
-    def do_listdatabases(self, _command: Document) -> Document:
-        names = {name.split(".")[0] for name in self.store.collections()}
-        return {"databases": [{"name": name} for name in sorted(names)]}
-
-    def do_listcollections(self, command: Document) -> Document:
-        names = [name.partition(".") for name in self.store.collections()]
-        found = [{"name": name, "type": "collection"} for base, _, name in names if base == command["$db"]]
-        return _batch(f"{command['$db']}.$cmd.listCollections", found)
 
     @staticmethod
     def _name(command: Document) -> str:

@@ -30,13 +30,10 @@ def test_a_file_survives(clock, tmp_path):
         store.insert(C, {"_id": number, "a": [number]})
     store.update(C, {"_id": 1}, {"a": "changed"})
     store.remove(C, {"_id": 2})
-    store.insert("robmem.gone", {"_id": 1})
-    store.drop("robmem.gone")
     expected = store.find(C)
     store.close()
     again = EmbeddedStore(clock, file)
     assert again.find(C) == expected
-    assert again.collections() == [C]
     again.close()
 
 
@@ -130,7 +127,6 @@ def damaged(data: bytes, kind: int, chance: random.Random) -> bytes:
 def test_a_damaged_file_is_one_clear_error(clock, tmp_path):
     file = tmp_path / "memory.db"
     store = EmbeddedStore(clock, file)
-    store.create_index(C, {"a": 1}, unique=True)
     for number in range(200):
         store.insert(C, {"_id": number, "a": number, "text": "x" * 50, "l": [1, {"b": number}]})
     store.close()
@@ -151,18 +147,6 @@ def test_a_damaged_file_is_one_clear_error(clock, tmp_path):
     assert [*errors] == [*errors.values()]
 
 
-def test_a_document_under_another_id_is_damage(clock, tmp_path):
-    file = tmp_path / "memory.db"
-    store = EmbeddedStore(clock, file)
-    store.insert(C, {"_id": 1})
-    store.close()
-    with sqlite3.connect(file) as database:
-        database.execute("UPDATE documents SET document = ?", (b'{"_id": 2}',))
-    database.close()
-    with pytest.raises(RobotMemoryError, match=r"(?s)memory\.db: .*damaged.*move it away"):
-        EmbeddedStore(clock, file)
-
-
 def test_a_file_of_another_version_is_refused_and_left_alone(clock, tmp_path):
     file = tmp_path / "memory.db"
     EmbeddedStore(clock, file).close()
@@ -170,7 +154,7 @@ def test_a_file_of_another_version_is_refused_and_left_alone(clock, tmp_path):
         database.execute("PRAGMA user_version = 0")
     database.close()
     before = file.read_bytes()
-    with pytest.raises(RobotMemoryError, match=r"(?s)another version of cxbridge.*robmem-dump-collection"):
+    with pytest.raises(RobotMemoryError, match="another version of cxbridge"):
         EmbeddedStore(clock, file)
     assert file.read_bytes() == before
 
@@ -210,21 +194,6 @@ def test_runs_on_a_virtual_clock_repeat():
         return told
 
     assert run() == run()
-
-
-def test_documents_whose_time_is_over_go(clock):
-    store = EmbeddedStore(clock)
-    store.create_index(C, {"t": 1}, expire_after_s=10)
-    for name in ("old", "young"):
-        store.update(C, {"_id": name}, {"$currentDate": {"t": True}}, upsert=True)
-        store.remove_expired()
-        clock.sleep_until(clock.now_us() + 55_000_000)
-    store.insert(C, {"_id": "timeless", "t": "soon"})
-    told: list[Document] = []
-    store.watch(C, {}, told.append)
-    store.remove_expired()
-    assert {document["_id"] for document in store.find(C)} == {"timeless"}
-    assert [event["operationType"] for event in told] == ["delete", "delete"]
 
 
 def test_many_threads_lose_nothing(clock):

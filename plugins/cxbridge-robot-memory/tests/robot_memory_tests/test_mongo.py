@@ -91,7 +91,6 @@ def test_a_database_that_is_away_at_the_start(fast):
         lambda: store.insert(C, {}),
         lambda: store.find(C),
         lambda: store.watch(C, {}, print),
-        store.collections,
     ):
         with pytest.raises(UnreachableError, match="cannot be reached"):
             operation()
@@ -108,8 +107,11 @@ def test_what_robots_share_is_in_the_shared_set():
         store = MongoStore(own.uri, shared.uri, ["robmem_coordination"])
         assert Mutexes(store, M, RealClock()).try_lock("m", "me")
         store.insert(C, {"a": 1})
-        assert (own.store.collections(), shared.store.collections()) == ([C], [M])
-        assert store.collections() == [C, M]
+        assert [len(server.store.find(name)) for server in (own, shared) for name in (C, M)] == [1, 0, 0, 1]
+        store.create_index(C, {"a": 1, "b": -1}, unique=True)
+        store.create_index(M, {"t": 1}, expire_after_s=5)
+        assert [(index["key"], index["unique"]) for index in own.indexes] == [({"a": 1, "b": -1}, True)]
+        assert [index["expireAfterSeconds"] for index in shared.indexes] == [5]
         store.close()
 
 
@@ -159,7 +161,6 @@ def test_the_settings_are_fawkes():
         "shared.locks",
         ("one",),
     )
-    assert found.location == "MongoDB here:27021/?directConnection=true and a:1,b:2/?replicaSet=rs"
     assert settings(FAWKES_CLIENTS % "false").distributed_uri == ""
 
 
@@ -169,11 +170,10 @@ def test_without_a_configuration_it_is_in_this_process():
     assert found.replica_sets == ("robot-memory-distributed", "robot-memory-local")
 
 
-def test_one_uri_is_for_everything_and_its_password_is_not_told():
+def test_one_uri_is_for_everything():
     text = 'cxbridge: {robot-memory: {backend: mongodb, uri: "mongodb://me:secret@h:1/"}}'
     found = settings(text)
     assert (found.uri, found.distributed_uri) == ("mongodb://me:secret@h:1/", "")
-    assert "secret" not in found.location
 
 
 def memory(config: str, clock: Clock, folder: Path):

@@ -61,8 +61,11 @@ def test_an_update_makes_what_mongodb_documents(_name, document, update, expecte
         return
     changed = Update(copy(update)).apply(copy(before), mongodb.NOW)
     # to the byte: types of numbers and the order of fields count
-    assert is_identical(changed.document, {"_id": 1, **expected})
-    assert changed.has_changes != is_identical(before, {"_id": 1, **expected})
+    if changed is None:
+        assert is_identical(before, {"_id": 1, **expected})
+    else:
+        assert is_identical(changed, {"_id": 1, **expected})
+        assert not is_identical(before, changed)
 
 
 @pytest.mark.parametrize(("query", "update", "expected"), mongodb.UPSERTS, ids=brief)
@@ -126,7 +129,3 @@ def test_positional_operators_are_refused_by_name(embedded, name):
 @pytest.mark.parametrize("kind", names.INDEX_KINDS)
 def test_each_kind_of_index_is_refused_by_name(embedded, kind):
     assert refuses(kind, lambda: embedded.create_index(C, {"a": kind}))
-
-
-def test_a_wildcard_index_is_refused(embedded):
-    assert refuses("$**", lambda: embedded.create_index(C, {"$**": 1}))

@@ -171,12 +171,8 @@ def test_found_documents_are_sorted_by_type_and_value(store):
     fill(store, {"_id": 1, "a": "b"}, {"_id": 2, "a": 3}, {"_id": 3}, {"_id": 4, "a": -1.5})
     fill(store, {"_id": 5, "a": True}, {"_id": 6, "a": "a"}, {"_id": 7, "a": NOW})
     assert ids(store.find(C, sort={"a": 1})) == [3, 4, 2, 6, 1, 5, 7]
-    assert ids(store.find(C, sort={"a": -1}, limit=3)) == [7, 5, 1]
-
-
-def test_sorting_by_several_fields(store):
-    fill(store, *({"_id": f"{a}{b}", "a": a, "b": b} for a in (2, 1) for b in (1, 2)))
-    assert ids(store.find(C, sort={"a": 1, "b": -1})) == ["12", "11", "22", "21"]
+    fill(store, {"_id": 8, "a": 3}, {"_id": 0, "a": 3})
+    assert ids(store.find(C, {"a": 3}, sort={"a": -1, "_id": 1})) == [0, 2, 8]
 
 
 # --- updates ----------------------------------------------------------------------------------------------
@@ -226,11 +222,6 @@ def test_the_operators(store):
     assert store.find(C) == [{"_id": 1, "a": 4, "b": {"d": 2}, "l": [1, 2]}]
 
 
-def test_the_current_date(store):
-    found = store.find_one_and_update(C, {"_id": 1}, {"$currentDate": {"t": True}}, upsert=True)
-    assert isinstance(found["t"], datetime)
-
-
 @pytest.mark.parametrize(
     "changes",
     [
@@ -263,36 +254,6 @@ def test_removing(store):
     assert store.find(C) == []
 
 
-def test_dropping(store):
-    store.create_index(C, {"a": 1}, unique=True)
-    fill(store, {"_id": 1, "a": 1})
-    store.drop(C)
-    assert store.find(C) == []
-    fill(store, {"_id": 1, "a": 1}, {"_id": 2, "a": 1})
-    assert store.collections() == [C]
-
-
-# --- indexes ----------------------------------------------------------------------------------------------
-
-
-def test_a_unique_index_refuses_what_is_there(store):
-    store.create_index(C, {"a": 1, "b": 1}, unique=True)
-    fill(store, {"_id": 1, "a": 1, "b": 1}, {"_id": 2, "a": 1, "b": 2})
-    with pytest.raises(DuplicateKeyError):
-        store.insert(C, {"_id": 3, "a": 1, "b": 1})
-    with pytest.raises(DuplicateKeyError):
-        store.update(C, {"_id": 2}, {"b": 1})
-    store.remove(C, {"_id": 1})
-    store.update(C, {"_id": 2}, {"b": 1})
-    assert store.find(C) == [{"_id": 2, "a": 1, "b": 1}]
-
-
-def test_a_unique_index_on_what_is_not_unique_is_refused(store):
-    fill(store, {"_id": 1, "a": 1}, {"_id": 2, "a": 1})
-    with pytest.raises(DuplicateKeyError):
-        store.create_index(C, {"a": 1}, unique=True)
-
-
 # --- changes ----------------------------------------------------------------------------------------------
 
 
@@ -306,8 +267,7 @@ def test_changes_are_told_in_order(store):
     told = events.first(4)
     assert [event["operationType"] for event in told] == ["insert", "update", "insert", "delete"]
     assert told[0]["fullDocument"] == {"_id": 1, "a": 1, "b": 1}
-    assert told[1]["updateDescription"]["updatedFields"] == {"a": 2}
-    assert told[1]["updateDescription"]["removedFields"] == ["b"]
+    assert told[1]["fullDocument"] == {"_id": 1, "a": 2}
     assert told[3]["documentKey"] == {"_id": 1}
     assert "fullDocument" not in told[3]
     assert all(event["ns"] == {"db": "robmem", "coll": "test"} for event in told)
@@ -320,7 +280,7 @@ def test_what_changes_nothing_is_not_told(store):
     events = Events(store)
     assert store.update(C, {"_id": 1}, {"a": 1}) == 1
     store.update(C, {"_id": 1}, {"a": 2})
-    assert events.first(1)[0]["updateDescription"]["updatedFields"] == {"a": 2}
+    assert events.first(1)[0]["fullDocument"]["a"] == 2
 
 
 def test_only_events_that_fit_are_told(store):
@@ -329,13 +289,6 @@ def test_only_events_that_fit_are_told(store):
     store.update(C, {}, {"kind": "good"})
     fill(store, {"_id": 3, "kind": "good"})
     assert [event["documentKey"]["_id"] for event in events.first(2)] == [2, 3]
-
-
-def test_a_closed_watch_tells_nothing(store):
-    closed, open_ = Events(store), Events(store)
-    closed.watch.close()
-    closed.watch.close()
-    store.insert(C, {"_id": 1})
-    open_.first(1)
-    assert closed.first(0) == []
-    assert closed._events == []
+    events.watch.close()
+    fill(store, {"_id": 4, "kind": "good"})
+    assert len(events._events) == 2

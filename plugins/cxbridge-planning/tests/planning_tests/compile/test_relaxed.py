@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
-from cxbridge_planning import PlanningService, PlanRequest
 from cxbridge_planning.compile.relaxed import unreachable_goal_lines
 
 DOMAIN = parse_domain("""(define (domain cups) (:requirements :adl :durative-actions :fluents)
@@ -28,19 +27,19 @@ TASK = """(define (problem p) (:domain cups) (:objects c d - cup kitchen table t
         ("(at c table)", []),
         ("(lit)", []),
         ("(and (at c table) (not (at c kitchen)) (> (moved) 7))", []),
-        ("(at c tabel)", ["nothing achieves (at c tabel): the conditions of carry are never true"]),
+        ("(at c tabel)", ["nothing achieves (at c tabel)"]),
         (
             "(and (at c tabel) (red c))",
             [
-                "nothing achieves (at c tabel): the conditions of carry are never true",
+                "nothing achieves (at c tabel)",
                 "nothing achieves (red c): no action changes red",
             ],
         ),
-        ("(bright c)", ["nothing achieves (bright c): the conditions of shine are never true"]),
-        ("(not (red d))", ["nothing deletes (red d)"]),
+        ("(bright c)", ["nothing achieves (bright c)"]),
+        ("(not (red d))", []),
         (
             "(or (and (red c) (at c tabel)) (at d tabel))",
-            ["nothing achieves (at d tabel): the conditions of carry are never true"],
+            ["nothing achieves (at d tabel)"],
         ),
         ("(exists (?p - place) (and (at d ?p) (way ?p tabel)))", None),
     ],
@@ -48,11 +47,3 @@ TASK = """(define (problem p) (:domain cups) (:objects c d - cup kitchen table t
 def test_parts_of_the_goal_that_no_relaxed_plan_reaches(goal, reasons):
     found = unreachable_goal_lines(DOMAIN, parse_problem(TASK.format(goal=goal), DOMAIN))
     assert found == reasons if reasons is not None else found
-
-
-def test_a_planner_without_a_plan_says_so():
-    domain = parse_domain("(define (domain d) (:requirements :strips) (:predicates (p)))")
-    problem = parse_problem("(define (problem p) (:domain d) (:init) (:goal (p)))", domain)
-    with PlanningService() as service:
-        result = service.plan(PlanRequest(domain, problem, "pyperplan"))
-    assert result.message == "pyperplan says that there is no plan: nothing achieves (p): no action changes p"
