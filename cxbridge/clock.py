@@ -69,54 +69,32 @@ class Clock(ABC):
 
 
 class RealClock(Clock):
-    """The machine time, which never decreases: wall clock at the start plus monotonic time."""
+    """The machine time, which never decreases: wall clock at the start plus monotonic time.
 
-    name = "real"
-
-    def __init__(self) -> None:
-        self._start_wall_us = time.time_ns() // 1000
-        self._start_monotonic_ns = time.monotonic_ns()
-
-    def now_us(self) -> int:
-        return self._start_wall_us + (time.monotonic_ns() - self._start_monotonic_ns) // 1000
-
-    def sleep_until(self, time_us: int, wake: threading.Event | None = None) -> None:
-        remaining_us = time_us - self.now_us()
-        if remaining_us > 0:
-            self._sleep(remaining_us / MICROSECONDS, wake)
-
-    @staticmethod
-    def _sleep(seconds: float, wake: threading.Event | None) -> None:
-        if wake is None:
-            time.sleep(seconds)
-        else:
-            wake.wait(min(seconds, threading.TIMEOUT_MAX))  # a longer wait raises OverflowError
-
-
-class ScaledClock(RealClock):
-    """The machine's time since the start, multiplied by a factor.
-
-    :param factor: seconds per real second.
+    :param factor: seconds of the clock per second since the start.
     """
 
-    def __init__(self, factor: float) -> None:
+    def __init__(self, factor: float = 1.0) -> None:
         if not MIN_FACTOR <= factor <= MAX_FACTOR:
             raise ConfigError(
                 f"a clock cannot run at {factor:g} times real time",
                 hint=f"use a factor from {MIN_FACTOR:g} to {MAX_FACTOR:g}",
             )
-        super().__init__()
-        self.factor = factor
-        self.name = f"scaled:{factor:g}"
+        self.name = "real" if factor == 1.0 else f"scaled:{factor:g}"
+        self._factor = factor
+        self._start_wall_us = time.time_ns() // 1000
+        self._start_monotonic_ns = time.monotonic_ns()
 
     def now_us(self) -> int:
-        elapsed_us = super().now_us() - self._start_wall_us
-        return self._start_wall_us + int(elapsed_us * self.factor)
+        elapsed_us = (time.monotonic_ns() - self._start_monotonic_ns) // 1000
+        return self._start_wall_us + int(elapsed_us * self._factor)
 
     def sleep_until(self, time_us: int, wake: threading.Event | None = None) -> None:
-        remaining_us = time_us - self.now_us()
-        if remaining_us > 0:
-            self._sleep(remaining_us / self.factor / MICROSECONDS, wake)
+        seconds = (time_us - self.now_us()) / self._factor / MICROSECONDS
+        if seconds > 0 and wake is None:
+            time.sleep(seconds)
+        elif seconds > 0 and wake is not None:
+            wake.wait(min(seconds, threading.TIMEOUT_MAX))  # a longer wait raises OverflowError
 
 
 class VirtualClock(Clock):
@@ -151,5 +129,5 @@ def make_clock(name: str) -> Clock:
     kind, _, factor = name.partition(":")
     if kind == "scaled":
         with suppress(ValueError):
-            return ScaledClock(float(factor))
+            return RealClock(float(factor))
     raise ConfigError(f"unknown clock '{name}'", hint="use virtual, real, or scaled:N (e.g. scaled:10)")

@@ -27,7 +27,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 
 class CxbridgeError(Exception):
@@ -100,7 +99,7 @@ class BrokenAgentError(CxbridgeError):
     :param started: whether the agent had been started.
     """
 
-    def __init__(self, mistakes: Sequence[CxbridgeError], *, started: bool = False) -> None:
+    def __init__(self, mistakes: Sequence[CxbridgeError], started: bool = False) -> None:
         noun = "mistake" if len(mistakes) == 1 else "mistakes"
         consequence = "the agent was ended" if started else "the agent was not started"
         super().__init__(
@@ -111,10 +110,7 @@ class BrokenAgentError(CxbridgeError):
         )
         self.mistakes = tuple(mistakes)
         self.started = started
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Return the function and the arguments for unpickling, because `started` is keyword-only."""
-        return _restore_broken_agent_error, (self.mistakes, self.started)
+        self.args = (self.mistakes, started)  # the arguments for unpickling
 
     def __str__(self) -> str:
         """Return all mistakes and their number."""
@@ -155,7 +151,3 @@ class Ros2Error(CxbridgeError):
 
 class TraceError(CxbridgeError):
     """A recorded run cannot be read or written."""
-
-
-def _restore_broken_agent_error(mistakes: Sequence[CxbridgeError], started: bool) -> BrokenAgentError:
-    return BrokenAgentError(mistakes, started=started)

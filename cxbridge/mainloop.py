@@ -6,15 +6,11 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import Enum
-from typing import Final
 
 from cxbridge.clock import Clock
 
 DEFAULT_PERIOD_US = 33_333
 """Fawkes' ``/fawkes/mainapp/desired_loop_time``: 30 cycles a second."""
-
-STALL_S: Final = 5.0
-"""The default duration in seconds after which a cycle is a stall, see :mod:`cxbridge.run.watchdog`."""
 
 
 class Hook(Enum):

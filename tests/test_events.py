@@ -35,16 +35,6 @@ def test_nobody_listens_so_nothing_need_be_made():
     assert got == []
 
 
-def test_the_levels_of_a_logger():
-    bus = EventBus(VirtualClock())
-    got: list[Event] = []
-    bus.subscribe(got.append, LogLine)
-    log = bus.logger("C")
-    for say in (log.debug, log.info, log.warn, log.error):
-        say("x")
-    assert [line.level.value for line in got if isinstance(line, LogLine)] == ["D", "I", "W", "E"]
-
-
 def test_who_subscribes_while_others_come_and_go_is_heeded():
     bus = EventBus(VirtualClock())
     unheard: list[type[Event]] = []

@@ -8,7 +8,6 @@ import shlex
 import sys
 import tomllib
 from importlib import metadata
-from pathlib import Path
 
 import pytest
 
@@ -45,19 +44,6 @@ def test_extras_are_those_of_users(installed):
     }
 
 
-def test_what_is_missing(installed):
-    assert extras.missing_requirements("packed") == []
-    assert extras.missing_requirements("planners") == ["up-aries<1,>=0.4", "no-such-package>=1"]
-
-
-def test_a_checkout_is_installed_with_its_extra(monkeypatch, tmp_path):
-    monkeypatch.chdir(ROOT)
-    assert shlex.split(extras.install_command("packed"))[1:] == ["-m", "pip", "install", "-e", ".[packed]"]
-    monkeypatch.chdir(tmp_path)
-    words = shlex.split(extras.install_command("packed"))
-    assert words == [sys.executable, "-m", "pip", "install", "-e", f"{ROOT}[packed]"]
-
-
 @pytest.mark.parametrize(
     ("extra", "package", "folders"),
     [
@@ -90,20 +76,6 @@ def test_an_installed_copy_knows_the_folder_that_pip_was_given(monkeypatch, tmp_
         metadata.Distribution, "read_text", lambda self, name: json.dumps({"url": ROOT.as_uri()})
     )
     assert extras._checkout() == ROOT
-
-
-def test_without_a_checkout_the_command_names_packages(installed, monkeypatch, tmp_path):
-    monkeypatch.setattr(extras, "_checkout", lambda: tmp_path)
-    words = shlex.split(extras.install_command("planners"))
-    assert words[1:] == ["-m", "pip", "install", "up-aries<1,>=0.4", "no-such-package>=1"]
-
-
-def test_the_folder_was_removed(monkeypatch, tmp_path):
-    def gone(_cls):
-        raise FileNotFoundError
-
-    monkeypatch.setattr(Path, "cwd", classmethod(gone))
-    assert f"{ROOT}[packed]" in extras.install_command("packed")
 
 
 def test_the_doctor_names_missing_extras_and_their_command(installed):

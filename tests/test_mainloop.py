@@ -31,18 +31,6 @@ def test_hooks_run_in_fawkes_order_whatever_the_order_of_registration():
     ]
 
 
-def test_steps_of_one_hook_run_in_the_order_they_were_added():
-    loop = MainLoop(VirtualClock())
-    done = []
-    first, second = (lambda: done.append(1)), (lambda: done.append(2))
-    loop.add(Hook.ACT, first)
-    loop.add(Hook.ACT, second)
-    loop.run_once()
-    loop.remove(Hook.ACT, first)
-    loop.run_once()
-    assert done == [1, 2, 2]
-
-
 def test_loops_are_a_period_apart():
     clock = VirtualClock(0)
     loop = MainLoop(clock, 100)

@@ -83,9 +83,3 @@ def test_messages_that_went_leave_nothing(transport: str) -> None:
     sizes, faults = message_ids.drive(transport, MESSAGES, blocks, batch=100)
     assert not faults
     assert grown(sizes) <= most(MESSAGES), sizes
-
-
-@pytest.mark.parametrize("tenths", [10, 11])
-def test_an_object_left_by_each_message_is_found(tenths: int) -> None:
-    sizes = [100_000 + number * MESSAGES // 10 + number % 3 * 20 for number in range(tenths)]
-    assert grown(sizes) > most(MESSAGES)

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from mcap.reader import make_reader
 
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import TraceError
@@ -70,26 +69,6 @@ def test_it_is_recorded_and_read_back(tmp_path: Path, events: list[Event]) -> No
     assert list(run) == events
     assert list(run.select(BatteryCharge)) == events
     assert summarise(run).events == {"battery": 3}
-
-
-def test_others_read_its_topics_and_its_schema(tmp_path: Path, events: list[Event]) -> None:
-    path = recorded(tmp_path / "run.mcap", events, RecordLevel.RULES)
-    with path.open("rb") as file:
-        found = [
-            (schema.name if schema else "", channel.topic, message.data)
-            for schema, channel, message in make_reader(file).iter_messages()
-        ]
-    assert found[0] == (
-        "cxbridge.BatteryCharge",
-        "/battery/r1",
-        b'{"time_us":1000000,"robot":"r1","charge":0.75,"cells":6}',
-    )
-    assert found[1][1:] == ("/battery/r2", b'{"time_us":2000000,"robot":"r2","charge":1e-05,"cells":0}')
-
-
-def test_lower_levels_leave_it_out(tmp_path: Path, events: list[Event]) -> None:
-    path = recorded(tmp_path / "run.mcap", events, RecordLevel.TRANSITIONS)
-    assert summarise(open_run(path)).events == {}
 
 
 def test_it_is_listed(tmp_path: Path, events: list[Event]) -> None:

@@ -101,19 +101,6 @@ def test_a_conversion_that_fails_leaves_what_was_there(to: str, there: str, name
     assert ".cxbridge-" not in str(caught.value)
 
 
-@pytest.mark.parametrize("to", copy_formats())
-def test_a_conversion_replaces_a_file_and_keeps_its_rights(to: str, tmp_path: Path):
-    output = tmp_path / "out.csv"
-    convert(MemoryRun(events("Position3DInterface::a")), output, to)
-    first = tree(tmp_path)
-    if output.is_file():
-        output.write_text("something else")
-        output.chmod(0o640)
-        convert(MemoryRun(events("Position3DInterface::a")), output, to)
-        assert output.stat().st_mode & 0o777 == 0o640
-    assert tree(tmp_path).keys() == first.keys()
-
-
 def test_a_recording_that_is_being_written_is_not_replaced(tmp_path: Path):
     output = tmp_path / "out.mcap"
     with open_exclusively(output) as file:
@@ -142,11 +129,6 @@ def test_a_pipe_is_written_to(tmp_path: Path):
         assert os.read(reader, 9) == b"text"
     finally:
         os.close(reader)
-
-
-def test_the_folder_is_made(tmp_path: Path):
-    write_file(tmp_path / "a/b/file", "text")
-    assert (tmp_path / "a/b/file").read_text() == "text"
 
 
 @pytest.mark.parametrize("path", ["file/file", "file/folder/file", "folder"])

@@ -17,7 +17,7 @@ import pytest
 from cxbridge import plugins
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.cli.main import invoke
-from cxbridge.clock import ScaledClock, VirtualClock
+from cxbridge.clock import RealClock, VirtualClock
 from cxbridge.config import Configuration
 from cxbridge.daemon.client import request
 from cxbridge.daemon.settings import DaemonSettings
@@ -328,7 +328,7 @@ def test_its_settings(greeter):
 
 
 def test_its_clock(greeter, tmp_path):
-    assert isinstance(make_configured_clock("quick", Configuration(), tmp_path), ScaledClock)
+    assert isinstance(make_configured_clock("quick", Configuration(), tmp_path), RealClock)
     assert run_scenario(RunOptions(scenario=write_scenario(tmp_path / "s"), clock="quick")).status == 0
 
 

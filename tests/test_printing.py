@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import unicodedata
 
 from hypothesis import given
@@ -56,25 +55,6 @@ def test_a_record_and_an_entry_are_read_back(text):
     assert unescape_record(escape_record(text)) == text
     assert unescape_record(escape_log_entry(text)) == text
     assert all(line[:1] in {"", " ", "\t", "(", ")"} for line in escape_log_entry(text).split("\n")[1:])
-
-
-def test_bytes_of_latin_1_stay_in_a_record_and_a_control_does_not():
-    text = b"caf\xe9 \x9b31m".decode("utf-8", "surrogateescape")
-    assert escape_record(text) == "caf\udce9 \\udc9b31m"
-
-
-json_values = st.recursive(
-    st.one_of(st.none(), st.booleans(), st.integers(), texts),
-    lambda inner: st.one_of(st.lists(inner), st.dictionaries(texts, inner)),
-)
-
-
-@given(json_values)
-def test_json_stays_json_and_says_the_same(value):
-    told = visible(json.dumps(value, ensure_ascii=False, indent=2))
-    assert not DANGEROUS & set(told)
-    # two surrogates in a row are one character of JSON, however they were meant
-    assert json.loads(told) == json.loads(json.dumps(value))
 
 
 def test_a_stream_passes_nothing_on_that_a_terminal_obeys():

@@ -49,7 +49,6 @@ OVERRIDES: Final[Mapping[str, Any]] = {
     "ExecutionOptions.skiller": _SKILLER,
     "ExecutionOptions.speech": _SPEECH,
     "RunOptions.replay": {"metavar": "RUN"},
-    "RunOptions.replay_tolerance": {"metavar": "S"},
     "ConfigurationOptions.config": {"is_argument": True},
     "ConfigurationOptions.overlay": {"flags": ("--config",)},
     "ServerOptions.endpoints": {"metavar": "URL"},

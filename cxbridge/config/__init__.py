@@ -6,16 +6,14 @@ Every value has a file and a line. docs/configuration.md describes the dialect.
 from __future__ import annotations
 
 from cxbridge.config.checkouts import PLACEHOLDERS, substitute_path
-from cxbridge.config.configuration import ConfigMissingError, ConfigTypeError, Configuration
+from cxbridge.config.configuration import Configuration
 from cxbridge.config.documents import Mark
 from cxbridge.config.scalars import ConfigType
 from cxbridge.config.tree import ConfigValue
 
 __all__ = [
     "PLACEHOLDERS",
-    "ConfigMissingError",
     "ConfigType",
-    "ConfigTypeError",
     "ConfigValue",
     "Configuration",
     "Mark",

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
 
 from cxbridge.config.documents import MAX_DEPTH, Mark
-from cxbridge.config.loader import ConfigLoader, list_config_files
+from cxbridge.config.loader import ConfigLoader
 from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint32
 from cxbridge.config.secrets import mask
 from cxbridge.config.tree import ConfigNode, ConfigValue, NodeKind, overlay, split_path
@@ -19,14 +17,6 @@ from cxbridge.suggestions import did_you_mean
 T = TypeVar("T")
 D = TypeVar("D")
 Scalar = bool | int | float | str
-
-
-class ConfigMissingError(ConfigError):
-    """There is no value at the path."""
-
-
-class ConfigTypeError(ConfigError):
-    """The value at the path has the wrong type."""
 
 
 class _Missing:
@@ -41,15 +31,13 @@ class Configuration:
     """Values by path, e.g. ``/fawkes/mainapp/desired_loop_time``.
 
     Elements of a list of maps have the path elements ``/0/``, ``/1/``, and so on. Leading and double slashes
-    are ignored. Getters raise :class:`ConfigMissingError` without a value and without ``default=``, and
-    :class:`ConfigTypeError` with file and line for a value of another type. A map in place of a value is an
-    error even with a default. Changes (:meth:`set`, :meth:`overlay`) are not thread-safe.
+    are ignored. Getters raise :class:`ConfigError` without a value and without ``default=``, and for a value
+    of another type. A map in place of a value is an error even with a default. Changes (:meth:`set`,
+    :meth:`overlay`) are not thread-safe.
     """
 
     def __init__(self) -> None:
         self._root = ConfigNode(NodeKind.MAP, Mark())
-        # the nodes of files that values of this run replace, for `erase`; None where the files have no value
-        self._host_includes: tuple[Path, ...] = ()  # the files of other hosts, for hints
         self.files: tuple[Path, ...] = ()
         """The files in the order in which they are laid over each other."""
         self.warnings: tuple[str, ...] = ()
@@ -99,7 +87,6 @@ class Configuration:
         config._root = loader.root
         config.files = tuple(loader.files)
         config.warnings = tuple(loader.warnings)
-        config._host_includes = tuple(loader.host_includes)
         return config
 
     def get_file(self, path: str) -> Path | None:
@@ -109,7 +96,7 @@ class Configuration:
         of a shipped scenario can keep its files in its folder. A value that was set at run time is resolved
         in the working directory.
 
-        :raises ConfigTypeError: if the value has another type.
+        :raises ConfigError: if the value has another type.
         """
         name = self.get_str(path, default="")
         return Path(self.get(path).file).parent / name if name else None
@@ -122,14 +109,14 @@ class Configuration:
     def is_list(self, path: str) -> bool:
         """Return whether a value is a list of scalars.
 
-        :raises ConfigMissingError: if there is no value.
+        :raises ConfigError: if there is no value.
         """
         return self.get(path).is_list
 
     def get(self, path: str) -> ConfigValue:
         """Return a value.
 
-        :raises ConfigMissingError: if there is none, with similar paths.
+        :raises ConfigError: if there is none, with similar paths.
         """
         node = self._root.find(path)
         if node is None or node.children:
@@ -191,17 +178,9 @@ class Configuration:
         """Return a list of 32-bit unsigned integers."""
         return self._get_list(path, to_uint32, "an unsigned integer", default)
 
-    def get_ints(self, path: str, *, default: D | _Missing = _MISSING) -> list[int] | D:
-        """Return a list of 32-bit integers."""
-        return self._get_list(path, to_int, "an integer", default)
-
     def get_floats(self, path: str, *, default: D | _Missing = _MISSING) -> list[float] | D:
         """Return a list of numbers."""
         return self._get_list(path, to_float, "a number", default)
-
-    def get_bools(self, path: str, *, default: D | _Missing = _MISSING) -> list[bool] | D:
-        """Return a list of truth values."""
-        return self._get_list(path, to_bool, "true or false", default)
 
     def _get_scalar(
         self, path: str, convert: Callable[[str], T | None], expected: str, default: D | _Missing
@@ -243,56 +222,23 @@ class Configuration:
             elements.append(element)
         return elements
 
-    def _make_missing_error(self, path: str, node: ConfigNode | None) -> ConfigMissingError:
+    def _make_missing_error(self, path: str, node: ConfigNode | None) -> ConfigError:
         """Return the error for a path without a value.
 
         :param node: the map or the list of maps at the path, if any.
         """
         path = "/" + "/".join(split_path(path))
         if node is not None:
-            return ConfigMissingError(
+            return ConfigError(
                 f"{path} holds {node.kind.value}, not a value", file=node.mark.file or None,
                 line=node.mark.line or None, hint=f"values below: {', '.join(list(node.children)[:8])}",
             )  # fmt: skip
         paths = [leaf for leaf, _ in self._root.leaves("")]
-        hint = self._find_host_hint(path) or did_you_mean(path, paths, cutoff=_MIN_PATH_SIMILARITY) or None
-        mark = self._find_nearest_mark(path)
-        return ConfigMissingError(
+        return ConfigError(
             f"there is no configuration value {path}",
-            file=mark.file or (self.files[0] if self.files else None),
-            line=mark.line or None,
-            hint=hint,
+            file=self.files[0] if self.files else None,
+            hint=did_you_mean(path, paths, cutoff=_MIN_PATH_SIMILARITY) or None,
         )
-
-    def _find_nearest_mark(self, path: str) -> Mark:
-        """Return the place of the nearest existing map above a path."""
-        elements = split_path(path)
-        for end in range(len(elements) - 1, 0, -1):
-            node = self._root.find("/".join(elements[:end]))
-            if node is not None and node.mark.file:
-                return node.mark
-        return Mark()
-
-    def _find_host_hint(self, path: str) -> str:
-        """Return a hint about the files of other hosts that have a value; empty if no file has it."""
-        files = []
-        for file in self._find_host_files():
-            # the file of another host may be invalid; it is only searched for a hint
-            with suppress(ConfigError):
-                if Configuration.load(file).exists(path):
-                    files.append(str(file))
-        if not files:
-            return ""
-        count_text = f" ({len(files)} files define it)" if len(files) > 1 else ""
-        return f"{files[0]} defines the value for another host{count_text}: --config {shlex.quote(files[0])}"
-
-    def _find_host_files(self) -> Iterator[Path]:
-        """Yield the files that the includes with ``$host`` name on other machines."""
-        for include in self._host_includes:
-            for path in sorted(include.parent.glob(include.name.replace("$host", "*", 1))):
-                for file in list_config_files(path) if path.is_dir() else [path]:
-                    if file not in self.files:
-                        yield file
 
     def below(self, path: str) -> Configuration:
         """Return a copy of the subtree below a path, possibly empty."""
@@ -350,7 +296,6 @@ class Configuration:
         """
         overlay(self._root, over._root)
         self.files += over.files
-        self._host_includes += over._host_includes
         self.warnings += over.warnings
 
 
@@ -368,10 +313,10 @@ def _to_text(value: Scalar) -> str:
     return str(value)
 
 
-def _make_type_error(value: ConfigValue, problem: str, hint: str | None = None) -> ConfigTypeError:
+def _make_type_error(value: ConfigValue, problem: str, hint: str | None = None) -> ConfigError:
     path = "/" + "/".join(split_path(value.path))
     mark = value.mark
-    return ConfigTypeError(
+    return ConfigError(
         f"{path} {problem}",
         file=mark.file or None,
         line=mark.line or None,

@@ -92,7 +92,7 @@ def parse_documents(data: bytes | str, name: str) -> list[YamlNode]:
         position = Mark(name, mark.line + 1, mark.column + 1) if mark else Mark(name)
         if "maximum nesting depth" in problem:  # PyYAML 6.0.4 reaches a separate limit first
             raise position.error(TOO_DEEP) from None
-        raise position.error(f"this is not valid YAML: {problem}", _find_syntax_hint(problem)) from None
+        raise position.error(f"this is not valid YAML: {problem}") from None
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, max(0, min(error.position, len(text)))) + 1
         raise Mark(name, line).error(
@@ -112,16 +112,6 @@ def _decode(data: bytes, name: str) -> str:
         raise Mark(name, line).error(
             f"the file is not {encoding.removesuffix('-sig').upper()} text", "save it as UTF-8"
         ) from None
-
-
-def _find_syntax_hint(problem: str) -> str | None:
-    if "\\t" in problem or "tab" in problem:
-        return "indent with blanks: YAML forbids tabs"
-    if "mapping values are not allowed" in problem:
-        return "quote a value that has ': ' inside, or check the indentation"
-    if "alias" in problem:
-        return "quote a value that starts with '*'"
-    return None
 
 
 class _Composer:

@@ -45,8 +45,6 @@ class ConfigLoader:
     def __init__(self, confdir: Path, host: str | None = None) -> None:
         self.root = ConfigNode(NodeKind.MAP, Mark())
         self.files: list[Path] = []
-        self.host_includes: list[Path] = []
-        """The includes with ``$host`` in the file name, not replaced."""
         self._confdir = confdir
         self._host = host
         self._builder = TreeBuilder()
@@ -147,8 +145,6 @@ class ConfigLoader:
 
     def _queue_include(self, item: YamlScalar, entry: _FileToRead) -> None:
         name = item.text
-        if "$host" in Path(name).name:  # the files of other hosts are searched only in one folder
-            self.host_includes.append(Path(os.path.normpath(self._confdir / name)))
         if "$host" in name:
             name = name.replace("$host", self._host or socket.gethostname(), 1)
         path = Path(os.path.normpath(self._confdir / name))

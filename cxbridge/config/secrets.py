@@ -5,7 +5,6 @@ The same rule applies wherever a configuration leaves the process: REST, Fawkes'
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator
 from functools import lru_cache
@@ -13,7 +12,7 @@ from typing import Final
 
 from msgspec.structs import replace
 
-from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
+from cxbridge.config.documents import YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
 from cxbridge.config.scalars import ConfigType, scalar_type
 from cxbridge.config.tree import ConfigValue
 from cxbridge.errors import ConfigError
@@ -34,8 +33,6 @@ _KEY_ENDINGS: Final = tuple(f"{kind}key" for kind in _KEY_KINDS)
 # A path at which each key is a user, and each value a password or its hash.
 _USER_MAP: Final = re.compile(r"/*webview/+users/")
 
-_PROPERTIES: Final = re.compile(r"(?:[&!]\S*[ \t]+)*")  # the anchor and the tag of a YAML value
-_TAG: Final = re.compile(r"!\S*[ \t]+")
 # The user in a URI, with or without a password: user:password@ in mongodb://user:password@host/. The password
 # may have further @ and /, so it ends at the last @ before a blank.
 _USER: Final = re.compile(r"(?<=://)(?:[^\s/:@]*:\S*|[^\s/:@]+)@")
@@ -84,34 +81,16 @@ def mask_value(value: ConfigValue) -> ConfigValue:
     return replace(value, text=mask(value.path, value.text), items=items)
 
 
-def remove_secrets(data: bytes) -> bytes | None:
-    """Return a configuration file without its secrets, or None if they cannot be removed.
-
-    All other text is kept, including comments.
-    """
+def has_secrets(data: bytes) -> bool:
+    """Return whether a configuration file has secrets, or cannot be searched for secrets."""
     try:
-        secrets = _find_secrets(data)
-        if not secrets:
-            return data
-        lines = data.decode("utf-8").split("\n")
-        # from the end, because a replacement moves the scalars after it
-        for mark, text, masked_text in sorted(secrets, reverse=True):
-            lines[mark.line - 1] = _replace_scalar(lines[mark.line - 1], mark.column - 1, text, masked_text)
-        masked_file = "\n".join(lines).encode()
-        # a secret over several lines, for example, is still there
-        return None if _find_secrets(masked_file) else masked_file
-    except (ConfigError, UnicodeDecodeError, IndexError):
-        return None
-
-
-def _find_secrets(data: bytes) -> set[tuple[Mark, str, str]]:
-    """Return the places and texts of the secrets in a file, and the texts without secrets."""
-    return {
-        (node.mark, node.text, masked_text)
-        for root in parse_documents(data, "")
-        for path, node in _walk_scalars(root, "")
-        if (masked_text := mask(path, node.text)) != node.text
-    }
+        return any(
+            mask(path, node.text) != node.text
+            for root in parse_documents(data, "")
+            for path, node in _walk_scalars(root, "")
+        )
+    except ConfigError:
+        return True
 
 
 def _walk_scalars(node: YamlNode, path: str) -> Iterator[tuple[str, YamlScalar]]:
@@ -124,19 +103,3 @@ def _walk_scalars(node: YamlNode, path: str) -> Iterator[tuple[str, YamlScalar]]
         for key, value in node.pairs:
             name = key.text if isinstance(key, YamlScalar) else ""
             yield from _walk_scalars(value, f"{path}/{name}")
-
-
-def _replace_scalar(line: str, begin: int, text: str, masked_text: str) -> str:
-    """Return a line with the scalar at a position replaced.
-
-    The line is unchanged if the scalar is written differently. A tag is dropped, because the new text may
-    violate it.
-    """
-    properties = _PROPERTIES.match(line, begin)
-    end = properties.end() if properties else begin
-    for quote in ("", '"', "'"):
-        if line.startswith(source_text := quote + text + quote, end):
-            anchor = _TAG.sub("", line[begin:end])
-            replacement = json.dumps(masked_text, ensure_ascii=False)
-            return f"{line[:begin]}{anchor}{replacement}{line[end + len(source_text) :]}"
-    return line

@@ -41,12 +41,10 @@ def _has_writer(board: BlackBoard, interface_type: str, interface_id: str) -> bo
     return any(info.has_writer for info in board.list(interface_type, interface_id))
 
 
-def _check_daemon(board: BlackBoard) -> None:
+def check_daemon(board: BlackBoard) -> None:
     """Raise an error if the blackboard does not belong to a daemon."""
-    if not _has_writer(board, _DAEMON_TYPE, DAEMON_ID):
-        raise BlackBoardError(
-            "this blackboard has no daemon", hint="only 'cxbridge daemon' reports its components"
-        )
+    if not _has_writer(board, REQUEST_TYPE, DAEMON_ID):
+        raise BlackBoardError("this blackboard has no daemon", hint="start 'cxbridge daemon' there")
 
 
 def read_status(board: BlackBoard) -> dict[str, Any]:
@@ -57,7 +55,7 @@ def read_status(board: BlackBoard) -> dict[str, Any]:
 
     :raises BlackBoardError: if there is no daemon.
     """
-    _check_daemon(board)
+    check_daemon(board)
     with Feed(board, OWNER) as feed:
         daemon = feed.read_state(feed.open(_DAEMON_TYPE, DAEMON_ID)).values
         skillers = [
@@ -70,9 +68,7 @@ def read_status(board: BlackBoard) -> dict[str, Any]:
         components = [
             feed.read_state(feed.open(info.type, info.id)) for info in board.list("ComponentInterface")
         ]
-        stopped = ""
-        if _has_writer(board, REQUEST_TYPE, DAEMON_ID):
-            stopped = feed.read_state(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stopped"]
+        stopped = feed.read_state(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stopped"]
     components.sort(key=lambda component: int(component.values["position"]))
     return {
         "state": daemon["state"].name,
@@ -101,7 +97,7 @@ def send_command(board: BlackBoard, verb: str, timeout_s: float) -> bool:
 
     :raises BlackBoardError: if there is no daemon.
     """
-    _check_daemon(board)
+    check_daemon(board)
     with Feed(board, OWNER) as feed:
         interface = feed.open(_DAEMON_TYPE, DAEMON_ID)
         message = interface.create_message(f"{verb}Message")
@@ -169,21 +165,13 @@ def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: floa
     return None
 
 
-def check_serves_requests(board: BlackBoard) -> None:
-    """Raise an error if the blackboard has no daemon that takes requests."""
-    if not _has_writer(board, REQUEST_TYPE, DAEMON_ID):
-        raise BlackBoardError(
-            "this blackboard has no daemon", hint="only 'cxbridge daemon' takes such requests"
-        )
-
-
 def request(board: BlackBoard, verb: str, timeout_s: float, **arguments: Any) -> Any:
     """Send a request to a daemon and return the result; docs/debugging.md lists the verbs.
 
     :returns: a JSON value.
     :raises CxbridgeError: if there is no daemon, or it refuses, or does not reply in time.
     """
-    check_serves_requests(board)
+    check_daemon(board)
     text, token = json.dumps(arguments), uuid4().hex
     if len(text) > MAX_ARGUMENT_BYTES:  # JSON escapes other characters than ASCII, so a character is a byte
         raise CxbridgeError(

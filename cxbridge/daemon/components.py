@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.run.components.component import Component
 from cxbridge.run.recording import RecorderComponent
-from cxbridge.trace.switch import RecordingSwitch
 
 
 class BlackBoardComponent(Component):
@@ -30,19 +27,3 @@ class DaemonRecorder(RecorderComponent):
 
     def __init__(self, daemon: Daemon) -> None:
         super().__init__(daemon, keep=True)
-        self._switch = self._make_switch(daemon)
-
-    def _make_switch(self, daemon: Daemon) -> RecordingSwitch | None:
-        """Return the switch by which ``ffbblog enable`` and ``disable`` control bblogger files."""
-        if daemon.settings.bblog is None or not daemon.settings.rights.control:
-            return None
-        return RecordingSwitch(
-            daemon.board,
-            partial(self.recorder.enable, only_switchable=True),
-            daemon.bus.logger("BBLogger"),
-        )
-
-    def close(self) -> None:
-        if self._switch is not None:
-            self._switch.close()
-        super().close()

@@ -79,7 +79,6 @@ class Daemon(Run):
             lambda: {} if self.node is None else self.node.environments,
             self.log,
             "'cxbridge daemon interrupt' ends what rules do",
-            limit_s=settings.watchdog_s,
             on_stall=self._report_stall,
         )
         nodes = self.lifecycle.nodes

@@ -1,18 +1,12 @@
-"""A server as a process of its system: the notifications of systemd, and the limit of open files."""
+"""Notifications of systemd about the state of a service."""
 
 from __future__ import annotations
 
 import contextlib
 import os
 import socket
-import sys
-from typing import Final
 
 from cxbridge.printing import one_line
-
-# The usual soft limit is 1024, and a server needs a descriptor for each client. A far higher limit would slow
-# down child processes, which close all descriptors up to the limit.
-_MAX_OPEN_FILES: Final = 16384
 
 
 class Notifier:
@@ -52,18 +46,3 @@ class Notifier:
             ):
                 sender.setblocking(False)  # a full queue of the receiver must not block the daemon
                 sender.sendto(text.encode(), self._address)
-
-
-def raise_file_limit() -> None:
-    """Raise the limit of open files and sockets to the maximum that the system allows, at most 16384."""
-    if sys.platform == "win32":
-        return
-    try:
-        import resource  # noqa: PLC0415 - not every system has it
-    except ImportError:
-        return
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    limit = _MAX_OPEN_FILES if hard == resource.RLIM_INFINITY else min(hard, _MAX_OPEN_FILES)
-    if soft != resource.RLIM_INFINITY and soft < limit:
-        with contextlib.suppress(OSError, ValueError):  # macOS has a second, lower limit
-            resource.setrlimit(resource.RLIMIT_NOFILE, (limit, hard))

@@ -42,10 +42,10 @@ class DaemonState:
 
     :param bus: emits log lines and the states of skills.
     :param node: the executive; None for a daemon without an executive.
-    :param loop: counts the cycles; None: the state reports 0 cycles.
+    :param loop: counts the cycles.
     """
 
-    def __init__(self, bus: EventBus, node: ExecutiveNode | None, loop: MainLoop | None = None) -> None:
+    def __init__(self, bus: EventBus, node: ExecutiveNode | None, loop: MainLoop) -> None:
         self._clock = bus.clock
         self._node = node
         self._loop = loop
@@ -80,7 +80,7 @@ class DaemonState:
         goals = self._list_goals(str(parameters.get("words", "")).lower())
         return {
             "time_us": self._clock.now_us(),
-            "loops": 0 if self._loop is None else self._loop.cycle_count,
+            "loops": self._loop.cycle_count,
             "goals": goals[:limit],
             "more_goals": max(0, len(goals) - limit),
             "actions": self._list_actions(),
@@ -145,7 +145,7 @@ class DaemonRequests:
         rights: Rights,
         components: Callable[[], list[ComponentStatus]],
         change_component: Callable[[str, str], None],
-        loop: MainLoop | None = None,
+        loop: MainLoop,
     ) -> None:
         # the class of the interface is made from XML at run time, so it has no static type
         self._interface: Any = board.open_for_writing(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from cxbridge.blackboard.zmq.security import CurveServer
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.daemon.daemon import Daemon
-from cxbridge.daemon.process import raise_file_limit
 from cxbridge.run.components.component import Component
 
 
@@ -18,7 +17,6 @@ class ZmqComponent(Component):
         self._daemon = daemon
 
     def activate(self) -> None:
-        raise_file_limit()
         settings, keys = self._daemon.settings, None
         if settings.secret_key is not None and settings.clients is not None:
             keys = CurveServer(settings.secret_key, settings.clients)

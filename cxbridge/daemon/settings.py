@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +9,6 @@ from pathlib import Path
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.listening import is_private_endpoint
-from cxbridge.mainloop import STALL_S
 from cxbridge.plugins import package_hint
 from cxbridge.resources import DAEMON_URL
 from cxbridge.rights import Rights
@@ -35,7 +33,6 @@ KEYS = (
     "record/trace",
     "remote-control",
     "remote-programs",
-    "watchdog",
     "skiller",
     "speech",
     "zmq/clients",
@@ -61,7 +58,6 @@ class DaemonSettings:
     :param sections: the settings of plug-ins by the names of their rows in the table SETTINGS.
     :param on_failure: the reaction to the failure of a component.
     :param rights: the rights of clients.
-    :param watchdog_s: the duration of a cycle in seconds after which the daemon warns; 0: never.
     :param trace: the mcap file of the recording; None: no recording.
     :param trace_level: ``transitions``, ``rules`` or ``facts``.
     :param trace_files: whether to attach the files of the agent to the recording.
@@ -80,7 +76,6 @@ class DaemonSettings:
     sections: Mapping[str, PluginSettings]
     on_failure: FailurePolicy
     rights: Rights
-    watchdog_s: float
     trace: Path | None
     trace_level: str
     trace_files: bool
@@ -122,7 +117,6 @@ class DaemonSettings:
             sections=sections,
             on_failure=FailurePolicy(_read_choice(config, "on-failure", ("continue", "stop"), "stop")),
             rights=rights,
-            watchdog_s=_read_seconds(config, "watchdog", STALL_S),
             trace=read_file("record/trace"),
             trace_level=_read_choice(config, "record/level", TRACE_LEVELS, "transitions"),
             trace_files=read_flag("record/files", True),
@@ -164,18 +158,6 @@ def _read_choice(
         return value
     hint = f"one of: {', '.join(values)}" + (", or the URL of a blackboard" if accepts_url else "")
     raise config.error(path, f"{path} cannot be '{value}'", hint)
-
-
-def _read_seconds(config: Configuration, name: str, default: float) -> float:
-    """Return a non-negative time in seconds.
-
-    :raises ConfigError: if the time is negative or infinite.
-    """
-    path = f"{TREE}/{name}"
-    value = config.get_float(path, default=default)
-    if not 0 <= value < math.inf:
-        raise config.error(path, f"{path} cannot be {value:g}", "use a number of seconds; 0 disables it")
-    return value
 
 
 def read_core(config: Configuration) -> str | None:

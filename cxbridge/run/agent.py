@@ -114,9 +114,6 @@ class Player(Protocol):
     @property
     def board_class(self) -> type[LocalBlackBoard]: ...
 
-    def agent_player(self, name: str) -> Player:
-        """Return the player of one agent of a team."""
-
     def components(self, run: Run) -> Iterator[Component]:
         """Make the components that play Skillers, executors and sensors."""
 

@@ -82,8 +82,6 @@ def agent_names(config: Configuration) -> list[str]:
     :raises ConfigError: if the section of agents is malformed.
     """
     names = config.keys(AGENTS)
-    if _is_value(config, AGENTS):
-        raise config.error(AGENTS, f"{AGENTS} must be a map", "write agents: {robot1: {}, robot2: {}}")
     for name in names:
         path = f"{AGENTS}/{name}"
         # the name also names the CLIPS environment, and is part of interface ids and file names
@@ -96,9 +94,6 @@ def agent_names(config: Configuration) -> list[str]:
             if key not in _AGENT_KEYS:
                 message = f"{path}/{key} is unknown"
                 raise config.error(f"{path}/{key}", message, f"use: {', '.join(_AGENT_KEYS)}")
-        if _is_value(config, f"{path}/config"):
-            hint = "it is laid over the configuration for this agent"
-            raise config.error(f"{path}/config", f"{path}/config must be a map", hint)
     return names
 
 

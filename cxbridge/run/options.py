@@ -6,8 +6,6 @@ Daemons have most of the groups (``cxbridge.daemon.options``), and plug-ins add 
 
 from __future__ import annotations
 
-import os
-import stat
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, is_dataclass
 from pathlib import Path
@@ -252,10 +250,6 @@ class RunOptions(
     replay_order: Annotated[
         str, Meta(description="Order in which the transitions are compared with the recorded ones.")
     ] = "total"
-    replay_tolerance: Annotated[
-        float | None,
-        Meta(description="Also compare the times of transitions, with a tolerance of S seconds.", ge=0),
-    ] = None
 
     def check(self) -> None:
         """Raise :class:`CxbridgeError` if a value is invalid or options contradict each other."""
@@ -315,30 +309,13 @@ class RunOptions(
                 )
 
     def _check_outputs(self) -> None:
-        """Raise if an output would overwrite an input or the other output, or is a pipe without a reader."""
+        """Raise if an output would overwrite an input or the other output."""
         if self.trace is not None and self.log is not None and self.trace.absolute() == self.log.absolute():
             raise CxbridgeError("--trace and --log name the same file", file=self.log, hint="name two files")
         for name, file in (("trace", self.trace), ("log", self.log)):
-            if file is None or not file.exists():
-                continue  # also if inaccessible: the writer reports the error
-            mode = file.stat().st_mode
-            if file.suffix in _INPUT_SUFFIXES and stat.S_ISREG(mode):
+            if file is not None and file.suffix in _INPUT_SUFFIXES and file.is_file():
                 raise CxbridgeError(
                     f"--{name} would overwrite this file, which looks like an input",
                     file=file,
                     hint="name another one, e.g. out/run.mcap, out/run.log",
                 )
-            if stat.S_ISFIFO(mode):
-                _check_reader(name, file)
-
-
-def _check_reader(name: str, pipe: Path) -> None:
-    # without a reader, a blocking open() of the pipe would never return
-    try:
-        os.close(os.open(pipe, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0)))
-    except OSError as error:
-        raise CxbridgeError(
-            f"--{name} cannot write to this pipe: {error.strerror}",
-            file=pipe,
-            hint="start its reader first, or name a file",
-        ) from error

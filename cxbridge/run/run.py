@@ -15,7 +15,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import LogLine, Sink
 from cxbridge.interrupt import GOODBYE_S, Interrupt
-from cxbridge.mainloop import STALL_S, Hook
+from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run, make_base
 from cxbridge.run.agents import agent_names
 from cxbridge.run.mistakes import AgentChecks
@@ -116,7 +116,6 @@ def _run(
                     lambda: environments_by_agent(assembly),
                     assembly.bus.logger("Run"),
                     "Ctrl-C ends the run",
-                    limit_s=STALL_S,
                     on_stall=limit.check,
                 )
             )
@@ -284,18 +283,16 @@ def make_run(
     """
     base = make_base(options, None if replay is None else replay.clock(), recorded=bool(additions.writers))
     names = [] if options.agent else agent_names(base.config)
+    if replay is not None and (names or (options.agent and len(replay.recordings.envs) > 1)):
+        raise CxbridgeError(
+            "a recording of several agents is not replayed",
+            hint="record one agent with --agent, and replay it with the same option",
+        )
     if not names:
-        if options.agent and replay is not None and len(replay.recordings.envs) > 1:
-            agents = ", ".join(sorted(replay.recordings.envs))
-            raise CxbridgeError(
-                f"a recording of several agents is not replayed with --agent {options.agent}",
-                hint="a single agent would miss the documents that the other agents sent it: "
-                f"replay all, without --agent; in the recording are: {agents}",
-            )
         return Run(options, base, replay, additions)
     from cxbridge.run.team import Team  # noqa: PLC0415 - start-up time is a feature
 
-    return Team(options, base, names, replay, additions)
+    return Team(options, base, names, additions)
 
 
 def _judge_agent(
@@ -361,7 +358,7 @@ def _describe_timeout(assembly: Run, timeout_s: float, stuck_watch: StuckWatch) 
         open_work = f"not over: {_describe_modes(goals.open_roots)}"
     else:
         open_work = "no goal has appeared" if not goals.outcome_counts else "a skill or a rule had not ended"
-    return f"{open_work} after {timeout_s:g} s" + (f"; {stuck_watch.hint}" if stuck_watch.hint else "")
+    return f"{open_work} after {timeout_s:g} s"
 
 
 def _describe_modes(goals: Iterable[GoalState]) -> str:

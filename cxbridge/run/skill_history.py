@@ -6,17 +6,14 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
-from cxbridge.events import Event, FactChange, InterfaceWrite, SkillStatus
+from cxbridge.events import InterfaceWrite, SkillStatus
 from cxbridge.history.builder import UNLIMITED, RunHistory
-from cxbridge.history.transitions import Transition, TransitionTracker
 from cxbridge.skiller.simulation.recorded import Sample
 from cxbridge.skiller.status import Status
 from cxbridge.trace.formats.registry import open_run
 
-_INTERFACE_TYPE = "SkillerInterface"
 _END_STATUSES = {"S_FINAL": Status.S_FINAL, "S_FAILED": Status.S_FAILED}
 _ENV = ""  # all environments of a run see the same Skiller
 
@@ -36,20 +33,13 @@ def read_samples(path: Path) -> list[Sample]:
             file=path,
             hint="name the recorded run",
         )
-    event_types: tuple[type[Event], ...] = InterfaceWrite, FactChange, SkillStatus
-    histories = {source: RunHistory(UNLIMITED) for source in event_types}
+    by_writes, by_statuses = RunHistory(UNLIMITED), RunHistory(UNLIMITED)
     for event in run:
         if isinstance(event, InterfaceWrite):
-            histories[InterfaceWrite].record_event(event)
-            continue
-        status = _read_status(event)
-        if status is not None:
-            history = histories[type(event)]
-            if isinstance(event, FactChange):
-                history.record_event(event)  # the fact has the reason for a failure
-            history.record_event(status)
-    # dictionaries keep the order: writes have the most exact times, statuses the least exact ones
-    history = next((history for history in histories.values() if history.calls), RunHistory())
+            by_writes.record_event(event)
+        elif isinstance(event, SkillStatus):
+            by_statuses.record_event(replace(event, env=_ENV))
+    history = by_writes if by_writes.calls else by_statuses
     return [
         Sample(
             call.skill_string,
@@ -60,15 +50,3 @@ def read_samples(path: Path) -> list[Sample]:
         for call in history.calls
         if call.end is not None and call.end != call.begin and call.status in _END_STATUSES
     ]
-
-
-def _read_status(event: Event) -> Transition | None:
-    """Return the status of a Skiller that an event of the executive shows; None for other events."""
-    if isinstance(event, SkillStatus):
-        return replace(event, env=_ENV)
-    if isinstance(event, FactChange) and event.asserted and event.template == _INTERFACE_TYPE:
-        try:
-            return TransitionTracker(_ENV).track_assertion(event.time_us, *parse_fact(event.text))
-        except FactSyntaxError:
-            return None
-    return None

@@ -48,7 +48,6 @@ CLIPS_SUFFIX = ".clp"
 
 _EXECUTIVE_KEY = "/clips-executive"
 _TIME_KEY = f"{_EXECUTIVE_KEY}/assert-time-each-loop"
-_MAX_SHOWN_FOLDERS = 3  # in a hint
 
 _FAWKES_LIBRARY = "src/plugins/clips/clips"
 _FAWKES_CX = "src/plugins/clips-executive/clips"
@@ -349,13 +348,10 @@ def _find_configuration_file(folder: Path) -> Path:
     for name in (SCENARIO_FILE, "config.yaml"):
         if (folder / name).exists():  # the reader of the file reports a folder of this name
             return folder / name
-    scenarios = sorted(path.parent for path in folder.glob(f"*/{SCENARIO_FILE}"))[:_MAX_SHOWN_FOLDERS]
     raise CxbridgeError(
         "this folder has no scenario.yaml and no config.yaml",
         file=folder,
-        hint=f"did you mean {' or '.join(map(str, scenarios))}?"
-        if scenarios
-        else "name a scenario's folder, or a Fawkes configuration file or folder",
+        hint="name a scenario's folder, or a Fawkes configuration file or folder",
     )
 
 

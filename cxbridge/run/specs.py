@@ -31,7 +31,6 @@ _ROOT = "/clips-executive"
 _EXECUTIVE_KEYS = ("spec", "specs", "clips-dirs", "debug", "exact-retry", "refresh-rate", *_BOOLEAN_KEYS[:-1])
 _SPEC_KEYS = ("init", "action-mapping", "blackboard-preload", "parameters")
 _SKILLER_KEYS = ("skillspace", "mode", "watch_files", "features", "instances")
-_SECTIONS = {"clips-executive": _EXECUTIVE_KEYS, "skiller": _SKILLER_KEYS}
 # The minimum similarity of an unread key to an absent one that counts as a misspelling: higher than for
 # names, because Fawkes' configurations have keys for other programs.
 _MIN_SIMILARITY = 0.75
@@ -54,8 +53,6 @@ def choose_spec(config: Configuration, spec: str | None, config_file: Path | Non
         return chosen
     hint = f"it has: {', '.join(specs)}" if specs else "it has no clips-executive/specs at all"
     problem = f"has no spec '{chosen}'" if chosen else "names no spec (clips-executive/spec)"
-    if not specs and (misspelt := next(_find_misspelt_sections(config), None)) is not None:
-        raise misspelt
     value = value or min((item for item in config.search(_ROOT) if item.file), key=_line_number, default=None)
     if value is None and config_file is not None:
         raise ConfigError(f"the configuration {problem}", file=config_file, line=1, hint=hint)
@@ -98,13 +95,10 @@ def find_key_mistakes(config: Configuration, spec: str) -> list[ConfigError]:
     # with a Fawkes checkout, the caller only warns about the mistakes, because Fawkes ignores unknown keys
     base = f"{_ROOT}/specs/{spec}"
     mistakes = [
-        *_find_misspelt_sections(config),
         *_find_misspelt_keys(config, _ROOT, _EXECUTIVE_KEYS),
         *_find_misspelt_keys(config, base, _SPEC_KEYS),
         *_find_misspelt_keys(config, "/skiller", _SKILLER_KEYS),
     ]
-    if config.exists("/skiller") and (value := config.get("/skiller")).text:
-        mistakes.append(_make_error("'skiller' must be a map", value, "write skillspace: NAME below it"))
     for _, path in _find_entries(config, spec):
         mistakes += _find_misspelt_keys(config, path, tuple(sorted(_ENTRY_KEYS)))
         for key in ("name", "file"):
@@ -116,19 +110,6 @@ def find_key_mistakes(config: Configuration, spec: str) -> list[ConfigError]:
             hint = f"name a skill: {action}: SKILL{{}}"
             mistakes.append(_make_error(f"the mapping of action '{action}' is empty", value, hint))
     return mistakes
-
-
-def _find_misspelt_sections(config: Configuration) -> Iterator[ConfigError]:
-    """Yield an error for each section whose name is similar to a known one and whose keys match."""
-    # unknown sections are allowed, so the similarity of the name alone does not prove a mistake
-    sections = config.keys("/")
-    for section, keys in _SECTIONS.items():
-        for name in () if section in sections else sections:
-            if nearest_names(section, [name], _MIN_SIMILARITY) and not set(keys).isdisjoint(
-                config.keys(f"/{name}")
-            ):
-                value = _find_first_value(config, f"/{name}")
-                yield _make_error(f"'{name}' is never read", value, f"did you mean {section}?")
 
 
 def _find_misspelt_keys(config: Configuration, path: str, known_keys: Sequence[str]) -> Iterator[ConfigError]:
@@ -247,13 +228,10 @@ def _check_entry(config: Configuration, path: str, entry: str) -> Iterator[str]:
             raise _make_error(
                 f"the files of {entry} must be a list of file names", files, "write [a.clp, b.clp]"
             )
-    unknown = sorted(set(keys) - _ENTRY_KEYS)
-    for key in unknown:
-        keys_of_entries = ", ".join(sorted(_ENTRY_KEYS))
-        prefix = _location_prefix(config, f"{path}/{key}")
-        yield f"{prefix}'{key}' of {entry} is never read; known are {keys_of_entries}"
-    if not unknown and not entry.startswith(STAGES[0]) and not _ENTRY_KEYS.intersection(keys) - {"name"}:
-        yield f"{_location_prefix(config, path)}{entry} does nothing: it names no file"
+    for key in sorted(set(keys) - _ENTRY_KEYS):
+        value = _find_first_value(config, f"{path}/{key}")
+        location = f"{value.location}: " if value is not None and value.location else ""
+        yield f"{location}'{key}' of {entry} is never read; known are {', '.join(sorted(_ENTRY_KEYS))}"
 
 
 def _check_container(config: Configuration, path: str, shape: str) -> None:
@@ -279,12 +257,6 @@ def _is_empty(value: ConfigValue) -> bool:
 
 def _line_number(value: ConfigValue) -> int:
     return value.line
-
-
-def _location_prefix(config: Configuration, path: str) -> str:
-    """Return ``FILE:LINE: `` of the path, or of the first value below it; empty if set at run time."""
-    value = _find_first_value(config, path)
-    return f"{value.location}: " if value is not None and value.location else ""
 
 
 def _make_error(message: str, value: ConfigValue | None, hint: str | None) -> ConfigError:

@@ -12,9 +12,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.events import LogLine
-from cxbridge.extras import plugin_command
-from cxbridge.plugins import find_package_of
-from cxbridge.run.explainers import has_explainer, missing_events
+from cxbridge.run.explainers import missing_events
 
 if TYPE_CHECKING:
     from cxbridge.events import Event
@@ -48,8 +46,6 @@ class StuckWatch:
     def __init__(self, run: Run | Team) -> None:
         self.missing_events: dict[str, str] = {}
         """The events that a stuck run waits for, by agent; empty unless the run is stuck."""
-        self.hint = ""
-        """The advice to install the package that explains why an idle run waits; else empty."""
         self._run = run
         self._agents: Sequence[Run] = run.agents
         self._firings = self._quiet_cycles = 0
@@ -71,7 +67,7 @@ class StuckWatch:
         self._firings = sum(agent.firings for agent in agents)
         is_quiet = self._firings - firings_before <= len(TICK_RULES) * len(agents)
         if agents != self._agents or not is_quiet:
-            self._agents, self.hint = agents, ""
+            self._agents = agents
             self._quiet_cycles, self._next_check = 0, _MIN_QUIET_CYCLES
         self._quiet_cycles += is_quiet
         if self._quiet_cycles < self._next_check:
@@ -84,10 +80,6 @@ class StuckWatch:
         """Return the events that each open agent waits for; empty if an agent can still change anything."""
         waiting = [agent for agent in self._agents if not agent.is_over]
         if not all(map(_is_idle, waiting)):
-            return {}
-        if not has_explainer("missing_events"):
-            package = find_package_of("why")
-            self.hint = f"{package} names the events that the run waits for: {plugin_command(package)}"
             return {}
         texts = {}
         for agent in waiting:

@@ -14,7 +14,7 @@ from msgspec import structs
 
 from cxbridge.closing import Closing
 from cxbridge.events import Event, EventBus, InterfaceMessage, Logger, Publication
-from cxbridge.run.agent import MakeComponent, Player, Run, RunBase
+from cxbridge.run.agent import MakeComponent, Run, RunBase
 from cxbridge.run.agents import choose_agent
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NO_ADDITIONS, Additions
@@ -35,7 +35,6 @@ class Team(Closing):
 
     :param base: the shared clock, bus, loop and configuration.
     :param names: the names of the agents, in the order of their steps.
-    :param replay: the recorded environment.
     :param components: makes further components of an agent.
     :raises CxbridgeError: if a named file or setting is missing or wrong.
     """
@@ -45,7 +44,6 @@ class Team(Closing):
         options: RunOptions,
         base: RunBase,
         names: list[str],
-        replay: Player | None = None,
         additions: Additions = NO_ADDITIONS,
         components: Callable[[str], Sequence[MakeComponent]] = lambda _name: (),
     ) -> None:
@@ -60,10 +58,8 @@ class Team(Closing):
             undo.callback(base.shared.close)
             agents = []
             for name in names:
-                agent_replay = None if replay is None else replay.agent_player(name)
-                agent = Run(
-                    options, self._make_agent_base(base, name), agent_replay, additions, components(name)
-                )
+                agent_base = self._make_agent_base(base, name)
+                agent = Run(options, agent_base, None, additions, components(name))
                 agents.append(undo.enter_context(agent))
             undo.pop_all()
         self.agents: tuple[Run, ...] = tuple(agents)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from types import FrameType
@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Final, Self
 from msgspec import Struct
 
 from cxbridge.executive.host.activity import MATCHING, executing_rule_name
-from cxbridge.mainloop import STALL_S, MainLoop
+from cxbridge.mainloop import MainLoop
 
 if TYPE_CHECKING:
     from cxbridge.events import Logger
@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 
 # A right-hand side normally takes milliseconds: one that takes this long will hardly end. A cycle may take as
 # long, because it may consist of many rules.
+STALL_S: Final = 5.0
+"""The limit of a cycle in seconds."""
+
 SPIN_S: Final = 1.5
 """The limit of a single right-hand side in seconds."""
 
@@ -42,12 +45,8 @@ _TICK_S = 0.25  # seconds between two measurements of the loop
 _FIRST_INTERRUPT_S = 0.1  # seconds in which an interrupted cycle may end by itself
 _NEXT_INTERRUPT_S = 0.02  # short, because the next rule on the agenda may be endless, too
 _MAX_SHOWN_RULES = 5  # in a description of a stall
-# The watchdog samples the active rule for 10 ms of each tick of 250 ms. The description of a stall names the
-# rules in the samples of the last 12 ticks, 3 s.
-
-_SAMPLES_PER_TICK = 20
+_SAMPLES = 20  # of the active rule, for the description of a stall
 _SAMPLE_PAUSE_S = 0.0005
-_MAX_KEPT_SAMPLES = 12 * _SAMPLES_PER_TICK
 
 _PACKAGE = Path(__file__).resolve().parent.parent
 
@@ -83,7 +82,7 @@ class Watchdog:
     :param environments: returns the existing CLIPS environments.
     :param report: called in the watchdog's thread: with a stall at the limit and each time its duration has
         doubled, with None when the loop continues.
-    :param limit_s: the limit of a cycle in seconds; 0 disables reports.
+    :param limit_s: the limit of a cycle in seconds.
     """
 
     def __init__(
@@ -100,7 +99,6 @@ class Watchdog:
         self._turn_to_interrupt: int | None = None
         self._thread: threading.Thread | None = None
         self._watched_thread = 0
-        self._samples: deque[str] = deque(maxlen=_MAX_KEPT_SAMPLES)
         self._firing_count, self._same_rule_s = 0, 0.0
 
     def start(self) -> None:
@@ -132,7 +130,7 @@ class Watchdog:
 
     def _run(self) -> None:
         """Measure the loop at each tick; the main function of the thread."""
-        tick_s = min(_TICK_S, self._limit_s / 4) if self._limit_s else _TICK_S
+        tick_s = min(_TICK_S, self._limit_s / 4)
         turn, cycle_s, reported_s = -1, 0.0, 0.0
         while not self._is_stopped:
             if self._wake.wait(tick_s):
@@ -141,7 +139,6 @@ class Watchdog:
                 continue
             if self._loop.turn_count != turn or not self._loop.is_working:
                 turn, cycle_s = self._loop.turn_count, 0.0
-                self._samples.clear()
                 self._same_rule_s = 0.0
                 if reported_s:
                     reported_s = 0.0
@@ -149,11 +146,10 @@ class Watchdog:
                 continue
             # counted in ticks: after SIGSTOP or a laptop's sleep, elapsed time would look like a stall
             cycle_s += tick_s
-            self._sample()
             self._measure_right_hand_side(tick_s)
             limit_s = min(self._limit_s, SPIN_S) if self._is_spinning else self._limit_s
             # a report at the limit, then each time the duration has doubled
-            if self._limit_s and cycle_s >= max(limit_s, 2 * reported_s):
+            if cycle_s >= max(limit_s, 2 * reported_s):
                 reported_s = cycle_s
                 self._report(self._make_stall(cycle_s))
 
@@ -169,15 +165,17 @@ class Watchdog:
                     env.abort_rule()
             pause_s = _NEXT_INTERRUPT_S
 
-    def _sample(self) -> None:
-        """Sample the active rules several times, with pauses in which the rules continue."""
+    def _list_frequent_rules(self) -> list[str]:
+        """Sample the active rules while they continue; return the most frequent first."""
+        counts: Counter[str] = Counter()
         for env in self._list_environments():
-            for _ in range(_SAMPLES_PER_TICK):
+            for _ in range(_SAMPLES):
                 if rule := executing_rule_name(env):
-                    self._samples.append(rule)
+                    counts[rule] += 1
                 elif not env.is_firing:  # no rule of this environment is active, and the others may have one
                     break
                 time.sleep(_SAMPLE_PAUSE_S)  # releases the GIL, which the thread of the rules needs
+        return [rule for rule, _ in counts.most_common(_MAX_SHOWN_RULES)]
 
     def _measure_right_hand_side(self, tick_s: float) -> None:
         """Add a tick to the duration of the current right-hand side, or restart it after a firing."""
@@ -190,11 +188,7 @@ class Watchdog:
     def _is_spinning(self) -> bool:
         """Whether the time is spent in a single right-hand side rather than in matching."""
         limit_s = min(self._limit_s, SPIN_S)
-        return self._same_rule_s >= limit_s and self._list_frequent_rules(_SAMPLES_PER_TICK)[:1] != [MATCHING]
-
-    def _list_frequent_rules(self, samples: int = _MAX_KEPT_SAMPLES) -> list[str]:
-        """Return the rules in the latest samples, most frequent first."""
-        return [rule for rule, _ in Counter([*self._samples][-samples:]).most_common(_MAX_SHOWN_RULES)]
+        return self._same_rule_s >= limit_s and self._list_frequent_rules()[:1] != [MATCHING]
 
     def _make_stall(self, cycle_s: float) -> Stall:
         """Describe the current cycle by the call stack of the watched thread."""
@@ -244,7 +238,7 @@ class Watchdog:
         if rules == [MATCHING]:
             return "matching facts against the conditions of rules does not end"
         if self._is_spinning:
-            return f"rule {self._list_frequent_rules(_SAMPLES_PER_TICK)[0]} does not end"
+            return f"rule {rules[0]} does not end"
         names = ", ".join(rule for rule in rules if rule != MATCHING)
         firing_count = sum(env.endless.firing_count for env in firing_envs)
         return f"the rules of a loop do not end: {names}; {firing_count:,} have fired"
@@ -255,7 +249,6 @@ class StallReporter:
 
     :param environments: returns the CLIPS environments.
     :param advice: how a user can end the stall, for the log.
-    :param limit_s: the limit of a cycle in seconds.
     :param on_stall: called in the watchdog's thread after each report, with None when the loop continues.
     """
 
@@ -266,13 +259,12 @@ class StallReporter:
         log: Logger,
         advice: str,
         *,
-        limit_s: float = STALL_S,
         on_stall: Callable[[Stall | None], None],
     ) -> None:
         self._stall: Stall | None = None
         self._loop, self._turn = loop, -1
         self._log, self._advice, self._on_stall = log, advice, on_stall
-        self.watchdog = Watchdog(loop, environments, self._report, limit_s)
+        self.watchdog = Watchdog(loop, environments, self._report, STALL_S)
 
     def __enter__(self) -> Self:
         self.watchdog.start()

@@ -62,15 +62,6 @@ class Recorder(Closing):
             self._next_flush_s = now_s + _FLUSH_INTERVAL_S
             self.flush()
 
-    def enable(self, enabled: bool, *, only_switchable: bool = False) -> None:
-        """Pause or continue recording; during a pause the files are complete.
-
-        :param only_switchable: whether writers that are not switchable continue.
-        """
-        for output in self._outputs:
-            if output.writer.is_switchable or not only_switchable:
-                output.enable(enabled)
-
     def close(self) -> None:
         """Stop listening and complete the files; further calls do nothing."""
         for output in self._outputs:
@@ -86,24 +77,16 @@ class _Output:
         self.writer = writer
         self._recorder = recorder
         self._failed = False
-        self._enabled = True
         self._lock = threading.RLock()
 
     def write_event(self, event: Event) -> None:
         """Write an event, unless the output is disabled or its writer has failed."""
         with self._lock:
-            if self._enabled and not self._failed:
+            if not self._failed:
                 try:
                     self.writer.write(event)
                 except TraceError as error:
                     self._note_failure(error)
-
-    def enable(self, enabled: bool) -> None:
-        """Enable or disable the writing of events."""
-        with self._lock:
-            self._enabled = enabled
-            if not enabled:
-                self.call_writer("settle")
 
     def call_writer(self, method: str, *args: object) -> None:
         """Call a method of the writer, unless the writer has failed."""

@@ -13,7 +13,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.config.secrets import mask_value, remove_secrets
+from cxbridge.config.secrets import has_secrets, mask_value
 from cxbridge.events import Event, EventBus, SourceRead
 from cxbridge.trace.formats.base import Attachment
 
@@ -118,15 +118,15 @@ def safe_name(text: str) -> str:
 def emit_configuration(bus: EventBus, config: Configuration) -> None:
     """Emit the existing files of a configuration and the resolved tree as sources, without secrets.
 
-    A file whose secrets cannot be removed is left out.
+    A file with secrets is left out; the tree has its other values.
     """
     for file in config.files:
         try:
             data = Path(file).read_bytes()
         except OSError:
             continue  # the file was deleted after it was read; the tree has its values
-        if (harmless := remove_secrets(data)) is not None:
-            bus.emit_source("config", "", str(file), harmless)
+        if not has_secrets(data):
+            bus.emit_source("config", "", str(file), data)
     tree = {
         item.path: list(item.items) if item.is_list else item.text
         for item in map(mask_value, config.search("/"))

@@ -169,7 +169,6 @@ QUADRATIC = {
         r"-----BEGIN CERTIFICATE-----.+?-----END CERTIFICATE-----",
         r"^\s*(?:step\s+)?\d+:\s+(?P<step>[^\s(].*?)\s*$",
     ),
-    "what another expression has matched": (r"!\S*[ \t]+",),
 }
 """Expressions that take four times as long for a text of twice the length, and why they may."""
 

@@ -29,7 +29,7 @@ def over_zmq(stack: ExitStack, board: LocalBlackBoard) -> BlackBoard:
 
 
 def over_fawkes_protocol(stack: ExitStack, board: LocalBlackBoard) -> BlackBoard:
-    url = f"fawkes://127.0.0.1:{stack.enter_context(fawkes_server(board)).port}?timeout=20"
+    url = f"fawkes://127.0.0.1:{stack.enter_context(fawkes_server(board)).port}"
     return stack.enter_context(open_blackboard(url, InterfaceRegistry(), board.clock, EventBus(board.clock)))
 
 

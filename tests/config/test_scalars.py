@@ -74,18 +74,6 @@ def test_unsigned_integers_in_every_base(number: int) -> None:
     assert to_uint(str(number)) == to_uint(hex(number)) == to_uint(f"0{number:o}") == number
 
 
-@patient
-@given(st.integers(min_value=-(2**31), max_value=2**31 - 1))
-def test_integers(number: int) -> None:
-    assert to_int(str(number)) == number
-
-
 def test_a_million_digits_are_no_integer_and_take_no_time() -> None:
     assert to_uint("9" * 1_000_000) is None
     assert to_int("0x" + "f" * 1_000_000) is None
-
-
-@patient
-@given(st.text(max_size=20))
-def test_any_text_has_a_type(text: str) -> None:
-    assert scalar_type(text) in ConfigType

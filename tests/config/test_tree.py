@@ -19,22 +19,6 @@ def values(config: Configuration, prefix: str = "/") -> dict[str, Any]:
     return {value.path: list(value.items) if value.is_list else value.text for value in config.search(prefix)}
 
 
-def test_keys_with_slashes() -> None:
-    config = Configuration.from_text(
-        "fawkes/bblogger:\n  a: 1\nlogs/qatest/file: x.log\nfawkes/mainapp/b: 2\n"
-    )
-    assert values(config) == {
-        "/fawkes/bblogger/a": "1",
-        "/fawkes/mainapp/b": "2",
-        "/logs/qatest/file": "x.log",
-    }
-
-
-def test_lists_of_maps_become_path_elements() -> None:
-    config = Configuration.from_text("stage:\n- name: a\n  files: [x, y]\n- name: b\n")
-    assert values(config) == {"/stage/0/files": ["x", "y"], "/stage/0/name": "a", "/stage/1/name": "b"}
-
-
 def test_empty_and_null_values_are_leaves() -> None:
     config = Configuration.from_text("a:\nb: []\nc: {}\nd: [~, x]\n")
     assert values(config) == {"/a": "", "/b": [], "/c": "", "/d": ["null", "x"]}
@@ -137,13 +121,3 @@ def test_random_trees_come_back_in_order(tree: dict[str, Any]) -> None:
     config = Configuration.from_text(text)
     assert values(config) == expected
     assert [value.path for value in config.search()] == sorted(expected)
-
-
-@patient
-@given(_TREE)
-def test_overlay_of_itself_changes_nothing(tree: dict[str, Any]) -> None:
-    text = yaml.safe_dump(tree)
-    config = Configuration.from_text(text)
-    before = values(config)
-    config.overlay(Configuration.from_text(text))
-    assert values(config) == before

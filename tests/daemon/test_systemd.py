@@ -7,21 +7,9 @@ import socket
 from cxbridge.daemon.process import Notifier
 
 
-def test_a_service_manager_is_told(tmp_path):
-    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
-        listener.bind(str(tmp_path / "notify"))
-        Notifier(str(tmp_path / "notify")).report_ready("serving at tcp://127.0.0.1:1911")
-        assert listener.recv(100) == b"READY=1\nSTATUS=serving at tcp://127.0.0.1:1911"
-
-
 def test_one_that_does_not_read_holds_nobody_up(tmp_path):
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
         listener.bind(str(tmp_path / "notify"))
         notifier = Notifier(str(tmp_path / "notify"))
         for _ in range(10_000):  # more than any queue takes
             notifier.report_alive()
-
-
-def test_where_nobody_listens_nothing_happens(tmp_path):
-    Notifier(str(tmp_path / "nowhere")).report_stopping()
-    Notifier("").report_stopping()

@@ -10,11 +10,10 @@ import pytest
 from cxbridge.blackboard.kit.errors import InsecureEndpointError
 from cxbridge.blackboard.zmq.security import check_endpoint
 from cxbridge.daemon.table import DAEMON_COMPONENTS
-from cxbridge.errors import ConfigError
 from cxbridge.listening import is_loopback, is_private_endpoint
 from cxbridge.rights import FRAME_RIGHTS, Right, right_of_frame
 from cxbridge.run.components.table import COMPONENTS
-from tests.support import module_files, needs_all_plugins, needs_plugin
+from tests.support import module_files, needs_all_plugins
 
 WAYS = {
     "blackboard": (),
@@ -151,27 +150,6 @@ def test_a_frame_without_an_entry_needs_the_highest_right():
 )
 def test_the_loopback_is_the_same_for_all_servers(host: str, expected: bool):
     assert is_loopback(host) is expected
-
-
-@needs_plugin("web")
-@pytest.mark.parametrize("host", ["localhost", "[::1]", "0.0.0.0", "robot"])
-def test_the_servers_of_the_web_plug_in_listen_on_the_loopback(host: str):
-    from cxbridge_web.foxglove.settings import FoxgloveSettings
-    from cxbridge_web.settings import WebSettings
-
-    for settings in (FoxgloveSettings(host=host), WebSettings(host=host)):
-        if is_loopback(host):
-            settings.check()
-        else:
-            with pytest.raises(ConfigError, match="could be reached from beyond this machine"):
-                settings.check()
-
-
-@needs_plugin("web")
-def test_foxglove_listens_elsewhere_if_the_settings_say_so():
-    from cxbridge_web.foxglove.settings import FoxgloveSettings
-
-    FoxgloveSettings(host="0.0.0.0", insecure=True).check()
 
 
 @pytest.mark.parametrize(

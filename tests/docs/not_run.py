@@ -9,7 +9,6 @@ from __future__ import annotations
 CI_ITSELF = "is what .ci/run runs"
 SAME = "is run by these tests, in another spelling"
 ROBOT = "needs a robot's Fawkes; done by hand with a real one"
-DAEMON_WITH_BBLOG = "needs a daemon with --bblog; tests/trace does the same"
 TWO_MACHINES = "needs a second machine; tests/hosts does the same in two network namespaces"
 MONGODB = "needs MongoDB"
 ROOT_RIGHTS = "needs root or systemd"
@@ -55,9 +54,7 @@ NOT_RUN: dict[str, dict[str, str]] = {
         "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino --refbox-dir rcll-refbox --spec rcll-central --seed 1 --json": "is what plugins/cxbridge-rcll/tests/rcll_tests/test_league.py does",
         "cxbridge explore --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino --refbox-dir rcll-refbox --spec rcll-central --seed 1 --minutes 4 --faults 1 --depth 30": "takes ten minutes",
     },
-    "evidence/replay.md": {
-        "cxbridge bb send SwitchInterface::BBLogger DisableSwitch": DAEMON_WITH_BBLOG,
-    },
+    "evidence/replay.md": {},
     "evidence/ros2-cx.md": {
         "cxbridge run my_agent/params/agent.yaml --ros2cx ~/clips_executive --timeout 60 --log-dir out": TODAYS_CX,
     },

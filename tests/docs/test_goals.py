@@ -97,23 +97,6 @@ def back(page: str) -> str:
     return found[0].removesuffix("```")
 
 
-def test_a_goal_that_is_set_back_keeps_its_other_slots(make):
-    again = """
-(defrule again
-  ?goal <- (goal (id TOP) (mode FINISHED))
-  (not (tried))
-  =>
-  (assert (tried (times 1)))
-  (modify ?goal (mode EVALUATED)))
-"""
-    run = make(DRIVE + again)
-    run.skills("drive").fails("stuck")
-    run.until(lambda: run.fact("goal")["mode"] == "EVALUATED")
-    (goal,), plan = run.facts("goal"), run.facts("plan-action")
-    assert (goal["outcome"], goal["committed-to"], goal["error"]) == ("FAILED", "P", ("ACTION-FAILED",))
-    assert [action["state"] for action in plan] == ["FAILED"]
-
-
 def test_the_rule_of_the_manual_sets_a_goal_back(make):
     run = make(
         DRIVE

@@ -38,7 +38,3 @@ def test_a_notebook_runs(path, tmp_path, monkeypatch):
             shown.append(run_cell("".join(cell["source"]), names))
     assert "_repr_html_" in dir(shown[0])
     assert "<iframe" in shown[0]._repr_html_()
-
-
-def test_there_are_notebooks():
-    assert [path.stem for path in NOTEBOOKS] == ["first-run"]

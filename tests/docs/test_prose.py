@@ -7,7 +7,7 @@ import re
 import pytest
 
 from tests.docs import prose
-from tests.docs.prose import Linter, prose_of_markdown, prose_of_python, unreleased
+from tests.docs.prose import Linter, prose_of_markdown, prose_of_python
 from tests.support import ROOT
 
 LINTER = Linter()
@@ -44,19 +44,6 @@ def test_a_bad_sentence_is_found(sentence):
     assert findings(sentence) != []
 
 
-def test_a_finding_has_file_line_words_and_better_ones():
-    (found,) = LINTER.findings([("page.md", prose_of_markdown("Fine.\n\nThe user is\nnot told why.\n"))])
-    assert str(found) == "page.md:4: 'told': reported, given, set, notified, described"
-
-
-def test_words_over_two_lines_are_found_where_they_begin():
-    assert findings("A name that is an\nown one.\n") == [(1, "an own")]
-
-
-def test_proselint_is_asked_too():
-    assert findings("This is very unique.") != []
-
-
 @pytest.mark.parametrize(
     "page",
     [
@@ -82,22 +69,6 @@ def test_python_docstrings_help_and_messages_are_read_and_nothing_else():
     )
     found = LINTER.findings([("m.py", prose_of_python(source))])
     assert sorted({one.line for one in found}) == [1, 3, 6, 8]
-
-
-def test_hints_log_lines_and_findings_are_read():
-    source = (
-        "def f(log):\n"
-        "    log.warn('the user is told one')\n"
-        "    yield Finding(CODE, place, f'{log} is told two')\n"
-        "    return Error('told three', hint='you are told four')\n"
-        "    return told('told five')\n"
-    )
-    found = LINTER.findings([("m.py", prose_of_python(source))])
-    assert sorted({one.line for one in found}) == [2, 3, 4]
-
-
-def test_only_the_unreleased_part_of_the_changelog_is_read():
-    assert "told" not in unreleased("# Changes\n\n## Unreleased\n\n- New.\n\n## 0.1\n\n- told\n")
 
 
 def test_all_files_are_read_and_a_finding_is_status_1(monkeypatch, capsys):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import threading
 
 import pytest
@@ -78,21 +77,6 @@ def test_recursion_without_end_ends_the_right_hand_side_only(bench, functions):
     assert len(bench.lines) < 5, "one message, not one a level"
 
 
-def test_recursion_in_a_condition(bench):
-    bench.load("(deffunction f (?x) (f (+ ?x 1))) (defrule r (a) (test (f 1)) =>)")
-    bench.env.assert_string("(a)")
-    assert bench.env.run() == 0
-    assert any("'f' calls itself endlessly" in line for line in bench.lines)
-
-
-def test_recursion_across_files(bench, tmp_path):
-    assert bench.load("(deffunction f (?x)) (deffunction g (?x) (f ?x))")
-    assert bench.load("(deffunction f (?x) (g ?x)) (defrule r (a) => (f 1))")
-    bench.env.assert_string("(a)")
-    bench.env.run()
-    assert any("calls itself endlessly" in line for line in bench.lines)
-
-
 def test_recursion_in_a_thread_with_a_small_stack(bench):
     bench.load("(deffunction f (?x) (+ 1 (f ?x))) (defrule r (a) => (f 1))")
     bench.env.assert_string("(a)")
@@ -129,19 +113,6 @@ def test_only_functions_that_may_recur_are_guarded():
 )
 def test_an_example_in_a_string_or_comment_is_no_call(function):
     assert prepare_source(function).text == function
-
-
-def test_a_guard_behind_a_comment_before_the_name(bench):
-    assert bench.load("(deffunction ; (a comment)\n f (?x) (f ?x)) (defrule r (a) => (f 1))")
-    bench.env.assert_string("(a)")
-    bench.env.run()
-    assert any("calls itself endlessly" in line for line in bench.lines)
-
-
-def test_what_stands_in_comments_and_strings_is_no_excess():
-    comment = f'; (format nil "%300d") {"-" * 200_000}\n'
-    string = '(printout t "(format nil " "%300d")'
-    assert find_exceeded_limit(comment + string) is None
 
 
 @pytest.mark.parametrize(
@@ -201,12 +172,6 @@ def test_rules_that_go_round_in_circles_are_a_fault_that_names_them(bench):
 def test_bytes_of_any_kind(bench, text):
     bench.load(text)
     assert bench.load("(deffacts e (b))")
-
-
-def test_a_pipe_is_no_file(bench):
-    os.mkfifo(bench.file)
-    assert not bench.env.load(bench.file)
-    assert "not a regular file" in bench.lines[0]
 
 
 CRASHING_TEXTS = {

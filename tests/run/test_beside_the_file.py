@@ -60,26 +60,3 @@ def test_a_file_laid_over_a_shipped_scenario_keeps_its_recordings_beside_itself(
     assert (laid_over.parent / "run.mcap").is_file()
     assert (laid_over.parent / "logs" / "run.log").is_file()
     assert set(SHIPPED.rglob("*")) == before
-
-
-def test_a_file_that_another_includes_keeps_them_beside_itself(tmp_path):
-    (tmp_path / "conf").mkdir()
-    (tmp_path / "conf" / "recordings.yaml").write_text(ours(WRITTEN))
-    (tmp_path / "main.yaml").write_text("include:\n  - conf/recordings.yaml\n---\n# nothing\n")
-    found = files(Configuration.load(tmp_path / "main.yaml"))
-    assert found == {key: tmp_path / "conf" / name for key, name in WRITTEN.items()}
-
-
-def test_what_the_command_line_names_is_seen_from_the_working_directory(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    options = DaemonOptions(config=Path("test-scenario"), settings=tuple(WRITTEN.items()))
-    found = files(read_configuration(options)[0])
-    assert {key: file and file.absolute() for key, file in found.items()} == {
-        key: tmp_path / name for key, name in WRITTEN.items()
-    }
-
-
-def test_no_shipped_scenario_names_a_file_to_write():
-    for file in SHIPPED.glob("*/scenario.yaml"):
-        config = Configuration.load(file)
-        assert [key for key in WRITTEN if config.exists(f"/cxbridge/{key}")] == [], file

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
 from cxbridge.run.source import source_of
 
@@ -54,13 +53,6 @@ def options(tmp_path):
     )
 
 
-def test_includes_are_seen_from_the_configuration_of_the_checkout(options):
-    config, file = source_of(options).load_configuration()
-    assert file == options.overlays[1].resolve() / "cfg" / "simulator" / "central.yaml"
-    assert config.get_int("/cxbridge/own") == 1
-    assert config.exists("/clips-protobuf/proto-dirs")  # of conf.d, which is beside the file's folder
-
-
 def test_folders_of_the_first_overlay_are_searched_first(options):
     config, file = source_of(options).load_configuration()
     paths = source_of(options).find_paths(config, file)
@@ -84,21 +76,6 @@ def test_folders_of_the_first_overlay_are_searched_first(options):
     }
 
 
-def test_a_folder_that_no_checkout_has_is_still_named(options):
-    config, file = source_of(options).load_configuration()
-    paths = source_of(options).find_paths(config, file)
-    assert paths.expand("@BASEDIR@/nowhere") == [options.overlays[1] / "nowhere"]
-
-
 def test_without_a_scenario_the_first_configuration_is_taken(options):
     _, file = source_of(replace(options, scenario=None)).load_configuration()
     assert file == options.overlays[1] / "cfg" / "config.yaml"
-
-
-def test_an_overlay_alone_is_a_source(options):
-    source_of(replace(options, fawkes_dir=None)).check()
-
-
-def test_a_missing_overlay_is_an_error(options):
-    with pytest.raises(CxbridgeError, match="there is no such folder"):
-        source_of(replace(options, overlays=(Path("/no/where"),))).check()

@@ -11,15 +11,11 @@ from typing import Any
 import pytest
 
 from cxbridge.clock import VirtualClock
-from cxbridge.daemon.configuration import read_configuration
-from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import BrokenAgentError, CxbridgeError
 from cxbridge.events import SkillStatus
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.agent import make_base
 from cxbridge.trace.formats.registry import open_run
-from tests.forked import nursery
-from tests.run.core_malformed import MODES
 from tests.run.mini import AGENT, write_scenario
 from tests.support import FAWKES_DIR, ROOT, SHARED, many, needs_fawkes, needs_shared
 
@@ -48,9 +44,10 @@ def test_a_run_at_the_beginning_of_time(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_a_goal_that_fails_is_status_1(tmp_path):
-    result, _ = run(write_scenario(tmp_path, mapping="other: wait{}"))
+    result, log = run(write_scenario(tmp_path, mapping="other: wait{}"))
     assert (result.status, result.reason) == (1, "G ended FAILED")
     assert result.goals[0].error == "ACTION-FAILED"
+    assert any("No action executor for action 'act'" in text for text in log)
 
 
 def test_a_run_that_does_not_end_is_status_3_and_says_what_is_open(tmp_path):
@@ -58,11 +55,6 @@ def test_a_run_that_does_not_end_is_status_3_and_says_what_is_open(tmp_path):
     assert result.status == 3
     assert result.reason == "not over: G is DISPATCHED after 5 s"
     assert 5 <= result.run_seconds < 5.1
-
-
-def test_an_agent_may_quit(tmp_path):
-    result, _ = run(write_scenario(tmp_path, agent="(defrule bye (executive-initialized) => (quit))"))
-    assert (result.status, result.reason) == (1, "the agent quit before any goal was over")
 
 
 def test_an_agent_that_quits_with_open_goals_is_status_1(tmp_path):
@@ -78,15 +70,6 @@ def test_an_agent_that_quits_when_its_goals_are_over_is_status_0(tmp_path):
     bye = "(defrule bye (not (goal)) (begun) => (quit))"
     result, _ = run(write_scenario(tmp_path, agent=AGENT + bye))
     assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
-
-
-def test_of_open_and_failed_goals_both_are_told(tmp_path):
-    more = """(defrule more (begun) => (assert (goal (id OPEN) (mode EXPANDED))))
-              (defrule bye (goal (id G) (mode RETRACTED)) => (quit))"""
-    result, _ = run(write_scenario(tmp_path, agent=AGENT + more, mapping="other: wait{}"))
-    assert result.status == 1
-    assert "G ended FAILED" in result.reason
-    assert "the agent quit before its root goals were over: OPEN is EXPANDED" in result.reason
 
 
 @pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
@@ -156,10 +139,6 @@ def test_a_second_configuration_is_laid_over_the_first(tmp_path):
     assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
     context = make_base(RunOptions(scenario=scenario, config=(first, second)))
     assert context.config.get_str("/other/text") == "second"
-    arguments = ["--config", str(first), "--config", str(second)]
-    daemon = DaemonOptions(config=scenario, overlay=(first, second))
-    assert read_configuration(daemon)[0].get_str("/other/text") == "second"
-    assert nursery().run(["run", str(scenario), *arguments]).returncode == 0
 
 
 def test_the_goals_of_a_long_run_are_listed_as_far_as_memory_goes(tmp_path, monkeypatch):
@@ -205,11 +184,6 @@ def test_shipped_scenarios_are_known_by_name(tmp_path, monkeypatch):
     assert bad(Path("no-scenario")).hint == f"shipped with cxbridge: {shipped}"
 
 
-def test_a_configuration_without_specs(tmp_path):
-    (tmp_path / "scenario.yaml").write_text("fawkes:\n  agent: {name: x}\n")
-    assert "names no spec" in bad(tmp_path).message
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -224,14 +198,6 @@ def test_a_configuration_without_specs(tmp_path):
 )
 def test_options_that_make_no_sense(tmp_path, options, message):
     assert message in bad(write_scenario(tmp_path), **options).message
-
-
-def test_a_file_of_the_agent_that_is_missing_is_told_and_the_run_goes_on_as_in_fawkes(tmp_path):
-    scenario = write_scenario(tmp_path)
-    (scenario / "mini.clp").unlink()
-    result, log = run(scenario, timeout=1, strict=False)
-    assert result.status == 3
-    assert any("Cannot load file mini.clp (file not found in" in text for text in log)
 
 
 def test_a_broken_construct_is_told_and_the_run_goes_on_as_in_fawkes(tmp_path):
@@ -275,22 +241,6 @@ def test_a_broken_file_that_is_loaded_while_the_initialisation_waits_is_status_2
     assert error.message == "1 mistake, the agent was not started"
 
 
-def test_an_action_without_a_mapping_fails_with_a_reason(tmp_path):
-    result, log = run(write_scenario(tmp_path, mapping="other: wait{}"))
-    assert result.status == 1
-    assert any("No action executor for action 'act'" in text for text in log)
-
-
-@pytest.mark.parametrize(
-    ("skill_string", "reason"),
-    [('error("on purpose")', "on purpose"), ("levitate{}", "levitate"), ("say{{", "say{{")],
-)
-def test_a_skill_string_that_lua_refuses_fails_the_action(tmp_path, skill_string, reason):
-    result, log = run(write_scenario(tmp_path, mapping=f"act: {skill_string}"), strict=False)
-    assert result.status == 1
-    assert any(reason in text for text in log)
-
-
 @needs_fawkes
 @pytest.mark.parametrize(("strict", "ends"), [(None, True), (True, True), (False, False)])
 def test_a_file_that_a_spec_of_a_checkout_names_must_be_there(tmp_path, strict, ends):
@@ -308,65 +258,7 @@ def test_a_file_that_a_spec_of_a_checkout_names_must_be_there(tmp_path, strict, 
     assert (mistake.file, mistake.line) == (str(over), 2)
 
 
-def test_an_endless_loop_in_a_skill_string_fails_the_action_in_bounded_time(tmp_path):
-    result, _ = run(write_scenario(tmp_path, mapping="act: while true do end"), strict=False)
-    assert result.status == 1
-    assert result.wall_seconds < 20
-
-
-def test_a_pddl_syntax_error_is_told_with_file_and_line(tmp_path):
-    (tmp_path / "d.pddl").write_text("(define (domain d)\n (:requirements :strips)\n (:predicates (p ?x)\n")
-    agent = f'(defrule load (executive-initialized) => (parse-pddl-domain "{tmp_path / "d.pddl"}"))'
-    result, log = run(write_scenario(tmp_path, agent=agent), timeout=1, strict=False)
-    assert result.status == 3
-    assert any(f"Failed to parse domain: {tmp_path / 'd.pddl'}:" in text for text in log)
-
-
-@pytest.mark.parametrize(
-    ("text", "line"),
-    [
-        ("a: !magic x\n", 1),
-        ("a: 1\nb: [1, 2\n", None),
-        ("include:\n  - none.yaml\n---\na: 1\n", 2),
-        ("clips-executive:\n  spec: [a]\n  specs: {a: {}}\n", 2),
-        ("clips-executive:\n  spec: a\n  assert-time-each-loop: maybe\n  specs: {a: {init: {}}}\n", 3),
-    ],
-)
-def test_bad_yaml_is_status_2_with_file_and_line(tmp_path, text, line):
-    (tmp_path / "scenario.yaml").write_text(text)
-    error = bad(tmp_path)
-    assert error.file == str(tmp_path / "scenario.yaml")
-    assert error.line is not None
-    assert line in (None, error.line)
-
-
-def test_a_broken_interface_definition_is_told_with_file_and_line(tmp_path):
-    (tmp_path / "x").mkdir()
-    (tmp_path / "x" / "BrokenInterface.xml").write_text(
-        '<interface name="BrokenInterface">\n<data>\n</interface>\n'
-    )
-    agent = '(defrule open (executive-initialized) => (blackboard-open-reading "BrokenInterface" "B"))'
-    scenario = write_scenario(tmp_path / "s", agent=agent)
-    (mistake,) = bad(scenario, interface_dirs=(tmp_path / "x",)).mistakes
-    assert (mistake.file, mistake.line) == (str(tmp_path / "x" / "BrokenInterface.xml"), 3)
-    _, log = run(scenario, interface_dirs=(tmp_path / "x",), timeout=1, strict=False)
-    assert any("BrokenInterface.xml:3" in text for text in log)
-
-
 # --- recordings ---------------------------------------------------------------------------------------------
-
-
-def test_what_is_recorded_is_what_happened(tmp_path):
-    from cxbridge.history.transitions import TRANSITION_TYPES
-    from cxbridge.trace.formats.registry import open_run
-
-    scenario = write_scenario(tmp_path / "s")
-    run(scenario, trace=tmp_path / "t.mcap", log=tmp_path / "t.log")
-    with_mcap = [event for event in open_run(tmp_path / "t.mcap") if isinstance(event, TRANSITION_TYPES)]
-    modes = [
-        event.mode for event in with_mcap if getattr(event, "goal", "") == "G" and hasattr(event, "mode")
-    ]
-    assert modes == list(MODES)
 
 
 @needs_shared

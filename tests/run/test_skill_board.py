@@ -11,7 +11,7 @@ from cxbridge.errors import ConfigError
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.skiller.calls import CallOutcome, SkillerCall
 from tests.daemon.test_daemon import connected, running
-from tests.run.mini import AGENT, write_scenario
+from tests.run.mini import write_scenario
 
 EXECUTORS = """
 from cxbridge.skiller.board import SkillExecutor, SkillFailedError
@@ -63,37 +63,10 @@ def test_the_board_is_there_whatever_other_skiller_there_is(tmp_path, skiller):
     assert result.status == 0
 
 
-def test_a_failure_comes_through(tmp_path):
-    board = BOARD.replace(
-        'say: {class: "executors.py:Say"}', 'say: {class: "executors.py:Say", hoarse: true}'
-    )
-    result, lines = run(write(tmp_path, board))
-    assert result.status == 1
-    assert any("Execution of act FAILED (no voice)" in line for line in lines)
-
-
 def test_the_feature_is_there_with_a_skill_board_only(tmp_path):
     assert run(write(tmp_path / "with", feature="skill-board"))[0].status == 0
     with pytest.raises(ConfigError, match="skill-board"):
         run(write_scenario(tmp_path / "without", feature="skill-board"))
-
-
-def test_actions_that_run_for_no_goal_keep_a_run_from_ending(tmp_path):
-    agent = (
-        AGENT
-        + """
-    (defrule mini-ask (executive-initialized) (begun) => (skill-board-call "say{}" "me"))
-    """
-    )
-    result, lines = run(write(tmp_path, agent=agent, feature="skill-board"))
-    assert result.status == 0
-    assert any("action 1: say of me" in line for line in lines)
-
-
-def test_mistakes_are_found_before_anything_runs(tmp_path):
-    with pytest.raises(ConfigError, match="/skill-board/agent is not a setting") as raised:
-        run(write(tmp_path, BOARD.replace("agents:", "agent:")))
-    assert raised.value.file == str(tmp_path / "scenario.yaml")
 
 
 def test_a_daemon_has_it_as_a_component(tmp_path):

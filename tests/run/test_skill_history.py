@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from cxbridge.errors import TraceError
-from cxbridge.events import Event, FactChange, InterfaceWrite, SkillStatus
+from cxbridge.events import Event, InterfaceWrite
 from cxbridge.run.skill_history import read_samples
 from cxbridge.skiller.simulation.recorded import Sample
 from cxbridge.skiller.status import Status
@@ -57,38 +57,6 @@ def test_what_ends_counts_and_what_is_stopped_or_replaced_does_not(tmp_path: Pat
         Sample("b{}", 0.5, Status.S_FAILED, "broken"),
         Sample("a{}", 0.0),
         Sample("back{}", 0.0),
-    ]
-
-
-def test_skillers_are_told_apart(tmp_path: Path):
-    events = []
-    for ms, status in ((0, "S_RUNNING"), (1000, "S_FINAL")):
-        for name, delay in (("R-1", 0), ("R-2", 500)):
-            event = shown(ms + delay * (status == "S_FINAL"), status, f'go{{who="{name}"}}')
-            events.append(InterfaceWrite(event.time_us, f"SkillerInterface::{name}", event.values))
-    run = write(tmp_path / "run.mcap", *events)
-    assert [sample.seconds for sample in read_samples(run)] == [1.0, 1.5]
-
-
-def fact(ms: int, status: str, error: str = "") -> FactChange:
-    text = (
-        f'(SkillerInterface (id "Skiller") (time 1 {ms}) (skill_string "say{{text="x"}}") (error "{error}") '
-        f'(exclusive_controller "") (msgid 3) (status {status}))'
-    )
-    return FactChange(ms * 1000, "executive", True, ms, "SkillerInterface", text)
-
-
-def test_without_writes_the_facts_of_the_executive_count_then_the_transitions(tmp_path: Path):
-    facts = [fact(0, "S_RUNNING"), fact(700, "S_FAILED", "no voice")]
-    states = [
-        SkillStatus(ms * 1000, "executive", "Skiller", 'say{text="x"}', 3, status)
-        for ms, status in ((0, "S_RUNNING"), (733, "S_FAILED"))
-    ]
-    assert read_samples(write(tmp_path / "a.mcap", *facts, *states)) == [
-        Sample('say{text="x"}', 0.7, Status.S_FAILED, "no voice")
-    ]
-    assert read_samples(write(tmp_path / "b.mcap", *states)) == [
-        Sample('say{text="x"}', 0.733, Status.S_FAILED, "")
     ]
 
 

@@ -21,12 +21,6 @@ skiller/instances:
 """
 
 
-def test_without_instances_there_is_one_skiller():
-    config = Configuration.from_text("skiller: {skillspace: mine}")
-    assert skiller_settings(config, "lua") == (SkillerSettings("Skiller", "lua", None, "strict"),)
-    assert skiller_settings(config, "lua", made_elsewhere=("Skiller",)) == ()
-
-
 def test_instances_say_what_they_are_and_inherit_the_rest():
     config = Configuration.from_text(TWO + "  robot3: {}\n")
     config.set("/skiller/mode", "strict")

@@ -7,7 +7,7 @@ import pytest
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.run.specs import check_spec, choose_spec
-from tests.support import FAWKES_DIR, ROOT, needs_fawkes, needs_plugin
+from tests.support import FAWKES_DIR, needs_fawkes, needs_plugin
 
 GOOD = """
 clips-executive:
@@ -74,17 +74,6 @@ def test_keys_that_nobody_reads_are_warnings():
     config = configuration(GOOD.replace("file: a.clp", "flie: a.clp"))
     (warning,) = check_spec(config, "s")
     assert warning.startswith("f.yaml:10: 'flie' of stage-3, entry 1 is never read")
-
-
-def test_stages_may_be_empty():
-    config = configuration(GOOD.replace("stage-1:\n          - name: pddl-parser", "stage-1:"))
-    assert check_spec(config, "s") == []
-
-
-def test_the_shipped_scenario_is_fine():
-    assert (
-        check_spec(Configuration.load(ROOT / "scenarios" / "test-scenario" / "scenario.yaml"), "test") == []
-    )
 
 
 @needs_fawkes

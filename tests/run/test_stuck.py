@@ -56,16 +56,3 @@ def test_an_explainer_gets_the_rules_with_errors(tmp_path):
 def test_a_run_whose_rules_fire_is_not_stuck(tmp_path):
     result = run(tmp_path, BUSY)
     assert (result.status, result.reason) == (3, "no goal has appeared after 30 s")
-
-
-@pytest.mark.parametrize(("agent", "waits"), [(IDLE, True), (BUSY, False)])
-def test_without_an_explainer_a_waiting_run_ends_at_its_timeout_and_names_the_package(
-    tmp_path, monkeypatch, agent, waits
-):
-    monkeypatch.setattr(plugins, "installed_plugins", tuple)
-    result = run(tmp_path, agent)
-    assert result.status == 3
-    assert result.to_json()["result"] == "timed out"
-    reason, _, hint = result.reason.partition("; ")
-    assert reason == "no goal has appeared after 30 s"
-    assert hint.startswith("cxbridge-studio names the events that the run waits for: ") == waits

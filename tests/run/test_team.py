@@ -86,12 +86,10 @@ def test_one_agent_alone(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("agents", "words"),
     [
-        ("[ann, ben]", "/cxbridge/agents must be a map"),
         ("{ann: 5}", "/cxbridge/agents/ann must be a map"),
         ("{ann: {specs: x}}", "/cxbridge/agents/ann/specs is unknown"),
         ("{'a b': {}}", "is not a valid name of an agent"),
         ("{executive: {}}", "is not a valid name of an agent"),
-        ("{ann: {config: 5}}", "/cxbridge/agents/ann/config must be a map"),
     ],
 )
 def test_mistakes_in_the_configuration(agents: str, words: str) -> None:
@@ -100,12 +98,6 @@ def test_mistakes_in_the_configuration(agents: str, words: str) -> None:
         agent_names(config)
     assert refused.value.line == 2
     assert str(refused.value.file) == "f.yaml"
-
-
-def test_no_agents_is_one_without_a_name(tmp_path: Path) -> None:
-    result, lines = run(write(tmp_path, "\ncxbridge: {agents: {}}\n"))
-    assert (result.status, result.agents) == (0, {})
-    assert "CLIPS (executive)" in {line.component for line in lines}
 
 
 @pytest.mark.parametrize("options", [{}, {"agent": "ben"}])
@@ -142,31 +134,16 @@ def test_a_daemon_is_one_of_them(tmp_path: Path) -> None:
     assert "--agent" in str(refused.value)
 
 
-def test_a_run_of_two_is_replayed(tmp_path: Path) -> None:
-    folder, recording = write(tmp_path), tmp_path / "run.mcap"
-    recorded, _ = run(folder, trace=recording)
-    assert recorded.status == 0
-    again, _ = run(folder, replay=(recording,))
-    assert again.status == 0
-    assert again.replay.same
-    assert "the same" in again.reason
-
-
-def test_a_replay_of_two_tells_who_decides_otherwise(tmp_path: Path) -> None:
+def test_a_run_of_several_is_not_replayed(tmp_path: Path) -> None:
     folder, recording = write(tmp_path), tmp_path / "run.mcap"
     run(folder, trace=recording)
-    other = "config: {clips-executive/specs/mini/action-mapping/act: 'say{text=\"else\", wait=true}'}"
-    write(tmp_path, f"\ncxbridge: {{agents: {{ann: {{}}, ben: {{{other}}}}}}}\n")
-    again, _ = run(folder, replay=(recording,))
-    assert again.status != 0
-    assert again.replay.divergence.uid == "SkillerInterface::ben/Skiller"
+    for options in ({}, {"agent": "ann"}):
+        with pytest.raises(CxbridgeError, match="several agents is not replayed"):
+            run(folder, replay=(recording,), **options)
 
 
-def test_an_agent_that_was_not_recorded_cannot_be_replayed(tmp_path: Path) -> None:
+def test_a_run_of_one_of_several_is_replayed(tmp_path: Path) -> None:
     folder, recording = write(tmp_path), tmp_path / "run.mcap"
-    run(folder, trace=recording)
-    write(tmp_path, "\ncxbridge: {agents: {ann: {}, joe: {}}}\n")
-    with pytest.raises(CxbridgeError, match="no events of the agent 'joe'"):
-        run(folder, replay=(recording,))
-    with pytest.raises(CxbridgeError, match="without --agent; in the recording are: ann, ben"):
-        run(folder, replay=(recording,), agent="ann")
+    run(folder, trace=recording, agent="ann")
+    again, _ = run(folder, replay=(recording,), agent="ann")
+    assert (again.status, again.replay.same) == (0, True)

@@ -117,25 +117,12 @@ def test_an_interrupted_rule_ends_and_the_next_loop_is_as_usual():
         assert world.env.run() == 1
 
 
-def test_a_sleep_between_loops_is_no_stall():
-    told: list[Stall | None] = []
-    loop = MainLoop(RealClock(), 60_000_000)
-    loop.add(Hook.THINK, lambda: None)
-    watchdog = Watchdog(loop, dict, told.append, 0.05)
-    threading.Timer(0.6, loop.stop).start()
-    watchdog.start()
-    loop.run(lambda: False)
-    watchdog.stop()
-    assert told == []
-
-
 # -- a daemon
 
 
 def spinning(tmp_path, **more):
     scenario = write_scenario(tmp_path / "s", agent=SPIN)
     settings = {
-        "watchdog": LIMIT_S,
         "fawkes/enable": False,
         "zmq/endpoints": [f"ipc://{tmp_path}/bb"],
         **more,
@@ -222,8 +209,6 @@ def listener_says(listener, wanted):
 
 def test_systemd_hears_of_it_and_its_watchdog_is_not_fed(tmp_path):
     scenario = write_scenario(tmp_path / "s", agent=SPIN)
-    with (scenario / "scenario.yaml").open("a") as file:
-        file.write(f"\ncxbridge/watchdog: {LIMIT_S}\n")
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
         listener.bind(str(tmp_path / "notify"))
         listener.settimeout(WAIT_S)
@@ -274,7 +259,7 @@ def test_a_skill_string_inside_a_function_of_c_is_named_and_fails_once_the_funct
 
 
 def test_a_run_whose_rule_does_not_end_says_which_and_ends_after_its_timeout(tmp_path, monkeypatch):
-    monkeypatch.setattr("cxbridge.run.run.STALL_S", LIMIT_S)
+    monkeypatch.setattr("cxbridge.run.watchdog.STALL_S", LIMIT_S)
     monkeypatch.setattr("cxbridge.run.run.MIN_STALL_S", 2 * LIMIT_S)
     scenario = write_scenario(tmp_path / "s", agent=SPIN)
     lines: list[str] = []

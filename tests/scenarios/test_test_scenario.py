@@ -154,13 +154,6 @@ def test_it_ends_with_nothing_left(outcome: Outcome) -> None:
     assert outcome.of("domain-pending-sensed-fact") == []
 
 
-def test_the_tree_ends_completed(outcome: Outcome) -> None:
-    last = str(format_transition(outcome.transitions[-1]))
-    assert "RUN-ONE-TESTGOAL-PARENT-gen" in last
-    assert "mode=RETRACTED outcome=COMPLETED" in last
-    assert any(text.startswith("Retracting goal RUN-ONE-") for text in texts(outcome, Level.INFO))
-
-
 def test_skill_strings(outcome: Outcome) -> None:
     spoken = ("Hello peggy", "Good bye", "Hello again peggy", "Cleaning up")
     assert outcome.skill_strings == [f'say{{text="{text}", wait=true}}' for text in spoken]
@@ -185,19 +178,6 @@ def test_the_world_model_at_the_end(outcome: Outcome) -> None:
         "object": set(),
     }
     assert not any(name.startswith("/template/fact/goal") for name in found)
-
-
-def test_what_a_good_run_complains_about(outcome: Outcome) -> None:
-    errors = texts(outcome, Level.ERROR)
-    assert errors[0] == "Robot R-1 is at C-BS"
-    assert [text.split(" failed: ")[0].split()[-1] for text in errors[1:]] == [
-        "(HANG-NOOP)",
-        "(AUTOMATIC-SUBGOAL)",
-        "(AUTOMATIC-SUBGOAL)",
-    ]
-    printed = [text for text in texts(outcome, Level.WARN) if "print" in text]
-    assert printed[0] == "This is a print test"
-    assert len(printed) == 7
 
 
 # --- the files of the scenario ----------------------------------------------------------------------------
@@ -232,10 +212,3 @@ def test_the_domain_is_the_same_as_in_fawkes() -> None:
     ours = domain_of(SCENARIO / "domain.pddl")
     assert len(ours) > 15
     assert ours == domain_of(core / "test-scenario" / "domain.pddl")
-
-
-def test_two_runs_are_alike(outcome: Outcome) -> None:
-    again = run_scenario()
-    assert [format_transition(event) for event in again.transitions] == [
-        format_transition(event) for event in outcome.transitions
-    ]

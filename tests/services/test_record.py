@@ -20,8 +20,6 @@ from tests.programs import Started
 from tests.support import needs_plugin
 from tests.trace.boards import REMOTE, WAIT_S, Site, until
 
-Enable, Disable = (SwitchInterface.MESSAGES[f"{name}SwitchMessage"] for name in ("Enable", "Disable"))
-
 
 @contextmanager
 def recording(site, *outputs, **more):
@@ -65,54 +63,16 @@ def test_files_of_both_formats_have_every_write(transport, tmp_path):
     outputs = (tmp_path / "logs", tmp_path / "deep" / "run.mcap")
     with Site(transport, tmp_path) as site:
         writer = site.board.open_for_writing(SwitchInterface, "s")
-        with recording(site, *outputs, scenario="test") as found:
+        with recording(site, *outputs) as found:
             write(writer, *range(1, 51))
-            reader = site.board.open_for_reading(SwitchInterface, "BBLogger")
-            assert reader.has_writer is (transport != "fawkes")
             until(lambda: len(values(outputs[0])) == 50)
     (file,) = outputs[0].iterdir()
-    assert file.name.startswith("test-SwitchInterface-s-")
+    assert file.name.startswith("record-SwitchInterface-s-")
     assert check_as_fawkes_does(file)[0] == 50
     assert values(outputs[0]) == values(outputs[1]) == list(range(1, 51))
     (report,) = found
     assert report.to_json()["interfaces"] == {"SwitchInterface::s": 50}
     assert (report.skipped, report.gaps, report.errors) == (0, [], [])
-
-
-@needs_plugin("fawkes")
-@pytest.mark.parametrize("transport", REMOTE)
-def test_the_switch_pauses_it_and_the_files_are_whole_meanwhile(transport, tmp_path):
-    from fawkes_tests.bblogger.test_run_bblog import check_as_fawkes_does
-
-    with Site(transport, tmp_path) as site:
-        writer = site.board.open_for_writing(SwitchInterface, "s")
-        beside = site.connect()
-        with recording(site, tmp_path / "logs", switch=True) as found:
-            switch = site.board.open_for_reading(SwitchInterface, "BBLogger")
-            seen = beside.open_for_reading(SwitchInterface, "s")
-            for number, message, enabled in ((1, Disable, False), (2, Enable, True), (3, Disable, False)):
-                write(writer, number)
-                until(lambda: seen.read() and seen.value == number)  # noqa: B023
-                if number != 2:
-                    until(lambda: values(tmp_path / "logs")[-1:] == [number])  # noqa: B023
-                switch.msgq_enqueue(message())
-                until(lambda: switch.read() and switch.enabled is enabled)  # noqa: B023
-                (file,) = (tmp_path / "logs").iterdir()
-                assert number == 2 or check_as_fawkes_does(file)[0] == {1: 1, 3: 2}[number]
-        beside.shutdown()
-    assert values(tmp_path / "logs") == [1, 3]
-    assert found[0].writes == {"SwitchInterface::s": 2}
-
-
-@needs_plugin("fawkes")
-def test_where_somebody_has_a_switch_it_goes_without(tmp_path):
-    with Site("ipc", tmp_path) as site:
-        site.board.open_for_writing(SwitchInterface, "BBLogger", owner="other")
-        writer = site.board.open_for_writing(SwitchInterface, "s")
-        with recording(site, tmp_path / "logs") as found:
-            write(writer, 1)
-            until(lambda: (tmp_path / "logs").is_dir() and list((tmp_path / "logs").iterdir()))
-    assert found[0].writes == {"SwitchInterface::s": 1}
 
 
 def test_it_ends_by_itself(tmp_path):
@@ -156,19 +116,6 @@ def test_bad_input_is_one_message_and_status_2(arguments, message, capsys, tmp_p
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param("file", marks=needs_plugin("fawkes")), "file/run.mcap", "folder.mcap"]
-)
-def test_an_output_that_cannot_be_written_is_one_message(name, tmp_path, capsys):
-    (tmp_path / "file").write_text("mine")
-    (tmp_path / "folder.mcap").mkdir()
-    with Site("ipc", tmp_path) as site:
-        arguments = ["-i", "*", "--connect", site.url, "-o", str(tmp_path / name)]
-        assert invoke(["trace", "record", *arguments]) == 2
-    assert str(tmp_path) in capsys.readouterr().err
-    assert (tmp_path / "file").read_text() == "mine"
-
-
 @needs_plugin("fawkes")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_signals_end_it_with_whole_files(number, tmp_path):
@@ -199,11 +146,3 @@ def test_signals_end_it_with_whole_files(number, tmp_path):
     assert report["outputs"] == [str(tmp_path / "logs")]
     (file,) = Path(tmp_path / "logs").iterdir()
     assert check_as_fawkes_does(file)[0] == 10
-
-
-@needs_plugin("fawkes")
-def test_a_summary_for_people_has_no_more_than_was_recorded(tmp_path, capsys):
-    with Site("ipc", tmp_path) as site:
-        arguments = ["-i", "*", "--connect", site.url, "-o", str(tmp_path / "logs"), "--duration", "0"]
-        assert invoke(["trace", "record", "--no-switch", *arguments]) == 0
-    assert capsys.readouterr().out.startswith("0 writes of 0 interfaces in ")

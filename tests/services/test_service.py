@@ -9,8 +9,6 @@ from collections.abc import Callable
 import pytest
 
 from cxbridge.daemon.services.service import Service
-from cxbridge.events import Event, LogLine
-from cxbridge.interfaces.registry import InterfaceRegistry
 
 
 @pytest.fixture
@@ -66,24 +64,3 @@ def test_what_would_wake_it_comes_after_the_stop():
         service.stop()
         service.set_wake_function(lambda: woken.append(True))
         assert woken == [True]
-
-
-def test_what_was_opened_is_left_at_the_end_the_last_first():
-    left = []
-    with Service() as service:
-        board = service.open_blackboard("local:", InterfaceRegistry())
-        instance = board.open_for_writing("TestInterface", "t", owner="test")
-        service.callback(lambda: left.append(instance.valid))
-    assert left == [True]
-    assert not instance.valid
-
-
-def test_the_console_gets_the_log_of_each_of_its_buses():
-    lines: list[Event] = []
-    with Service(lines.append) as service:
-        service.bus.logger("One").info("first")
-        service.make_bus().logger("Two").info("second")
-    assert [(line.component, line.text) for line in lines if isinstance(line, LogLine)] == [
-        ("One", "first"),
-        ("Two", "second"),
-    ]

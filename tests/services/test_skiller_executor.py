@@ -100,20 +100,9 @@ def test_the_planning_agent_of_the_thesis_speaks_through_a_skiller(robot, tmp_pa
 
 
 @needs_ros2cx
-def test_the_goal_tree_of_the_thesis_speaks_through_a_skiller(robot, tmp_path):
-    files = (OVERLAY.with_name("goals.yaml"), overlay(tmp_path, robot))
-    options = options_from_keywords(None, ros2cx=ROS2CX_DIR, config=files, clock="real", timeout=120)
-    assert run_scenario(options).status == 0
-
-
-@needs_ros2cx
 def test_a_virtual_clock_cannot_wait_for_a_skiller_elsewhere(tmp_path):
     options = options_from_keywords(
         None, ros2cx=ROS2CX_DIR, spec="test-pddl", config=overlay(tmp_path, "fawkes://127.0.0.1:1")
     )
     with pytest.raises(CxbridgeError, match="real clock"):
         run_scenario(options)
-
-
-def test_it_executes_what_the_agents_of_the_thesis_say():
-    assert set(TalkExecutor.skills) == {"say-hello", "say-hello-again", "say-goodbye", "say-cleanup"}

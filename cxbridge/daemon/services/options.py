@@ -17,8 +17,6 @@ class RecordOptions:
 
     :param outputs: files with the suffix ``.mcap``, and folders for bblogger files.
     :param duration_s: the duration of the recording; None: until an interrupt.
-    :param switch: whether to serve ``SwitchInterface::BBLogger``; None: yes, unless the URL is a Fawkes
-        server.
     """
 
     patterns: Annotated[
@@ -36,21 +34,7 @@ class RecordOptions:
     duration_s: Annotated[float | None, Meta(description="end after SECONDS; by default at Ctrl-C", ge=0)] = (
         None
     )
-    scenario: Annotated[str, Meta(description="name of the recording, in bblogger files")] = "record"
-    switch: Annotated[
-        bool | None,
-        Meta(
-            description="let 'ffbblog enable' and 'disable' switch the recording; "
-            "on by default, off if URL is a "
-            "Fawkes server"
-        ),
-    ] = None
     interface_dirs: Annotated[tuple[Path, ...], Meta(description="definitions of interfaces")] = ()
-
-    @property
-    def wants_switch(self) -> bool:
-        """Whether to serve the switch; by default not on Fawkes' blackboard, where bblogger has it."""
-        return not self.url.startswith("fawkes:") if self.switch is None else self.switch
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,9 +54,6 @@ class ReplayOptions:
             "all by default"
         ),
     ] = ()
-    messages: Annotated[
-        bool, Meta(description="send recorded messages to interfaces that are not replayed")
-    ] = False
     speed: Annotated[
         float, Meta(description="replay N seconds of the recording in a second", ge=1e-06, le=1000000.0)
     ] = 1.0
@@ -84,11 +65,7 @@ class ReplayOptions:
         float | None,
         Meta(description="end SECONDS after the first event", ge=0),
     ] = None
-    restamp: Annotated[
-        bool, Meta(description="give writes the present time instead of the recorded time")
-    ] = False
     loop: Annotated[bool, Meta(description="repeat the replay until Ctrl-C")] = False
-    hold: Annotated[bool, Meta(description="remain the writer after the end, until Ctrl-C")] = False
     interface_dirs: Annotated[tuple[Path, ...], Meta(description="definitions of interfaces")] = ()
 
 

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.daemon.services.options import RecordOptions
 from cxbridge.daemon.services.service import ReadyCallback, Service, do_nothing
-from cxbridge.errors import BlackBoardError
-from cxbridge.events import EventBus, Sink
+from cxbridge.events import Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.printing import format_count
 from cxbridge.resources import VERSION
@@ -22,9 +19,9 @@ from cxbridge.run.recording import open_writers
 from cxbridge.trace.formats.base import RecordedRun
 from cxbridge.trace.forwarding import COMPONENT, WriteForwarder
 from cxbridge.trace.recorder import Recorder
-from cxbridge.trace.switch import RecordingSwitch
 
 _PROGRESS_INTERVAL_S = 0.5  # seconds between progress reports
+_SCENARIO = "record"  # the name of the recording in bblogger files
 
 
 @dataclass(slots=True)
@@ -99,7 +96,7 @@ def record(
         recorded_bus = service.make_bus()
         board = service.open_blackboard(options.url, InterfaceRegistry(options.interface_dirs))
         recorded_run = RecordedRun(
-            InterfaceRegistry(options.interface_dirs), options.scenario, service.clock.now_us()
+            InterfaceRegistry(options.interface_dirs), _SCENARIO, service.clock.now_us()
         )
         outputs = [("mcap" if path.suffix == ".mcap" else "bblogger", path) for path in options.outputs]
         writers = open_writers(outputs, recorded_run)
@@ -110,7 +107,6 @@ def record(
         service.set_wake_function(forwarder.wake)
         start_s = time.monotonic()
         interface_count = forwarder.start()
-        _serve_switch(options, board, forwarder, recorder, recorded_bus, service)
         match_text = (
             f"{interface_count} interfaces at {options.url} match"
             if interface_count
@@ -141,29 +137,6 @@ def record(
         recorder.close()
         update_report()
     return report
-
-
-def _serve_switch(
-    options: RecordOptions,
-    board: BlackBoard,
-    forwarder: WriteForwarder,
-    recorder: Recorder,
-    bus: EventBus,
-    stack: ExitStack,
-) -> None:
-    """Serve the switch for ``ffbblog enable`` and ``disable``, unless another program serves it."""
-    if not options.wants_switch:
-        return
-
-    def switch(enabled: bool) -> None:
-        forwarder.enabled = enabled
-        recorder.enable(enabled)
-
-    log = bus.logger(COMPONENT)
-    try:
-        stack.callback(RecordingSwitch(board, switch, log).close)
-    except BlackBoardError as error:
-        log.warn(f"This recording has no switch: {error.message}")
 
 
 def find_duplicate_output(outputs: Sequence[Path]) -> Path | None:

@@ -12,7 +12,6 @@ from typing import Any, Final
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.names import parse_uid
 from cxbridge.blackboard.patterns import Pattern
-from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.services.options import ReplayOptions
 from cxbridge.daemon.services.service import ReadyCallback, Service, do_nothing
 from cxbridge.errors import BlackBoardError, TraceError
@@ -31,7 +30,6 @@ DONE, INTERRUPTED, LOST = "done", "interrupted", "lost"
 """The results of a replay."""
 
 COMPONENT: Final = "Replay"
-_PROGRESS_INTERVAL_S = 0.2  # seconds between progress reports while the values are held
 
 
 @dataclass(slots=True)
@@ -40,13 +38,8 @@ class ReplayReport:
 
     :ivar end: ``done``, ``interrupted`` or ``lost``; empty during the replay.
     :ivar seconds: the duration in real time.
-    :ivar position_s: the time of the present event in seconds since the first event of the recording.
-    :ivar last_s: the time of the last event to replay, in the same seconds.
-    :ivar total: the number of writes and messages in a round.
     :ivar rounds: the number of started rounds.
     :ivar writes: the number of writes by ``Type::id``.
-    :ivar messages: the number of sent messages.
-    :ivar undelivered: the number of messages without a recipient.
     :ivar notes: warnings about the file.
     """
 
@@ -54,13 +47,8 @@ class ReplayReport:
     url: str
     end: str = ""
     seconds: float = 0.0
-    position_s: float = 0.0
-    last_s: float = 0.0
-    total: int = 0
     rounds: int = 0
     writes: dict[str, int] = field(default_factory=dict)
-    messages: int = 0
-    undelivered: int = 0
     notes: list[str] = field(default_factory=list)
 
     def to_json(self) -> dict[str, Any]:
@@ -73,8 +61,6 @@ class ReplayReport:
             "rounds": self.rounds,
             "writes": sum(self.writes.values()),
             "interfaces": dict(sorted(self.writes.items())),
-            "messages": self.messages,
-            "undelivered": self.undelivered,
             "notes": self.notes,
         }
 
@@ -84,8 +70,6 @@ class ReplayReport:
         interfaces = format_count(len(self.writes), "interface")
         lines = [f"{self.end}: {count} of {interfaces} in {self.seconds:.1f} s"]
         lines += [f"  {uid}  {writes}" for uid, writes in sorted(self.writes.items())]
-        if self.messages or self.undelivered:
-            lines.append(f"{format_count(self.messages, 'message')} sent, {self.undelivered} undelivered")
         return lines
 
 
@@ -94,34 +78,30 @@ def replay(
     *,
     console: Sink | None = None,
     on_ready: ReadyCallback = do_nothing,
-    announce: Callable[[ReplayMove], None] = do_nothing,
     on_progress: Callable[[ReplayReport], None] = do_nothing,
 ) -> ReplayReport:
     """Replay a recording until its end, SIGINT, SIGTERM or the loss of the connection.
 
     :param console: gets the log lines.
     :param on_ready: called with a stop function when all interfaces are open.
-    :param announce: called for each event before the wait for it.
     :param on_progress: called with the present result about twice a second.
     :raises CxbridgeError: if there is nothing to replay, or the blackboard refuses it.
     """
     registry = InterfaceRegistry(options.interface_dirs)
     patterns = tuple(Pattern.parse(text) for text in options.patterns)
-    selection = ReplaySelection(patterns, options.start_s, options.end_s, options.messages)
+    selection = ReplaySelection(patterns, options.start_s, options.end_s)
     run = open_run(options.run, registry)
     # one pass before the first write finds all interfaces, which are opened first: if one of them has another
     # writer, nothing is replayed
     survey = _survey_replay(run, selection)
-    add_attached_types(registry, run, survey.write_counts.keys() | survey.message_counts.keys())
+    add_attached_types(registry, run, survey.write_counts)
     report = ReplayReport(str(options.run), options.url, notes=list(run.notes))
-    report.last_s = survey.last_us / MICROSECONDS
-    report.total = sum(survey.write_counts.values()) + sum(survey.message_counts.values())
     with Service(console, on_ready) as service:
         board = service.open_blackboard(options.url, registry)
-        player = ReplayPlayer(board, service.bus.logger(COMPONENT), restamp=options.restamp)
+        player = ReplayPlayer(board)
         service.callback(player.close)
         session = _ReplaySession(options, board, player, report, service.stopped)
-        session.announce, session.on_progress = announce, on_progress
+        session.on_progress = on_progress
         player.open(survey)
         service.report_ready(f"replaying {options.run} to {options.url}")
         session.run(lambda: replay_moves(run, selection))
@@ -143,7 +123,6 @@ class _ReplaySession:
         report: ReplayReport,
         stop: threading.Event,
     ) -> None:
-        self.announce: Callable[[ReplayMove], None] = do_nothing
         self.on_progress: Callable[[ReplayReport], None] = do_nothing
         self._stop_event = stop
         self._is_connection_lost = False
@@ -161,16 +140,12 @@ class _ReplaySession:
         try:
             while True:
                 report.rounds += 1
-                is_complete = self._player.play(make_moves(), pace, self._record_move)
+                is_complete = self._player.play(make_moves(), pace)
                 if not (is_complete and self._options.loop) or self._stop_event.is_set():
                     break
-            # a stop after the last write still reports done, because the last values may be held
             if not self._stop_event.is_set() or (is_complete and not self._options.loop):
                 report.end = DONE
                 self._board.flush()
-            while self._options.hold and not self._stop_event.wait(_PROGRESS_INTERVAL_S):
-                self._player.drop_messages()  # the queues of the held interfaces would otherwise fill up
-                self._update_report()
         except BlackBoardError:
             if self._board.connected and not self._is_connection_lost:
                 raise  # a refusal of the blackboard, not the end of the connection
@@ -184,12 +159,7 @@ class _ReplaySession:
         report, player = self._report, self._player
         report.seconds = time.monotonic() - self._start_s
         report.writes = dict(player.write_counts)
-        report.messages, report.undelivered = player.sent_count, player.undelivered_count
         self.on_progress(report)
-
-    def _record_move(self, move: ReplayMove) -> None:
-        self._report.position_s = move.at_us / MICROSECONDS
-        self.announce(move)
 
     def _handle_connection_change(self, connected: bool) -> None:
         if not connected:

@@ -129,17 +129,14 @@ class ManagedNode(Generic[ComponentType]):
         """The component; None while unconfigured, unless the component existed before the node."""
         self._make = make
 
-    @property
-    def _existing_component(self) -> ComponentType:
-        assert self.component is not None  # from configure to cleanup
-        return self.component
-
     def step(self) -> None:
-        self._existing_component.loop()
+        assert self.component is not None
+        self.component.loop()
 
     def check(self) -> None:
         """Raise if the component is broken."""
-        self._existing_component.check()
+        assert self.component is not None
+        self.component.check()
 
     def configure_component(self, component: ComponentType) -> None:
         component.configure()
@@ -148,17 +145,10 @@ class ManagedNode(Generic[ComponentType]):
         self.component = self._make()
         self.configure_component(self.component)
 
-    def on_activate(self) -> None:
-        self._existing_component.activate()
-
-    def on_deactivate(self) -> None:
-        self._existing_component.deactivate()
-
     def on_cleanup(self) -> None:
-        try:
-            self._existing_component.close()
-        finally:
-            self.component = None
+        component, self.component = self.component, None
+        assert component is not None
+        component.close()
 
     def abort(self) -> None:
         """Release all resources after a failed configuration."""
@@ -183,7 +173,12 @@ class ManagedNode(Generic[ComponentType]):
                 f"{self.name} is {self.state.name.lower()}, expected {state_before.name.lower()}"
             )
         try:
-            getattr(self, f"on_{transition}")()
+            if transition is Transition.CONFIGURE:
+                self.on_configure()
+            elif transition is Transition.CLEANUP:
+                self.on_cleanup()
+            else:
+                getattr(self.component, transition)()
         except Exception:
             # a component that fails to stop counts as stopped: another attempt would fail, too
             if transition in _STOP_TRANSITIONS:
@@ -253,8 +248,8 @@ class ComponentManager:
             for node in self.nodes
         ]
 
-    def startup(self, interrupt: Interrupt | None = None) -> bool:
-        """Configure all components, then activate all; return whether all are active.
+    def startup(self, interrupt: Interrupt | None = None) -> None:
+        """Configure all components, then activate all.
 
         Under :attr:`FailurePolicy.STOP`, a failure ends the sequence.
 
@@ -266,9 +261,8 @@ class ComponentManager:
         for transition in _START_TRANSITIONS:
             for node in self.nodes:
                 if interrupt is not None and interrupt.is_signalled:
-                    return False
+                    return
                 self._start_if_due(node, transition)
-        return all(node.state is State.ACTIVE for node in self.nodes)
 
     def _start_if_due(self, node: ManagedNode[Any], transition: Transition) -> None:
         if node.state is _STATES_BY_TRANSITION[transition][0] and not self.failure:
@@ -281,19 +275,18 @@ class ComponentManager:
             if node.state is State.ACTIVE and not node.steady:
                 self._try_transition(node, Transition.DEACTIVATE, "paused")
 
-    def resume(self) -> bool:
-        """Activate the inactive components, first to last; return whether all are active."""
+    def resume(self) -> None:
+        """Activate the inactive components, first to last."""
         self.paused = False
         for node in self.nodes:
             self._start_if_due(node, Transition.ACTIVATE)
-        return all(node.state is State.ACTIVE for node in self.nodes)
 
-    def reset(self) -> bool:
-        """Clean up all components except steady ones, start them again; return whether all are active."""
+    def reset(self) -> None:
+        """Clean up all components except steady ones, and start them again."""
         for node in reversed(self.nodes):
             if not node.steady and node.state is not State.FINALIZED:
                 self._wind_down(node, "reset")
-        return self.startup()
+        self.startup()
 
     def shutdown(self) -> None:
         """Finalize all components, last to first. Further calls do nothing.

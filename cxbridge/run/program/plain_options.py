@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
-import types
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import fields
-from functools import cache
 from pathlib import Path
+from types import UnionType
 from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 
 from cxbridge.errors import CxbridgeError
@@ -17,22 +16,6 @@ _MULTI_PATH_OPTIONS = ("config", "clips_dirs", "interface_dirs", "skill_dirs", "
 _SINGLE_PATH_OPTIONS = ("scenario", "trace", "log", "bblog", "fawkes_dir")
 
 _CAPITAL: Final = re.compile(r"[A-Z]")
-# The accepted types of JSON values, by the type of the option.
-_JSON_TYPES: Final[Mapping[Any, tuple[type, ...]]] = {
-    bool: (bool,),
-    int: (int,),
-    float: (float, int),
-    str: (str,),
-    Path: (str,),
-    tuple: (str, list),
-}
-_TYPE_NAMES: Final = {
-    bool: "true or false",
-    int: "a number",
-    float: "a number",
-    str: "a string",
-    list: "a list of strings",
-}
 
 
 def options_from_keywords(
@@ -99,45 +82,24 @@ def options_from_json(values: Mapping[str, Any]) -> RunOptions:
         for name, value in values.items()
         if value is not None
     }
-    for name, value in options.items():
-        _check_type(name, value)
+    for group in (RunOptions, *RunOptions.added_groups()):
+        for name, hint in get_type_hints(group).items():
+            if name in options and not _fits(options[name], hint):
+                raise CxbridgeError(f"'{name}' cannot be {options[name]!r}")
     return options_from_keywords(options.pop("scenario", None), **options)
 
 
-@cache
-def _accepted_types() -> dict[str, tuple[type, ...]]:
-    """Return the types of JSON values that each option accepts."""
-    return {
-        name: tuple(
-            dict.fromkeys(
-                json_type for member in _union_members(hint) for json_type in _JSON_TYPES.get(member, ())
-            )
-        )
-        for group in (RunOptions, *RunOptions.added_groups())
-        for name, hint in get_type_hints(group).items()
-    }
+def _fits(value: object, hint: Any) -> bool:
+    """Return whether a JSON value has the type of an option."""
+    types = {get_origin(member) or member for member in _union_members(hint)}
+    if isinstance(value, str):
+        return not types.isdisjoint({str, Path, tuple})
+    if isinstance(value, list):
+        return tuple in types and all(isinstance(item, str) for item in value)
+    if isinstance(value, bool):  # also an int
+        return bool in types
+    return isinstance(value, int | float) and not types.isdisjoint({int, float})
 
 
-def _union_members(hint: Any) -> list[Any]:
-    """Return the members of a union type; of ``tuple[...]`` just ``tuple``."""
-    if get_origin(hint) in (Union, types.UnionType):
-        return [member for arg in get_args(hint) for member in _union_members(arg)]
-    return [get_origin(hint) or hint]
-
-
-def _check_type(name: str, value: object) -> None:
-    """Check the type of an option's value; :func:`options_from_keywords` refuses unknown options."""
-    json_types = _accepted_types().get(name)
-    if json_types is None:
-        return
-    are_texts = not isinstance(value, list) or all(isinstance(item, str) for item in value)
-    # isinstance counts True as an int
-    if (
-        not isinstance(value, json_types)
-        or not are_texts
-        or (isinstance(value, bool) and bool not in json_types)
-    ):
-        type_names = dict.fromkeys(
-            _TYPE_NAMES[json_type] for json_type in json_types if json_type in _TYPE_NAMES
-        )
-        raise CxbridgeError(f"'{name}' must be {' or '.join(type_names)}")
+def _union_members(hint: Any) -> tuple[Any, ...]:
+    return get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)

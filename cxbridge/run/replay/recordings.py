@@ -13,18 +13,12 @@ from msgspec import structs
 from cxbridge.clock import MICROSECONDS, VIRTUAL_EPOCH_US
 from cxbridge.errors import TraceError
 from cxbridge.events import (
-    Event,
-    GoalTransition,
-    InterfaceMessage,
     InterfaceWrite,
-    PlanActionTransition,
-    PlannerCall,
-    SkillStatus,
 )
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
-from cxbridge.run.replay.scan import EXECUTOR, SKILLER, Scan, scan_events, scan_recording
+from cxbridge.run.replay.scan import EXECUTOR, SKILLER, Scan, scan_recording
 from cxbridge.run.replay.script import (
     ExecutorScript,
     SkillerScript,
@@ -32,7 +26,6 @@ from cxbridge.run.replay.script import (
     make_skiller_script,
     reconstruct_writes,
 )
-from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 
 # All offsets of time zones are multiples of 15 minutes.
@@ -222,52 +215,3 @@ def _measure_distance_us(log: Scan, dated: Scan) -> int | None:
             if time_us is not None:
                 return time_us - status.time_us
     return None
-
-
-_ENVIRONMENT_EVENTS: Final = (GoalTransition, PlanActionTransition, SkillStatus, PlannerCall)
-
-
-class RecordedAgentRun(Run):
-    """The events of one agent in the recording of a team.
-
-    :param agent: the agent's name: its environment, and the prefix of its interface ids.
-    """
-
-    def __init__(self, run: Run, agent: str) -> None:
-        super().__init__(run.path, run.registry)
-        self.format = run.format
-        self.notes = run.notes
-        self._run = run
-        self._agent = agent
-
-    def __iter__(self) -> Iterator[Event]:
-        """Yield the agent's events, with interface ids as on the agent's blackboard."""
-        prefix = f"{self._agent}/"
-        for event in self._run:
-            if isinstance(event, InterfaceWrite | InterfaceMessage):
-                kind, separator, name = event.uid.partition("::")
-                if name.startswith(prefix):
-                    yield structs.replace(event, uid=f"{kind}{separator}{name.removeprefix(prefix)}")
-            elif isinstance(event, _ENVIRONMENT_EVENTS) and event.env == self._agent:
-                yield event
-
-
-def agent_recordings(team: Recordings, agent: str) -> Recordings:
-    """Return the recording of one agent of a team.
-
-    :raises TraceError: if the recording has no events of the agent.
-    """
-    scans = []
-    for team_scan in team.scans:
-        scan = scan_events(RecordedAgentRun(team_scan.run, agent))
-        scan.shift_us, scan.begin_us = team_scan.shift_us, team_scan.begin_us
-        scan.metadata = team_scan.metadata
-        scans.append(scan)
-    if not any(scan.transition_count or scan.samples for scan in scans):
-        raise TraceError(
-            f"it has no events of the agent '{agent}'",
-            file=team.scans[0].run.path,
-            hint="the recording must be of all agents in one run; the recording of one agent is replayed "
-            "with --agent",
-        )
-    return Recordings(tuple(scans), _find_decisions(scans) or scans[0], team.start_us)

@@ -24,7 +24,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import find_fawkes_interface_dirs
 from cxbridge.run.replay.divergence import PATIENCE_US, Divergence, Expectation
 from cxbridge.run.replay.executors import RecordedExecutor
-from cxbridge.run.replay.recordings import Recordings, agent_recordings
+from cxbridge.run.replay.recordings import Recordings
 from cxbridge.run.replay.scan import SKILLER, Scan
 from cxbridge.run.replay.script import Command, Execution, ExecutorScript, SkillerScript
 from cxbridge.run.replay.sensors import SensorPlayer, YieldingBoard
@@ -51,14 +51,12 @@ def judge(
     divergence: Divergence | None,
     *,
     is_complete: bool,
-    tolerance_s: float | None = None,
 ) -> ReplayOutcome:
     """Compare a run with the recorded one.
 
     :param this_run: the file with this run's transitions.
     :param is_complete: whether the recording reaches the end of its run; otherwise only its time span is
         compared.
-    :param tolerance_s: the permitted difference of times in seconds; None ignores times.
     :raises TraceError: if there is nothing to compare.
     """
     compared = str(decisions.run.path)
@@ -73,15 +71,10 @@ def judge(
         return ReplayOutcome(
             compared, order.value, None, same=False, is_complete=is_complete, lines=no_events
         )
-    comparison = compare_runs(run, [recorded], view, order, tolerance_s=tolerance_s)
+    comparison = compare_runs(run, [recorded], view, order)
     report = make_report(comparison, run, [recorded])
-    lines = list(text_report(report))
-    if not comparison.same and order is Order.TOTAL:
-        in_partial_order = compare_runs(run, [recorded], view, Order.PARTIAL, tolerance_s=tolerance_s)
-        if in_partial_order.same:
-            lines.append("In partial order they are the same: --replay-order partial")
-    json_report = report_to_json(report)
-    return ReplayOutcome(compared, order.value, None, comparison.same, is_complete, tuple(lines), json_report)
+    lines, json_report = tuple(text_report(report)), report_to_json(report)
+    return ReplayOutcome(compared, order.value, None, comparison.same, is_complete, lines, json_report)
 
 
 def _cut_recordings(
@@ -147,36 +140,19 @@ class Replay:
     """The environment of a recorded run.
 
     :param order: the order in which transitions are compared.
-    :param tolerance_s: the permitted difference of times in seconds; None ignores times.
-    :param team: the replay of the team to which this agent belongs; None for a single agent or the team
-        itself.
-    :param agent: the agent of the team; empty for a single agent or the team itself.
     """
 
     board_class: type[LocalBlackBoard] = YieldingBoard
 
-    def __init__(
-        self,
-        recordings: Recordings,
-        order: Order,
-        tolerance_s: float | None = None,
-        *,
-        team: Replay | None = None,
-        agent: str = "",
-    ) -> None:
+    def __init__(self, recordings: Recordings, order: Order) -> None:
         self.recordings = recordings
-        self._team = team
-        self._agent = agent
         self.divergence: Divergence | None = None
         """The first divergence."""
-        self.is_exhausted = False
-        """Whether a player reached the end of an incomplete recording."""
         self._order = order
-        self._tolerance_s = tolerance_s
         self._expected: list[Expectation[Command] | Expectation[Execution]] = []
         self._skillers: list[RecordedSkiller] = []
         self._has_sensors = False
-        self._clock = VirtualClock(recordings.start_us) if team is None else team.clock()
+        self._clock = VirtualClock(recordings.start_us)
         self._last_us = 0
         self._quiet_us: int | None = None  # since when all recorded commands are met
         self._outcome: ReplayOutcome | None = None
@@ -184,14 +160,6 @@ class Replay:
     def clock(self) -> VirtualClock:
         """Return the run's clock, which starts at the recorded start."""
         return self._clock
-
-    def agent_player(self, name: str) -> Replay:
-        """Return the replay of one agent of a team.
-
-        :raises TraceError: if the recordings have no events of the agent.
-        """
-        recordings = agent_recordings(self.recordings, name)
-        return Replay(recordings, self._order, self._tolerance_s, team=self, agent=name)
 
     @property
     def length_us(self) -> int:
@@ -212,7 +180,6 @@ class Replay:
                 self._order,
                 self.divergence,
                 is_complete=recordings.is_complete,
-                tolerance_s=self._tolerance_s,
             )
 
     def components(self, context: Run) -> Iterator[Component]:
@@ -290,11 +257,6 @@ class Replay:
 
     def record_divergence(self, divergence: Divergence) -> None:
         """Record a divergence; only the first counts."""
-        if self._team is not None:
-            kind, separator, interface = divergence.uid.partition("::")
-            if separator:
-                divergence = replace(divergence, uid=f"{kind}::{self._agent}/{interface}")
-            self._team.divergence = self._team.divergence or divergence
         self.divergence = self.divergence or divergence
 
     def is_over(self, now_us: int, *, run_is_over: bool) -> bool:
@@ -302,9 +264,7 @@ class Replay:
 
         :param run_is_over: whether the run itself has ended.
         """
-        replay = self._team or self
-        replay.is_exhausted = replay.is_exhausted or any(commands.is_exhausted for commands in self._expected)
-        if replay.divergence is not None or replay.is_exhausted:
+        if self.divergence is not None or any(commands.is_exhausted for commands in self._expected):
             return True
         if any(skiller.running for skiller in self._skillers) or any(
             commands.next is not None for commands in self._expected
@@ -339,4 +299,4 @@ def open_replay(options: RunOptions) -> tuple[RunOptions, Replay]:
     recordings = Recordings.read(options.replay, InterfaceRegistry(interface_dirs))
     options = recordings.complete(options)
     options.check()
-    return options, Replay(recordings, Order(options.replay_order), options.replay_tolerance)
+    return options, Replay(recordings, Order(options.replay_order))

@@ -133,9 +133,6 @@ class Run(ABC):
 class RunWriter(Closing):
     """Writes the events of a run to a file; a context manager that closes it."""
 
-    is_switchable: ClassVar[bool] = False
-    """Whether the switch of a daemon, ``SwitchInterface::BBLogger``, pauses the writer."""
-
     @abstractmethod
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
         """Return the types of events that the format stores of a run recorded at ``level``."""

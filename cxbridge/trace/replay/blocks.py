@@ -9,7 +9,7 @@ from uuid import UUID
 from cxbridge.clock import split_us
 from cxbridge.errors import InterfaceError, TraceError
 from cxbridge.interfaces.instance import STAMP, Interface
-from cxbridge.interfaces.message import ClosedPort, Message
+from cxbridge.interfaces.message import ClosedPort
 
 _NO_SERIAL: Final = UUID(int=0)
 _DEFINITION_HINT: Final = (
@@ -62,14 +62,3 @@ class BlockMaker:
         block = bytearray(self._scratch.to_bytes())
         STAMP.pack_into(block, 0, *split_us(time_us))
         return bytes(block)
-
-
-def make_message(reader: Interface, message_type: str, values: Mapping[str, Any]) -> Message:
-    """Return a recorded message for ``reader`` to send.
-
-    :raises InterfaceError: if the interface has no such message, or a value does not fit.
-    """
-    message = reader.create_message(message_type)
-    for name, value in values.items():
-        message.set(name, value)
-    return message

@@ -1,4 +1,4 @@
-"""The moves of a replay: the writes and messages to repeat, each with its position in the recording.
+"""The moves of a replay: the writes to repeat, each with its position in the recording.
 
 The clock of a recorded machine may have been set, and writes may be out of order. Positions therefore count
 from the first event, and decrease only for writes out of order; see docs/recording.md, section "Time".
@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 from cxbridge.blackboard.names import parse_uid
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.clock import MICROSECONDS
-from cxbridge.events import InterfaceMessage, InterfaceWrite
+from cxbridge.events import InterfaceWrite
 from cxbridge.trace.formats.base import Run
 
 MAX_OUT_OF_ORDER_US: Final = MICROSECONDS
@@ -27,13 +27,11 @@ class ReplaySelection:
     :param patterns: the patterns of the interfaces; empty: all interfaces.
     :param start_s: the start in seconds since the first event of the run; None: the start of the run.
     :param end_s: the end in seconds since the first event of the run; None: the end of the run.
-    :param sends_messages: whether to send the recorded messages to interfaces that are not replayed.
     """
 
     patterns: tuple[Pattern, ...] = ()
     start_s: float | None = None
     end_s: float | None = None
-    sends_messages: bool = False
 
     def replays(self, uid: str) -> bool:
         """Return whether the writes of an interface are replayed."""
@@ -41,13 +39,13 @@ class ReplaySelection:
 
 
 class ReplayMove(NamedTuple):
-    """A write or message to repeat.
+    """A write to repeat.
 
     :param at_us: the position in microseconds since the first event of the run.
     """
 
     at_us: int
-    event: InterfaceWrite | InterfaceMessage
+    event: InterfaceWrite
 
 
 class ReplayPositions:
@@ -58,14 +56,13 @@ class ReplayPositions:
         self._offset_us = -start_us
         self._last_stamps_us: dict[str, int] = {}
 
-    def find_position_us(self, event: InterfaceWrite | InterfaceMessage) -> int:
+    def find_position_us(self, event: InterfaceWrite) -> int:
         """Return the position of the next event of the run."""
         time_us = event.time_us
-        if isinstance(event, InterfaceWrite):
-            if self._last_stamps_us.get(event.uid) == time_us:
-                # without a new time stamp, the time of a write is unknown
-                return self._latest_us + self._offset_us
-            self._last_stamps_us[event.uid] = time_us
+        if self._last_stamps_us.get(event.uid) == time_us:
+            # without a new time stamp, the time of a write is unknown
+            return self._latest_us + self._offset_us
+        self._last_stamps_us[event.uid] = time_us
         # the clock was set back: positions continue from the latest position
         if time_us < self._latest_us - MAX_OUT_OF_ORDER_US:
             self._offset_us += self._latest_us - time_us
@@ -76,21 +73,15 @@ class ReplayPositions:
 
 @dataclass(slots=True)
 class ReplaySurvey:
-    """How many moves a replay has, and when.
+    """The number of writes of a replay, and the first of each interface.
 
     :ivar write_counts: the number of writes by ``Type::id``.
-    :ivar message_counts: the number of messages by ``Type::id``.
     :ivar samples: the first write by ``Type::id``.
-    :ivar first_us: the position of the first event.
-    :ivar last_us: the position of the last event.
     :ivar unselected_writes: the number of writes of unselected interfaces.
     """
 
     write_counts: dict[str, int] = field(default_factory=dict)
-    message_counts: dict[str, int] = field(default_factory=dict)
     samples: dict[str, InterfaceWrite] = field(default_factory=dict)
-    first_us: int = 0
-    last_us: int = 0
     unselected_writes: int = 0
 
 
@@ -100,15 +91,9 @@ def survey_replay(run: Run, selection: ReplaySelection) -> ReplaySurvey:
     :raises TraceError: if the run cannot be read.
     """
     survey = ReplaySurvey()
-    for number, (at_us, event) in enumerate(replay_moves(run, selection)):
-        if not number:
-            survey.first_us = at_us
-        survey.last_us = max(survey.last_us, at_us)
-        if isinstance(event, InterfaceWrite):
-            survey.write_counts[event.uid] = survey.write_counts.get(event.uid, 0) + 1
-            survey.samples.setdefault(event.uid, event)
-        else:
-            survey.message_counts[event.uid] = survey.message_counts.get(event.uid, 0) + 1
+    for _, event in replay_moves(run, selection):
+        survey.write_counts[event.uid] = survey.write_counts.get(event.uid, 0) + 1
+        survey.samples.setdefault(event.uid, event)
     if not survey.write_counts:
         survey.unselected_writes = sum(isinstance(event, InterfaceWrite) for event in run)
     return survey
@@ -127,19 +112,13 @@ def replay_moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:
     for event in run:
         if positions is None:
             positions = ReplayPositions(event.time_us)
-        if not isinstance(event, (InterfaceWrite, InterfaceMessage)):
-            continue
-        is_write = isinstance(event, InterfaceWrite)
-        # writes are replayed, and messages are sent to the other interfaces: no program handles messages to a
-        # replayed interface
-        if selection.replays(event.uid) != is_write or not (is_write or selection.sends_messages):
+        if not isinstance(event, InterfaceWrite) or not selection.replays(event.uid):
             continue
         at_us = positions.find_position_us(event)
         if end_us is not None and at_us > end_us:
             continue  # later events may be out of order and precede the end
         if selection.start_s is not None and at_us < start_us and not has_begun:
-            if isinstance(event, InterfaceWrite):
-                start_values[event.uid] = event
+            start_values[event.uid] = event
             continue
         if not has_begun:
             has_begun = True

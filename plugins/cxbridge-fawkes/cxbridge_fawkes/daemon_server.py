@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from cxbridge.daemon.daemon import Daemon
-from cxbridge.daemon.process import raise_file_limit
 from cxbridge.run.components.component import Component
 from cxbridge.run.components.manager import State
 from cxbridge_fawkes.network.components.configuration import ConfigurationComponent
@@ -23,7 +22,6 @@ class FawkesComponent(Component):
 
     def activate(self) -> None:
         # anew each time, because a stopped server does not start again
-        raise_file_limit()
         daemon = self._daemon
         settings = daemon.section("fawkes")
         assert isinstance(settings, FawkesSettings)

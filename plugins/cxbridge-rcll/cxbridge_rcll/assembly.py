@@ -68,9 +68,7 @@ class LeagueTeam(Team):
             referee = setup.referee_factories() if robot == setup.robots[0] else ()
             return (*referee, setup.interface_factory({robot: ""}))
 
-        super().__init__(
-            setup.run_options, setup.base, setup.robots, None, setup.extend(additions), make_factories
-        )
+        super().__init__(setup.run_options, setup.base, setup.robots, setup.extend(additions), make_factories)
 
     @property
     def is_over(self) -> bool:

@@ -10,7 +10,7 @@ import msgspec
 import pytest
 
 from cxbridge.daemon.operations.table import operations
-from tests.support import module_files, needs_plugin, short_path
+from tests.support import module_files, short_path
 
 ASKING = {"ask_daemon": 1, "request": 1, "_request": 0}
 """Functions that ask for an operation, and which of their arguments is its name."""
@@ -72,17 +72,6 @@ def test_requests_are_as_the_table_has_them(file):
         for complaint in complaints(verb, given, is_all=is_all, added=ADDED.get(file.name, ""))
     ]
     assert wrong == []
-
-
-@needs_plugin("studio")
-def test_the_command_line_and_the_monitor_are_among_the_clients():
-    names = set(map(short_path, clients()))
-    assert {
-        "cli/commands/daemon.py",
-        "cxbridge_studio/cli/env.py",
-        "cxbridge_studio/cli/daemon_break.py",
-        "cxbridge_studio/monitor/live.py",
-    } <= names
 
 
 @pytest.mark.parametrize(

@@ -63,7 +63,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         _FILE,
         "(define (domain hello)",
         "(define (hello)",
-        "domain NAME",
+        "unexpected 'hello'",
         "domain.pddl:1",
     ),
     mistake(

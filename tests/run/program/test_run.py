@@ -69,11 +69,6 @@ def test_it_prints_the_goals_and_the_result(run):
     assert repr(run) == f"<Run test-scenario: status 0, {len(run.goals)} goals>"
 
 
-@needs_plugin("studio")
-def test_it_says_why(run):
-    assert "ALWAYS-REJECT" in run.why("ALWAYS-REJECT")
-
-
 def test_it_has_the_log(run):
     levels = {line.level.value for line in run.log("W")}
     assert levels
@@ -194,9 +189,3 @@ def test_all_names_are_there_and_typed():
     assert {"run", "connect", "open_run", "BatteryInterface"} <= set(dir(cx))
     with pytest.raises(AttributeError, match="no attribute 'rum'"):
         getattr(cx, "rum")  # noqa: B009 - to mypy, too, there is none
-
-
-def test_the_package_of_runs_is_still_one():
-    from cxbridge.run import RunOptions
-
-    assert getattr(cx.run, "RunOptions") is RunOptions  # noqa: B009 - to mypy it is a function

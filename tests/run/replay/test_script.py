@@ -54,16 +54,6 @@ def test_control_then_skills_with_what_became_of_them() -> None:
     ]
 
 
-def test_the_same_skill_again_is_another_command() -> None:
-    found = script(("a{}", 2, "S_RUNNING", "us"), ("a{}", 2, "S_FINAL", "us"), ("a{}", 2, "S_RUNNING", "you"))
-    assert [each.kind for each in found.commands] == [CommandKind.EXEC, CommandKind.EXEC]
-
-
-def test_a_stopped_skill() -> None:
-    found = script(("a{}", 2, "S_RUNNING", ""), ("", 0, "S_INACTIVE", ""))
-    assert told(found) == [(CommandKind.EXEC, "a{}", []), (CommandKind.STOP, "", [])]
-
-
 def test_what_is_left_of_an_earlier_run_is_no_command() -> None:
     found = script(("old{}", 9, "S_FINAL", "us"), ("a{}", 2, "S_RUNNING", "us"))
     assert told(found) == [(CommandKind.CONTROL, "old{}", []), (CommandKind.EXEC, "a{}", [])]

@@ -145,31 +145,6 @@ def test_a_sensor_whose_definition_has_changed_is_one_error(recording: Path) -> 
         run_scenario(RunOptions(scenario=recording.parent, replay=(rewrite(recording, "red.mcap", change),)))
 
 
-def test_a_clock_that_was_set_back_loses_no_write(recording: Path, tmp_path: Path) -> None:
-    count = 0
-
-    def change(event: Event) -> Event:
-        nonlocal count
-        if isinstance(event, InterfaceWrite) and event.uid == DOOR:
-            count += 1
-            if count > 20:
-                return replace(event, time_us=event.time_us - 3_600_000_000)
-        return event
-
-    again = tmp_path / "again.mcap"
-    result = run_scenario(
-        RunOptions(
-            scenario=recording.parent,
-            replay=(rewrite(recording, "set.mcap", change),),
-            trace=again,
-            replay_order="partial",
-        )
-    )
-    assert result.status == 0, result.summary()
-    writes = [e for e in open_run(again) if isinstance(e, InterfaceWrite) and e.uid == DOOR]
-    assert len(writes) == count
-
-
 def test_an_unknown_type_is_left_out_with_a_warning(recording: Path, tmp_path: Path) -> None:
     def change(event: Event) -> Event:
         if isinstance(event, InterfaceWrite) and event.uid == "SpeechSynthInterface::Flite":

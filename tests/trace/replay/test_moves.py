@@ -8,7 +8,6 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.blackboard.patterns import Pattern
 from cxbridge.events import InterfaceWrite
 from cxbridge.trace.replay.moves import (
     MAX_OUT_OF_ORDER_US,
@@ -17,7 +16,7 @@ from cxbridge.trace.replay.moves import (
     replay_moves,
     survey_replay,
 )
-from tests.trace.replay.samples import UID, message, recorded, write
+from tests.trace.replay.samples import UID, recorded, write
 
 
 def played(run: Any, selection: ReplaySelection = ReplaySelection()) -> list[tuple[float, float]]:  # noqa: B008 - frozen
@@ -33,7 +32,7 @@ def test_positions_count_from_the_first_event(tmp_path: Path) -> None:
     run = recorded(tmp_path, write(100, 1), write(250, 2))
     assert played(run) == [(100, 1), (250, 2)]
     found = survey_replay(run, ReplaySelection())
-    assert (found.first_us, found.last_us, found.write_counts) == (100_000, 250_000, {UID: 2})
+    assert found.write_counts == {UID: 2}
 
 
 def test_from_begins_with_what_the_interfaces_held(tmp_path: Path) -> None:
@@ -57,15 +56,6 @@ def test_no_time_passes_where_the_clock_was_set_back(tmp_path: Path) -> None:
 def test_a_write_with_its_old_stamp_does_not_set_the_clock(tmp_path: Path) -> None:
     run = recorded(tmp_path, write(0, 1), write(5000, 2, "SwitchInterface::t"), write(0, 1), write(6000, 3))
     assert played(run) == [(0, 1), (5000, 2), (5000, 1), (6000, 3)]
-
-
-def test_messages_go_to_what_is_not_replayed(tmp_path: Path) -> None:
-    run = recorded(tmp_path, write(0, 1), message(1, UID), message(2, "SwitchInterface::t"))
-    patterns = (Pattern.parse("*::s"),)
-    assert survey_replay(run, ReplaySelection(patterns, sends_messages=True)).message_counts == {
-        "SwitchInterface::t": 1
-    }
-    assert survey_replay(run, ReplaySelection(patterns)).message_counts == {}
 
 
 @given(st.lists(st.tuples(st.sampled_from("ab"), st.integers(0, 10**10)), min_size=1))

@@ -27,8 +27,8 @@ def replay(
 ) -> int:
     """Write the interfaces of a recording to a blackboard, in recorded time. See docs/recording.md.
 
-    Exit status: 0 all events are written, or Ctrl-C ended --loop or --hold; 2 bad input, no server, or an
-    interface has another writer; 4 the connection was lost; 130 interrupted before the last event.
+    Exit status: 0 all events are written, or Ctrl-C ended --loop; 2 bad input, no server, or an interface has
+    another writer; 4 the connection was lost; 130 interrupted before the last event.
 
     Example: cxbridge trace replay out/run.mcap --speed 2
     """
@@ -41,7 +41,7 @@ def replay(
         report = replaying.replay(
             options,
             console=console.make_log(),
-            on_progress=lambda report: show(f"{report.position_s:.1f} of {report.last_s:.1f} s"),
+            on_progress=lambda report: show(f"{report.seconds:.0f} s  {sum(report.writes.values())} writes"),
         )
     print_notes(report.notes, options.run)
     if as_json:

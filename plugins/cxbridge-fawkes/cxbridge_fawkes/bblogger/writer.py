@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import ClassVar
 
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
@@ -39,8 +38,6 @@ class BBLoggerWriter(RunWriter):
         Fawkes.
     :raises TraceError: if files cannot be created in the folder.
     """
-
-    is_switchable: ClassVar[bool] = True
 
     def __init__(self, folder: str | Path, scenario: str, *, start_us: int, utc: bool = False) -> None:
         self.folder = Path(folder)

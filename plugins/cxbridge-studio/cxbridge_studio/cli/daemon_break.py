@@ -105,9 +105,9 @@ def _take_step(board: BlackBoard, unit: str, timeout_s: float) -> str:
     """
     from cxbridge.blackboard.following import Deadline, Feed
     from cxbridge.daemon.board import DAEMON_ID, REQUEST_TYPE
-    from cxbridge.daemon.client import OWNER, check_serves_requests, request
+    from cxbridge.daemon.client import OWNER, check_daemon, request
 
-    check_serves_requests(board)
+    check_daemon(board)
     deadline = Deadline(timeout_s)
     with Feed(board, OWNER) as feed:
         previous_stops = feed.read_state(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stops"]

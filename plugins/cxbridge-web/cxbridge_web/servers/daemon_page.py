@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.daemon.daemon import Daemon
-from cxbridge.daemon.process import raise_file_limit
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge.run.components.manager import State
@@ -35,7 +34,6 @@ class WebComponent(Component):
         settings, self._daemon = daemon.section("web"), daemon
         assert isinstance(settings, WebSettings)
         self._options = daemon.options.find_group(WebOptions)
-        raise_file_limit()  # each client is an open connection
         self._server = WebServer(DaemonHost(daemon), settings)
 
     def activate(self) -> None:
