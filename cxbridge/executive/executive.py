@@ -155,6 +155,8 @@ class Executive:
         self.skills = SkillWatch(self.env)
         self.known_skills: Callable[[], Collection[str] | None] = lambda: None
         """Returns the existing skills; None if the skills are unknown."""
+        self.place_of_action: Callable[[str], str] = lambda _action: ""
+        """Returns file and line of the plan-action with a name; empty if the place is unknown."""
         self.control: RuleControl | None = None
         """The debugger of the rules, if any."""
         self.env.to_time_fields = files.to_time_fields
@@ -325,7 +327,9 @@ class Executive:
             self.log.warn(f"No mapping for action '{action}' known")
             return ""
         if len(names) != len(values):
-            self.log.warn(f"Number of parameter names and values do not match for action '{action}'")
+            location = self.place_of_action(action)
+            text = f"Number of parameter names and values do not match for action '{action}'"
+            self.log.warn(f"{location}: {text}: {len(names)} and {len(values)}" if location else text)
             return ""
         params = {}
         for name, value in zip(names, values, strict=True):

@@ -12,8 +12,9 @@ from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import BaseExecutiveComponent
+from cxbridge.run.explainers import place_of_action
 from cxbridge.run.features import FEATURES, run_features
-from cxbridge.run.mistakes import UnexecutedActions, known_skills
+from cxbridge.run.mistakes import UnexecutedActions, known_skills, own_files
 from cxbridge.run.rights import data_may_be_programs
 from cxbridge.run.skillers import skiller_mode
 from cxbridge.run.specs import check_features, init_mentions
@@ -116,6 +117,7 @@ def make_executive(
         mapping = ActionSkillMapping(read_action_mapping(config, spec), mode=mode)
         files = source.core_files(context.paths, config)
         executive = source.make_executive(context, manager, mapping, files)
+        executive.place_of_action = lambda action: place_of_action(own_files(context, executive), action)
     except Exception:
         manager.close()
         raise
