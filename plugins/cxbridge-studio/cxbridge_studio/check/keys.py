@@ -20,7 +20,7 @@ clips-executive/specs/SPEC/init/STAGE/N: name feature-request file files wait-fo
 clips: retract-early
 clips-motor-switch: interface-id
 clips-protobuf: proto-dirs server-address
-cxbridge: clock executive skiller speech core on-failure remote-control remote-programs watchdog
+cxbridge: clock executive skiller speech core on-failure remote-control remote-programs
 cxbridge/agents/NAME: spec config/...
 cxbridge/robot-memory: backend file uri
 cxbridge/zmq: endpoints secret-key clients insecure

@@ -35,7 +35,7 @@ _ASSERTION: Final = re.compile(r"\(assert\s")
 _ACQUISITION: Final = re.compile(r"\(acquired-resources\s")  # a right-hand side that acquires resources
 _MAPPING_TEMPLATE: Final = "skill-action-mapping"
 
-_FALSE_ATOM: Final = re.compile(r"\((?P<name>[^\s()]+)(?P<values>[^()]*)\) is false")
+_FALSE_ATOM: Final = re.compile(r"\((?P<name>[^\s()]+)(?P<values>(?:\s[^()]*)?)\) is false")
 
 
 class RootCauseFinder:
