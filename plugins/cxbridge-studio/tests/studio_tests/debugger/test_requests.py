@@ -90,7 +90,7 @@ def test_breakpoints_that_a_reset_makes_wrong_are_in_the_log(daemon, board, ask,
     lines = []
     daemon.bus.subscribe(lambda event: lines.append(event.text), LogLine)
     assert send_command(board, "Reset", WAIT_S)
-    said = "breakpoint rule:pong: there is no rule 'pong' hint: did you mean pang"
+    said = "breakpoint rule:pong: there is no rule 'pong' hint: did you mean ping or pang?"
     assert until(lambda: any(line.startswith(said) for line in lines))
     assert [item["spec"] for item in ask("break-list")] == ["rule:pong", "goal:X:FINISHED"]
 
