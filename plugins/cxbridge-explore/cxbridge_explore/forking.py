@@ -1,7 +1,7 @@
 """Functions for processes that fork, and for their forked copies.
 
-Windows cannot fork, so callers check :data:`HAS_FORK` first. After the assertion about ``sys.platform``, a
-type checker skips the rest of a function, whose calls Windows lacks.
+Windows cannot fork, so callers check :data:`HAS_FORK` first. Each function raises `NoForkError` on Windows,
+by a test of ``sys.platform``: a type checker then skips the rest of the function, whose calls Windows lacks.
 """
 
 from __future__ import annotations
@@ -19,13 +19,18 @@ from cxbridge.run import watchdog
 HAS_FORK: Final = hasattr(os, "fork")
 
 
+class NoForkError(NotImplementedError):
+    """The system cannot fork."""
+
+
 def fork() -> int:
     """Fork this process, which may have no threads except :data:`cxbridge.run.watchdog.running_watchdogs`.
 
     :returns: the process id of the child; 0 in the child.
     :raises OSError: if the system lacks resources.
     """
-    assert sys.platform != "win32"
+    if sys.platform == "win32":
+        raise NoForkError
     # A copy has only the forking thread, and locks that other threads hold would stay locked in the copy.
     paused_threads = [*watchdog.running_watchdogs]
     for thread in paused_threads:
@@ -39,7 +44,8 @@ def fork() -> int:
 
 def has_ended(child_pid: int) -> bool:
     """Return whether a child has ended, without waiting. If it has ended, the system forgets the child."""
-    assert sys.platform != "win32"
+    if sys.platform == "win32":
+        raise NoForkError
     return os.waitpid(child_pid, os.WNOHANG) != (0, 0)
 
 
@@ -48,19 +54,22 @@ def kill(pid: int) -> None:
 
     :raises ProcessLookupError: if the process has ended.
     """
-    assert sys.platform != "win32"
+    if sys.platform == "win32":
+        raise NoForkError
     os.kill(pid, signal.SIGKILL)
 
 
 def make_local_socket() -> socket.socket:
     """Make a stream socket whose address is a path."""
-    assert sys.platform != "win32"
+    if sys.platform == "win32":
+        raise NoForkError
     return socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
 
 
 def reset_signals() -> None:
     """Let SIGTERM and SIGHUP end this process in place of inherited handlers, and ignore SIGINT."""
-    assert sys.platform != "win32"
+    if sys.platform == "win32":
+        raise NoForkError
     # the parent shares the inherited descriptor, and would handle the signals of this process
     signal.set_wakeup_fd(-1)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -70,7 +79,8 @@ def reset_signals() -> None:
 
 def read_cpu_seconds(pid: int) -> float:
     """Return the processor time of a process. On systems without /proc, return the monotonic time instead."""
-    assert sys.platform != "win32"
+    if sys.platform == "win32":
+        raise NoForkError
     try:
         fields = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()
     except OSError:
@@ -81,7 +91,8 @@ def read_cpu_seconds(pid: int) -> float:
 
 def limit_cpu_seconds(seconds: int | None) -> None:
     """Let the system end this process after some seconds of processor time; None removes the limit."""
-    assert sys.platform != "win32"
+    if sys.platform == "win32":
+        raise NoForkError
     import resource  # noqa: PLC0415 - Windows lacks the module
 
     _, hard_limit = resource.getrlimit(resource.RLIMIT_CPU)
