@@ -21,6 +21,7 @@ from rich.text import Text
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import RealClock
 from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge_studio.monitor.layout import RECORDED_PANES
 from cxbridge_studio.monitor.live import DaemonSource
 from cxbridge_studio.monitor.recorded import RecordedSource
 from cxbridge_studio.monitor.screen import MonitorApp, make_monitor_app
@@ -83,11 +84,11 @@ async def until(pilot: Any, condition: Callable[[], bool]) -> None:
 
 
 async def at_end(app: MonitorApp, pilot: Any) -> None:
-    """Go back by some transitions, and look at the events."""
+    """Go back by some transitions, and look at the events: facts have paths of this machine."""
     await until(pilot, lambda: len(app.snapshot.goals) > 0)
     for _ in range(40):
         await pilot.press("comma")
-    await pilot.press("5")
+    await pilot.press(str(RECORDED_PANES.index("events") + 1))
     await pilot.pause(1.0)
 
 

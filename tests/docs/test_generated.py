@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 
@@ -30,3 +31,13 @@ def test_a_part_is_that_of_the_code(name, texts):
     found = pattern(name).search((DOCS / PARTS[name][0]).read_text())
     assert found is not None
     assert found[0].split("\n") == texts[name].split("\n"), f"run: {COMMAND}"
+
+
+def test_pictures_show_no_path_of_the_machine_that_drew_them():
+    # the ids of wm-facts look like paths, too
+    path = re.compile(r"&quot;(?!/(?:template|domain)/)/[^&<]+")
+    pictures = sorted((DOCS / "images").glob("*.svg"))
+    assert pictures
+    assert {picture.name: path.findall(picture.read_text()) for picture in pictures} == {
+        picture.name: [] for picture in pictures
+    }

@@ -273,7 +273,7 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
     ("trace", "extract"): [("{run}", "-o", "{tmp}/files")],
     ("trace", "record"): [("-i", "*", "-o", "{tmp}/rec{text}.mcap", "--duration", "0.2", *BOARD)],
     ("trace", "repair"): [("{broken}",), ("{broken}", "--json")],
-    ("trace", "replay"): [("{run}", "-v", *BOARD), ("{run}", "--step", *BOARD)],
+    ("trace", "replay"): [("{run}", "-v", *BOARD)],
     ("trace", "report"): [("{run}", "-o", "{tmp}/report{text}.html")],
     ("trace", "transitions"): [("{run}",), ("{broken}",)],
     ("trace", "rules"): [("{run}",)],
