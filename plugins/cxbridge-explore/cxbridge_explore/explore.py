@@ -43,7 +43,7 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
     world: WorldModel | None = None,
     make_assembly: MakeAssembly = make_scenario,
     resume: Path | None = None,
-    show_line: Callable[[str], None] | None = None,
+    show_line: Callable[[str], None] = lambda _text: None,
     draw_page: Callable[[ExploreResult], None] | None = None,
 ) -> ExploreResult:
     """Explore until no edge of the graph is open, or a signal requests the end.

@@ -17,15 +17,15 @@ class ProgressReporter:
     """Shows the progress from time to time.
 
     :param graph: the explored graph.
-    :param show_line: called with the line; None to show no line.
+    :param show_line: called with the line.
     :param draw_page: called with the graph, less often; None to draw no page.
     """
 
     def __init__(
         self,
         graph: Graph,
-        show_line: Callable[[str], None] | None,
-        draw_page: Callable[[Graph], None] | None = None,
+        show_line: Callable[[str], None],
+        draw_page: Callable[[Graph], None] | None,
     ) -> None:
         self._graph = graph
         self._show_line = show_line
@@ -36,7 +36,7 @@ class ProgressReporter:
     def show_if_due(self) -> None:
         """Show a line and draw a page if their time has come."""
         now_s = time.monotonic()
-        if self._show_line is not None and now_s >= self._next_line_s:
+        if now_s >= self._next_line_s:
             self._next_line_s = now_s + _LINE_PERIOD_S
             seconds = now_s - self._start_s
             self._show_line(f"{self._graph.counts_text}, {seconds:.0f} s; {self._graph.open_branches_text}")

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
 import typer
 
 from cxbridge.cli.connect import AsJson
-from cxbridge.cli.console import complain, make_output_folders, say, say_json
+from cxbridge.cli.console import complain, make_output_folders, progress_line, say, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
-from cxbridge.printing import one_line, unfiltered_stream
 from cxbridge.run.options import RunOptions, ScenarioOptions, SourceOptions, StrictnessOptions
 from cxbridge_explore.bounds import Bounds, ExecutionOptions
 from cxbridge_explore.game.kinds import (
@@ -134,25 +133,23 @@ def explore(
     if game is not None:
         options, make_assembly = game.prepare_exploration(options)
     execution = replace(execution, coverage=explore_options.coverage or explore_options.html is not None)
-    show_line = _show_line if sys.stderr.isatty() else None
     properties = select_properties(options, explore_options.properties, is_cut=game is not None)
     world = None if explore_options.world is None else read_world(explore_options.world)
     command = shlex.join(["cxbridge", *sys.argv[1:]])
-    result = explore_scenario(
-        options,
-        bounds,
-        execution,
-        properties=properties,
-        world=world,
-        make_assembly=make_assembly,
-        resume=resume,
-        show_line=show_line,
-        draw_page=None
-        if explore_options.html is None
-        else partial(_write_live_page, explore_options.html, command),
-    )
-    if show_line is not None:
-        _show_line("")
+    with progress_line() as show_line:
+        result = explore_scenario(
+            options,
+            bounds,
+            execution,
+            properties=properties,
+            world=world,
+            make_assembly=make_assembly,
+            resume=resume,
+            show_line=show_line,
+            draw_page=None
+            if explore_options.html is None
+            else partial(_write_live_page, explore_options.html, command),
+        )
     result = _write_counterexamples(result, options, world, make_assembly, explore_options.out)
     if not result.is_complete:
         from cxbridge_explore.checkpoint import make_identity
@@ -234,12 +231,6 @@ def _write_counterexamples(
         except CxbridgeError as error:
             complain(f"{name}: no counterexample was written: {error}")
     return replace(result, counterexamples=counterexamples)
-
-
-def _show_line(text: str) -> None:
-    """Overwrite the line of progress."""
-    unfiltered_stream(sys.stderr).write(f"\r{one_line(text)}\x1b[K")
-    sys.stderr.flush()
 
 
 def _write_checkpoint(result: ExploreResult, identity: ProgramIdentity, file: Path) -> None:
