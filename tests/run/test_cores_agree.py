@@ -21,7 +21,6 @@ DIFFERENT = {
     "two children of one id and priority": NAMES,
     "two parallel children of one id": NAMES,
     "two parents of one id": NAMES,
-    "two actions of one id": NAMES,
     "RETRY-SUBGOAL with two sub-goals": "the mistake is noticed before one is pursued",
     **{
         f"RETRY-SUBGOAL ({params})": LIMITS
