@@ -85,6 +85,7 @@ PROGRAMS = {
             "{here}/out/t.mcap",
             "--log",
             "{here}/out/t.log",
+            "-v",
         ),
         frozenset({INTERRUPTED}),
         b"Calling skill",
