@@ -47,11 +47,6 @@ def _find_functions(name: str) -> Iterator[Callable[..., Any]]:
     return (getattr(module, name) for module in modules if hasattr(module, name))
 
 
-def has_explainer(function: str) -> bool:
-    """Return whether a plug-in's explainer has a function, e.g. ``missing_events``."""
-    return next(_find_functions(function), None) is not None
-
-
 def mistakes(options: RunOptions) -> Sequence[str]:
     """Return the mistakes in the files of an agent that a run does not refuse; none without a plug-in.
 

@@ -157,10 +157,6 @@ class RunWriter(Closing):
         """Warnings for the user about the written file."""
         return []
 
-    def settle(self) -> None:
-        """Flush, and complete the file for a pause; further events may follow."""
-        self.flush()
-
     def describe(self, metadata: Mapping[str, str]) -> None:
         """Write or extend the run's metadata: version, command, spec, clock, result.
 

@@ -78,11 +78,6 @@ class BBLoggerWriter(RunWriter):
     def flush(self) -> None:
         """Do nothing: each entry is in its file already."""
 
-    def settle(self) -> None:
-        """Write the numbers of entries; the next entry of a file makes its number unknown again."""
-        for file in self._files.values():
-            file.settle()
-
     def close(self) -> None:
         """Write the numbers of entries and close the files."""
         errors = []
@@ -109,7 +104,6 @@ class _InterfaceFile:
     def __init__(self, path: Path, header: bytes) -> None:
         self._path = path
         self._count = 0
-        self._has_count = False
         self._end = len(header)
         with writing(path):
             self._file = path.open("wb", buffering=0)
@@ -125,22 +119,9 @@ class _InterfaceFile:
         :raises TraceError: if the entry cannot be written, as on a full disk; the entry is then not counted.
         """
         with writing(self._path):
-            # 0 means unknown: another program may read the file now, and the old number is wrong
-            if self._has_count:
-                self._write_at(pack_count(0), COUNT_OFFSET)
-                self._has_count = False
             self._write_at(entry, self._end)
         self._end += len(entry)
         self._count += 1
-
-    def settle(self) -> None:
-        """Write the number of entries.
-
-        :raises TraceError: if the file cannot be written.
-        """
-        with writing(self._path):
-            self._write_at(pack_count(self._count), COUNT_OFFSET)
-        self._has_count = True
 
     def close(self) -> None:
         """Remove a partial entry, write the number of entries and close the file.
