@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
+
+from msgspec import Struct
 
 from cxbridge.clock import Clock
 from cxbridge.event_kinds import Event, EventDescription, RecordLevel, View, pattern_fields
@@ -345,18 +346,18 @@ Sink = Callable[[Event], None]
 """A function that gets events in order, in the thread of the producer."""
 
 
-@dataclass
 class EventBus:
     """Passes events to the sinks that subscribed to their type. Thread-safe.
 
     :param clock: the time of log lines.
     """
 
-    clock: Clock
-    _sinks: list[tuple[frozenset[type[Event]], Sink]] = field(default_factory=list)
-    _wanted_types: set[type] = field(default_factory=set)
-    _sinks_by_type: dict[type[Event], tuple[Sink, ...]] = field(default_factory=dict)
-    _lock: threading.Lock = field(default_factory=threading.Lock, repr=False, compare=False)
+    def __init__(self, clock: Clock) -> None:
+        self.clock = clock
+        self._sinks: list[tuple[frozenset[type[Event]], Sink]] = []
+        self._wanted_types: set[type] = set()
+        self._sinks_by_type: dict[type[Event], tuple[Sink, ...]] = {}
+        self._lock = threading.Lock()
 
     def subscribe(self, sink: Sink, *event_types: type[Event]) -> None:
         """Pass all further events of these types to ``sink``."""
@@ -404,8 +405,7 @@ class EventBus:
         return Logger(self, component)
 
 
-@dataclass(frozen=True, slots=True)
-class Logger:
+class Logger(Struct, frozen=True):
     """Emits :class:`LogLine` events of one component."""
 
     bus: EventBus

@@ -7,9 +7,10 @@ forgotten entry is refused. See docs/security.md, "Rights".
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final
+
+from msgspec import Struct
 
 from cxbridge.errors import CxbridgeError
 
@@ -33,8 +34,7 @@ EXEC_SKILL: Final = ("SkillerInterface", "ExecSkillMessage")
 """The message that carries a skill string to a Skiller."""
 
 
-@dataclass(frozen=True, slots=True)
-class Rights:
+class Rights(Struct, frozen=True):
     """The rights of the clients of a daemon.
 
     :param control: whether clients may change state.

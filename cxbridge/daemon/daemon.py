@@ -7,9 +7,10 @@ CLIPS and the components; only an interrupt of rules is processed on arrival.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
+
+from msgspec.structs import replace
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.board import INTERRUPT, DaemonBoard

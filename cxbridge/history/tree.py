@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Iterator
-from dataclasses import dataclass
 from typing import Protocol, TypeVar
+
+from msgspec import Struct
 
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.outcome import OutcomeKind, goal_outcome
@@ -42,8 +43,7 @@ class NamedGoal(TreeGoal, Protocol):
         """The id in the slot ``parent``."""
 
 
-@dataclass(frozen=True, slots=True)
-class GoalLine:
+class GoalLine(Struct, frozen=True):
     """A line of a goal tree.
 
     :param branch: the lines of the tree to the left.

@@ -7,11 +7,13 @@ loads the first file. A team has a run for each agent (:mod:`cxbridge.run.team`)
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, Self, TypeVar
 from uuid import UUID, uuid4
+
+from msgspec import Struct, field
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import Clock
@@ -54,8 +56,7 @@ T = TypeVar("T")
 MakeComponent = Callable[["Run"], Component]
 
 
-@dataclass(frozen=True, slots=True)
-class RunBase:
+class RunBase(Struct, frozen=True):
     """The configuration, clock, bus and loop of a run. The agents of a team share clock, bus and loop.
 
     :param name: the name of the CLIPS environment.
@@ -72,7 +73,7 @@ class RunBase:
     loop: MainLoop
     early: EarlySources | None = None
     team: RunBase | None = None
-    shared: SharedObjects = field(default_factory=SharedObjects, init=False)
+    shared: SharedObjects = field(default_factory=SharedObjects)
 
 
 def make_base(options: RunOptions, clock: Clock | None = None, *, recorded: bool = False) -> RunBase:

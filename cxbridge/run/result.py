@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from cxbridge.history.tree import GoalLine, NamedGoal, goal_as_json, goal_lines
 from cxbridge.printing import one_line
@@ -26,8 +28,7 @@ _RESULT_WORDS = {
 _REPLAY_RESULT_WORDS = _RESULT_WORDS | {COMPLETED: "the same", UNSUCCESSFUL: "different"}
 
 
-@dataclass(frozen=True, slots=True)
-class ReplayOutcome:
+class ReplayOutcome(Struct, frozen=True):
     """The result of a replay.
 
     :param compared: the path of the compared recording.
@@ -69,8 +70,7 @@ class ReplayOutcome:
         }
 
 
-@dataclass(frozen=True, slots=True)
-class RunResult:
+class RunResult(Struct, frozen=True):
     """The result of a run.
 
     :param reason: the reason for the status in a sentence.

@@ -6,10 +6,11 @@ closes, which includes the finalization.
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
+
+from msgspec import structs
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
@@ -69,7 +70,7 @@ def run_scenario(
         return result
     outcome = replay.outcome()
     status = COMPLETED if outcome.same else UNSUCCESSFUL
-    return dataclasses.replace(result, status=status, reason=outcome.reason, replay=outcome)
+    return structs.replace(result, status=status, reason=outcome.reason, replay=outcome)
 
 
 def _run(
@@ -162,7 +163,7 @@ def _run(
         _finish_servers(servers, result, stay, lambda: interrupt.is_signalled, recorder.loop)
     if recorder.fault:
         reason = f"{result.reason}, but the recording is incomplete: {recorder.fault}"
-        return dataclasses.replace(result, status=FAULT, reason=reason)
+        return structs.replace(result, status=FAULT, reason=reason)
     return result
 
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import replace
 from typing import Protocol
 
 from msgspec import structs
@@ -18,6 +17,7 @@ from cxbridge.run.agent import MakeComponent, Run, RunBase
 from cxbridge.run.agents import choose_agent
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NO_ADDITIONS, Additions
+from cxbridge.run.shared import SharedObjects
 
 
 class AgentWatcher(Protocol):
@@ -69,12 +69,13 @@ class Team(Closing):
     def _make_agent_base(self, base: RunBase, name: str) -> RunBase:
         config = choose_agent(base.config, name)
         config.warnings = ()  # reported once, by the team
-        return replace(
+        return structs.replace(
             base,
             name=name,
             config=config,
             bus=AgentBus(name, base.bus),
             team=base,
+            shared=SharedObjects(),
         )
 
     def start(self) -> None:

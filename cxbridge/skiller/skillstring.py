@@ -13,8 +13,9 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple, NoReturn
+
+from msgspec import Struct, field
 
 from cxbridge.errors import SkillError
 from cxbridge.skiller.lua.host import from_lua, to_lua
@@ -81,8 +82,7 @@ def read_calls(text: str) -> list[LuaCall]:
     return _LuaCallReader(text).parse_calls()
 
 
-@dataclass(frozen=True, slots=True)
-class SkillStringCall:
+class SkillStringCall(Struct, frozen=True):
     """A call of a skill.
 
     :param args: arguments by name, or by position from 1.

@@ -13,10 +13,11 @@ All calls run in the thread of the main loop, because CLIPS allows a single thre
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from enum import Enum, IntEnum, StrEnum
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
+
+from msgspec import Struct
 
 from cxbridge.clock import Clock
 from cxbridge.errors import BrokenAgentError, CxbridgeError
@@ -75,8 +76,7 @@ class ComponentFailedError(CxbridgeError):
     exit_status = 4
 
 
-@dataclass(frozen=True, slots=True)
-class ComponentStatus:
+class ComponentStatus(Struct, frozen=True):
     """A component's state.
 
     :param reason: why the component is inactive; empty if active or never started.
