@@ -215,6 +215,25 @@ def test_writes_without_a_server_are_kept_and_the_last_one_published(made):
         made.shut_down_clients()
 
 
+def test_a_write_that_is_lost_with_its_session_is_sent_again(made):
+    reader = made.client().open_for_reading(SampleInterface, "a")
+    writer = made.client().open_for_writing(SampleInterface, "a")
+    writer.count = 1
+    writer.write()
+    eventually(reader.read)
+    requests = made.server._requests
+
+    def lose_write(session, _frame):
+        del requests._handle_write  # the next write is handled
+        made.server._mark_failed(session, ResultCode.FRAME_LOST)
+
+    requests._handle_write = lose_write
+    writer.count = 2
+    writer.write()
+    eventually(reader.read)
+    assert reader.count == 2
+
+
 def test_listeners_and_observers_hear_of_the_loss_and_the_return(made):
     near, far = made.client(), made.client()
     reader = near.open_for_reading(SampleInterface, "a")
