@@ -51,6 +51,8 @@ def messages(file: Path) -> list[tuple[str, int, bytes]]:
         return [
             (channel.topic, message.log_time, _TOOK.sub(b"", message.data))
             for _, channel, message in make_reader(stream).iter_messages(log_time_order=False)
+            # the watchdog's warning depends on the load of the machine, not on the run's clock
+            if b"does not end" not in message.data
         ]
 
 
