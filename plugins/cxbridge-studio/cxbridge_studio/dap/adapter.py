@@ -12,16 +12,25 @@ import threading
 import traceback
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from functools import partial
 from typing import Any, Final
 
 import msgspec
 
 from cxbridge.errors import CxbridgeError
-from cxbridge_studio.dap import phases, protocol
+from cxbridge_studio.dap import protocol
+from cxbridge_studio.dap.agent import StoppedEnvironment
 from cxbridge_studio.dap.breakpoints import FILTERS, Breakpoints
 from cxbridge_studio.dap.launching import make_live_run
-from cxbridge_studio.dap.live import LiveRun, RunStop
-from cxbridge_studio.dap.phases import SessionPhase, check_phase
+from cxbridge_studio.dap.live import LiveRun
+from cxbridge_studio.dap.phases import (
+    AFTER_INITIALIZE,
+    AFTER_LAUNCH,
+    ANY_PHASE,
+    STOPPED,
+    SessionPhase,
+    check_phase,
+)
 from cxbridge_studio.dap.stops import StopView
 from cxbridge_studio.dap.wire import Wire, WireError
 
@@ -59,63 +68,48 @@ class Adapter:
         self._breakpoints = Breakpoints()
         self._run: LiveRun | None = None
         self._stop_view: StopView | None = None
-        self._run_phase = SessionPhase.LAUNCHED
-        self._is_initialized = self._is_over = self._are_breakpoints_verified = False
-        self._sends_invalidated = False
+        self._phase = SessionPhase.NEW
+        self._is_over = self._are_breakpoints_verified = self._sends_invalidated = False
         self.problem = ""
-        after_initialize, after_launch, stopped = (
-            phases.AFTER_INITIALIZE,
-            phases.AFTER_LAUNCH,
-            SessionPhase.STOPPED,
-        )
-        thread_arguments, frame_arguments, no_arguments = (
-            protocol.ThreadArguments,
-            protocol.FrameArguments,
-            protocol.NoArguments,
-        )
         # by request: the type of its arguments, its handler, and the phases in which the request is valid
         self._handlers: Mapping[str, tuple[type[Any], Callable[[Any], Any], SessionPhase]] = {
             "initialize": (protocol.InitializeArguments, self._initialize, SessionPhase.NEW),
             "launch": (dict[str, Any], self._launch, SessionPhase.READY),
-            "configurationDone": (no_arguments, self._configuration_done, SessionPhase.LAUNCHED),
+            "configurationDone": (protocol.NoArguments, self._configuration_done, SessionPhase.LAUNCHED),
             "setBreakpoints": (
                 protocol.SetBreakpointsArguments,
                 self._set_line_breakpoints,
-                after_initialize,
+                AFTER_INITIALIZE,
             ),
             "setFunctionBreakpoints": (
                 protocol.FunctionBreakpointsArguments,
                 self._set_function_breakpoints,
-                after_initialize,
+                AFTER_INITIALIZE,
             ),
             "setExceptionBreakpoints": (
                 protocol.ExceptionBreakpointsArguments,
                 self._set_exception_filters,
-                after_initialize,
+                AFTER_INITIALIZE,
             ),
-            "threads": (no_arguments, self._list_threads, after_launch),
-            "stackTrace": (thread_arguments, self._get_stack_trace, stopped),
-            "scopes": (frame_arguments, self._list_scopes, stopped),
-            "variables": (protocol.VariablesArguments, self._list_variables, stopped),
-            "setVariable": (protocol.SetVariableArguments, self._set_variable, stopped),
-            "evaluate": (protocol.EvaluateArguments, self._evaluate, stopped),
-            "stepInTargets": (frame_arguments, self._list_step_targets, stopped),
-            "continue": (thread_arguments, self._continue, stopped),
-            "stepIn": (protocol.StepInArguments, self._step_in, stopped),
-            "next": (thread_arguments, lambda arguments: self._step(arguments, "transition"), stopped),
-            "stepOut": (thread_arguments, lambda arguments: self._step(arguments, "loop"), stopped),
-            "pause": (thread_arguments, self._pause, SessionPhase.RUNNING),
-            "terminate": (no_arguments, self._terminate, after_launch),
-            "disconnect": (no_arguments, self._disconnect, phases.ANY_PHASE),
+            "threads": (protocol.NoArguments, self._list_threads, AFTER_LAUNCH),
+            "stackTrace": (protocol.ThreadArguments, self._get_stack_trace, STOPPED),
+            "scopes": (protocol.FrameArguments, self._list_scopes, STOPPED),
+            "variables": (protocol.VariablesArguments, self._list_variables, STOPPED),
+            "setVariable": (protocol.SetVariableArguments, self._set_variable, STOPPED),
+            "evaluate": (protocol.EvaluateArguments, self._evaluate, STOPPED),
+            "stepInTargets": (protocol.FrameArguments, self._list_step_targets, STOPPED),
+            "continue": (protocol.ThreadArguments, self._continue, STOPPED),
+            "stepIn": (protocol.StepInArguments, self._step_in, STOPPED),
+            "next": (
+                protocol.ThreadArguments,
+                partial(self._step, unit="transition"),
+                STOPPED,
+            ),
+            "stepOut": (protocol.ThreadArguments, partial(self._step, unit="loop"), STOPPED),
+            "pause": (protocol.ThreadArguments, self._pause, SessionPhase.RUNNING),
+            "terminate": (protocol.NoArguments, self._terminate, AFTER_LAUNCH),
+            "disconnect": (protocol.NoArguments, self._disconnect, ANY_PHASE),
         }
-
-    @property
-    def _phase(self) -> SessionPhase:
-        if self._stop_view is not None:
-            return SessionPhase.STOPPED
-        if self._run is not None:
-            return self._run_phase
-        return SessionPhase.READY if self._is_initialized else SessionPhase.NEW
 
     def serve(self) -> None:
         """Serve until the client disconnects, or :attr:`problem` describes its protocol error."""
@@ -152,7 +146,7 @@ class Adapter:
         except CxbridgeError as error:
             self.send_event("output", {"category": "stderr", "output": f"cxbridge: error: {error}\n"})
             status = error.exit_status
-        self._run_phase = SessionPhase.OVER
+        self._phase = SessionPhase.OVER
         self.send_event("exited", {"exitCode": status})
         self.send_event("terminated")
 
@@ -199,33 +193,23 @@ class Adapter:
             self._handle_request(self._requests.get())
         if not self._are_breakpoints_verified and self._current_run.is_loaded:
             self._are_breakpoints_verified = True
-            for state in self._breakpoints.update_states():
+            for state in self._breakpoints.find_unreachable():
                 self.send_event("breakpoint", {"reason": "changed", "breakpoint": state})
 
-    def serve_stop(self, run_stop: RunStop, is_over: Callable[[], bool]) -> None:
-        """Execute requests until a request resumes the run."""
-        self._stop_view = StopView(run_stop)
-        reason = (
-            "exception" if self._breakpoints.is_exception_filter(run_stop.breakpoint) else run_stop.reason
-        )
-        numbers = [run_stop.breakpoint] if run_stop.breakpoint else []
-        self.send_event(
-            "stopped",
-            protocol.StoppedBody(
-                reason,
-                run_stop.description,
-                run_stop.agent,
-                all_threads_stopped=True,
-                hit_breakpoint_ids=numbers,
-                text=run_stop.description if reason == "exception" else "",
-            ),
-        )
+    def serve_stop(
+        self, body: protocol.StoppedBody, stopped_env: StoppedEnvironment, is_over: Callable[[], bool]
+    ) -> None:
+        """Execute requests until a request resumes the run; see :class:`DebugClient`."""
+        self._stop_view, self._phase = StopView(body.thread_id, stopped_env), STOPPED
+        if any(map(self._breakpoints.is_exception_filter, body.hit_breakpoint_ids)):
+            body.reason, body.text = "exception", body.description
+        self.send_event("stopped", body)
         try:
             while not is_over() and not self._is_over:
                 with suppress(queue.Empty):
                     self._handle_request(self._requests.get(timeout=_POLL_PERIOD_S))
         finally:
-            self._stop_view = None
+            self._stop_view, self._phase = None, SessionPhase.RUNNING
 
     def send_event(
         self, name: str, body: Mapping[str, object] | protocol.ProtocolObject | None = None
@@ -249,21 +233,21 @@ class Adapter:
             raise CxbridgeError("lines and columns must be counted from 1")
         if arguments.path_format != "path":
             raise CxbridgeError(f"files must be named by their paths, not as '{arguments.path_format}'")
-        self._is_initialized = True
+        self._phase = SessionPhase.READY
         self._sends_invalidated = arguments.supports_invalidated_event
         return CAPABILITIES
 
     def _launch(self, arguments: dict[str, Any]) -> None:
-        self._run = make_live_run(arguments)
+        self._run, self._phase = make_live_run(arguments), SessionPhase.LAUNCHED
         if not arguments.get("noDebug"):
             self._breakpoints.attach(self._run)
 
     def _configuration_done(self, _arguments: protocol.NoArguments) -> None:
-        self._run_phase = SessionPhase.RUNNING
+        self._phase = SessionPhase.RUNNING
 
     def _terminate(self, _arguments: protocol.NoArguments) -> None:
         if self._phase is SessionPhase.LAUNCHED:  # before the run, whose end would send this event
-            self._run_phase = SessionPhase.OVER
+            self._phase = SessionPhase.OVER
             self.send_event("terminated")
 
     def _disconnect(self, _arguments: protocol.NoArguments) -> None:
@@ -296,8 +280,8 @@ class Adapter:
 
     def _get_stack_trace(self, arguments: protocol.ThreadArguments) -> Mapping[str, Any]:
         self._check_thread(arguments.thread_id)
-        is_stopped_agent = arguments.thread_id == self._current_stop.run_stop.agent
-        return {"stackFrames": self._current_stop.list_frames() if is_stopped_agent else []}
+        stop = self._current_stop
+        return {"stackFrames": stop.list_frames() if arguments.thread_id == stop.thread_id else []}
 
     def _list_scopes(self, arguments: protocol.FrameArguments) -> Mapping[str, Any]:
         return {"scopes": self._current_stop.list_scopes(arguments.frame_id)}
@@ -312,7 +296,7 @@ class Adapter:
 
     def _evaluate(self, arguments: protocol.EvaluateArguments) -> protocol.EvaluateBody:
         if arguments.frame_id is not None:
-            self._current_stop.check_frame(arguments.frame_id)
+            self._current_stop.find_frame(arguments.frame_id)
         body, output_lines = self._current_stop.evaluate(arguments.expression)
         for line in output_lines:
             self.send_event("output", {"category": "console", "output": f"{line}\n"})
@@ -327,7 +311,7 @@ class Adapter:
     # -- stepping
 
     def _list_step_targets(self, arguments: protocol.FrameArguments) -> Mapping[str, Any]:
-        self._current_stop.check_frame(arguments.frame_id)
+        self._current_stop.find_frame(arguments.frame_id)
         return {
             "targets": [
                 {"id": number, "label": title} for number, (_, title) in self._find_possible_steps().items()
@@ -349,11 +333,10 @@ class Adapter:
         return {"allThreadsContinued": True}
 
     def _step_in(self, arguments: protocol.StepInArguments) -> None:
-        target_id = 1 if arguments.target_id is None else arguments.target_id
         steps = self._find_possible_steps()
-        if target_id not in steps:
-            raise CxbridgeError(f"there is no target {target_id} to step into")
-        unit, _ = steps[target_id]
+        if arguments.target_id not in steps:
+            raise CxbridgeError(f"there is no target {arguments.target_id} to step into")
+        unit, _ = steps[arguments.target_id]
         self._step(arguments, unit)
 
     def _step(self, arguments: protocol.ThreadArguments, unit: str) -> None:

@@ -2,35 +2,27 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from clips._clips import lib
 
 from cxbridge.clipstext.syntax import rule_lines
-from cxbridge.daemon.operations.operation import OperationContext
-from cxbridge.daemon.operations.table import carry_out
 from cxbridge.events import Event, FactChange, RuleFired
-from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, decode, encode
+from cxbridge.executive.host.capi import NULL, decode, encode
 from cxbridge.executive.host.facts.copying import FactTemplate, template_of
-from cxbridge.rights import ALL_RIGHTS
 from cxbridge_studio.dap.probes import Probes
 from cxbridge_studio.debugger.agenda import read_activations
 from cxbridge_studio.debugger.debugger import debugger_of
-from cxbridge_studio.debugger.environments import EnvironmentService
-from cxbridge_studio.explain.rules.environment import take_snapshot
+from cxbridge_studio.debugger.fact_editing import modify_fact
 
 if TYPE_CHECKING:
-    from cxbridge.clipstext.values import Value
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.run.agent import Run
     from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop
-    from cxbridge_studio.debugger.evaluating import Evaluation
-    from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +58,6 @@ class DebuggedAgent:
     def __init__(self, run: Run, *, stops_at_actions: bool) -> None:
         self.run = run
         self.debugger = debugger_of(run.executive)
-        self.service = EnvironmentService(run.manager)
         self.env: ClipsEnvironment = run.executive.env
         self.probes = Probes(self.env, self.debugger) if stops_at_actions else None
         # the client's numbers of breakpoints, by the debugger's numbers
@@ -75,7 +66,6 @@ class DebuggedAgent:
         self.last_firing: RuleFired | None = None
         # the facts that the firing rule has retracted, by index
         self.retracted_facts: dict[int, FactChange] = {}
-        self._context = OperationContext(ALL_RIGHTS, lambda: run.executive)
         self._positions: dict[str, FileLine] = {}
         self._read_file_count = 0
         run.bus.subscribe(self._record, RuleFired, FactChange)
@@ -121,10 +111,6 @@ class DebuggedAgent:
         elif isinstance(event, FactChange) and event.env == self.env.name and not event.asserted:
             self.retracted_facts[event.index] = event
 
-    def carry_out_operation(self, name: str, **arguments: Any) -> Any:
-        """Execute an operation on the executive's environment."""
-        return carry_out(self._context, name, env=self.env.name, **arguments)
-
     def find_rule_position(self, rule: str) -> FileLine | None:
         """Return the position of a rule, in the last loaded file that defines it."""
         # reads only the files that have been loaded since the last call
@@ -140,11 +126,8 @@ class DebuggedAgent:
 class StoppedEnvironment:
     """The environment of an agent whose rules are stopped.
 
-    :ivar agent: the name of the agent.
     :ivar firing: the current rule; None between two loops.
     :ivar event: the transition that caused the stop; None if the stop has another cause.
-    :ivar changed_indices: the new indices of the facts that the client has changed during the stop, by their
-        previous indices.
     """
 
     def __init__(self, agent: DebuggedAgent, stop: Stop) -> None:
@@ -157,67 +140,42 @@ class StoppedEnvironment:
         else:
             _, rule, basis = next_activation
             self.firing = Firing(rule, basis)
-        self.agent = agent.run.name
+        self.agent = agent
+        self.env = agent.env
         self.event = stop.event
-        self.changed_indices: dict[int, int] = {}
-        self._agent = agent
-        self._env = agent.env
-        self._is_within_rule = bool(stop.line)
-
-    def find_rule_position(self, rule: str) -> FileLine | None:
-        """Return the position of a rule in a file; None if the position is unknown."""
-        return self._agent.find_rule_position(rule)
-
-    def take_rule_snapshot(self, rule: str) -> Snapshot:
-        """Return a rule without facts."""
-        return take_snapshot(self._env, rule, max_facts=0)
-
-    def count_facts(self) -> Mapping[str, int]:
-        """Return the number of facts by deftemplate."""
-        return Counter(name for _, name, _ in self._env.facts())
+        # the new indices of the facts that the client has changed during the stop, by their previous indices
+        self._changed_indices: dict[int, int] = {}
 
     def find_template(self, name: str) -> FactTemplate | None:
         """Return a deftemplate; None if there is none of this name."""
-        pointer = lib.FindDeftemplate(self._env.c_env, encode(name))
+        pointer = lib.FindDeftemplate(self.env.c_env, encode(name))
         return None if pointer == NULL else template_of(pointer)
 
     def read_facts(self, template: str) -> Sequence[FactChange]:
-        if not self._env.has_template(template):
+        if not self.env.has_template(template):
             return ()
-        indices = [index for index, _, _ in self._env.facts(template)]
+        indices = [index for index, _, _ in self.env.facts(template)]
         return [fact for fact in map(self.find_fact, indices) if fact is not None]
 
     def find_fact(self, index: int) -> FactChange | None:
         """Return the fact with an index, even if the current rule has retracted it, or None."""
-        pointer = self._env.maker.find_fact(index)
+        pointer = self.env.maker.find_fact(index)
         if pointer == NULL:
-            return self._agent.retracted_facts.get(index)
+            return self.agent.retracted_facts.get(index)
         template = decode(lib.DeftemplateName(lib.FactDeftemplate(pointer)))
-        text = self._env.watcher.fact_text(pointer)
-        return FactChange(0, self._env.name, asserted=True, index=index, template=template, text=text)
+        text = self.env.watcher.fact_text(pointer)
+        return FactChange(0, self.env.name, asserted=True, index=index, template=template, text=text)
 
-    def read_agenda(self) -> Sequence[tuple[int, str, str]]:
-        """Return the salience, rule and facts of each activation, in order."""
-        return [
-            (int(salience), str(rule), str(basis))
-            for salience, rule, basis in self._agent.carry_out_operation("agenda")
-        ]
+    def find_latest(self, fact: FactChange) -> FactChange:
+        """Return the latest version of a fact: each change of a fact makes a new fact with another index."""
+        index = fact.index
+        while index in self._changed_indices:
+            index = self._changed_indices[index]
+        return self.find_fact(index) or fact
 
-    def read_local_variables(self) -> Mapping[str, Value] | None:
-        """Return the variables of the stopped right-hand side; None outside of right-hand sides."""
-        probes = self._agent.probes
-        return None if probes is None or not self._is_within_rule else probes.values()
-
-    def has_function(self, name: str) -> bool:
-        function = EXTRA_FUNCTIONS.FindFunction(self._env.c_env, encode(name))
-        return bool(function != NULL) or self._env.loader.has_function(name)
-
-    def evaluate(self, expression: str) -> Evaluation:
-        return self._agent.service.evaluate(self._env.name, expression)
-
-    def modify(self, index: int, slot: str, text: str) -> int:
-        """Set a slot of a fact and return the index of the new fact.
+    def modify(self, index: int, slot: str, text: str) -> None:
+        """Set a slot of a fact.
 
         :raises CxbridgeError: if the value is invalid.
         """
-        return int(self._agent.carry_out_operation("modify", index=index, slots={slot: text}))
+        self._changed_indices[index] = modify_fact(self.env, index, {slot: text})

@@ -6,7 +6,7 @@ the condition. A separate CLIPS environment with only these facts binds the vari
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice, product
 from typing import TYPE_CHECKING, Final
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 from cxbridge.clipstext.values import FactRef, Value
 from cxbridge.errors import ClipsError
 from cxbridge.numbers import parse_decimal
-from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, TestCE, find_patterns
+from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, TestCE
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.rules.matcher import Matcher
 from cxbridge_studio.explain.rules.recorded_facts import parse_rows
@@ -51,11 +51,7 @@ def find_bindings(
     changes = [change for index in dict.fromkeys(indices) if (change := find_fact(index)) is not None]
     if len(changes) < len(set(indices)):
         raise ClipsError("a fact that the rule fired for is no longer known")
-    used_templates = {pattern.template for pattern in find_patterns(condition.ces)}
-    templates_of_rule = {
-        name: template for name, template in snapshot.templates.items() if name in used_templates
-    }
-    templates, rows = parse_rows(changes, templates_of_rule)
+    templates, rows = parse_rows(changes, snapshot.templates)
     with Matcher(replace(snapshot, templates=templates, facts=tuple(rows), needs_all_facts=False)) as matcher:
         failure = ClipsError("the facts no longer match the condition")
         for ces in islice(_expand_alternatives(condition.ces), _MAX_BRANCHES):
@@ -116,10 +112,8 @@ def _match_variables(
         variable = ce.variable or f"{_FACT_VARIABLE_PREFIX}{len(fact_variables)}"
         texts.append(f"?{variable} <- {_strip_constraints(ce) if is_relaxed else ce.text_without_variable()}")
         fact_variables.append(variable)
-        variable_names |= dict.fromkeys((variable,))
-        variable_names |= dict.fromkeys(
-            field.name for part in ce.parts for field in part.fields if field.name
-        )
+        field_names = [field.name for part in ce.parts for field in part.fields if field.name]
+        variable_names |= dict.fromkeys((variable, *field_names))
     fact_refs = [FactRef(index) for index in indices]
     for values in matcher.match_values(texts, list(variable_names), _MAX_MATCHES):
         bound_values = dict(zip(variable_names, values, strict=True))
@@ -143,17 +137,16 @@ def _strip_constraints(ce: PatternCE) -> str:
     return f"({' '.join((ce.template, *constraints))})"
 
 
-def match_pattern(snapshot: Snapshot, pattern: str, facts: Mapping[str, Sequence[FactChange]]) -> list[int]:
+def match_pattern(snapshot: Snapshot, pattern: str, facts: Sequence[FactChange]) -> set[int]:
     """Return the indices of the facts that match a pattern.
 
     :param snapshot: a snapshot with the deftemplate.
-    :param facts: the facts of that deftemplate, by its name.
+    :param facts: the facts of that deftemplate.
     :raises ClipsError: if the text is not a pattern.
     """
-    changes = [change for group in facts.values() for change in group]
-    templates, rows = parse_rows(changes, snapshot.templates)
+    templates, rows = parse_rows(facts, snapshot.templates)
     with Matcher(replace(snapshot, templates=templates, facts=tuple(rows))) as matcher:
         matches = matcher.match_values(
-            [f"?{_FACT_VARIABLE_PREFIX}0 <- {pattern}"], [f"{_FACT_VARIABLE_PREFIX}0"], len(changes) + 1
+            [f"?{_FACT_VARIABLE_PREFIX}0 <- {pattern}"], [f"{_FACT_VARIABLE_PREFIX}0"], len(facts) + 1
         )
-    return list(dict.fromkeys(fact.index for (fact,) in matches))
+    return {fact.index for (fact,) in matches}

@@ -7,17 +7,20 @@ are verified again when the rules are loaded.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from functools import partial
+from glob import escape
+from itertools import starmap
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, NamedTuple
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap import protocol
 from cxbridge_studio.dap.live import LiveRun
-from cxbridge_studio.dap.rule_lines import BreakpointLines, RulePosition
+from cxbridge_studio.dap.rule_lines import FileRule, find_rules, find_stop_line
 from cxbridge_studio.dap.stops import read_source
-from cxbridge_studio.debugger.breakpoints import Breakpoint, check_hit_count, parse_breakpoint
+from cxbridge_studio.debugger.breakpoints import ANY_NAME, Breakpoint, check_hit_count, parse_breakpoint
 
 # the exception filters that editors show to the user, each with its title and its breakpoint
 FILTERS: Final = {
@@ -26,17 +29,21 @@ FILTERS: Final = {
     "skill-failed": ("A skill fails", "skill:*:S_FAILED"),
 }
 
-_FUNCTIONS_GROUP: Final = "functions"
-_FILTERS_GROUP: Final = "filters"
+_FILTERS_GROUP: Final = "filters"  # the name of a group, as are "names" and "file:PATH"
 
 
-@dataclass(frozen=True, slots=True)
-class _LineBreakpoint:
-    """A breakpoint on a line, with the state that the client has received."""
+class _PlacedBreakpoint(NamedTuple):
+    """A breakpoint that a client has requested.
 
-    rule: str
-    file: Path
-    state: protocol.Breakpoint
+    :param explain_no_stop: returns why no agent of a run can stop at the breakpoint; empty if an agent can.
+    :param message: where the run stops, for the user; may be empty.
+    :param line: the line of the breakpoint; 0 for a breakpoint that is not on a line.
+    """
+
+    breakpoint: Breakpoint
+    explain_no_stop: Callable[[LiveRun], str]
+    message: str = ""
+    line: int = 0
 
 
 class Breakpoints:
@@ -44,114 +51,65 @@ class Breakpoints:
 
     def __init__(self) -> None:
         self._last_number = 0
-        self._breakpoint_groups: dict[str, dict[int, Breakpoint]] = {}
-        self._line_breakpoints: dict[str, list[_LineBreakpoint]] = {}
-        self._function_states: dict[int, protocol.Breakpoint] = {}
+        # by group and the client's number
+        self._groups: dict[str, dict[int, _PlacedBreakpoint]] = {}
         self._run: LiveRun | None = None
 
     def attach(self, run: LiveRun) -> None:
         """Set all breakpoints on a run, and from now on each change of breakpoints."""
         self._run = run
-        for group, breakpoints in self._breakpoint_groups.items():
-            run.set_breakpoints(group, breakpoints)
+        for group in self._groups:
+            self._set_on_run(group)
 
-    def _replace(self, group: str, breakpoints: dict[int, Breakpoint]) -> None:
-        self._breakpoint_groups[group] = breakpoints
+    def _set_on_run(self, group: str) -> None:
         if self._run is not None:
-            self._run.set_breakpoints(group, breakpoints)
+            placed_breakpoints = self._groups[group].items()
+            self._run.set_breakpoints(
+                group, {number: placed.breakpoint for number, placed in placed_breakpoints}
+            )
 
-    def _take_number(self) -> int:
-        self._last_number += 1
-        return self._last_number
+    def _replace(
+        self, group: str, requests: Iterable[Any], place: Callable[[Any], _PlacedBreakpoint]
+    ) -> list[protocol.Breakpoint]:
+        """Replace the breakpoints of a group and return their states.
 
-    # -- breakpoints on lines
+        :param place: returns the breakpoint for a request; raises ``CxbridgeError`` if it is impossible.
+        """
+        self._groups[group] = {}
+        states = []
+        for request in requests:
+            self._last_number += 1
+            try:
+                placed = self._groups[group][self._last_number] = place(request)
+                states.append(self._make_state(self._last_number, placed))
+            except CxbridgeError as error:
+                states.append(protocol.Breakpoint(self._last_number, verified=False, message=str(error)))
+        self._set_on_run(group)
+        return states
+
+    def _make_state(self, number: int, placed: _PlacedBreakpoint) -> protocol.Breakpoint:
+        """Return the state of a breakpoint, which is verified until the rules are loaded."""
+        reason = placed.explain_no_stop(self._run) if self._run is not None and self._run.is_loaded else ""
+        message = reason or placed.message
+        return protocol.Breakpoint(number, verified=not reason, message=message, line=placed.line)
+
+    def find_unreachable(self) -> list[protocol.Breakpoint]:
+        """Return the states of the breakpoints that the loaded rules cannot reach."""
+        placed_breakpoints = [item for group in self._groups.values() for item in group.items()]
+        return [state for state in starmap(self._make_state, placed_breakpoints) if not state.verified]
 
     def set_line_breakpoints(self, arguments: protocol.SetBreakpointsArguments) -> list[protocol.Breakpoint]:
         """Replace the breakpoints of a file and return their states."""
         file, text = read_source(arguments.source)
-        lines = BreakpointLines(text, includes_actions=self._run is None or self._run.can_stop_at_actions)
-        breakpoints: dict[int, Breakpoint] = {}
-        states: list[protocol.Breakpoint] = []
-        line_breakpoints: list[_LineBreakpoint] = []
-        for request in arguments.breakpoints:
-            number = self._take_number()
-            position = lines.find_position(request.line) if request.line > 0 else None
-            problem = _find_problem(request, position)
-            if position is None or problem:
-                line = request.line if position is None else position.line
-                states.append(protocol.Breakpoint(number, verified=False, message=problem, line=line))
-                continue
-            breakpoints[number] = position.breakpoint(
-                request.condition, request.hit_condition, request.log_message
-            )
-            message = (
-                f"within the right-hand side of rule {position.rule}"
-                if position.is_at_action
-                else f"before rule {position.rule} fires"
-            )
-            state = protocol.Breakpoint(number, verified=True, message=message, line=position.line)
-            state = self._verify_line(_LineBreakpoint(position.rule, file, state))
-            line_breakpoints.append(_LineBreakpoint(position.rule, file, state))
-            states.append(state)
-        self._line_breakpoints[str(file)] = line_breakpoints
-        self._replace(f"file:{file}", breakpoints)
-        return states
-
-    def _verify_line(self, line_breakpoint: _LineBreakpoint) -> protocol.Breakpoint:
-        """Return the state of a breakpoint; before rules are loaded, the text of its file decides."""
-        if self._run is None or not self._run.is_loaded:
-            return line_breakpoint.state
-        reason = self._run.explain_no_stop(line_breakpoint.rule, line_breakpoint.file)
-        if not reason:
-            return line_breakpoint.state
-        return protocol.Breakpoint(
-            line_breakpoint.state.id, verified=False, message=reason, line=line_breakpoint.state.line
-        )
-
-    def update_states(self) -> list[protocol.Breakpoint]:
-        """Return the breakpoints whose state the loaded rules have changed."""
-        pairs = [
-            (self._verify_line(line_breakpoint), line_breakpoint.state)
-            for file_breakpoints in self._line_breakpoints.values()
-            for line_breakpoint in file_breakpoints
-        ]
-        pairs += [
-            (self._verify_name(number, tested_breakpoint), self._function_states[number])
-            for number, tested_breakpoint in self._breakpoint_groups.get(_FUNCTIONS_GROUP, {}).items()
-        ]
-        return [state for state, previous in pairs if state.verified != previous.verified]
-
-    # -- breakpoints on names
+        includes_actions = self._run is None or self._run.can_stop_at_actions
+        place = partial(_place_on_line, file, list(find_rules(text)), includes_actions=includes_actions)
+        return self._replace(f"file:{file}", arguments.breakpoints, place)
 
     def set_function_breakpoints(
-        self, requested: Sequence[protocol.FunctionBreakpoint]
+        self, requests: Sequence[protocol.FunctionBreakpoint]
     ) -> list[protocol.Breakpoint]:
         """Replace the breakpoints on goals, plan-actions, skills and rules, and return their states."""
-        breakpoints: dict[int, Breakpoint] = {}
-        self._function_states.clear()
-        for function in requested:
-            number = self._take_number()
-            try:
-                parsed_breakpoint = parse_breakpoint(function.name)
-                check_hit_count(function.hit_condition)
-            except CxbridgeError as error:
-                self._function_states[number] = protocol.Breakpoint(
-                    number, verified=False, message=str(error)
-                )
-                continue
-            # as in `cxbridge run --break`, the name may include a condition and a hit count
-            condition = function.condition or parsed_breakpoint.condition
-            hits = function.hit_condition or parsed_breakpoint.hits
-            breakpoints[number] = replace(parsed_breakpoint, condition=condition, hits=hits)
-            self._function_states[number] = self._verify_name(number, breakpoints[number])
-        self._replace(_FUNCTIONS_GROUP, breakpoints)
-        return list(self._function_states.values())
-
-    def _verify_name(self, number: int, tested_breakpoint: Breakpoint) -> protocol.Breakpoint:
-        """Return the state of a breakpoint on a name, which is verified until the rules are loaded."""
-        is_loaded = self._run is not None and self._run.is_loaded
-        reason = self._run.explain_unreachable(tested_breakpoint) if self._run and is_loaded else ""
-        return protocol.Breakpoint(number, verified=not reason, message=reason)
+        return self._replace("names", requests, _place_on_name)
 
     def set_exception_filters(self, names: Sequence[str]) -> list[protocol.Breakpoint]:
         """Replace the breakpoints on failures and return their states."""
@@ -160,24 +118,41 @@ class Breakpoints:
             raise CxbridgeError(
                 f"there is no filter '{unknown_names[0]}'", hint=f"the filters are {', '.join(FILTERS)}"
             )
-        breakpoints = {
-            self._take_number(): parse_breakpoint(spec) for _, spec in map(FILTERS.__getitem__, names)
-        }
-        self._replace(_FILTERS_GROUP, breakpoints)
-        return [protocol.Breakpoint(number, verified=True) for number in breakpoints]
+        specs = [spec for _, spec in map(FILTERS.__getitem__, names)]
+        # failures may always occur
+        return self._replace(
+            _FILTERS_GROUP, specs, lambda spec: _PlacedBreakpoint(parse_breakpoint(spec), lambda _run: "")
+        )
 
     def is_exception_filter(self, number: int) -> bool:
         """Return whether a breakpoint belongs to an exception filter."""
-        return number in self._breakpoint_groups.get(_FILTERS_GROUP, {})
+        return number in self._groups.get(_FILTERS_GROUP, {})
 
 
-def _find_problem(request: protocol.SourceBreakpoint, position: RulePosition | None) -> str:
-    """Return why a breakpoint on a line is impossible; empty if it is possible."""
-    if position is None:
-        no_rule = "no rule begins at this line or below"
-        return no_rule if request.line > 0 else "lines are counted from 1"
-    try:
-        check_hit_count(request.hit_condition)
-    except CxbridgeError as error:
-        return str(error)
-    return ""
+def _place_on_line(
+    file: Path, rules: Sequence[FileRule], request: protocol.SourceBreakpoint, *, includes_actions: bool
+) -> _PlacedBreakpoint:
+    check_hit_count(request.hit_condition)
+    rule, action_line = find_stop_line(rules, request.line, includes_actions=includes_actions)
+    kind, state = ("line", str(action_line)) if action_line else ("before", ANY_NAME)
+    conditions = (request.condition, request.hit_condition, request.log_message)
+    return _PlacedBreakpoint(
+        Breakpoint(0, kind, escape(rule.name), state, ANY_NAME, *conditions),
+        lambda run: run.explain_no_stop(rule.name, file),
+        f"within the right-hand side of rule {rule.name}"
+        if action_line
+        else f"before rule {rule.name} fires",
+        action_line or rule.first_line,
+    )
+
+
+def _place_on_name(request: protocol.FunctionBreakpoint) -> _PlacedBreakpoint:
+    parsed_breakpoint = parse_breakpoint(request.name)
+    check_hit_count(request.hit_condition)
+    # as in `cxbridge run --break`, the name may include a condition and a hit count
+    requested_breakpoint = replace(
+        parsed_breakpoint,
+        condition=request.condition or parsed_breakpoint.condition,
+        hits=request.hit_condition or parsed_breakpoint.hits,
+    )
+    return _PlacedBreakpoint(requested_breakpoint, lambda run: run.explain_unreachable(requested_breakpoint))

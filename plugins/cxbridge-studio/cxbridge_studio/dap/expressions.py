@@ -6,8 +6,9 @@ replace the variables in the text.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Final
 
 from cxbridge.clipstext.syntax import SyntaxNode, read
 from cxbridge.clipstext.values import FactRef, Value, quoted, show, show_alone
@@ -15,9 +16,12 @@ from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import FactChange
 from cxbridge_studio.dap.agent import StoppedEnvironment
 from cxbridge_studio.dap.bindings import find_bindings, match_pattern
-from cxbridge_studio.explain.rules.snapshot import Snapshot
+from cxbridge_studio.dap.rule_lines import read_variable_name
+from cxbridge_studio.debugger.evaluating import evaluate as evaluate_text
+from cxbridge_studio.explain.rules.environment import take_snapshot
+from cxbridge_studio.explain.rules.snapshot import FactTemplate, Snapshot
 
-_BINDERS = ("bind", "foreach")  # the functions whose first argument is a variable that they bind
+_BINDERS: Final = ("bind", "foreach")  # the functions whose first argument is a variable that they bind
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,48 +40,44 @@ class ExpressionResult:
 
 def find_variables(stopped_env: StoppedEnvironment) -> dict[str, Value]:
     """Return the variables of the stopped rule, by their names without ``?``."""
-    firing, variables = stopped_env.firing, stopped_env.read_local_variables()
-    if variables is not None:
-        return dict(variables)
+    firing, probes = stopped_env.firing, stopped_env.agent.probes
+    if probes is not None and probes.values is not None:
+        return dict(probes.values)
     if firing is None:
         return {}
-    return find_bindings(stopped_env.take_rule_snapshot(firing.rule), firing.basis, stopped_env.find_fact)
+    rule_without_facts = take_snapshot(stopped_env.env, firing.rule, max_facts=0)
+    return find_bindings(rule_without_facts, firing.basis, stopped_env.find_fact)
 
 
 def evaluate(stopped_env: StoppedEnvironment, text: str) -> ExpressionResult:
     """Evaluate an expression, or find the facts that match a pattern."""
     text = text.strip()
     nodes = read(text)
-    if len(nodes) == 1 and nodes[0].items is None and text.startswith(("?", "$?")) and "*" not in text:
-        # a single local variable; a global variable, `?*name*`, is an expression
-        name = text.lstrip("$?")
+    name = read_variable_name(nodes[0]) if len(nodes) == 1 else ""
+    if name and ":" not in name:  # ?fact:slot is an expression
         variables = find_variables(stopped_env)
         if name in variables:
             return ExpressionResult(show_alone(variables[name]))
-        if ":" not in name:  # ?fact:slot is an expression
-            names = ", ".join(f"?{name}" for name in variables) or "none"
-            raise ClipsError(f"there is no variable {text} here", hint=f"there are: {names}")
-    head = nodes[0].head if len(nodes) == 1 else ""
-    is_template = bool(head) and stopped_env.find_template(head) is not None
-    if is_template and not stopped_env.has_function(head):
-        return _find_matches(stopped_env, head, text)
+        names = ", ".join(f"?{name}" for name in variables) or "none"
+        raise ClipsError(f"there is no variable {text} here", hint=f"there are: {names}")
+    expanded_text = expand_known_variables(text, stopped_env)
     try:
-        result = stopped_env.evaluate(expand_known_variables(text, stopped_env))
+        result = evaluate_text(stopped_env.env, expanded_text)
     except CxbridgeError:
-        if is_template:  # a deftemplate that has the name of a function, e.g. time
-            return _find_matches(stopped_env, head, text)
-        raise
+        # An expression first, since a deftemplate may have the name of a function, such as time. CLIPS
+        # evaluates no part of a pattern: it refuses the deftemplate's name as an unknown function.
+        template = stopped_env.find_template(nodes[0].head) if len(nodes) == 1 else None
+        if template is None:
+            raise
+        return _find_matches(stopped_env, template, expanded_text)
     return ExpressionResult(result.text, result.output)
 
 
-def _find_matches(stopped_env: StoppedEnvironment, template: str, pattern: str) -> ExpressionResult:
+def _find_matches(stopped_env: StoppedEnvironment, template: FactTemplate, pattern: str) -> ExpressionResult:
     """Return the facts of a deftemplate that match a pattern."""
-    fact_template, facts = stopped_env.find_template(template), stopped_env.read_facts(template)
-    assert fact_template is not None
-    snapshot = Snapshot(stopped_env.agent, 0, "", {template: fact_template}, ())
-    matching_indices = set(
-        match_pattern(snapshot, expand_known_variables(pattern, stopped_env), {template: facts})
-    )
+    facts = stopped_env.read_facts(template.name)
+    snapshot = Snapshot(stopped_env.env.name, 0, "", {template.name: template}, ())
+    matching_indices = match_pattern(snapshot, pattern, facts)
     matching_facts = tuple(fact for fact in facts if fact.index in matching_indices)
     return ExpressionResult(f"{len(matching_facts)} of {len(facts)} facts match", facts=matching_facts)
 
@@ -102,27 +102,20 @@ def expand_variables(text: str, variables: Mapping[str, Value]) -> str:
     bound_names = {name for node in nodes for name in _find_bound_names(node)}
     pieces: list[str] = []
     position = 0
-    for root in nodes:
-        for node in root.walk():
-            if node.items is not None or not node.text.startswith(("?", "$?")):
-                continue
-            name, _, slot = node.text.lstrip("$?").partition(":")
-            if name in variables and name not in bound_names:
-                value = _format_value(variables[name], slot)
-                pieces += (text[position : node.start], value)
-                position = node.end
+    for node in (node for root in nodes for node in root.walk()):
+        name, _, slot = read_variable_name(node).partition(":")
+        if name in variables and name not in bound_names:
+            pieces += (text[position : node.start], _format_value(variables[name], slot))
+            position = node.end
     return "".join((*pieces, text[position:]))
 
 
-def _find_bound_names(root: SyntaxNode) -> set[str]:
-    """Return the variables that a list binds."""
-    names = set()
+def _find_bound_names(root: SyntaxNode) -> Iterator[str]:
+    """Yield the variables that lists bind, such as ``f`` in ``((?f goal))``."""
     for node in root.walk():
         if node.items:
-            first = node.items[1] if node.head in _BINDERS and len(node.items) > 1 else node.items[0]
-            if first.items is None and first.text.startswith(("?", "$?")):
-                names.add(first.text.lstrip("$?"))
-    return names
+            binder_arguments = node.arguments if node.head in _BINDERS else ()
+            yield read_variable_name((binder_arguments or node.items)[0])
 
 
 def _format_value(value: Value, slot: str = "") -> str:

@@ -54,7 +54,7 @@ def _make_rule_frame(stopped_env: StoppedEnvironment) -> Iterator[CallFrame]:
         if stopped_env.event is not None:
             yield CallFrame("event", describe_transition(stopped_env.event))
         return
-    position = stopped_env.find_rule_position(firing.rule)
+    position = stopped_env.agent.find_rule_position(firing.rule)
     if position is not None and firing.line:
         position = FileLine(position.file, firing.line)
     yield CallFrame("rule", firing.rule, position)
@@ -63,7 +63,7 @@ def _make_rule_frame(stopped_env: StoppedEnvironment) -> Iterator[CallFrame]:
 def _make_goal_frames(stopped_env: StoppedEnvironment) -> Iterator[CallFrame]:
     """Yield the frames of the plan-action, the goal and its parents, if known."""
     goals, forest = find_goals(stopped_env)
-    action, goal = _find_subject(stopped_env)
+    action, goal = _find_subject(stopped_env, forest)
     if action is not None:
         slots = read_slots(action)
         text = " ".join((slots.get("action-name", ""), *slots.get("param-values", "").split()))
@@ -86,8 +86,8 @@ def find_goals(stopped_env: StoppedEnvironment) -> tuple[dict[str, FactChange], 
     )
 
 
-def _find_subject(stopped_env: StoppedEnvironment) -> tuple[FactChange | None, str]:
-    """Return the plan-action and the goal id that a stop concerns."""
+def _find_subject(stopped_env: StoppedEnvironment, forest: Forest[str]) -> tuple[FactChange | None, str]:
+    """Return the plan-action and the goal id that a stop concerns; None and empty if there is none."""
     event = stopped_env.event
     if isinstance(event, GoalTransition):
         return None, event.goal
@@ -103,11 +103,7 @@ def _find_subject(stopped_env: StoppedEnvironment) -> tuple[FactChange | None, s
         return _find_plan_action(stopped_env, key) or action, goal_id
     # A rule often matches a goal and its parent, and then acts on the goal: sub-goals come first.
     ids = [read_slots(fact).get("id", "") for fact in facts if fact.template == GOAL]
-    parents = {
-        read_slots(fact).get("id", ""): read_slots(fact).get("parent", "")
-        for fact in stopped_env.read_facts(GOAL)
-    }
-    ids.sort(key=lambda goal_id: parents.get(goal_id) not in ids)
+    ids.sort(key=lambda goal_id: forest.parents.get(goal_id) not in ids)
     other_ids = [read_slots(fact).get("goal-id", "") for fact in facts]
     return None, next(filter(None, (*ids, *other_ids)), "")
 

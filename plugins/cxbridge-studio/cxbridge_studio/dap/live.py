@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Protocol
 
-from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.mainloop import Hook
 from cxbridge.run.run import run_scenario
 from cxbridge_studio.dap.agent import DebuggedAgent, StoppedEnvironment
 from cxbridge_studio.dap.expressions import expand_known_variables
+from cxbridge_studio.dap.protocol import StoppedBody
 from cxbridge_studio.explain.rules.environment import read_rulebook
 from cxbridge_studio.explain.rules.missing import explain_missing_rule
 
@@ -27,32 +26,19 @@ _INTERRUPTED_STATUS: Final = 130  # the exit status of shells for SIGINT: 128 + 
 _OUTPUT_CATEGORIES: Final = {Level.ERROR: "stderr", Level.WARN: "stderr"}
 
 
-@dataclass(frozen=True, slots=True)
-class RunStop:
-    """A stop of a run.
-
-    :param agent: the number of the agent, from 1.
-    :param reason: the protocol's name of the reason.
-    :param stopped_env: the state of the agent.
-    :param breakpoint: the client's number of the breakpoint; 0 without a breakpoint.
-    """
-
-    agent: int
-    reason: str
-    description: str
-    stopped_env: StoppedEnvironment
-    breakpoint: int = 0
-
-
 class DebugClient(Protocol):
     """The interface of a client that a run uses."""
 
     def handle_queued_requests(self) -> None:
         """Execute the queued requests."""
 
-    def serve_stop(self, run_stop: RunStop, is_over: Callable[[], bool]) -> None:
+    def serve_stop(
+        self, body: StoppedBody, stopped_env: StoppedEnvironment, is_over: Callable[[], bool]
+    ) -> None:
         """Execute requests until a request resumes the run.
 
+        :param body: the body of the event ``stopped``.
+        :param stopped_env: the state of the stopped agent.
         :param is_over: returns whether the stop is over.
         """
 
@@ -132,15 +118,20 @@ class LiveRun:
         # a stop on entry is made like a pause: only its position is special
         if reason == "pause" and self._stop_on_entry and stop.loop == 1 and stop.fired == 0:
             reason = "entry"
-        run_stop = RunStop(
-            thread_id,
+        number = agent.client_numbers.get(stop.breakpoint)
+        body = StoppedBody(
             reason,
             f"Stopped {stop.reason}",
-            StoppedEnvironment(agent, stop),
-            agent.client_numbers.get(stop.breakpoint, 0),
+            thread_id,
+            all_threads_stopped=True,
+            hit_breakpoint_ids=[] if number is None else [number],
         )
-        client.serve_stop(run_stop, lambda: agent.debugger.stopped is None or agent.env.is_ended)
-        if agent.debugger.stopped is not None:
+        client.serve_stop(
+            body,
+            StoppedEnvironment(agent, stop),
+            lambda: agent.debugger.stopped is None or agent.env.is_ended,
+        )
+        if agent.debugger.stopped is not None:  # the session is over; go_on() would discard a requested step
             agent.debugger.go_on()
 
     def interrupt(self) -> None:
@@ -193,13 +184,5 @@ class LiveRun:
 
     def explain_unreachable(self, tested_breakpoint: Breakpoint) -> str:
         """Return why no loaded rule can reach a breakpoint; empty if a rule can."""
-        reasons = [_explain_unreachable(agent, tested_breakpoint) for agent in self._agents]
-        return reasons[0] if all(reasons) else ""
-
-
-def _explain_unreachable(agent: DebuggedAgent, tested_breakpoint: Breakpoint) -> str:
-    try:
-        agent.debugger.names.check(tested_breakpoint)
-    except CxbridgeError as error:
-        return str(error)
-    return ""
+        mistakes = [agent.debugger.names.find_mistake(tested_breakpoint) for agent in self._agents]
+        return str(mistakes[0]) if all(mistakes) else ""

@@ -17,6 +17,7 @@ class SessionPhase(Flag):
     OVER = auto()
 
 
+STOPPED: Final = SessionPhase.STOPPED
 ANY_PHASE: Final = ~SessionPhase(0)
 AFTER_INITIALIZE: Final = ANY_PHASE & ~SessionPhase.NEW  # any phase after `initialize`
 AFTER_LAUNCH: Final = AFTER_INITIALIZE & ~SessionPhase.READY  # any phase after `launch`

@@ -33,14 +33,14 @@ class Probes:
     """The probes in the files of an environment. Create this object before the environment loads files.
 
     :ivar error: the error during a stop, kept here since an exception cannot pass through CLIPS.
+    :ivar values: the variables of the stopped right-hand side; None if no right-hand side is stopped.
     """
 
     def __init__(self, env: ClipsEnvironment, debugger: Debugger) -> None:
         self.error: BaseException | None = None
         self._debugger = debugger
         self._actions: list[tuple[str, RuleAction]] = []
-        self._context: CData = None
-        self._values: dict[str, Value] = {}
+        self.values: Mapping[str, Value] | None = None
         call = make_callback("void(Environment *, UDFContext *, UDFValue *)", self._handle_probe)
         env.udfs.define_c(PROBE_FUNCTION, call, 1, UNBOUNDED, "*;l")
         env.loader.rewrite = self.rewrite
@@ -58,10 +58,6 @@ class Probes:
                 position = action.start
                 self._actions.append((rule.name, action))
         return "".join((*pieces, text[position:]))
-
-    def values(self) -> Mapping[str, Value] | None:
-        """Return the variables of the stopped right-hand side; None if no right-hand side is stopped."""
-        return None if self._context is None else self._values
 
     def _handle_probe(self, env: CData, context: CData, result: CData) -> None:
         """Stop at an action if the debugger requires that. CLIPS calls this method before each action."""
@@ -81,12 +77,11 @@ class Probes:
         rule, action = self._actions[int(value.integerValue.contents)]
         if not self._debugger.may_stop_at(rule, action.line):
             return
-        self._context = context
         try:
-            self._values = {name: self._read_next_value(context, value) for name in action.names}
+            self.values = {name: self._read_next_value(context, value) for name in action.names}
             self._debugger.stop_at_line(rule, action.line)
         finally:
-            self._context, self._values = None, {}
+            self.values = None
 
     @staticmethod
     def _read_next_value(context: CData, value: CData) -> Value:

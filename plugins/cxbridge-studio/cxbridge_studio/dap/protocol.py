@@ -67,6 +67,21 @@ class InitializeArguments(ProtocolObject):
     supports_invalidated_event: bool = False
 
 
+class LaunchSettings(ProtocolObject):
+    """The arguments of ``launch`` besides the options of the run.
+
+    :param cwd: the folder to which paths are relative; empty for the folder of the adapter.
+    :param stop_on_entry: whether to stop before the first rule.
+    :param stop_in_rules: whether the run can stop within right-hand sides.
+    :param no_debug: whether to run without any stop.
+    """
+
+    cwd: str = ""
+    stop_on_entry: bool = False
+    stop_in_rules: bool = True
+    no_debug: bool = False
+
+
 class Source(ProtocolObject):
     """A file."""
 
@@ -109,7 +124,7 @@ class ThreadArguments(ProtocolObject):
 
 
 class StepInArguments(ThreadArguments):
-    target_id: int | None = None
+    target_id: int = 1
 
 
 class FrameArguments(ProtocolObject):

@@ -5,15 +5,13 @@ Breakpoints on lines and the probes in right-hand sides use the same positions.
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from glob import escape
 from typing import Final
 
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions
+from cxbridge.errors import CxbridgeError
 from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, parse_condition, split_rule
-from cxbridge_studio.debugger.breakpoints import Breakpoint
 
 # the functions that have actions as arguments, with the index of the first action
 _BODY_STARTS: Final = {"progn": 0, "while": 1, "loop-for-count": 1, "progn$": 1, "foreach": 2}
@@ -105,7 +103,7 @@ def _find_nested_sequences(node: SyntaxNode) -> Iterator[tuple[Sequence[SyntaxNo
     elif head in _BODY_STARTS:
         yield items[_BODY_STARTS[head] :], _find_loop_names(head, items)
     elif head in _FACT_QUERIES and items:
-        names = (_read_variable_name(member.items[0]) for member in items[0].items or () if member.items)
+        names = (read_variable_name(member.items[0]) for member in items[0].items or () if member.items)
         yield items[2:], tuple(filter(None, names))
 
 
@@ -114,63 +112,37 @@ def _find_loop_names(head: str, items: Sequence[SyntaxNode]) -> tuple[str, ...]:
         return ()
     first = items[0]
     # the variable, or the list that begins with it, as in (loop-for-count (?i 1 3) ...)
-    name = _read_variable_name(first if first.items is None else (first.items or (first,))[0])
+    name = read_variable_name(first if first.items is None else (first.items or (first,))[0])
     return (name,) if name else ()
 
 
-def _read_variable_name(node: SyntaxNode) -> str:
-    """Return the name of a local variable; empty for other nodes."""
-    text = node.text
-    return text.lstrip("$?") if node.items is None and text.startswith(("?", "$?")) else ""
+def read_variable_name(node: SyntaxNode) -> str:
+    """Return the name of a local variable, with the slot of ``?fact:slot``; empty for other nodes."""
+    is_local = node.text.startswith(("?", "$?")) and not node.text.startswith("?*")  # ?*NAME* is global
+    return node.text.lstrip("$?") if node.items is None and is_local else ""
 
 
 def _find_names_after(node: SyntaxNode, names: tuple[str, ...]) -> tuple[str, ...]:
     """Return the variables that are bound after an action."""
-    name = _read_variable_name(node.arguments[0]) if node.head == "bind" and node.arguments else ""
-    if not name or name.startswith("*"):  # ?*NAME*: a global variable
+    name = read_variable_name(node.arguments[0]) if node.head == "bind" and node.arguments else ""
+    if not name:
         return names
     kept_names = tuple(other_name for other_name in names if other_name != name)
     return (*kept_names, name) if len(node.arguments) > 1 else kept_names  # (bind ?x) unbinds
 
 
-@dataclass(frozen=True, slots=True)
-class RulePosition:
-    """The position of a breakpoint on a line.
+def find_stop_line(
+    rules: Iterable[FileRule], line: int, *, includes_actions: bool = True
+) -> tuple[FileRule, int]:
+    """Return where a breakpoint on a line stops: the rule with the line or the next rule, and its action.
 
-    :param line: the next line at which a breakpoint is possible.
-    :param is_at_action: whether to stop at an action of the rule instead of before the rule.
+    :param rules: the rules of a file in order.
+    :param includes_actions: whether the run can stop at actions.
+    :returns: the rule and the line of its action; 0 to stop before the rule.
+    :raises CxbridgeError: if the line is after the last rule.
     """
-
-    rule: str
-    line: int
-    is_at_action: bool
-
-    def breakpoint(self, condition: str = "", hits: str = "", log: str = "") -> Breakpoint:
-        kind, state = ("line", str(self.line)) if self.is_at_action else ("before", "*")
-        return Breakpoint(0, kind, escape(self.rule), state, "*", condition, hits, log)
-
-
-class BreakpointLines:
-    """The lines of a file where a breakpoint is possible.
-
-    :param includes_actions: whether the lines of actions are possible, too.
-    """
-
-    def __init__(self, text: str, *, includes_actions: bool) -> None:
-        self._rules: list[FileRule] = list(find_rules(text))
-        self._first_lines = [rule.first_line for rule in self._rules]
-        self._includes_actions = includes_actions
-
-    def find_position(self, line: int) -> RulePosition | None:
-        """Return the position for a line: within its rule or at the next rule; None after the last rule."""
-        index = bisect_right(self._first_lines, line) - 1
-        if index < 0 or line > self._rules[index].last_line:
-            index += 1
-        if index >= len(self._rules):
-            return None
-        rule = self._rules[index]
-        action_lines = [action.line for action in rule.actions] if self._includes_actions else []
-        if action_lines and line >= min(action_lines):
-            action_line = max(candidate for candidate in action_lines if candidate <= line)
-            return RulePosition(rule.name, action_line, is_at_action=True)
-        return RulePosition(rule.name, rule.first_line, is_at_action=False)
+    rule = next((rule for rule in rules if line <= rule.last_line), None)
+    if rule is None:
+        raise CxbridgeError("no rule begins at this line or below")
+    action_lines = [action.line for action in rule.actions if action.line <= line and includes_actions]
+    return rule, max(action_lines, default=0)

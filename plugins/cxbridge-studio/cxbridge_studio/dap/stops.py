@@ -5,74 +5,78 @@ The numbers are valid until the run resumes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap import protocol
+from cxbridge_studio.dap.agent import StoppedEnvironment
 from cxbridge_studio.dap.expressions import evaluate
 from cxbridge_studio.dap.frames import CallFrame, make_frames
-from cxbridge_studio.dap.live import RunStop
-from cxbridge_studio.dap.nodes import VariableNode, make_fact_node, make_scopes
+from cxbridge_studio.dap.nodes import (
+    FACTS_SCOPE,
+    SLOTS_SCOPE,
+    VARIABLES_SCOPE,
+    NodeMaker,
+    VariableNode,
+    make_fact_node,
+    make_scopes,
+)
 
 
 class StopView:
-    """A stop as the client sees it."""
+    """A stop as the client sees it.
 
-    def __init__(self, run_stop: RunStop) -> None:
-        self.run_stop = run_stop
-        self._frames: list[CallFrame] | None = None
+    :ivar thread_id: the number of the stopped agent, from 1.
+    """
+
+    def __init__(self, thread_id: int, stopped_env: StoppedEnvironment) -> None:
+        self.thread_id = thread_id
+        self._stopped_env = stopped_env
         # The functions that make the children of a variable. A reference is an index of this list, from 1.
         # The list only grows, so references stay valid after a change.
-        self._child_makers: list[Callable[[], Sequence[VariableNode]]] = []
-        self._nodes_by_reference: dict[int, list[VariableNode]] = {}
-
-    def discard_cache(self) -> None:
-        """Discard the cached frames and variables after a change."""
-        self._frames = None
-        self._nodes_by_reference.clear()
-
-    @property
-    def _stack(self) -> list[CallFrame]:
-        if self._frames is None:
-            self._frames = make_frames(self.run_stop.stopped_env)
-        return self._frames
+        self._child_makers: list[NodeMaker] = []
 
     def list_frames(self) -> list[protocol.StackFrame]:
         """Return the stack."""
-        return [_make_frame(number, frame) for number, frame in enumerate(self._stack, start=1)]
+        frames = make_frames(self._stopped_env)
+        return [_make_frame(number, frame) for number, frame in enumerate(frames, start=1)]
 
-    def check_frame(self, number: int) -> None:
-        """Check a frame number.
+    def find_frame(self, number: int) -> CallFrame:
+        """Return the frame with a number.
 
         :raises CxbridgeError: if there is no such frame.
         """
-        if not 0 < number <= len(self._stack):
-            raise CxbridgeError(f"there is no frame {number} now")
+        frames = make_frames(self._stopped_env)
+        if not 0 < number <= len(frames):
+            raise CxbridgeError(f"there is no frame {number} now", hint=f"the last frame is {len(frames)}")
+        return frames[number - 1]
 
     def list_scopes(self, number: int) -> list[protocol.Scope]:
         """Return the scopes of the frame with a number.
 
         :raises CxbridgeError: if there is no such frame.
         """
-        self.check_frame(number)
-        scopes = make_scopes(self.run_stop.stopped_env, self._stack[number - 1])
+        scopes = make_scopes(self._stopped_env, self.find_frame(number))
         return [
-            protocol.Scope(scope.name, self._add_reference(scope.children), scope.expensive, scope.hint)
-            for scope in scopes
+            protocol.Scope(
+                title,
+                self._add_reference(children),
+                expensive=title == FACTS_SCOPE,
+                presentation_hint="locals" if title in (VARIABLES_SCOPE, SLOTS_SCOPE) else "",
+            )
+            for title, children in scopes.items()
         ]
 
-    def _add_reference(self, children: Callable[[], Sequence[VariableNode]]) -> int:
+    def _add_reference(self, children: NodeMaker) -> int:
         """Return a new reference to a list of nodes."""
         self._child_makers.append(children)
         return len(self._child_makers)
 
-    def _open_nodes(self, reference: int) -> list[VariableNode]:
+    def _open_nodes(self, reference: int) -> Sequence[VariableNode]:
         if not 0 < reference <= len(self._child_makers):
             raise CxbridgeError(f"the reference {reference} has no variables at this stop")
-        if reference not in self._nodes_by_reference:
-            self._nodes_by_reference[reference] = list(self._child_makers[reference - 1]())
-        return self._nodes_by_reference[reference]
+        return self._child_makers[reference - 1]()
 
     def list_variables(self, reference: int) -> list[protocol.Variable]:
         """Return the child variables of a reference.
@@ -102,20 +106,16 @@ class StopView:
         node = next((node for node in self._open_nodes(reference) if node.name == name), None)
         if node is None or node.set_value is None:
             raise CxbridgeError(f"{name} cannot be changed: only slots of facts can")
-        value = node.set_value(text)
-        self.discard_cache()
-        return value
+        return node.set_value(text)
 
     def evaluate(self, expression: str) -> tuple[protocol.EvaluateBody, tuple[str, ...]]:
         """Evaluate an expression or a pattern; return the result and the printed lines."""
-        stopped_env = self.run_stop.stopped_env
-        result = evaluate(stopped_env, expression)
-        self.discard_cache()
-        reference = 0
-        if result.facts:
-            reference = self._add_reference(
-                lambda: [make_fact_node(stopped_env, fact) for fact in result.facts]
-            )
+        result = evaluate(self._stopped_env, expression)
+        if not result.facts:
+            return protocol.EvaluateBody(result.text, 0), result.output
+        reference = self._add_reference(
+            lambda: [make_fact_node(self._stopped_env, fact) for fact in result.facts]
+        )
         return protocol.EvaluateBody(result.text, reference), result.output
 
 

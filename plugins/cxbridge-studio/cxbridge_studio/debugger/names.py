@@ -58,40 +58,33 @@ class AgentNames:
 
         :raises ExecutiveError: if the breakpoint is unreachable.
         """
+        mistake = self.find_mistake(tested_breakpoint)
+        if mistake is not None:
+            raise mistake
+
+    def find_mistake(self, tested_breakpoint: Breakpoint) -> ExecutiveError | None:
+        """Return why a breakpoint is unreachable; None if it is reachable, or before the initialisation."""
         with self._env.lock:
-            if self.is_initialized:
-                self._check_names(tested_breakpoint)
+            mistake = self._find_unknown_name(tested_breakpoint) if self.is_initialized else None
+        if mistake is None:
+            return None
+        problem, hint = mistake
+        return ExecutiveError(f"breakpoint {tested_breakpoint}: {problem}", hint=hint)
 
     def check_once(self, tested_breakpoints: Iterable[Breakpoint]) -> None:
         """Check all breakpoints in the loop that ends the initialisation; do nothing in the other loops."""
         if self._is_checked or not self.is_initialized:
             return
         self._is_checked = True
-        mistakes = []
-        for tested_breakpoint in tested_breakpoints:
-            try:
-                self._check_names(tested_breakpoint)
-            except ExecutiveError as error:
-                mistakes.append((tested_breakpoint, error))
-        self.on_mistakes(mistakes)
+        mistakes = ((tested, self.find_mistake(tested)) for tested in tested_breakpoints)
+        self.on_mistakes([(tested, mistake) for tested, mistake in mistakes if mistake is not None])
 
     def _log_mistakes(self, mistakes: BreakpointMistakes) -> None:
         for _, error in mistakes:
             self._log.warn(" ".join(str(error).split()))
 
-    def _check_names(self, tested_breakpoint: Breakpoint) -> None:
-        """Check that the names of a breakpoint can occur.
-
-        :raises ExecutiveError: if a name cannot occur.
-        """
-        mistake = self._find_mistake(tested_breakpoint)
-        if mistake is None:
-            return
-        problem, hint = mistake
-        raise ExecutiveError(f"breakpoint {tested_breakpoint}: {problem}", hint=hint)
-
-    def _find_mistake(self, tested_breakpoint: Breakpoint) -> tuple[str, str] | None:
-        """Return the problem of a breakpoint and a hint; None if the breakpoint is reachable."""
+    def _find_unknown_name(self, tested_breakpoint: Breakpoint) -> tuple[str, str] | None:
+        """Return a message and a hint about a name that cannot occur; None if all names can."""
         if tested_breakpoint.is_rule_breakpoint:
             return self._find_rule_mistake(tested_breakpoint.name)
         if tested_breakpoint.kind == "goal":

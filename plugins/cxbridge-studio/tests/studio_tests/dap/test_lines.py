@@ -6,11 +6,12 @@ import pytest
 
 from cxbridge.clipstext.syntax import definitions
 from cxbridge.clock import VirtualClock
+from cxbridge.errors import CxbridgeError
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.resources import shipped_dir
 from cxbridge_studio.dap.probes import Probes
-from cxbridge_studio.dap.rule_lines import BreakpointLines, find_rules
+from cxbridge_studio.dap.rule_lines import find_rules, find_stop_line
 from cxbridge_studio.debugger.debugger import Debugger
 from tests.support import FAWKES_DIR
 
@@ -37,50 +38,36 @@ TEXT = """\
 """
 
 
-def lines():
-    return BreakpointLines(TEXT, includes_actions=True)
+RULES = list(find_rules(TEXT))
 
 
 @pytest.mark.parametrize(
-    ("line", "rule", "moved", "action"),
+    ("line", "rule", "action_line"),
     [
-        (1, "first", 4, False),  # a comment: the next rule
-        (2, "first", 4, False),
-        (4, "first", 4, False),
-        (6, "first", 4, False),  # a condition: the rule
-        (7, "first", 4, False),
-        (8, "first", 8, True),
-        (9, "first", 9, True),
-        (10, "first", 9, True),  # then: the action that it belongs to
-        (11, "first", 11, True),
-        (13, "first", 13, True),
-        (15, "first", 15, True),
-        (16, "first", 15, True),
-        (17, "second", 19, False),
-        (18, "second", 19, False),  # a function is not a rule
-        (19, "second", 19, False),  # nothing on its right-hand side
+        (1, "first", 0),  # a comment: the next rule
+        (6, "first", 0),  # a condition: the rule
+        (8, "first", 8),
+        (10, "first", 9),  # then: the action that it belongs to
+        (11, "first", 11),
+        (16, "first", 15),
+        (17, "second", 0),
+        (18, "second", 0),  # a function is not a rule
+        (19, "second", 0),  # nothing on its right-hand side
     ],
 )
-def test_what_a_line_stands_for(line, rule, moved, action):
-    rule_position = lines().find_position(line)
-    assert rule_position is not None
-    assert (rule_position.rule, rule_position.line, rule_position.is_at_action) == (rule, moved, action)
+def test_where_a_breakpoint_on_a_line_stops(line, rule, action_line):
+    found_rule, found_line = find_stop_line(RULES, line)
+    assert (found_rule.name, found_line) == (rule, action_line)
+    assert find_stop_line(RULES, line, includes_actions=False) == (found_rule, 0)
 
 
-def test_behind_the_last_rule_is_nothing():
-    assert lines().find_position(20) is None
-    assert BreakpointLines("(deffunction f () 3)\n", includes_actions=True).find_position(1) is None
-
-
-def test_without_actions_a_line_is_its_rule():
-    rule_position = BreakpointLines(TEXT, includes_actions=False).find_position(11)
-    assert rule_position is not None
-    assert (rule_position.rule, rule_position.line, rule_position.is_at_action) == ("first", 4, False)
+def test_a_line_after_the_last_rule_is_an_error():
+    with pytest.raises(CxbridgeError, match="no rule begins at this line or below"):
+        find_stop_line(RULES, 20)
 
 
 def test_only_variables_that_have_a_value_for_sure():
-    first = next(find_rules(TEXT))
-    names = {action.line: action.names for action in first.actions}
+    names = {action.line: action.names for action in RULES[0].actions}
     assert names[8] == ("a", "x")
     assert names[11] == ("a", "x", "y")  # not ?gone, which is of the not
     assert names[14] == ("a", "x", "y", "z")
@@ -147,7 +134,7 @@ def test_it_stops_at_every_action_with_the_variables_there(tmp_path):
     seen = []
 
     def note(stop):
-        seen.append((stop.line, dict(probes.values())))
+        seen.append((stop.line, dict(probes.values)))
         debugger.step("line")
 
     debugger.on_stop = note
@@ -163,7 +150,7 @@ def test_it_stops_at_every_action_with_the_variables_there(tmp_path):
     assert str(by_line[15]["g"]).startswith("<Fact-")
     assert "rest" not in by_line[20]
     assert by_line[20]["id"] == "g1"
-    assert probes.values() is None
+    assert probes.values is None
     env.destroy()
 
 

@@ -140,7 +140,7 @@ def test_references_that_there_are_not(stopped, command, arguments, message):
 def test_a_launch_with_an_invalid_flag(client):
     client.ask("initialize", adapterID="cxbridge")
     answer = client.answer("launch", scenario="test-scenario", stopOnEntry="false")
-    assert (answer["success"], answer["message"]) == (False, "'stopOnEntry' must be true or false")
+    assert answer["message"] == "the arguments are invalid: Expected `bool`, got `str` - at `$.stopOnEntry`"
 
 
 NAMES = {
