@@ -13,7 +13,7 @@ from cxbridge.cli.entry import handle_signals
 def dap() -> int:
     """Speak the Debug Adapter Protocol on stdin and stdout: editors start this to debug an agent.
 
-    The editor's launch configuration names the scenario or the recording; see docs/editors.md.
+    The editor's launch configuration names the scenario; see docs/editors.md.
 
     Exit status: 0 the editor ended the session; 2 the editor sent an invalid message.
 

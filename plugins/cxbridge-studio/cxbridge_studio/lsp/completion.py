@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import PurePath
 from typing import Final, NamedTuple
 
 from cxbridge.clipstext.syntax import read
@@ -41,15 +42,14 @@ _PDDL_KEYS: Final = (":parameters", ":precondition", ":effect", ":duration", ":c
 
 def complete(session: Session, file: SourceFile, offset: int) -> list[Proposal]:
     """Return the names that fit at a position, sorted and without duplicates."""
-    if file.path.endswith(".clp"):
-        context = find_context(file, offset)
-        proposals = () if context is None else _complete_clips(session, file, context)
-    elif file.path.endswith((".yaml", ".yml")):
-        proposals = _complete_yaml(session, file, offset)
-    elif file.path.endswith(".pddl"):
-        proposals = _complete_pddl(session, file, offset)
-    else:
-        proposals = ()
+    completers: Mapping[str, Callable[[Session, SourceFile, int], Iterable[Proposal]]] = {
+        ".clp": _complete_clips,
+        ".yaml": _complete_yaml,
+        ".yml": _complete_yaml,
+        ".pddl": _complete_pddl,
+    }
+    completer = completers.get(PurePath(file.path).suffix)
+    proposals = () if completer is None else completer(session, file, offset)
     return sorted({proposal.text: proposal for proposal in proposals if proposal.text}.values())
 
 
@@ -68,7 +68,10 @@ def _propose_defined(
 # ---- CLIPS
 
 
-def _complete_clips(session: Session, file: SourceFile, context: Context) -> Iterable[Proposal]:
+def _complete_clips(session: Session, file: SourceFile, offset: int) -> Iterable[Proposal]:
+    context = find_context(file, offset)
+    if context is None:
+        return ()
     if not context.heads:
         return [Proposal(name, None, "construct") for name in _CONSTRUCTS] if context.is_at_head else ()
     if context.word.startswith(("?*", "$?*")):
@@ -76,7 +79,7 @@ def _complete_clips(session: Session, file: SourceFile, context: Context) -> Ite
         return [Proposal(f"?*{name}*", NameKind.GLOBAL, "global") for name in globals_]
     if match := _SLOT_ACCESS.search(context.word):
         slots = _propose_slots(session, file, find_fact_template(context.text, match[1]))
-        return [Proposal(f"{match[1]}:{slot.text}", slot.kind, slot.detail) for slot in slots]
+        return [slot._replace(text=f"{match[1]}:{slot.text}") for slot in slots]
     if context.is_at_head:
         return _propose_heads(session, file, context)
     return _propose_arguments(session, file, context)
@@ -197,11 +200,9 @@ def _complete_mapping(session: Session, file: SourceFile, line: str, action: str
 
 def _list_clips_files(session: Session) -> Iterator[str]:
     """Yield the names of CLIPS files as in specs: the name alone, and the name with its folder."""
-    for file in session.model.files:
-        if file.path.endswith(".clp"):
-            parts = re.split(r"[\\/]", file.path)
-            yield parts[-1]
-            yield "/".join(parts[-2:])
+    for path in (PurePath(file.path) for file in session.model.files if file.path.endswith(".clp")):
+        yield path.name
+        yield f"{path.parent.name}/{path.name}"
 
 
 # ---- PDDL
@@ -213,8 +214,8 @@ def _complete_pddl(session: Session, file: SourceFile, offset: int) -> Iterator[
     if re.search(r"\s-\s+[\w-]*\Z", preceding_text):
         yield from _propose_defined(session, file, NameKind.OBJECT_TYPE)
     elif re.search(r"\?[\w-]*\Z", preceding_text) and placed and placed.piece.name:
-        for proposal in _propose_defined(session, file, NameKind.PARAMETER, placed.piece.name.text):
-            yield Proposal(f"?{proposal.text}", proposal.kind, proposal.detail)
+        parameters = _propose_defined(session, file, NameKind.PARAMETER, placed.piece.name.text)
+        yield from (proposal._replace(text=f"?{proposal.text}") for proposal in parameters)
     elif re.search(r"\(\s*[\w-]*\Z", preceding_text):
         yield from _propose_defined(session, file, NameKind.PREDICATE)
         yield from (Proposal(word, None) for word in ("and", "or", "not", "forall", "exists", "when"))

@@ -84,18 +84,10 @@ def _find_enclosing_template(text: str, heads: tuple[str, ...], lists: list[int]
             return find_fact_template(text, match[1]) if match else "", starts[depth]
         has_facts = parent_head in _FACT_PARENTS or parent_head in CONDITION_HEADS
         if has_facts and head not in CONDITION_HEADS and head not in _NON_FACT_HEADS:
-            return (head, starts[depth]) if _is_fact(text, parent_head, starts[depth]) else ("", 0)
+            # directly within a rule, a list is a pattern before the arrow, and a call after the arrow
+            is_fact = parent_head in ("assert", "deffacts") or "=>" not in blank(text[: starts[depth]])
+            return (head, starts[depth]) if is_fact else ("", 0)
     return "", 0
-
-
-def _is_fact(text: str, parent_head: str, start: int) -> bool:
-    """Return whether a list is a fact or a pattern.
-
-    Directly within a rule, a list is a pattern before the arrow, and a call after the arrow.
-    """
-    if parent_head in ("assert", "deffacts"):
-        return True
-    return "=>" not in blank(text[:start])
 
 
 def find_fact_template(text: str, variable: str) -> str:
@@ -106,12 +98,5 @@ def find_fact_template(text: str, variable: str) -> str:
         rf"\(bind\s+{name}\s+\(assert\s+\(\s*([^\s()]+)",
         rf"\(\s*{name}\s+([^\s()?]+)\s*\)",  # member of a query
     )
-    return _find_last_group(patterns, text)
-
-
-def _find_last_group(patterns: tuple[str, ...], text: str) -> str:
-    """Return the group of the last match of the first pattern that matches; empty without a match.
-
-    The last match is the binding that is nearest to the cursor.
-    """
+    # the last match is the binding that is nearest to the cursor
     return next((str(matches[-1]) for pattern in patterns if (matches := re.findall(pattern, text))), "")

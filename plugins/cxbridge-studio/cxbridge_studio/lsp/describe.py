@@ -33,15 +33,13 @@ def describe_name(session: Session, file: SourceFile, mention: Mention) -> str:
         paragraphs += _describe_builtin_template(session, name)
     elif name.kind is NameKind.GOAL_CLASS:  # goal classes have no definition
         paragraphs.append(f"goal class **{name.text}**")
-    uses = _summarize_uses(session, name)
-    return "\n\n".join([*paragraphs, uses] if uses else paragraphs) if paragraphs else ""
+    return "\n\n".join(filter(None, (*paragraphs, _summarize_uses(session, name)))) if paragraphs else ""
 
 
 def _describe_definition(definition: FileMention, name: Name) -> Iterator[str]:
     """Yield the paragraphs about a definition; some may be empty."""
     file, mention = definition
     describers: Mapping[NameKind, Callable[[FileMention], Iterator[str]]] = {
-        NameKind.SLOT: _describe_slot,
         NameKind.SKILL: _describe_skill,
         NameKind.ARGUMENT: _describe_argument,
         NameKind.INTERFACE: _describe_interface,
@@ -57,9 +55,11 @@ def _describe_definition(definition: FileMention, name: Name) -> Iterator[str]:
         NameKind.PREDICATE,
         NameKind.PARAMETER,
         NameKind.GLOBAL,
+        NameKind.SLOT,
     ):
         yield _format_code(file, _find_enclosing_list(file, mention))
         yield _find_trailing_comment(file, mention.end)
+        yield f"of the deftemplate **{name.owner}**" if name.kind is NameKind.SLOT else ""
     else:
         yield from _describe_construct(definition)
     yield f"*{name.kind.value}*, {Path(file.path).name}:{file.lines.at(mention.start)}"
@@ -75,11 +75,11 @@ def _describe_construct(definition: FileMention) -> Iterator[str]:
     if placed.piece.keyword == "defrule":
         text = text.partition("=>")[0].rstrip()
     nodes = read(text, close=True)
-    documentation = _find_documentation(nodes[0]) if nodes and file.path.endswith(".clp") else ""
     if placed.piece.keyword in ("deffunction", "defmethod") and nodes:
         text = _format_function_head(nodes[0])
     yield _format_code(file, text)
-    yield "\n\n".join(filter(None, (documentation, find_comment_above(file.text, placed.start))))
+    yield _find_documentation(nodes[0]) if nodes and file.path.endswith(".clp") else ""
+    yield find_comment_above(file.text, placed.start)
 
 
 def _format_function_head(function: SyntaxNode) -> str:
@@ -92,13 +92,6 @@ def _find_documentation(construct: SyntaxNode) -> str:
     """Return the documentation string after the name of a construct."""
     text = construct.arguments[1].text if len(construct.arguments) > 1 else ""
     return text.strip('"') if text.startswith('"') else ""
-
-
-def _describe_slot(definition: FileMention) -> Iterator[str]:
-    file, mention = definition
-    yield _format_code(file, _find_enclosing_list(file, mention))
-    yield _find_trailing_comment(file, mention.end)
-    yield f"of the deftemplate **{mention.name.owner}**"
 
 
 def _describe_skill(definition: FileMention) -> Iterator[str]:
@@ -141,15 +134,12 @@ def _format_field(file: SourceFile, mention: Mention) -> str:
 
 def _describe_builtin_function(session: Session, name: Name) -> Iterator[str]:
     info = session.knowledge.functions.get(name.text)
-    if info is None:
-        return
-    if not info.is_python:
-        yield f"**{name.text}**: a function of CLIPS"
-        return
-    owner = f"the feature `{info.feature}`" if info.feature else "the CLIPS host"
-    yield f"**{name.text}**: a function of {owner}, {info.arguments}"
-    if info.documentation:
+    if info is not None and info.is_python:
+        owner = f"the feature `{info.feature}`" if info.feature else "the CLIPS host"
+        yield f"**{name.text}**: a function of {owner}, {info.arguments}"
         yield info.documentation
+    elif info is not None:
+        yield f"**{name.text}**: a function of CLIPS"
 
 
 def _describe_builtin_template(session: Session, name: Name) -> Iterator[str]:

@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 
 from cxbridge.spawning import python_command
-from cxbridge_studio.lsp.knowledge import AgentKnowledge, decode_knowledge
+from cxbridge_studio.lsp.knowledge import AgentKnowledge
 
 _MAX_ERROR_LENGTH = 300  # limit of the characters that an error shows from the end of a crash's output
 
@@ -53,7 +53,7 @@ class Examinations:
         )
         output, errors = await process.communicate(msgspec.json.encode(self._get_options()))
         try:
-            return decode_knowledge(output)
+            return msgspec.json.decode(output, type=AgentKnowledge)
         except msgspec.DecodeError:
             error_output = errors.decode("utf-8", "replace").strip()[-_MAX_ERROR_LENGTH:]
             return AgentKnowledge(error=f"the check ended with status {process.returncode}: {error_output}")

@@ -46,18 +46,24 @@ def make_run_options(option_values: Mapping[str, Any]) -> RunOptions:
 
 
 def examine(options: RunOptions) -> AgentKnowledge:
-    """Examine the first agent, but include the findings of all agents."""
-    try:
-        findings = [finding.to_json() for finding in check(options)]
-        name = find_agent_names(options)[0]
-        with Agent(replace(options, agent=name)) as agent:
-            templates = dict(_list_templates(agent))
-            functions = dict(_list_functions(agent))
-            loaded_files = [str(file.path.resolve()) for file in agent.files]
-            is_fawkes_pddl = reads_as_fawkes(agent.config)
-    except CxbridgeError as error:
-        return AgentKnowledge(error=str(error))
-    return AgentKnowledge(functions, templates, findings, loaded_files, reads_as_fawkes=is_fawkes_pddl)
+    """Examine the first agent, but include the findings of all agents.
+
+    :raises CxbridgeError: if the agent's configuration cannot be read.
+    """
+    findings = [finding.to_json() for finding in check(options)]
+    with Agent(replace(options, agent=find_agent_names(options)[0])) as agent:
+        slots = {
+            name: agent.eval_words(f"(deftemplate-slot-names {name})") for name in sorted(agent.deftemplates)
+        }
+        return AgentKnowledge(
+            dict(
+                _list_functions(agent)
+            ),  # after the slots, since this loads features, which define deftemplates
+            slots,
+            findings,
+            frozenset(str(file.path.resolve()) for file in agent.files),
+            reads_as_fawkes=reads_as_fawkes(agent.config),
+        )
 
 
 def count_firings(run: Path) -> dict[str, int]:
@@ -66,11 +72,6 @@ def count_firings(run: Path) -> dict[str, int]:
     with suppress(CxbridgeError, OSError):
         recorded_use.add(open_run(run), ENVIRONMENT)
     return dict(recorded_use.firings)
-
-
-def _list_templates(agent: Agent) -> Iterator[tuple[str, list[str]]]:
-    for name in sorted(agent.deftemplates):
-        yield name, agent.eval_words(f"(deftemplate-slot-names {name})")
 
 
 def _list_functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
@@ -101,7 +102,7 @@ def main() -> None:
     output = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # the output of checks and of CLIPS goes to stderr from here on, not into the result
     options = msgspec.json.decode(sys.stdin.buffer.read())
-    recording = options.pop("recording", "")
+    recording = options.pop("recording")
     try:
         knowledge = examine(make_run_options(options))
     except CxbridgeError as error:

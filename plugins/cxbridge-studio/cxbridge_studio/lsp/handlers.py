@@ -6,7 +6,8 @@ The handlers convert between the types of the protocol (lsprotocol) and those of
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import PurePath
 from typing import Any, Final
 
@@ -68,15 +69,8 @@ def make_server(options: Mapping[str, Any] | None = None) -> AgentServer:
     """Return a server with all handlers registered; see :class:`AgentServer`."""
     server = AgentServer(options)
     for kind, handler in _HANDLERS.items():
-        server.feature(kind, _HANDLER_OPTIONS.get(kind))(handler)
+        server.feature(kind, _HANDLER_OPTIONS.get(kind))(partial(handler, server))
     return server
-
-
-# ---- life cycle and changes
-
-
-def _handle_initialize(ls: AgentServer, params: lsp.InitializeParams) -> None:
-    ls.read_parameters(params)
 
 
 def _handle_initialized(ls: AgentServer, _params: lsp.InitializedParams) -> None:
@@ -89,79 +83,87 @@ def _handle_initialized(ls: AgentServer, _params: lsp.InitializedParams) -> None
         ls.client_register_capability(lsp.RegistrationParams([lsp.Registration(kind, kind, options)]))
 
 
-async def _handle_shutdown(ls: AgentServer, _params: None) -> None:
-    await ls.end()
+# ---- requests about the name at a position
 
 
-def _handle_open(ls: AgentServer, params: lsp.DidOpenTextDocumentParams) -> None:
-    ls.update_document(params.text_document.uri, saved=True)
+def _answer_about_mention(
+    answer: Callable[[AgentServer, SourceFile, Mention, Any], Any], ls: AgentServer, params: Any
+) -> Any:
+    """Return the answer about the name at a position; None if there is no name or the file is unknown.
 
-
-def _handle_change(ls: AgentServer, params: lsp.DidChangeTextDocumentParams) -> None:
-    ls.update_document(params.text_document.uri, saved=False)
-
-
-def _handle_save(ls: AgentServer, params: lsp.DidSaveTextDocumentParams) -> None:
-    ls.handle_save(params.text_document.uri)
-
-
-def _handle_close(ls: AgentServer, params: lsp.DidCloseTextDocumentParams) -> None:
-    ls.handle_close(params.text_document.uri)
-
-
-def _handle_watched_files(ls: AgentServer, params: lsp.DidChangeWatchedFilesParams) -> None:
-    ls.handle_disk_changes(params.changes)
-
-
-# ---- requests about a position
-
-
-def _find_mention(ls: AgentServer, uri: str, position: lsp.Position) -> tuple[SourceFile, Mention] | None:
-    """Return the file and the mention at a position; None if there is no name or the file is unknown."""
-    file = ls.find_file(uri)
-    mention = None if file is None else file.mention_at(ls.positions.to_offset(file, position))
-    return None if file is None or mention is None else (file, mention)
+    :param answer: returns the answer from the server, the file, the mention and the parameters.
+    """
+    file = ls.find_file(params.text_document.uri)
+    mention = None if file is None else file.mention_at(ls.positions.to_offset(file, params.position))
+    try:
+        return None if file is None or mention is None else answer(ls, file, mention, params)
+    except CxbridgeError as error:
+        raise JsonRpcInvalidParams(str(error)) from None
 
 
 def _make_locations(ls: AgentServer, mentions: Iterable[FileMention]) -> list[lsp.Location]:
     return [ls.positions.to_location(file, mention.start, mention.end) for file, mention in mentions]
 
 
-def _handle_hover(ls: AgentServer, params: lsp.HoverParams) -> lsp.Hover | None:
-    if (file_and_mention := _find_mention(ls, params.text_document.uri, params.position)) is None:
-        return None
-    file, mention = file_and_mention
+def _hover(ls: AgentServer, file: SourceFile, mention: Mention, _params: lsp.HoverParams) -> lsp.Hover | None:
     text = describe_name(ls.session, file, mention)
     hover_range = ls.positions.to_range(file, mention.start, mention.end)
     return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, text), hover_range) if text else None
 
 
-def _handle_definition(ls: AgentServer, params: lsp.DefinitionParams) -> list[lsp.Location]:
-    if (file_and_mention := _find_mention(ls, params.text_document.uri, params.position)) is None:
-        return []
-    return _make_locations(ls, navigation.find_definitions(ls.session, *file_and_mention))
+def _find_definitions(
+    ls: AgentServer, file: SourceFile, mention: Mention, _params: lsp.DefinitionParams
+) -> list[lsp.Location]:
+    return _make_locations(ls, navigation.find_definitions(ls.session, file, mention))
 
 
-def _handle_references(ls: AgentServer, params: lsp.ReferenceParams) -> list[lsp.Location]:
-    if (file_and_mention := _find_mention(ls, params.text_document.uri, params.position)) is None:
-        return []
+def _find_references(
+    ls: AgentServer, _file: SourceFile, mention: Mention, params: lsp.ReferenceParams
+) -> list[lsp.Location]:
     include_definitions = params.context.include_declaration
-    return _make_locations(
-        ls,
-        navigation.find_references(ls.session, file_and_mention[1], include_definitions=include_definitions),
-    )
+    references = navigation.find_references(ls.session, mention, include_definitions=include_definitions)
+    return _make_locations(ls, references)
 
 
-def _handle_completion(ls: AgentServer, params: lsp.CompletionParams) -> lsp.CompletionList:
+def _prepare_rename(
+    ls: AgentServer, file: SourceFile, mention: Mention, _params: lsp.PrepareRenameParams
+) -> lsp.Range:
+    navigation.check_renamable(ls.session, mention)
+    return ls.positions.to_range(file, mention.start, mention.end)
+
+
+def _rename(
+    ls: AgentServer, _file: SourceFile, mention: Mention, params: lsp.RenameParams
+) -> lsp.WorkspaceEdit:
+    edits: dict[str, list[lsp.TextEdit]] = {}
+    for file, renamed in navigation.find_renamed_mentions(ls.session, mention, params.new_name):
+        # marks around a name, as in ?*NAME* and MODULE::NAME, are part of the mention and stay
+        new_text = file.text[renamed.start : renamed.end].replace(renamed.name.text, params.new_name)
+        edit = lsp.TextEdit(ls.positions.to_range(file, renamed.start, renamed.end), new_text)
+        edits.setdefault(path_to_uri(file.path), []).append(edit)
+    return lsp.WorkspaceEdit(changes=edits)
+
+
+# ---- requests about a file
+
+
+def _answer_about_file(
+    answer: Callable[[AgentServer, SourceFile, Any], Any], ls: AgentServer, params: Any
+) -> Any:
+    """Return the answer about a file; None if the file is unknown.
+
+    :param answer: returns the answer from the server, the file and the parameters.
+    """
     file = ls.find_file(params.text_document.uri)
-    if file is None:
-        return lsp.CompletionList(is_incomplete=False, items=[])
+    return None if file is None else answer(ls, file, params)
+
+
+def _complete(ls: AgentServer, file: SourceFile, params: lsp.CompletionParams) -> lsp.CompletionList:
     offset = ls.positions.to_offset(file, params.position)
     pattern = _WORD_PATTERNS.get(PurePath(file.path).suffix, _DEFAULT_WORD_PATTERN)
     line = file.text[file.text.rfind("\n", 0, offset) + 1 : offset]
-    word_match = pattern.search(line)
-    word_length = len(word_match[0]) if word_match else 0
-    replaced_range = ls.positions.to_range(file, offset - word_length, offset)
+    word = pattern.findall(line)[0]  # without a word, the pattern matches the empty text at the end
+    replaced_range = ls.positions.to_range(file, offset - len(word), offset)
     items = [
         lsp.CompletionItem(
             proposal.text,
@@ -177,39 +179,10 @@ def _handle_completion(ls: AgentServer, params: lsp.CompletionParams) -> lsp.Com
     return lsp.CompletionList(is_incomplete=False, items=items)
 
 
-def _handle_prepare_rename(ls: AgentServer, params: lsp.PrepareRenameParams) -> lsp.Range | None:
-    if (file_and_mention := _find_mention(ls, params.text_document.uri, params.position)) is None:
-        return None
-    file, mention = file_and_mention
-    try:
-        navigation.check_renamable(ls.session, mention)
-    except CxbridgeError as error:
-        raise JsonRpcInvalidParams(str(error)) from None
-    return ls.positions.to_range(file, mention.start, mention.end)
-
-
-def _handle_rename(ls: AgentServer, params: lsp.RenameParams) -> lsp.WorkspaceEdit | None:
-    if (file_and_mention := _find_mention(ls, params.text_document.uri, params.position)) is None:
-        return None
-    try:
-        mentions = navigation.find_renamed_mentions(ls.session, file_and_mention[1], params.new_name)
-    except CxbridgeError as error:
-        raise JsonRpcInvalidParams(str(error)) from None
-    edits: dict[str, list[lsp.TextEdit]] = {}
-    for file, mention in mentions:
-        # marks around a name, as in ?*NAME* and MODULE::NAME, are part of the mention and stay
-        new_text = file.text[mention.start : mention.end].replace(mention.name.text, params.new_name)
-        edit = lsp.TextEdit(ls.positions.to_range(file, mention.start, mention.end), new_text)
-        edits.setdefault(path_to_uri(file.path), []).append(edit)
-    return lsp.WorkspaceEdit(changes=edits)
-
-
-# ---- requests about a file
-
-
-def _handle_document_symbols(ls: AgentServer, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
-    file = ls.find_file(params.text_document.uri)
-    return [] if file is None else [_convert_symbol(ls, file, symbol) for symbol in make_outline(file)]
+def _outline(
+    ls: AgentServer, file: SourceFile, _params: lsp.DocumentSymbolParams
+) -> list[lsp.DocumentSymbol]:
+    return [_convert_symbol(ls, file, symbol) for symbol in make_outline(file)]
 
 
 def _convert_symbol(ls: AgentServer, file: SourceFile, symbol: OutlineSymbol) -> lsp.DocumentSymbol:
@@ -224,9 +197,26 @@ def _convert_symbol(ls: AgentServer, file: SourceFile, symbol: OutlineSymbol) ->
     )
 
 
-def _handle_workspace_symbols(
-    ls: AgentServer, params: lsp.WorkspaceSymbolParams
-) -> list[lsp.WorkspaceSymbol]:
+def _describe_firings(ls: AgentServer, file: SourceFile, _params: lsp.CodeLensParams) -> list[lsp.CodeLens]:
+    """Return a text about the firings of each rule in the last recording; none without a recording."""
+    knowledge = ls.session.knowledge
+    lenses = []
+    for mention in (symbol.mention for symbol in make_outline(file) if knowledge.recording):
+        if mention.name.kind is NameKind.RULE:
+            count = knowledge.firings.get(mention.name.text, 0)
+            times = {0: "never fired", 1: "fired once"}.get(count, f"fired {count} times")
+            symbol_range = ls.positions.to_range(file, mention.start, mention.end)
+            lenses.append(lsp.CodeLens(symbol_range, lsp.Command(f"{times} in {knowledge.recording}", "")))
+    return lenses
+
+
+def _format(ls: AgentServer, file: SourceFile, _params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
+    whole_file = ls.positions.to_range(file, 0, len(file.text))
+    is_clips = file.path.endswith(".clp")
+    return [lsp.TextEdit(whole_file, indent_clips(file.text))] if is_clips else []
+
+
+def _find_workspace_symbols(ls: AgentServer, params: lsp.WorkspaceSymbolParams) -> list[lsp.WorkspaceSymbol]:
     return [
         lsp.WorkspaceSymbol(
             ls.positions.to_location(file, mention.start, mention.end),
@@ -237,49 +227,26 @@ def _handle_workspace_symbols(
     ]
 
 
-def _handle_code_lens(ls: AgentServer, params: lsp.CodeLensParams) -> list[lsp.CodeLens]:
-    """Return a text about the firings of each rule in the last recording."""
-    file = ls.find_file(params.text_document.uri)
-    knowledge = ls.session.knowledge
-    if file is None or not knowledge.recording:
-        return []
-    lenses = []
-    for symbol in make_outline(file):
-        if symbol.mention.name.kind is NameKind.RULE:
-            count = knowledge.firings.get(symbol.mention.name.text, 0)
-            times = {0: "never fired", 1: "fired once"}.get(count, f"fired {count} times")
-            symbol_range = ls.positions.to_range(file, symbol.mention.start, symbol.mention.end)
-            lenses.append(lsp.CodeLens(symbol_range, lsp.Command(f"{times} in {knowledge.recording}", "")))
-    return lenses
-
-
-def _handle_formatting(ls: AgentServer, params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
-    file = ls.find_file(params.text_document.uri)
-    if file is None or not file.path.endswith(".clp"):
-        return []
-    whole_file = ls.positions.to_range(file, 0, len(file.text))
-    return [lsp.TextEdit(whole_file, indent_clips(file.text))]
-
-
-_HANDLERS: Final[Mapping[str, Any]] = {
-    lsp.INITIALIZE: _handle_initialize,
+# by request or notification: the function that gets the server and the parameters
+_HANDLERS: Final[Mapping[str, Callable[..., Any]]] = {
+    lsp.INITIALIZE: AgentServer.read_parameters,
     lsp.INITIALIZED: _handle_initialized,
-    lsp.SHUTDOWN: _handle_shutdown,
-    lsp.TEXT_DOCUMENT_DID_OPEN: _handle_open,
-    lsp.TEXT_DOCUMENT_DID_CHANGE: _handle_change,
-    lsp.TEXT_DOCUMENT_DID_SAVE: _handle_save,
-    lsp.TEXT_DOCUMENT_DID_CLOSE: _handle_close,
-    lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES: _handle_watched_files,
-    lsp.TEXT_DOCUMENT_HOVER: _handle_hover,
-    lsp.TEXT_DOCUMENT_DEFINITION: _handle_definition,
-    lsp.TEXT_DOCUMENT_REFERENCES: _handle_references,
-    lsp.TEXT_DOCUMENT_COMPLETION: _handle_completion,
-    lsp.TEXT_DOCUMENT_PREPARE_RENAME: _handle_prepare_rename,
-    lsp.TEXT_DOCUMENT_RENAME: _handle_rename,
-    lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: _handle_document_symbols,
-    lsp.WORKSPACE_SYMBOL: _handle_workspace_symbols,
-    lsp.TEXT_DOCUMENT_CODE_LENS: _handle_code_lens,
-    lsp.TEXT_DOCUMENT_FORMATTING: _handle_formatting,
+    lsp.SHUTDOWN: AgentServer.end,
+    lsp.TEXT_DOCUMENT_DID_OPEN: partial(AgentServer.update_document, saved=True),
+    lsp.TEXT_DOCUMENT_DID_CHANGE: partial(AgentServer.update_document, saved=False),
+    lsp.TEXT_DOCUMENT_DID_SAVE: AgentServer.handle_save,
+    lsp.TEXT_DOCUMENT_DID_CLOSE: AgentServer.handle_close,
+    lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES: AgentServer.handle_disk_changes,
+    lsp.TEXT_DOCUMENT_HOVER: partial(_answer_about_mention, _hover),
+    lsp.TEXT_DOCUMENT_DEFINITION: partial(_answer_about_mention, _find_definitions),
+    lsp.TEXT_DOCUMENT_REFERENCES: partial(_answer_about_mention, _find_references),
+    lsp.TEXT_DOCUMENT_PREPARE_RENAME: partial(_answer_about_mention, _prepare_rename),
+    lsp.TEXT_DOCUMENT_RENAME: partial(_answer_about_mention, _rename),
+    lsp.TEXT_DOCUMENT_COMPLETION: partial(_answer_about_file, _complete),
+    lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: partial(_answer_about_file, _outline),
+    lsp.TEXT_DOCUMENT_CODE_LENS: partial(_answer_about_file, _describe_firings),
+    lsp.TEXT_DOCUMENT_FORMATTING: partial(_answer_about_file, _format),
+    lsp.WORKSPACE_SYMBOL: _find_workspace_symbols,
 }
 _HANDLER_OPTIONS: Final[Mapping[str, Any]] = {
     lsp.TEXT_DOCUMENT_COMPLETION: lsp.CompletionOptions(trigger_characters=_TRIGGER_CHARACTERS),

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-import msgspec
 from msgspec import Struct, field
 
 UNBOUNDED: Final = 65535  # the maximum that CLIPS reports for a function with any number of arguments
@@ -32,9 +31,7 @@ class FunctionInfo(Struct, frozen=True):
 
     @property
     def arguments(self) -> str:
-        """The number of arguments in words; empty if unknown."""
-        if not self.is_python:
-            return ""
+        """The number of arguments in words."""
         if self.maximum == UNBOUNDED:
             return f"{self.minimum} or more arguments"
         if self.minimum == self.maximum:
@@ -48,7 +45,7 @@ class AgentKnowledge(Struct, frozen=True):
     :param functions: the functions by name.
     :param templates: the slot names by deftemplate.
     :param findings: the findings of ``cxbridge check``, as in its JSON output.
-    :param loaded_files: the CLIPS files that the spec loads.
+    :param loaded_files: the paths of the CLIPS files that the spec loads.
     :param firings: the number of firings by rule in the last recording.
     :param recording: the file name of the recording; empty if there is none.
     :param reads_as_fawkes: whether the agent reads PDDL as Fawkes does.
@@ -58,7 +55,7 @@ class AgentKnowledge(Struct, frozen=True):
     functions: dict[str, FunctionInfo] = field(default_factory=dict)
     templates: dict[str, list[str]] = field(default_factory=dict)
     findings: list[dict[str, Any]] = field(default_factory=list)
-    loaded_files: list[str] = field(default_factory=list)
+    loaded_files: frozenset[str] = frozenset()
     firings: dict[str, int] = field(default_factory=dict)
     recording: str = ""
     reads_as_fawkes: bool = False
@@ -68,14 +65,3 @@ class AgentKnowledge(Struct, frozen=True):
     def is_complete(self) -> bool:
         """Whether the functions are known."""
         return bool(self.functions)
-
-
-NO_KNOWLEDGE: Final = AgentKnowledge()
-
-
-def decode_knowledge(data: bytes) -> AgentKnowledge:
-    """Decode the output of an examination.
-
-    :raises msgspec.DecodeError: if the output is not that of an examination.
-    """
-    return msgspec.json.decode(data, type=AgentKnowledge)

@@ -76,7 +76,7 @@ class FileFindings:
                 unique_diagnostics[finding["code"], diagnostic.range.start.line] = diagnostic
         if (
             is_changed
-            or file.path not in self._session.loaded_files
+            or file.path not in self._session.knowledge.loaded_files
             or not self._session.knowledge.is_complete
         ):
             for diagnostic in _find_text_diagnostics(self._session, file, positions):
@@ -107,7 +107,7 @@ def _find_text_diagnostics(
     Without an agent, an unknown name is only a warning, because unread files may define the name.
     """
     for finding in find_mistakes(session, file):
-        is_sure = bool(session.loaded_files) or finding.code not in UNKNOWN_NAME_CODES
+        is_sure = bool(session.knowledge.loaded_files) or finding.code not in UNKNOWN_NAME_CODES
         yield Diagnostic(
             range=positions.to_range(file, finding.start, finding.end),
             message=_format_message(finding.message, finding.hint),

@@ -65,7 +65,6 @@ class AgentServer(LanguageServer):
         self._options: dict[str, Any] = {}
         self._has_agent = False
         self._unsaved_paths: set[str] = set()
-        self._reported_errors: set[str] = set()
         self._published_paths: set[str] = set()  # paths of files with published diagnostics
         self._index_task: asyncio.Task[None] | None = None
 
@@ -93,7 +92,7 @@ class AgentServer(LanguageServer):
         """Begin to read and examine the agent's files in the background."""
         self._index_task = asyncio.get_running_loop().create_task(self._index_without_gc())
 
-    async def end(self) -> None:
+    async def end(self, _params: None) -> None:
         if self._index_task is not None:
             self._index_task.cancel()
         await self.examinations.close()
@@ -118,16 +117,17 @@ class AgentServer(LanguageServer):
         if not _names_agent(options) and root and (scenario := find_scenario(root)):
             options["scenario"] = str(scenario)
         self._has_agent = _names_agent(options)
-        self._options = options if self._has_agent else {**options, **_FALLBACK_OPTIONS}
-        if recording:
-            self._options["recording"] = str(recording)
+        if not self._has_agent:
+            options |= _FALLBACK_OPTIONS
+        self._options = {**options, "recording": str(recording or "")}
         self.examinations.request()
         await self._read_files(find_agent_files(root) if root is not None else ())
-        option_values = {name: value for name, value in self._options.items() if name != "recording"}
         try:
-            agent = await asyncio.to_thread(_find_agent_files, option_values)
+            agent = await asyncio.to_thread(_find_agent_files, options)
         except CxbridgeError as error:
-            self._show_error(str(error))
+            text = str(error)
+            self.window_show_message(lsp.ShowMessageParams(lsp.MessageType.Error, f"cxbridge: {text}"))
+            self.window_log_message(lsp.LogMessageParams(lsp.MessageType.Error, text))
         else:
             await self._read_files((*agent.library, *agent.find_clips_files()))
             self.session.library = {str(path.resolve()) for path in agent.library}
@@ -140,20 +140,10 @@ class AgentServer(LanguageServer):
         for path in paths:
             resolved_path = path.resolve()
             if self.session.model.find_file(str(resolved_path)) is None:
-                file = self.session.read(resolved_path)
+                file = self.session.model.read(resolved_path)
                 if file is not None:
                     _ = file.mentions_by_name  # builds the index now, so that the first request does not wait
                 await asyncio.sleep(0)
-
-    def _show_error(self, text: str) -> None:
-        """Show an error of the editor's settings, once."""
-        if text not in self._reported_errors:
-            self._reported_errors.add(text)
-            self.window_show_message(lsp.ShowMessageParams(lsp.MessageType.Error, f"cxbridge: {text}"))
-            self.window_log_message(lsp.LogMessageParams(lsp.MessageType.Error, text))
-
-    def _log_warning(self, text: str) -> None:
-        self.window_log_message(lsp.LogMessageParams(lsp.MessageType.Warning, text))
 
     @property
     def _open_uris(self) -> dict[str, str]:
@@ -165,45 +155,47 @@ class AgentServer(LanguageServer):
 
     # ---- changes
 
-    def update_document(self, uri: str, *, saved: bool) -> None:
+    def update_document(
+        self, params: lsp.DidOpenTextDocumentParams | lsp.DidChangeTextDocumentParams, *, saved: bool
+    ) -> None:
         """Update a document with the client's text, and publish its diagnostics.
 
         :param saved: whether the file on the disk has the same text.
         """
-        path = uri_to_path(uri)
-        document = self.workspace.get_text_document(uri)
+        path = uri_to_path(params.text_document.uri)
+        document = self.workspace.get_text_document(params.text_document.uri)
         file = self.session.model.find_file(path)
         if file is None or file.text != document.source:
-            file = self.session.update(path, document.source)
+            file = self.session.model.update(path, document.source)
             if not saved:
                 self._unsaved_paths.add(path)
             self.findings.record_change(path)
         if file is not None:
             self._publish(file)
 
-    def handle_save(self, uri: str) -> None:
+    def handle_save(self, params: lsp.DidSaveTextDocumentParams) -> None:
         """Examine the agent after the client has saved a file."""
-        self._unsaved_paths.discard(uri_to_path(uri))
+        self._unsaved_paths.discard(uri_to_path(params.text_document.uri))
         if self.session.root is not None or self._has_agent:
             self.examinations.request()
 
-    def handle_close(self, uri: str) -> None:
+    def handle_close(self, params: lsp.DidCloseTextDocumentParams) -> None:
         """Read a closed document from the disk again if its text was not saved."""
-        path = uri_to_path(uri)
+        path = uri_to_path(params.text_document.uri)
         if path in self._unsaved_paths:
             self._unsaved_paths.discard(path)
-            self.session.read(Path(path))
+            self.session.model.read(Path(path))
 
-    def handle_disk_changes(self, changes: Iterable[lsp.FileEvent]) -> None:
+    def handle_disk_changes(self, params: lsp.DidChangeWatchedFilesParams) -> None:
         """Read files that other programs have changed, except open documents, which belong to the client."""
-        for change in changes:
+        for change in params.changes:
             path = uri_to_path(change.uri)
             if path in self._open_uris:
                 continue
             if change.type is lsp.FileChangeType.Deleted:
-                self.session.remove(path)
+                self.session.model.remove(path)
             else:
-                self.session.read(Path(path))
+                self.session.model.read(Path(path))
             self.findings.record_change(path)
         self.publish()
 
@@ -217,13 +209,13 @@ class AgentServer(LanguageServer):
     def _apply_knowledge(self, knowledge: AgentKnowledge) -> None:
         """Store the result of an examination; a failed examination does not replace an earlier result."""
         if knowledge.error:
-            self._log_warning(knowledge.error)
+            self.window_log_message(lsp.LogMessageParams(lsp.MessageType.Warning, knowledge.error))
         if not self._has_agent:  # the user has no use for findings about the fallback agent
             knowledge = AgentKnowledge(
                 knowledge.functions, firings=knowledge.firings, recording=knowledge.recording
             )
         if knowledge.is_complete or knowledge.findings:
-            self.session.set_knowledge(knowledge)
+            self.session.knowledge = knowledge
             self.findings.finish_check(self._unsaved_paths)
         self.publish()
         capabilities = self.client_capabilities.workspace
@@ -233,7 +225,7 @@ class AgentServer(LanguageServer):
     def publish(self) -> None:
         """Publish the diagnostics of all open files, and of files that have or had diagnostics."""
         for path in self._open_uris.keys() | self.findings.paths | self._published_paths:
-            file = self.session.model.find_file(path) or self.session.read(Path(path))
+            file = self.session.model.find_file(path) or self.session.model.read(Path(path))
             if file is not None:
                 self._publish(file)
 

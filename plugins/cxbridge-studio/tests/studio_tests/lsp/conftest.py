@@ -179,8 +179,8 @@ def fawkes_agent(request) -> tuple[Session, str]:
     options = make_run_options({"fawkes_dir": str(FAWKES_DIR), "spec": request.param})
     agent, session = AgentFiles.find(options), Session(is_indexed=True)
     for path in (*agent.library, *agent.find_clips_files(), *agent.find_named_files()):
-        session.read(path.resolve())
+        session.model.read(path.resolve())
     session.library = {str(path.resolve()) for path in agent.library}
-    session.set_knowledge(examine(options))
-    assert len(session.loaded_files) > 20
+    session.knowledge = examine(options)
+    assert len(session.knowledge.loaded_files) > 20
     return session, request.param

@@ -29,7 +29,7 @@ def test_doubts_about_pddl_are_live(tmp_path, name, text, expected):
     """The findings of the check in a domain, and in a problem with its domain."""
     (tmp_path / "quay.pddl").write_text(QUAY)
     session = Session()
-    file = session.update(str(tmp_path / name), text)
+    file = session.model.update(str(tmp_path / name), text)
     assert file is not None
     found = find_mistakes(session, file)
     assert [
@@ -40,7 +40,7 @@ def test_doubts_about_pddl_are_live(tmp_path, name, text, expected):
 def test_a_domain_of_an_agent_that_reads_as_fawkes(tmp_path):
     text = QUAY.replace("(and (free) (not (free)))", "(Free)")
     session = Session()
-    file = session.update(str(tmp_path / "quay.pddl"), text)
+    file = session.model.update(str(tmp_path / "quay.pddl"), text)
     assert file is not None
     assert [each.code.name for each in find_mistakes(session, file)] == []
     session.knowledge = AgentKnowledge(reads_as_fawkes=True)

@@ -330,7 +330,7 @@ def test_the_agents_of_a_checkout_have_no_false_error(fawkes_agent):
     found = {
         (each.code.name, Path(file.path).name, file.lines.at(each.start))
         for file in session.model.files
-        if file.path in session.loaded_files
+        if file.path in session.knowledge.loaded_files
         for each in find_mistakes(session, file)
     }
     known = {("CX210", "domain.clp", line) for line in (892, 941)}
