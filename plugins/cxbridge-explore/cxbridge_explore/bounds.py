@@ -19,23 +19,20 @@ from cxbridge_explore.forking import HAS_FORK
 class Bounds:
     """The bounds of an exploration, within which the result is complete, and whether states are merged."""
 
-    faults: Annotated[int, typer.Option(metavar="K", help="The maximum number of faults in a run.")] = 1
+    faults: Annotated[
+        int, typer.Option(metavar="K", min=0, help="The maximum number of faults in a run.")
+    ] = 1
     depth: Annotated[
         int | None,
         typer.Option(
             metavar="N",
+            min=0,
             help="Choose unusual options only at the first N choice points of a run; by default at all of "
             "them.",
             show_default=False,
         ),
     ] = None
     merge: Annotated[bool, typer.Option("--merge/--no-merge", help="Explore equal states only once.")] = True
-
-    def check(self) -> None:
-        """Raise `CxbridgeError` if a bound is invalid."""
-        for name, value in (("faults", self.faults), ("depth", self.depth or 0)):
-            if value < 0:
-                raise CxbridgeError(f"--{name} cannot be {value}", hint="use 0 or more")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +45,10 @@ class ExecutionOptions:
     jobs: Annotated[
         int | None,
         typer.Option(
-            metavar="N", help="The number of parallel runs; by default one per core.", show_default=False
+            metavar="N",
+            min=1,
+            help="The number of parallel runs; by default one per core.",
+            show_default=False,
         ),
     ] = None
     fork: Annotated[
@@ -84,8 +84,6 @@ class ExecutionOptions:
 
     def check(self) -> None:
         """Raise `CxbridgeError` if an option is invalid on this system."""
-        if self.jobs is not None and self.jobs < 1:
-            raise CxbridgeError(f"--jobs cannot be {self.jobs}", hint="use 1 or more")
         if not self.cpu_limit_s > 0:
             raise CxbridgeError(
                 f"--patience cannot be {self.cpu_limit_s:g}", hint="use a number of seconds greater than 0"

@@ -20,7 +20,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import write_file
 from cxbridge.run.options import RunOptions
 from cxbridge_explore.bounds import Bounds
-from cxbridge_explore.graph import Graph, SavedGraph
+from cxbridge_explore.graph import Graph
 from cxbridge_explore.properties.monitor import Property
 from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.run import MakeAssembly
@@ -35,7 +35,7 @@ class _Checkpoint(Struct, frozen=True):
 
     kind: Literal["cxbridge exploration"]
     identity: dict[str, str]
-    graph: SavedGraph
+    graph: Graph
 
 
 # Texts that identify the explored program, by subject such as options, world, properties and files.
@@ -69,11 +69,11 @@ def write_checkpoint(file: Path, graph: Graph, identity: ProgramIdentity) -> Non
     :param identity: see :func:`make_identity`.
     :raises CxbridgeError: if the file cannot be written; an existing file stays unchanged.
     """
-    write_file(file, encode(_Checkpoint("cxbridge exploration", dict(identity), graph.save())))
+    write_file(file, encode(_Checkpoint("cxbridge exploration", dict(identity), graph)))
 
 
-def load_checkpoint(file: Path, graph: Graph, identity: ProgramIdentity) -> None:
-    """Restore an explored graph from a file.
+def load_checkpoint(file: Path, identity: ProgramIdentity) -> Graph:
+    """Return the explored graph in a file.
 
     :param identity: see :func:`make_identity`.
     :raises CxbridgeError: if the file is not a checkpoint, or belongs to another exploration.
@@ -91,7 +91,7 @@ def load_checkpoint(file: Path, graph: Graph, identity: ProgramIdentity) -> None
             file=file,
             hint="use the same options and the same agent as before, or start again without --resume",
         )
-    graph.restore(checkpoint.graph)
+    return checkpoint.graph
 
 
 def _compute_digest(options: RunOptions) -> str:

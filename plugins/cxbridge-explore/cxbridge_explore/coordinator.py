@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import contextlib
 import os
-import selectors
-import socket
 import tempfile
 import time
 from collections.abc import Callable
+from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Final
 
@@ -33,16 +32,15 @@ from cxbridge_explore.wire import (
     PlayOrder,
     RefusalReport,
     Report,
-    ReportParser,
     StartReport,
-    encode_frame,
+    receive_report,
+    send,
 )
 from cxbridge_explore.worlds.points import DivergedError
 
 _POLL_S: Final = 0.25  # seconds between two checks of the processes
 _MAX_DEATHS: Final = 3  # number of deaths of processes after which an edge counts as crashed
 _MAX_WAITING_CONNECTIONS: Final = 128
-_MAX_READ_BYTES: Final = 65536
 
 
 class _Peer:
@@ -56,9 +54,8 @@ class _Peer:
     :ivar leave_cpu_s: the processor time of the process at that moment.
     """
 
-    def __init__(self, connection: socket.socket) -> None:
+    def __init__(self, connection: Connection) -> None:
         self.connection = connection
-        self.report_parser = ReportParser()
         self.pid = 0
         self.edge: Edge | None = None
         self.option_edges: list[Edge] = []
@@ -86,7 +83,7 @@ class _Peer:
     def send(self, order: Order) -> None:
         """Send an order. A failure is ignored, since the end of the connection reveals a dead process."""
         with contextlib.suppress(OSError):
-            self.connection.sendall(encode_frame(order))
+            send(self.connection, order)
 
 
 class Coordinator(Closing):
@@ -94,7 +91,6 @@ class Coordinator(Closing):
 
     :param graph: the known graph, whose open edges are explored.
     :param run_loader: runs in the loader's process; called with the address of the coordinator's socket.
-    :ivar unmerged_reasons: the reasons why states were not compared, in order.
     :ivar cpu_seconds: the processor time of all copies, without this process and the loader.
     """
 
@@ -102,7 +98,6 @@ class Coordinator(Closing):
         self, graph: Graph, execution: ExecutionOptions, run_loader: Callable[[str], object]
     ) -> None:
         self.graph = graph
-        self.unmerged_reasons: dict[str, None] = {}
         self.cpu_seconds = 0.0
         self._execution, self._run_loader = execution, run_loader
         self._folder = tempfile.TemporaryDirectory(prefix="cxbridge-explore-")
@@ -110,9 +105,7 @@ class Coordinator(Closing):
         self._listening_socket = forking.make_local_socket()
         self._listening_socket.bind(self._address)
         self._listening_socket.listen(_MAX_WAITING_CONNECTIONS)
-        self._selector = selectors.DefaultSelector()
-        self._selector.register(self._listening_socket, selectors.EVENT_READ)
-        self._peers: dict[socket.socket, _Peer] = {}
+        self._peers: dict[Connection, _Peer] = {}
         self._waiting_runs: list[_Peer] = []  # at choice points with unexplored options
         self._pending_edges: list[Edge] = list(graph.open_edges)[::-1]  # edges without a process
         self._deaths_by_edge: dict[Edge, int] = {}
@@ -128,16 +121,15 @@ class Coordinator(Closing):
         self._start_loader()
         while self.graph.open_edges and not is_over():
             self._schedule()
-            for key, _ in self._selector.select(_POLL_S):
-                if key.data is None:
-                    self._accept_connection()
+            for source in wait([self._listening_socket, *self._peers], _POLL_S):
+                if isinstance(source, Connection):
+                    self._receive_report(self._peers[source])
                 else:
-                    self._receive_reports(key.data)
+                    self._accept_connection()
             self._kill_endless_runs()
             self._restart_loader()
 
     def _start_loader(self) -> None:
-        """Start the loader."""
         self._is_loaded = False
         pid = forking.fork()
         if not pid:
@@ -147,9 +139,9 @@ class Coordinator(Closing):
         self._loader_pid = pid
 
     def _accept_connection(self) -> None:
-        connection, _ = self._listening_socket.accept()
-        self._peers[connection] = peer = _Peer(connection)
-        self._selector.register(connection, selectors.EVENT_READ, peer)
+        accepted_socket, _ = self._listening_socket.accept()
+        connection = Connection(accepted_socket.detach())
+        self._peers[connection] = _Peer(connection)
 
     # ---- active runs
 
@@ -181,10 +173,8 @@ class Coordinator(Closing):
 
     def _start_run(self, loader: _Peer, edge: Edge) -> None:
         """Order the loader to fork a run that follows the path to an edge."""
-        path = self.graph.find_path(edge)
-        choices = tuple((index, step.subject, step.option) for index, step in path.items())
-        first_reported = self.graph.next_point_number(edge)
-        self._order_copy(loader, edge, PlayOrder(edge, choices, first_reported))
+        order = PlayOrder(edge, dict(self.graph.find_path(edge)), self.graph.next_point_number(edge))
+        self._order_copy(loader, edge, order)
 
     @staticmethod
     def _order_copy(peer: _Peer, edge: Edge, order: Order) -> None:
@@ -194,16 +184,13 @@ class Coordinator(Closing):
 
     # ---- reports
 
-    def _receive_reports(self, peer: _Peer) -> None:
+    def _receive_report(self, peer: _Peer) -> None:
         try:
-            data = peer.connection.recv(_MAX_READ_BYTES)
-        except OSError:
-            data = b""  # a reset connection has ended, too
-        for report in peer.report_parser.feed(data):
-            if peer.connection in self._peers:  # a report may disconnect the process
-                self._handle_report(peer, report)
-        if not data:
+            report = receive_report(peer.connection)
+        except (EOFError, OSError):
             self._handle_death(peer)
+        else:
+            self._handle_report(peer, report)
 
     def _handle_report(self, peer: _Peer, report: Report) -> None:
         match report:
@@ -240,9 +227,9 @@ class Coordinator(Closing):
     def _handle_choice_point(self, peer: _Peer, report: ChoicePointReport) -> None:
         peer.reported_cpu_s = report.cpu_s
         self.graph.used_parts.update(report.used_parts)
-        if report.unmerged_reason:
-            self.unmerged_reasons[report.unmerged_reason] = None
-        number = self.graph.record_choice_point(peer.take_off_edge(), report.point, report.digest)
+        number = self.graph.record_choice_point(
+            peer.take_off_edge(), report.point, report.digest, report.unmerged_reason
+        )
         if number is None:
             peer.send(ExitOrder())
             return
@@ -255,15 +242,12 @@ class Coordinator(Closing):
 
     def _disconnect(self, peer: _Peer) -> None:
         """Close the connection of a process, which then ends."""
-        self._selector.unregister(peer.connection)
         peer.connection.close()
         del self._peers[peer.connection]
         self.cpu_seconds += peer.reported_cpu_s
 
     def _handle_death(self, peer: _Peer) -> None:
         """Reopen the edges of a process that has died."""
-        if peer.connection not in self._peers:
-            return
         self._disconnect(peer)
         if peer in self._waiting_runs:
             self._waiting_runs.remove(peer)
@@ -322,7 +306,6 @@ class Coordinator(Closing):
             self.cpu_seconds += peer.reported_cpu_s
             connection.close()
         self._peers.clear()
-        self._selector.close()
         self._listening_socket.close()
         self._folder.cleanup()
         if self._loader_pid:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -11,14 +13,13 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import write_file
 from cxbridge.run.options import RunOptions
 from cxbridge_explore.counterexample_playing import (
-    NthChoice,
+    NthChoices,
     NthChooser,
     PlayedRun,
     play_run,
     unusual_choices,
 )
 from cxbridge_explore.counterexample_pytest import make_identifier, make_test_text
-from cxbridge_explore.counterexample_shrinking import shrink
 from cxbridge_explore.properties.monitor import Property, Violation
 from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.points import USUAL, Choice, ChoicePath, PathChooser
@@ -29,14 +30,12 @@ from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
 class Counterexample:
     """A shortest run that violates a property.
 
-    :param property: the name of the violated property.
     :param message: the violation, in a sentence.
     :param choices: the unusual choices of the run.
     :param test: the file of a test that fails like the run; None if a test cannot script the choices.
     :param description: the choices and the violation, in a sentence.
     """
 
-    property: str
     message: str
     choices: tuple[Choice, ...]
     recording: Path
@@ -46,7 +45,6 @@ class Counterexample:
     def as_dict(self) -> dict[str, Any]:
         """Return the counterexample as JSON values."""
         return {
-            "property": self.property,
             "message": self.message,
             "choices": [choice.as_dict() for choice in self.choices],
             "recording": str(self.recording),
@@ -64,6 +62,27 @@ def describe_run(unusual: Sequence[Choice], violation: Violation) -> str:
     return f"{events or 'without any fault'}: {violation.message} (at {violation.seconds:.2f} s)"
 
 
+def shrink(choices: NthChoices, play: Callable[[NthChoices], PlayedRun]) -> PlayedRun | None:
+    """Return a run that violates the watched property, with the fewest choices.
+
+    All subsets of the choices are tried, the smallest first. Of several runs with the fewest choices, the run
+    with the earliest violation is returned.
+
+    :param choices: the unusual choices of a run that violates the property.
+    :param play: plays a run with some of the choices.
+    :returns: None if no run violates the property.
+    """
+    for size in range(len(choices) + 1):
+        runs = (play(dict(subset)) for subset in combinations(choices.items(), size))
+        violating_runs = [run for run in runs if run.violations]
+        if violating_runs:
+            return min(
+                violating_runs,
+                key=lambda run: (len(unusual_choices(run.choices)), run.violations[0].seconds),
+            )
+    return None
+
+
 def write_counterexample(
     options: RunOptions,
     properties: Sequence[Property],
@@ -75,59 +94,35 @@ def write_counterexample(
 ) -> Counterexample:
     """Shorten a path that violates a property, and write its recording and test into a folder.
 
-    :param properties: the watched properties.
-    :param name: the violated property.
+    :param properties: the properties, which include the violated property.
+    :param name: the name of the violated property.
     :param path: a path that violates the property.
     :param make_assembly: makes the program to run; only scenarios get a test.
     :raises CxbridgeError: if the path does not violate the property, or a file cannot be written.
     """
-    watched = [property_ for property_ in properties if property_.name == name]
-
-    def play_choices(choices: Sequence[NthChoice]) -> PlayedRun:
-        return play_run(
-            options,
-            watched,
-            NthChooser(choices),
-            world=world,
-            make_assembly=make_assembly,
-            stops_at_violation=True,
-        )
-
-    first_run = play_run(
-        options, watched, PathChooser(path), world=world, make_assembly=make_assembly, stops_at_violation=True
-    )
-    shortest_run = (
-        shrink(unusual_choices(first_run.choices), name, play_choices)
-        if first_run.find_violation(name)
-        else None
-    )
-    violation = None if shortest_run is None else shortest_run.find_violation(name)
-    if shortest_run is None or violation is None:
+    violated = [property_ for property_ in properties if property_.name == name]
+    play = partial(play_run, options, violated, world=world, make_assembly=make_assembly)
+    choices = unusual_choices(play(PathChooser(path)).choices)
+    shortest_run = shrink(choices, lambda subset: play(NthChooser(subset)))
+    if shortest_run is None:
         raise CxbridgeError(
             f"'{name}' is not violated on this path", hint="the agent may have changed since the exploration"
         )
+    (violation,) = shortest_run.violations
     unusual = tuple(choice for choice in shortest_run.choices if choice.option_index != USUAL)
     description = describe_run(unusual, violation)
     stem = make_identifier(name)
     recording = folder / f"{stem}.mcap"
-    chooser = NthChooser(unusual_choices(shortest_run.choices))
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise CxbridgeError(f"cannot be written: {error.strerror}", file=folder) from error
-    play_run(
-        options,
-        watched,
-        chooser,
-        recording,
-        world=world,
-        make_assembly=make_assembly,
-        stops_at_violation=True,
-    )
-    file, test = folder / f"test_{stem}.py", None
+    # played once more, since only one of the many tried runs is worth a recording
+    play(NthChooser(unusual_choices(shortest_run.choices)), recording)
+    test = None
     if make_assembly is make_scenario:  # the fixture `cx` of a test runs only scenarios
-        test = _write_test(options, shortest_run, watched[0], description, file)
-    return Counterexample(name, violation.message, unusual, recording, test, description)
+        test = _write_test(options, shortest_run, violated[0], description, folder / f"test_{stem}.py")
+    return Counterexample(violation.message, unusual, recording, test, description)
 
 
 def _write_test(

@@ -23,7 +23,7 @@ from cxbridge.file_access import file_errors
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge_explore.graph import ROOT_EDGE, Edge, Graph
 from cxbridge_explore.playing import MakeRun
-from cxbridge_explore.spawning import safe_spawn_context
+from cxbridge_explore.spawning import start_safe_process
 from cxbridge_explore.worlds.points import USUAL, ChoicePoint, DivergedError
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class _EventRecorder:
         self.records: list[EventRecord] = []
         self.start_us = 0
 
-    def choose(self, index: int, point: ChoicePoint) -> int:  # noqa: ARG002 - the same option everywhere
+    def choose(self, point: ChoicePoint) -> int:
         self.records.append((round(point.seconds, 6), point.subject))
         return USUAL
 
@@ -83,14 +83,10 @@ class UsualRun:
 
 def _start_process(target: Callable[..., None], arguments: tuple[object, ...]) -> BaseProcess:
     """Start and return a child process. A fork, where possible, saves the time of loading the program."""
-    process: BaseProcess
-    if sys.platform != "win32":
-        process = multiprocessing.get_context("fork").Process(target=target, args=arguments, daemon=True)
-        process.start()
-        return process
-    with safe_spawn_context() as context:
-        process = context.Process(target=target, args=arguments, daemon=True)
-        process.start()
+    if sys.platform == "win32":
+        return start_safe_process(target, *arguments)
+    process = multiprocessing.get_context("fork").Process(target=target, args=arguments, daemon=True)
+    process.start()
     return process
 
 
@@ -102,10 +98,10 @@ def _play_usual_run(sending: Connection, make_run: MakeRun, is_detailed: bool) -
     try:
         with file_errors():
             run = make_run(recorder)
-            run.world.start()
-        recorder.start_us = run.world.assembly.clock.now_us()
+            run.start()
+        recorder.start_us = run.assembly.clock.now_us()
         if is_detailed:
-            run.world.assembly.bus.subscribe(recorder.record, LogLine, RuleFired, *TRANSITION_TYPES)
+            run.assembly.bus.subscribe(recorder.record, LogLine, RuleFired, *TRANSITION_TYPES)
         leaf = run.play_to_leaf()
     except CxbridgeError:
         return  # the exploration reports the same error

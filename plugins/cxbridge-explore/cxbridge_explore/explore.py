@@ -44,7 +44,7 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
     make_assembly: MakeAssembly = make_scenario,
     resume: Path | None = None,
     show_line: Callable[[str], None] = lambda _text: None,
-    draw_page: Callable[[ExploreResult], None] | None = None,
+    draw_page: Callable[[ExploreResult], None] = lambda _result: None,
 ) -> ExploreResult:
     """Explore until no edge of the graph is open, or a signal requests the end.
 
@@ -62,7 +62,6 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
     """
     options.check()
     properties = select_properties(options) if properties is None else properties
-    bounds.check()
     execution.check()
     make_explored_run = partial(
         ExploredRun,
@@ -72,20 +71,18 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
         make_assembly=make_assembly,
         coverage=execution.coverage,
     )
-    graph = Graph(bounds.faults, bounds.depth)
-    if resume is not None:
-        load_checkpoint(resume, graph, make_identity(options, bounds, properties, world, make_assembly))
-    coordinator: Coordinator | None = None
-    unmerged_reasons: tuple[str, ...] = ()
+    if resume is None:
+        graph = Graph(bounds.faults, bounds.depth)
+    else:
+        graph = load_checkpoint(resume, make_identity(options, bounds, properties, world, make_assembly))
+    copies_cpu_s = 0.0
     start_s, start_cpu_s = time.perf_counter(), _read_cpu_seconds()
 
-    def draw_result(explored_graph: Graph) -> None:
-        if draw_page is not None:
-            draw_page(
-                ExploreResult(explored_graph, tuple(properties), (), 0.0, time.perf_counter() - start_s)
-            )
+    def make_result() -> ExploreResult:
+        cpu_s = _read_cpu_seconds() - start_cpu_s + copies_cpu_s
+        return ExploreResult(graph, tuple(properties), cpu_s, time.perf_counter() - start_s)
 
-    progress = ProgressReporter(graph, show_line, None if draw_page is None else draw_result)
+    progress = ProgressReporter(graph, show_line, lambda: draw_page(make_result()))
     # The usual run is played a second time in parallel, in a process that is forked before all others, for
     # the comparison in `_check_determinism`.
     with _record_signals() as received_signals, closing(UsualRun(make_explored_run)) as usual_run:
@@ -101,17 +98,14 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
             if execution.uses_fork:
                 with Coordinator(graph, execution, load) as coordinator:
                     coordinator.explore(is_over)
+                copies_cpu_s = coordinator.cpu_seconds
             else:
-                unmerged_reasons = explore_by_replay(make_explored_run, graph, is_over, merge=bounds.merge)
+                explore_by_replay(make_explored_run, graph, is_over, merge=bounds.merge)
             if not received_signals:
                 _check_determinism(graph, usual_run)
         except DivergedError as error:
             raise explain_difference(make_explored_run, error) from None
-    cpu_s = _read_cpu_seconds() - start_cpu_s
-    if coordinator is not None:
-        unmerged_reasons = tuple(coordinator.unmerged_reasons)
-        cpu_s += coordinator.cpu_seconds
-    return ExploreResult(graph, tuple(properties), unmerged_reasons, cpu_s, time.perf_counter() - start_s)
+    return make_result()
 
 
 def _check_determinism(graph: Graph, usual_run: UsualRun) -> None:

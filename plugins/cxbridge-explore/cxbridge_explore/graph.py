@@ -7,16 +7,15 @@ die. The counts in a result depend only on the graph, not on the order of the ex
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
 from typing import Final
 
-from msgspec import Struct
+from msgspec import Struct, field
 
 from cxbridge.printing import format_count
 from cxbridge_explore.properties.monitor import Violation
 from cxbridge_explore.use import UsedPart
-from cxbridge_explore.worlds.points import USUAL, ChoicePath, Step
+from cxbridge_explore.worlds.points import USUAL, Choice, ChoicePath, ChoicePoint, make_path
 
 ROOT_EDGE: Final = (-1, USUAL)  # the edge on which each run starts
 
@@ -28,31 +27,6 @@ DIVERGED: Final = "diverged"
 
 # The number of a node, or -1 before the first node, and the index of the option that is taken at the node.
 Edge = tuple[int, int]
-
-
-class PointOption(Struct, frozen=True):
-    """An option of a choice point.
-
-    :param name: the name of the option in paths.
-    :param faults: the number of faults that the option uses up.
-    """
-
-    name: str
-    faults: int
-
-
-class Point(Struct, frozen=True):
-    """A choice point as the graph stores it.
-
-    :param index: the number of the choice point in its run, from 0.
-    :param seconds: the time by the run's clock.
-    """
-
-    index: int
-    kind: str
-    subject: str
-    seconds: float
-    options: tuple[PointOption, ...]
 
 
 class Leaf(Struct, frozen=True):
@@ -82,23 +56,12 @@ class GraphNode(Struct):
     :param faults: the number of faults of the first run up to the point.
     """
 
-    point: Point
+    point: ChoicePoint
     edge: Edge
     faults: int
 
 
-class SavedGraph(Struct, frozen=True):
-    """A graph in a checkpoint; see :class:`Graph`."""
-
-    nodes: list[GraphNode]
-    leaves: list[tuple[Edge, Leaf]]
-    links: list[tuple[Edge, int]]
-    open_edges: list[Edge]
-    node_of_state: dict[bytes, int]
-    used_parts: list[UsedPart]
-
-
-class Graph:
+class Graph(Struct):
     """The explored graph.
 
     :param faults: the maximum number of faults in a run.
@@ -106,20 +69,25 @@ class Graph:
     :ivar leaves: the end of the run on an edge.
     :ivar links: the node to which an edge leads.
     :ivar open_edges: the unexplored edges, in the order of discovery.
-    :ivar merged_count: the number of runs that have reached a known state.
+    :ivar node_of_state: the numbers of the nodes by the digests of their states.
+    :ivar unmerged_reasons: the reasons why states were not compared, in the order of discovery.
     :ivar used_parts: the parts of the agent that the runs have used, if recorded.
     """
 
-    def __init__(self, faults: int, depth: int | None) -> None:
-        self.nodes: list[GraphNode] = []
-        self.leaves: dict[Edge, Leaf] = {}
-        self.links: dict[Edge, int] = {}
-        self.open_edges: dict[Edge, None] = {ROOT_EDGE: None}
-        self.merged_count = 0
-        self.used_parts: set[UsedPart] = set()
-        self._faults = faults
-        self._depth = depth
-        self._node_of_state: dict[bytes, int] = {}  # by the digest of the state
+    faults: int
+    depth: int | None
+    nodes: list[GraphNode] = []
+    leaves: dict[Edge, Leaf] = {}
+    links: dict[Edge, int] = {}
+    open_edges: dict[Edge, None] = field(default_factory=lambda: {ROOT_EDGE: None})
+    node_of_state: dict[bytes, int] = {}
+    unmerged_reasons: dict[str, None] = {}
+    used_parts: set[UsedPart] = set()
+
+    @property
+    def merged_count(self) -> int:
+        """The number of runs that have reached a known state."""
+        return len(self.links) - len(self.nodes)  # the first run to a node was not merged
 
     @property
     def counts_text(self) -> str:
@@ -133,49 +101,32 @@ class Graph:
         count = len(self.open_edges)
         return "1 branch is open" if count == 1 else f"{count} branches are open"
 
-    def save(self) -> SavedGraph:
-        """Return the graph for a checkpoint."""
-        return SavedGraph(
-            self.nodes,
-            list(self.leaves.items()),
-            list(self.links.items()),
-            list(self.open_edges),
-            self._node_of_state,
-            sorted(self.used_parts),
-        )
-
-    def restore(self, saved: SavedGraph) -> None:
-        """Load a saved graph with the same bounds."""
-        self.nodes = saved.nodes
-        self.leaves = dict(saved.leaves)
-        self.links = dict(saved.links)
-        self.open_edges = dict.fromkeys(saved.open_edges)
-        self._node_of_state = saved.node_of_state
-        self.used_parts = set(saved.used_parts)
-        self.merged_count = len(self.links) - len(self.nodes)  # the first run to a node was not merged
-
     # ---- reports of runs
 
-    def record_choice_point(self, edge: Edge, point: Point, digest: bytes) -> int | None:
+    def record_choice_point(
+        self, edge: Edge, point: ChoicePoint, digest: bytes, unmerged_reason: str
+    ) -> int | None:
         """Record that the run on an open edge has reached a choice point.
 
         :param digest: the digest of the run's state; empty if the state cannot be compared.
+        :param unmerged_reason: the reason for an empty digest; may be empty.
         :returns: the number of the new node, whose edges are now open; None if the state is known.
         """
         del self.open_edges[edge]
+        if unmerged_reason:
+            self.unmerged_reasons[unmerged_reason] = None
         faults = self.count_faults(edge)
         if digest:  # nodes are equal only if the bounds leave them the same options
-            digest = b"%b %d %d" % (digest, faults, point.index if self._depth is not None else 0)
-        equal_node = self._node_of_state.get(digest) if digest else None
+            digest = b"%b %d %d" % (digest, faults, point.index if self.depth is not None else 0)
+        equal_node = self.node_of_state.get(digest)
         if equal_node is not None:
             self.links[edge] = equal_node
-            self.merged_count += 1
             return None
         number = len(self.nodes)
         self.nodes.append(GraphNode(point, edge, faults))
         self.links[edge] = number
         if digest:
-            self._node_of_state[digest] = number
+            self.node_of_state[digest] = number
         for option in self.allowed_options(number):
             self.open_edges[number, option] = None
         return number
@@ -203,9 +154,9 @@ class Graph:
     def allowed_options(self, number: int) -> list[int]:
         """Return the options of a node within the bounds, the usual option first."""
         node = self.nodes[number]
-        if self._depth is not None and node.point.index >= self._depth:
+        if self.depth is not None and node.point.index >= self.depth:
             return [USUAL]
-        allowed_faults = self._faults - node.faults
+        allowed_faults = self.faults - node.faults
         return [
             index
             for index, option in enumerate(node.point.options)
@@ -224,37 +175,17 @@ class Graph:
             return min(nodes)
         return None
 
-    def trace_edges(self, edge: Edge) -> list[Edge]:
-        """Return the edges from the first choice of a run to an edge."""
-        path = []
+    def trace_choices(self, edge: Edge) -> list[Choice]:
+        """Return the unusual choices of a run to an edge, in order."""
+        choices = []
         while edge != ROOT_EDGE:
-            path.append(edge)
-            number, _ = edge
-            edge = self.nodes[number].edge
-        return path[::-1]
+            number, option = edge
+            node = self.nodes[number]
+            if option != USUAL:
+                choices.append(Choice(node.point, option))
+            edge = node.edge
+        return choices[::-1]
 
     def find_path(self, edge: Edge) -> ChoicePath:
         """Return the path of a run to an edge."""
-        return {
-            node.point.index: Step(node.point.subject, node.point.options[option].name)
-            for node, option in self._trace_choices(edge)
-            if option != USUAL
-        }
-
-    def list_choices(self, edge: Edge) -> list[dict[str, object]]:
-        """Return the unusual choices of a run to an edge, as JSON values."""
-        return [
-            {
-                "index": node.point.index,
-                "kind": node.point.kind,
-                "subject": node.point.subject,
-                "option": node.point.options[option].name,
-                "seconds": round(node.point.seconds, 6),
-            }
-            for node, option in self._trace_choices(edge)
-            if option != USUAL
-        ]
-
-    def _trace_choices(self, edge: Edge) -> Iterator[tuple[GraphNode, int]]:
-        for number, option in self.trace_edges(edge):
-            yield self.nodes[number], option
+        return make_path(self.trace_choices(edge))

@@ -6,18 +6,16 @@ from collections.abc import Callable, Sequence
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
-from cxbridge.run.result import COMPLETED, UNSUCCESSFUL, RunResult
 from cxbridge_explore.graph import BAD_INPUT, DIVERGED, Leaf
 from cxbridge_explore.properties.monitor import Ending, Property, RunEnd
 from cxbridge_explore.properties.watch import PropertyWatch
 from cxbridge_explore.use import UsedPart, UseWatch
 from cxbridge_explore.worldmodel.model import WorldModel
-from cxbridge_explore.worlds.judged import JudgedRun
 from cxbridge_explore.worlds.points import Chooser, DivergedError
-from cxbridge_explore.worlds.run import MakeAssembly, WorldResult, make_scenario
+from cxbridge_explore.worlds.run import MakeAssembly, WorldResult, WorldRun, make_scenario
 
 
-class ExploredRun(JudgedRun):
+class ExploredRun(WorldRun):
     """A run with watched properties.
 
     :param options: the options of ``cxbridge run``.
@@ -41,43 +39,43 @@ class ExploredRun(JudgedRun):
     ) -> None:
         super().__init__(options, chooser, world, make_assembly=make_assembly)
         self._stops_at_violation = stops_at_violation
-        assembly = self.world.assembly
+        assembly = self.assembly
         self._use_watch = UseWatch(assembly.bus, assembly.agents) if coverage else None
         self.properties = PropertyWatch(properties, assembly.agents, assembly.clock)
-        self.world.watchers.append(self.properties)
+        self.watchers.append(self.properties)
 
     def collect_used_parts(self) -> tuple[UsedPart, ...]:
         """Return the parts of the agent that were used for the first time since the last call."""
         return () if self._use_watch is None else self._use_watch.take_new_parts()
 
-    def play(self) -> tuple[RunResult, WorldResult]:
-        """Play the run to its end and evaluate the properties; see :class:`JudgedRun`."""
-        run_result, result = super().play()
-        is_over = run_result.status in (COMPLETED, UNSUCCESSFUL)
-        ending = Ending.OVER if is_over else Ending.STUCK if run_result.is_stuck else Ending.CUT
-        self.properties.check_end(RunEnd(ending, "" if is_over else run_result.reason))
-        self.world.assembly.finalize()
+    def play(self) -> WorldResult:
+        """Play the run to its end and evaluate the properties; see :class:`WorldRun`."""
+        result = super().play()
+        verdict = result.verdict
+        ending = Ending.OVER if result.is_over else Ending.STUCK if verdict.is_stuck else Ending.CUT
+        self.properties.check_end(RunEnd(ending, "" if result.is_over else verdict.reason))
+        self.assembly.finalize()
         self.properties.check_shutdown()
-        return run_result, result
+        return result
 
     def play_to_leaf(self) -> Leaf:
         """Play the run to its end and return the result as a leaf of the graph.
 
         :raises CxbridgeError: if the agent is broken.
         """
-        run_result, result = self.play()
+        verdict = self.play().verdict
         return Leaf(
-            run_result.word,
-            run_result.reason,
-            result.seconds,
+            verdict.word,
+            verdict.reason,
+            verdict.run_seconds,
             tuple(self.properties.violations),
             tuple(sorted(self.properties.evaluated_names)),
         )
 
-    def _is_cut(self) -> bool:
-        """Return whether the run cannot continue, or stops at a violation."""
+    def _must_stop(self) -> bool:
+        """Check the run after a loop, and return whether the run cannot continue or stops at a violation."""
         is_violated = self.properties.check()
-        return super()._is_cut() or (self._stops_at_violation and is_violated)
+        return super()._must_stop() or (self._stops_at_violation and is_violated)
 
 
 MakeRun = Callable[[Chooser], ExploredRun]  # makes a run with a chooser

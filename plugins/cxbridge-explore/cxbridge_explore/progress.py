@@ -18,15 +18,10 @@ class ProgressReporter:
 
     :param graph: the explored graph.
     :param show_line: called with the line.
-    :param draw_page: called with the graph, less often; None to draw no page.
+    :param draw_page: called less often.
     """
 
-    def __init__(
-        self,
-        graph: Graph,
-        show_line: Callable[[str], None],
-        draw_page: Callable[[Graph], None] | None,
-    ) -> None:
+    def __init__(self, graph: Graph, show_line: Callable[[str], None], draw_page: Callable[[], None]) -> None:
         self._graph = graph
         self._show_line = show_line
         self._draw_page = draw_page
@@ -40,8 +35,8 @@ class ProgressReporter:
             self._next_line_s = now_s + _LINE_PERIOD_S
             seconds = now_s - self._start_s
             self._show_line(f"{self._graph.counts_text}, {seconds:.0f} s; {self._graph.open_branches_text}")
-        if self._draw_page is not None and now_s >= self._next_page_s:
-            self._draw_page(self._graph)
+        if now_s >= self._next_page_s:
+            self._draw_page()
             self._next_page_s = time.monotonic() + max(
                 _MIN_PAGE_PAUSE_S, _PAUSE_FACTOR * (time.monotonic() - now_s)
             )

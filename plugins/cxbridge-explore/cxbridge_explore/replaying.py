@@ -8,7 +8,6 @@ from cxbridge.errors import CxbridgeError
 from cxbridge_explore.graph import Edge, Graph, Leaf
 from cxbridge_explore.playing import ExploredRun, MakeRun, make_failure_leaf
 from cxbridge_explore.state import ComputeDigest, make_digest_function
-from cxbridge_explore.worker import make_point
 from cxbridge_explore.worlds.points import USUAL, ChoicePoint, PathChooser
 
 
@@ -23,52 +22,44 @@ class _ReportingChooser:
     """Takes the usual options, and adds each choice point to the graph, where its other options stay open.
 
     :param edge: the open edge to explore.
-    :param first_reported: the number of the first choice point after the edge.
+    :param compute_digest: computes the digest of a state.
     :ivar edge: the open edge of the run.
-    :ivar compute_digest: computes the digest of a state; to be set before the run is played.
-    :ivar unmerged_reason: the reason why the last state could not be compared; may be empty.
     """
 
-    def __init__(self, graph: Graph, edge: Edge, first_reported: int) -> None:
+    def __init__(self, graph: Graph, edge: Edge, compute_digest: ComputeDigest) -> None:
         self.edge = edge
-        self.compute_digest: ComputeDigest = lambda _: (b"", "")
-        self.unmerged_reason = ""
         self._graph = graph
-        self._first_reported = first_reported
+        self._first_reported = graph.next_point_number(edge)
+        self._compute_digest = compute_digest
 
-    def choose(self, index: int, point: ChoicePoint) -> int:
-        if index < self._first_reported:
+    def choose(self, point: ChoicePoint) -> int:
+        if point.index < self._first_reported:
             return USUAL
-        digest, self.unmerged_reason = self.compute_digest(point)
-        number = self._graph.record_choice_point(self.edge, make_point(index, point), digest)
+        number = self._graph.record_choice_point(
+            self.edge, point.without_data(), *self._compute_digest(point)
+        )
         if number is None:
             raise _MergedError
         self.edge = number, USUAL
         return USUAL
 
 
-def explore_by_replay(
-    make_run: MakeRun, graph: Graph, is_over: Callable[[], bool], *, merge: bool
-) -> tuple[str, ...]:
+def explore_by_replay(make_run: MakeRun, graph: Graph, is_over: Callable[[], bool], *, merge: bool) -> None:
     """Explore until no edge is open, or ``is_over`` returns True before a run.
 
     :param merge: whether to compare states.
-    :returns: the reasons why states were not compared.
     """
-    unmerged_reasons: dict[str, None] = {}
     while graph.open_edges and not is_over():
         edge = next(reversed(graph.open_edges))  # depth-first, as with processes
-        chooser = _ReportingChooser(graph, edge, graph.next_point_number(edge))
-        # The chooser follows the path to the edge, and explores the usual options from there on.
-        with make_run(PathChooser(graph.find_path(edge), chooser)) as run:
-            chooser.compute_digest = make_digest_function(run, merge=merge)
+        path = graph.find_path(edge)
+        with make_run(PathChooser(path)) as run:
+            # The run follows the path to the edge, and explores the usual options from there on.
+            chooser = _ReportingChooser(graph, edge, make_digest_function(run, merge=merge))
+            run.choices.chooser = PathChooser(path, chooser)
             leaf = _play_run(run)
             graph.used_parts.update(run.collect_used_parts())
         if leaf is not None:
             graph.record_end(chooser.edge, leaf)
-        if chooser.unmerged_reason:
-            unmerged_reasons[chooser.unmerged_reason] = None
-    return tuple(unmerged_reasons)
 
 
 def _play_run(run: ExploredRun) -> Leaf | None:

@@ -20,7 +20,6 @@ class ExploreResult:
     """The result of an exploration, complete or so far.
 
     :param properties: the properties that each run was checked for.
-    :param unmerged_reasons: the reasons why states were not compared.
     :param cpu_seconds: the processor time of all processes.
     :param wall_seconds: the real time.
     :param counterexamples: the counterexamples by property.
@@ -28,7 +27,6 @@ class ExploreResult:
 
     graph: Graph
     properties: tuple[Property, ...]
-    unmerged_reasons: tuple[str, ...]
     cpu_seconds: float
     wall_seconds: float
     counterexamples: Mapping[str, Counterexample] = field(default_factory=dict)
@@ -72,7 +70,11 @@ class ExploreResult:
 
     def _make_violation(self, row: dict[str, Any], edge: Edge) -> dict[str, Any]:
         """Return a violation with the choices of its run, and without a counterexample."""
-        return row | {"choices": self.graph.list_choices(edge), "recording": None, "test": None}
+        return row | {
+            "choices": [choice.as_dict() for choice in self.graph.trace_choices(edge)],
+            "recording": None,
+            "test": None,
+        }
 
     @property
     def vacuous(self) -> list[str]:
@@ -97,7 +99,7 @@ class ExploreResult:
             "outcomes": self.outcomes,
             "violations": self.violations,
             "vacuous": self.vacuous,
-            "not_merged": list(self.unmerged_reasons),
+            "not_merged": list(graph.unmerged_reasons),
             "cpu_seconds": round(self.cpu_seconds, 3),
             "wall_seconds": round(self.wall_seconds, 3),
         }
@@ -117,7 +119,7 @@ class ExploreResult:
             for name in ("recording", "test"):
                 if violation[name] is not None:
                     yield f"  {name}: {violation[name]}"
-        for text in self.unmerged_reasons:
+        for text in graph.unmerged_reasons:
             yield f"equal states were not merged: {text}"
         if self.vacuous:
             yield f"no run could have violated: {', '.join(self.vacuous)}"

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing.context import SpawnContext
+from multiprocessing.process import BaseProcess
 from typing import Final
 
 _SAFE_PATH: Final = "PYTHONSAFEPATH"
@@ -28,6 +29,23 @@ def safe_spawn_context() -> Iterator[SpawnContext]:
         _restore_setting(setting)
 
 
+def start_safe_process(target: Callable[..., None], *arguments: object) -> BaseProcess:
+    """Start a process without the working directory on its path, which ends with this process.
+
+    The child processes of the process have the user's path again.
+    """
+    setting = os.environ.get(_SAFE_PATH)
+    with safe_spawn_context() as context:
+        process = context.Process(target=_run_target, args=(setting, target, arguments), daemon=True)
+        process.start()
+    return process
+
+
+def _run_target(setting: str | None, target: Callable[..., None], arguments: tuple[object, ...]) -> None:
+    _restore_setting(setting)
+    target(*arguments)
+
+
 @contextmanager
 def safe_process_pool(process_count: int) -> Iterator[ProcessPoolExecutor]:
     """Yield a pool of processes without the working directory on their path.
@@ -40,6 +58,14 @@ def safe_process_pool(process_count: int) -> Iterator[ProcessPoolExecutor]:
         ProcessPoolExecutor(process_count, context, _restore_setting, (setting,)) as pool,
     ):
         yield pool
+
+
+def describe_exit(status: int | None) -> str:
+    """Return the end of a process as text.
+
+    :param status: the exit status, or the negative number of the signal that has ended the process.
+    """
+    return f"signal {-status}" if status is not None and status < 0 else f"exit status {status}"
 
 
 def _restore_setting(setting: str | None) -> None:

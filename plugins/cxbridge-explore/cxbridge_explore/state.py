@@ -86,12 +86,11 @@ class StateReader:
 
     @property
     def _agents(self) -> tuple[Run, ...]:
-        return self._run.world.assembly.agents
+        return self._run.assembly.agents
 
     def _read_state(self, point: ChoicePoint) -> Hashable:
-        world = self._run.world
-        normalizer = _Normalizer(world.assembly.clock.now_us())
-        world_state = world.state()
+        normalizer = _Normalizer(self._run.assembly.clock.now_us())
+        world_state = self._run.state()
         if world_state is None:
             raise HiddenStateError("the progress of the skill board's executors is not visible")
         return (

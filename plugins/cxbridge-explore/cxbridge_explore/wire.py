@@ -1,4 +1,4 @@
-"""The messages between the processes of an exploration, as frames over a Unix socket.
+"""The messages between the processes of an exploration, over a Unix socket.
 
 Processes send reports to the coordinator, and the coordinator sends orders. A run that reaches a choice point
 sends a :class:`ChoicePointReport`. If the state is new, the run gets a :class:`ForkOrder` for each option
@@ -8,17 +8,14 @@ except the last, and a :class:`ContinueOrder` for the last option. If the state 
 
 from __future__ import annotations
 
-import struct
-from collections.abc import Iterator
+from multiprocessing.connection import Connection
 
 from msgspec import Struct
-from msgspec.msgpack import Decoder, Encoder
+from msgspec.msgpack import Decoder, encode
 
-from cxbridge_explore.forking import make_local_socket
-from cxbridge_explore.graph import Leaf, Point
+from cxbridge_explore.graph import Edge, Leaf
 from cxbridge_explore.use import UsedPart
-
-_LENGTH_FORMAT = struct.Struct("!I")
+from cxbridge_explore.worlds.points import ChoicePoint, Step
 
 
 class StartReport(Struct, frozen=True, tag=True):
@@ -31,7 +28,7 @@ class StartReport(Struct, frozen=True, tag=True):
     """
 
     pid: int
-    edge: tuple[int, int] | None = None
+    edge: Edge | None = None
 
 
 class ChoicePointReport(Struct, frozen=True, tag=True):
@@ -43,7 +40,7 @@ class ChoicePointReport(Struct, frozen=True, tag=True):
     :param used_parts: the parts of the agent that were used for the first time since the last report.
     """
 
-    point: Point
+    point: ChoicePoint
     digest: bytes
     unmerged_reason: str
     cpu_s: float
@@ -74,20 +71,20 @@ class RefusalReport(Struct, frozen=True, tag=True):
 class PlayOrder(Struct, frozen=True, tag=True):
     """Fork the loader for a run that follows a path to an edge.
 
-    :param choices: the index, the subject and the option of each unusual choice.
+    :param path: the unusual choices of the run by the index of their point.
     :param first_reported: the number of the first choice point that the run reports. At earlier points
         outside of the path, the run takes the usual option.
     """
 
-    edge: tuple[int, int]
-    choices: tuple[tuple[int, str, str], ...]
+    edge: Edge
+    path: dict[int, Step]
     first_reported: int
 
 
 class ForkOrder(Struct, frozen=True, tag=True):
     """Fork the run for an option."""
 
-    edge: tuple[int, int]
+    edge: Edge
 
 
 class ContinueOrder(Struct, frozen=True, tag=True):
@@ -103,69 +100,27 @@ class ExitOrder(Struct, frozen=True, tag=True):
 Report = StartReport | ChoicePointReport | EndReport | RefusalReport
 Order = PlayOrder | ForkOrder | ContinueOrder | ExitOrder
 
-_encoder = Encoder()
 _report_decoder: Decoder[Report] = Decoder(Report)
 _order_decoder: Decoder[Order] = Decoder(Order)
 
 
-def encode_frame(message: Report | Order) -> bytes:
-    """Return a message as bytes after their count."""
-    data = _encoder.encode(message)
-    return _LENGTH_FORMAT.pack(len(data)) + data
+def send(connection: Connection, message: Report | Order) -> None:
+    """Send a message.
 
-
-class CoordinatorLink:
-    """The blocking connection of a process to the coordinator.
-
-    :param address: the path of the coordinator's socket.
+    :raises OSError: if the receiver is gone.
     """
-
-    def __init__(self, address: str) -> None:
-        self._socket = make_local_socket()
-        self._socket.connect(address)
-
-    def send(self, report: Report) -> None:
-        self._socket.sendall(encode_frame(report))
-
-    def receive(self) -> Order:
-        """Wait for an order.
-
-        :raises EOFError: if the coordinator is gone.
-        """
-        (size,) = _LENGTH_FORMAT.unpack(self._receive_bytes(_LENGTH_FORMAT.size))
-        return _order_decoder.decode(self._receive_bytes(size))
-
-    def _receive_bytes(self, size: int) -> bytes:
-        """Return the next ``size`` bytes, which may arrive in several pieces.
-
-        :raises EOFError: if the coordinator is gone.
-        """
-        data = b""
-        while len(data) < size:
-            chunk = self._socket.recv(size - len(data))
-            if not chunk:
-                raise EOFError
-            data += chunk
-        return data
-
-    def close(self) -> None:
-        """Close this process's end of the connection; a copy may have the same connection open."""
-        self._socket.close()
+    connection.send_bytes(encode(message))
 
 
-class ReportParser:
-    """Parses the reports in the bytes of a connection, which arrive in pieces of any size."""
+def receive_report(connection: Connection) -> Report:
+    """Wait for a report of a process.
 
-    def __init__(self) -> None:
-        self._data = b""
+    :raises EOFError: if the process is gone.
+    :raises OSError: if the connection is broken.
+    """
+    return _report_decoder.decode(connection.recv_bytes())
 
-    def feed(self, data: bytes) -> Iterator[Report]:
-        """Add bytes, and yield the complete reports."""
-        self._data += data
-        while len(self._data) >= _LENGTH_FORMAT.size:
-            end = _LENGTH_FORMAT.size + _LENGTH_FORMAT.unpack_from(self._data)[0]
-            if len(self._data) < end:
-                return
-            report = _report_decoder.decode(self._data[_LENGTH_FORMAT.size : end])
-            self._data = self._data[end:]
-            yield report
+
+def receive_order(connection: Connection) -> Order:
+    """Wait for an order of the coordinator; the errors are those of :func:`receive_report`."""
+    return _order_decoder.decode(connection.recv_bytes())

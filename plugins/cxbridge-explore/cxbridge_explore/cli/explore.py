@@ -146,9 +146,7 @@ def explore(
             make_assembly=make_assembly,
             resume=resume,
             show_line=show_line,
-            draw_page=None
-            if explore_options.html is None
-            else partial(_write_live_page, explore_options.html, command),
+            draw_page=partial(_write_live_page, explore_options.html, command),
         )
     result = _write_counterexamples(result, options, world, make_assembly, explore_options.out)
     if not result.is_complete:
@@ -163,11 +161,12 @@ def explore(
     return result.status
 
 
-def _write_live_page(file: Path, command: str, result: ExploreResult) -> None:
-    """Write the page of an exploration that is still running."""
+def _write_live_page(file: Path | None, command: str, result: ExploreResult) -> None:
+    """Write the page of an exploration that is still running, if a page is requested."""
     from cxbridge_explore.map.page import write_page
 
-    write_page(result, None, file, command, is_live=True)
+    if file is not None:
+        write_page(result, None, file, command, is_live=True)
 
 
 def _write_page(

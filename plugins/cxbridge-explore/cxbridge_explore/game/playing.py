@@ -19,9 +19,8 @@ from cxbridge_explore.game.score import POST_GAME, GameResult
 from cxbridge_explore.game.timeline import Timeline
 from cxbridge_explore.game.work import SkillRecorder, find_robots, summarize_work
 from cxbridge_explore.worldmodel.model import WorldModel
-from cxbridge_explore.worlds.judged import JudgedRun
 from cxbridge_explore.worlds.points import RandomChooser
-from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
+from cxbridge_explore.worlds.run import MakeAssembly, WorldRun, make_scenario
 
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run
@@ -53,8 +52,8 @@ def play_game(
     """
     start_s = time.perf_counter()
     with Interrupt() as interrupt, ExitStack() as stack:
-        run = stack.enter_context(JudgedRun(options, RandomChooser(seed), world, make_assembly=make_assembly))
-        assembly = run.world.assembly
+        run = stack.enter_context(WorldRun(options, RandomChooser(seed), world, make_assembly=make_assembly))
+        assembly = run.assembly
         if console is not None:
             assembly.bus.subscribe(console, LogLine)
         if attach is not None:
@@ -70,7 +69,7 @@ def play_game(
         interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
         assembly.loop.add(Hook.POST_LOOP, game_watch.record)
         assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
-        run_result, _ = run.play()
+        verdict = run.play().verdict
         score = judge.score(assembly.agents)
         skills = skill_recorder.find_robot_spans(
             find_robots(assembly.agents), assembly.clock.now_us(), game_watch.seconds_at
@@ -83,7 +82,7 @@ def play_game(
             seed,
             round(time.perf_counter() - start_s, 3),
             summarize_work(timeline),
-            (run_result.reason,) if run_result.status == FAULT else (),
+            (verdict.reason,) if verdict.status == FAULT else (),
             tuple(
                 str(diagnostic)
                 for loader in loaders
@@ -93,9 +92,9 @@ def play_game(
             timeline=timeline,
         )
         progress = "" if result.is_over else f"not over, in {score.phase} at {score.game_time:g} s; "
-        status = _INTERRUPTED_STATUS if interrupt.is_signalled else run_result.status
+        status = _INTERRUPTED_STATUS if interrupt.is_signalled else verdict.status
         recorder.describe(
-            {"status": str(status), "reason": f"{progress}{run_result.reason}; points: {score.points}"}
+            {"status": str(status), "reason": f"{progress}{verdict.reason}; points: {score.points}"}
         )
         if options.trace_files:
             assembly.bus.emit_source("game", "", OUTCOME_FILE, json.dumps(result.outcome, indent=1).encode())

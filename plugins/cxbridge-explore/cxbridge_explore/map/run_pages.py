@@ -20,7 +20,7 @@ from cxbridge_explore.counterexample_playing import play_run
 from cxbridge_explore.graph import Graph
 from cxbridge_explore.map.rows import MERGED, OPEN, MapRow
 from cxbridge_explore.worldmodel.model import WorldModel
-from cxbridge_explore.worlds.points import PathChooser, read_path
+from cxbridge_explore.worlds.points import PathChooser
 from cxbridge_explore.worlds.run import MakeAssembly
 
 # The limit of runs that get a page: first the runs that violate a property, then the runs with the fewest
@@ -51,7 +51,7 @@ def write_run_pages(
     addresses: dict[int, str] = {}
     for number in sorted(ended_rows[:MAX_PAGES]):
         row = rows[number]
-        path = read_path(graph.list_choices(row.edge))
+        path = graph.find_path(row.edge)
         with TemporaryDirectory(prefix="cxbridge-run-") as scratch:
             recording = Path(scratch, f"run-{number}.mcap")
             played = play_run(

@@ -1,24 +1,22 @@
 """Plays the runs of a sweep in worker processes on this machine.
 
-A thread for each worker takes chunks of seeds from a queue, and gives them to the worker. If a worker dies,
-another worker gets its remaining seeds.
+A worker gets chunks of seeds. If a worker dies, another worker gets its remaining seeds.
 """
 
 from __future__ import annotations
 
-import pickle
-import queue
-import subprocess
-import threading
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, suppress
+from multiprocessing import Pipe
+from multiprocessing.connection import wait
 from typing import Final
 
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
-from cxbridge.spawning import python_command
+from cxbridge_explore.spawning import describe_exit, start_safe_process
 from cxbridge_explore.sweep.rows import CRASHED, RunRow, SweepJob
+from cxbridge_explore.sweep.worker import run_worker
 
 MAX_DEATHS: Final = 3  # number of worker deaths after which a seed counts as crashed
 
@@ -28,82 +26,32 @@ _LOADING_KEY: Final = None  # in place of a seed, for deaths of workers that hav
 _MAX_CHUNK_SEEDS: Final = 16
 
 
-class WorkerDiedError(CxbridgeError):
-    """A worker process ended before its work was done."""
-
-
-class NotLoadedError(WorkerDiedError):
-    """A worker process ended before loading the scenario."""
-
-
 class WorkerProcess(Closing):
-    """A process that plays runs; see :mod:`cxbridge_explore.sweep.worker`. Only one thread may use it.
+    """A process that plays runs; see :mod:`cxbridge_explore.sweep.worker`.
 
     :param job: the common part of all runs.
+    :ivar seeds: the seeds whose rows the worker has not sent yet, in order.
+    :ivar is_loaded: whether the worker has loaded the scenario.
     """
 
     def __init__(self, job: SweepJob) -> None:
-        self._process = subprocess.Popen(  # noqa: S603 - starts our own module
-            python_command("-m", "cxbridge_explore.sweep.worker"),
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-        )
-        self._is_loaded = False
-        self._send(job)
+        self.connection, worker_end = Pipe()
+        with worker_end:
+            self.process = start_safe_process(run_worker, worker_end, job)
+        self.seeds: list[int] = []
+        self.is_loaded = False
 
-    @property
-    def pid(self) -> int:
-        return self._process.pid
-
-    def play_seeds(self, seeds: Sequence[int]) -> Iterator[RunRow]:
-        """Play the runs of some seeds, and yield their rows in order.
-
-        :raises WorkerDiedError: if the process ends early.
-        """
-        self._send(list(seeds))
-        assert self._process.stdout is not None
-        row_count = 0
-        while row_count < len(seeds):
-            try:
-                message = pickle.load(self._process.stdout)  # noqa: S301 - from our own child
-            except (EOFError, pickle.UnpicklingError):
-                raise self._make_death_error() from None
-            if isinstance(message, CxbridgeError):
-                raise message
-            if message is None:  # the worker has loaded the scenario
-                self._is_loaded = True
-            else:
-                row_count += 1
-                yield message
-
-    def _make_death_error(self) -> WorkerDiedError:
-        status = self._process.wait()
-        ending = f"signal {-status}" if status < 0 else f"exit status {status}"
-        if self._is_loaded:
-            return WorkerDiedError(f"worker {self.pid} ended with {ending}")
-        return NotLoadedError(
-            f"the scenario does not reach its first skill: its process ended with {ending}",
-            hint="play it once with: cxbridge run",
-        )
-
-    def _send(self, message: object) -> None:
-        assert self._process.stdin is not None
-        with suppress(OSError):  # the process has ended, and reading its rows raises the error
-            pickle.dump(message, self._process.stdin)
-            self._process.stdin.flush()
-
-    def kill(self) -> None:
-        """Kill the process; called from any thread."""
-        self._process.kill()
+    def give_seeds(self, seeds: list[int]) -> None:
+        """Let the worker play the runs of some seeds."""
+        self.seeds = seeds
+        with suppress(OSError):  # the worker has died, and reading its rows raises the error
+            self.connection.send(seeds)
 
     def close(self) -> None:
-        """Kill the process and release its streams."""
-        self.kill()
-        for stream in (self._process.stdin, self._process.stdout):
-            if stream is not None:
-                with suppress(OSError):
-                    stream.close()
-        self._process.wait()
+        """Kill the process and release its resources."""
+        self.process.kill()
+        self.process.join()
+        self.connection.close()
 
 
 class LocalEngine:
@@ -116,96 +64,56 @@ class LocalEngine:
         self._jobs = jobs
 
     def play_seeds(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
-        """Yield the row of each seed, in the order in which the runs end."""
-        batch = _Batch(job, seeds, self._jobs)
-        threads = [
-            threading.Thread(target=batch.play_queued_seeds) for _ in range(min(self._jobs, len(seeds)))
-        ]
+        """Yield the row of each seed, in the order in which the runs end.
+
+        :raises CxbridgeError: if the scenario or the world is invalid, or does not load.
+        """
+        size = max(1, min(_MAX_CHUNK_SEEDS, len(seeds) // (2 * self._jobs)))
+        chunks = deque(list(seeds[start : start + size]) for start in range(0, len(seeds), size))
+        deaths: Counter[int | None] = Counter()  # by the seed that the worker played
+        workers: list[WorkerProcess] = []
         with ExitStack() as stack:
-            for thread in threads:
-                thread.start()
-                stack.callback(thread.join)
-            stack.callback(batch.stop)  # called before the threads are joined, so that they end
-            for _ in seeds:
-                result = batch.results.get()
-                if isinstance(result, BaseException):
-                    raise result
-                yield result
+            while chunks or any(worker.seeds for worker in workers):
+                while chunks and len(workers) < self._jobs:
+                    workers.append(stack.enter_context(WorkerProcess(job)))
+                    workers[-1].give_seeds(chunks.popleft())
+                ready_connections = wait([worker.connection for worker in workers])
+                for worker in [worker for worker in workers if worker.connection in ready_connections]:
+                    try:
+                        message = worker.connection.recv()
+                    except (EOFError, OSError):
+                        workers.remove(worker)
+                        yield from _handle_death(worker, deaths)
+                        if worker.seeds:
+                            chunks.append(worker.seeds)
+                        continue
+                    if isinstance(message, CxbridgeError):
+                        raise message
+                    if message is None:
+                        worker.is_loaded = True
+                        continue
+                    worker.seeds.remove(message.seed)
+                    if chunks and not worker.seeds:
+                        worker.give_seeds(chunks.popleft())
+                    yield message
 
 
-class _Batch:
-    """The seeds and results of one call of the engine, shared by threads with one worker each.
+def _handle_death(worker: WorkerProcess, deaths: Counter[int | None]) -> Iterator[RunRow]:
+    """Count the death of a worker; yield the row of its seed if the seed has killed too many workers.
 
-    :param jobs: the number of threads.
+    :param deaths: the number of deaths so far by the seed that the worker played.
+    :raises CxbridgeError: if too many workers have died before they had loaded the scenario.
     """
-
-    def __init__(self, job: SweepJob, seeds: Sequence[int], jobs: int) -> None:
-        self.results: queue.SimpleQueue[RunRow | BaseException] = queue.SimpleQueue()
-        self._job = job
-        self._chunks: queue.SimpleQueue[list[int]] = queue.SimpleQueue()
-        self._deaths: Counter[int | None] = Counter()  # by the seed that the worker played
-        self._workers: set[WorkerProcess] = set()
-        self._lock = threading.Lock()  # guards `_workers` and `_is_stopped`
-        self._is_stopped = False
-        chunk_size = max(1, min(_MAX_CHUNK_SEEDS, len(seeds) // (2 * jobs)))
-        for start in range(0, len(seeds), chunk_size):
-            self._chunks.put(list(seeds[start : start + chunk_size]))
-
-    def play_queued_seeds(self) -> None:
-        """Play queued seeds until the queue is empty. A new worker replaces a dead worker."""
-        try:
-            while not self._chunks.empty():
-                with WorkerProcess(self._job) as worker, self._register(worker):
-                    self._feed_worker(worker)
-        except BaseException as error:  # noqa: BLE001 - the caller of play_seeds() raises the error
-            self.results.put(error)
-
-    @contextmanager
-    def _register(self, worker: WorkerProcess) -> Iterator[None]:
-        """Register a worker, so that :meth:`stop` kills it."""
-        with self._lock:
-            self._workers.add(worker)
-            if self._is_stopped:  # stop() was called while the process started
-                worker.kill()
-        try:
-            yield
-        finally:
-            with self._lock:
-                self._workers.discard(worker)
-
-    def _feed_worker(self, worker: WorkerProcess) -> None:
-        """Give a worker queued seeds until the queue is empty or the worker dies."""
-        while True:
-            try:
-                seeds = self._chunks.get_nowait()
-            except queue.Empty:
-                return
-            try:
-                for row in worker.play_seeds(tuple(seeds)):
-                    seeds.remove(row.seed)
-                    self.results.put(row)
-            except WorkerDiedError as error:
-                self._requeue_seeds(error, seeds)
-                return
-
-    def _requeue_seeds(self, error: WorkerDiedError, seeds: list[int]) -> None:
-        """Return the remaining seeds of a dead worker to the queue."""
-        # A worker plays its seeds in order, so that the first remaining seed has killed the worker.
-        cause = _LOADING_KEY if isinstance(error, NotLoadedError) else seeds[0]
-        self._deaths[cause] += 1
-        if self._deaths[cause] >= MAX_DEATHS:
-            if cause is _LOADING_KEY:
-                raise error
-            self.results.put(RunRow(seeds.pop(0), CRASHED, error.message))
-        if seeds and not self._is_stopped:
-            self._chunks.put(seeds)
-
-    def stop(self) -> None:
-        """Kill all workers and empty the queue."""
-        with self._lock:
-            self._is_stopped = True
-            with suppress(queue.Empty):
-                while True:
-                    self._chunks.get_nowait()
-            for worker in self._workers:
-                worker.kill()
+    worker.process.join()
+    ending = describe_exit(worker.process.exitcode)
+    # A worker plays its seeds in order, so that the first remaining seed has killed the worker.
+    cause = worker.seeds[0] if worker.is_loaded and worker.seeds else _LOADING_KEY
+    deaths[cause] += 1
+    if deaths[cause] < MAX_DEATHS:
+        return
+    if cause is _LOADING_KEY:
+        raise CxbridgeError(
+            f"the scenario does not reach its first skill: its process ended with {ending}",
+            hint="play it once with: cxbridge run",
+        )
+    yield RunRow(worker.seeds.pop(0), CRASHED, f"worker {worker.process.pid} ended with {ending}")

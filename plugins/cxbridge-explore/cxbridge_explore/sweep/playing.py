@@ -8,8 +8,8 @@ from collections import Counter
 from cxbridge.events import Event, GoalTransition
 from cxbridge_explore.sweep.rows import RunRow, SweepJob
 from cxbridge_explore.worldmodel.reading import read_world
-from cxbridge_explore.worlds.judged import JudgedRun
 from cxbridge_explore.worlds.points import Chooser
+from cxbridge_explore.worlds.run import WorldRun
 
 
 class GoalCounter:
@@ -40,16 +40,17 @@ def play_seed(job: SweepJob, seed: int, chooser: Chooser) -> RunRow:
     start_s = time.process_time()
     goal_counter = GoalCounter()
     world = None if job.world is None else read_world(job.world)
-    with JudgedRun(job.options, chooser, world) as run:
-        run.world.assembly.bus.subscribe(goal_counter, GoalTransition)
-        run_result, result = run.play()
-        call_count = len(run.world.skill_results)
+    with WorldRun(job.options, chooser, world) as run:
+        run.assembly.bus.subscribe(goal_counter, GoalTransition)
+        result = run.play()
+        call_count = len(run.skill_results)
+    verdict = result.verdict
     unusual = [choice for choice in result.choices if choice.option_index]
     return RunRow(
         seed,
-        run_result.word,
-        run_result.reason,
-        makespan=result.seconds,
+        verdict.word,
+        verdict.reason,
+        makespan=verdict.run_seconds,
         calls=call_count,
         faults=sum(choice.taken_option.faults for choice in unusual),
         goals=goal_counter.counts_by_class(),

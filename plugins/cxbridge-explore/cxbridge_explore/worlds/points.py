@@ -10,10 +10,13 @@ from __future__ import annotations
 import random
 import re
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Final, Protocol
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.errors import CxbridgeError
@@ -25,7 +28,7 @@ _DURATION_NAME: Final = re.compile(r"takes\(([\d.]+)\)")
 
 
 class ChoiceKind(StrEnum):
-    """The subjects of decisions."""
+    """The kinds of decisions."""
 
     SKILL = "skill"  # the result of a skill call
     DURATION = "duration"  # the duration of a skill
@@ -36,8 +39,7 @@ class ChoiceKind(StrEnum):
     KILL = "kill"  # an agent of a team is killed
 
 
-@dataclass(frozen=True, slots=True)
-class Option:
+class Option(Struct, frozen=True):
     """An event that the world can choose.
 
     :param name: the name in paths, such as ``fails``; unique within its choice point.
@@ -71,34 +73,38 @@ def make_duration_option(seconds: float, faults: int = 0) -> Option:
     return Option(f"takes({format_seconds(seconds)})", faults=faults, value=seconds)
 
 
-@dataclass(frozen=True, slots=True)
-class ChoicePoint:
+class ChoicePoint(Struct, frozen=True):
     """A moment at which the world decides.
 
+    :param index: the number of the choice point in its run, from 0.
     :param subject: the subject of the decision, such as ``Skiller: deliver{wp='wp1'}``. Runs with equal
         earlier choices have equal subjects.
     :param seconds: the time since the start of the run, by its clock.
-    :param options: the listed options, the usual option first. At least two, unless there is a range.
+    :param options: the listed options, the usual option first.
     :param distribution: the distribution of a duration, which the listed options represent in an
         exploration; None for a choice about something else.
     """
 
+    index: int
     kind: ChoiceKind
     subject: str
     seconds: float
     options: tuple[Option, ...]
-    distribution: Distribution | None = field(default=None, compare=False)
+    distribution: Distribution | None = None
+
+    def without_data(self) -> ChoicePoint:
+        """Return the point without the data that only the world of its run needs."""
+        options = tuple(Option(option.name, option.faults) for option in self.options)
+        return replace(self, options=options, distribution=None)
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
     """The chosen option of a choice point.
 
-    :param index: the number of the point in its run, from 0.
     :param option_index: the index of the option.
     """
 
-    index: int
     point: ChoicePoint
     option_index: int
 
@@ -109,7 +115,7 @@ class Choice:
 
     def as_dict(self) -> dict[str, Any]:
         return {
-            "index": self.index,
+            "index": self.point.index,
             "kind": self.point.kind.value,
             "subject": self.point.subject,
             "option": self.taken_option.name,
@@ -117,8 +123,7 @@ class Choice:
         }
 
 
-@dataclass(frozen=True, slots=True)
-class Step:
+class Step(Struct, frozen=True):
     """An unusual choice in a path. The subject reveals whether the run still fits the path."""
 
     subject: str
@@ -136,24 +141,21 @@ class DivergedError(CxbridgeError):
 class Chooser(Protocol):
     """Chooses at the choice points of a run."""
 
-    def choose(self, index: int, point: ChoicePoint) -> int | Option:
+    def choose(self, point: ChoicePoint) -> int | Option:
         """Return the index of the chosen option, or an option that is drawn.
 
-        :param index: the number of the point in its run, from 0.
         :raises DivergedError: if a path cannot be followed.
         """
+
+
+def make_path(choices: Iterable[Choice]) -> ChoicePath:
+    """Return the path of the unusual choices of a run."""
+    return {choice.point.index: Step(choice.point.subject, choice.taken_option.name) for choice in choices}
 
 
 def read_path(choices: list[dict[str, Any]]) -> ChoicePath:
     """Return the path of choices in the form of :meth:`Choice.as_dict`."""
     return {choice["index"]: Step(choice["subject"], choice["option"]) for choice in choices}
-
-
-class UsualChooser:
-    """Takes the usual option everywhere."""
-
-    def choose(self, index: int, point: ChoicePoint) -> int:  # noqa: ARG002 - the same option everywhere
-        return USUAL
 
 
 class PathChooser:
@@ -164,15 +166,15 @@ class PathChooser:
 
     def __init__(self, path: ChoicePath, fallback_chooser: Chooser | None = None) -> None:
         self._path = path
-        self._fallback_chooser = fallback_chooser or UsualChooser()
+        self._fallback_chooser = fallback_chooser
 
-    def choose(self, index: int, point: ChoicePoint) -> int | Option:
-        step = self._path.get(index)
+    def choose(self, point: ChoicePoint) -> int | Option:
+        step = self._path.get(point.index)
         if step is None:
-            return self._fallback_chooser.choose(index, point)
+            return USUAL if self._fallback_chooser is None else self._fallback_chooser.choose(point)
         if step.subject != point.subject:
             raise DivergedError(
-                f"choice {index} was about {step.subject}, and is about {point.subject}",
+                f"choice {point.index} was about {step.subject}, and is about {point.subject}",
                 hint="the agent or its environment has changed since, or the agent is not deterministic",
             )
         for option_index, option in enumerate(point.options):
@@ -183,7 +185,7 @@ class PathChooser:
             return make_duration_option(float(duration[1]))
         names = ", ".join(option.name for option in point.options)
         raise DivergedError(
-            f"choice {index}, {point.subject}, has no option '{step.option}'", hint=f"it has: {names}"
+            f"choice {point.index}, {point.subject}, has no option '{step.option}'", hint=f"it has: {names}"
         )
 
 
@@ -200,7 +202,7 @@ class RandomChooser:
         self._seed = seed
         self._counts: Counter[str] = Counter()
 
-    def choose(self, index: int, point: ChoicePoint) -> int | Option:  # noqa: ARG002 - subjects are counted instead
+    def choose(self, point: ChoicePoint) -> int | Option:
         subject = f"{point.kind}/{point.subject}"
         # a text as the seed, since Python derives the same state from a text in each process, unlike a hash
         rng = random.Random(f"{self._seed}/{subject}/{self._counts[subject]}")  # noqa: S311 - a simulation repeats
@@ -216,11 +218,12 @@ class RunChoices:
     """The choices of a run so far. At each choice point, a chooser decides, and the choice is recorded.
 
     :param clock: the run's clock; the run starts now.
+    :ivar chooser: decides at the further choice points.
     """
 
     def __init__(self, chooser: Chooser, clock: Clock) -> None:
         self.choices: list[Choice] = []
-        self._chooser, self._clock = chooser, clock
+        self.chooser, self._clock = chooser, clock
         self._start_us = clock.now_us()
 
     @property
@@ -236,13 +239,12 @@ class RunChoices:
         distribution: Distribution | None = None,
     ) -> Option:
         """Return the chosen option of a new choice point; see :class:`ChoicePoint`."""
-        point = ChoicePoint(kind, subject, self.seconds, options, distribution)
-        index = len(self.choices)
-        chosen = self._chooser.choose(index, point)
+        point = ChoicePoint(len(self.choices), kind, subject, self.seconds, options, distribution)
+        chosen = self.chooser.choose(point)
         # A drawn option is added to the listed options, so that a path can name the option.
         if isinstance(chosen, Option):
             point = replace(point, options=(*options, chosen))
             chosen = len(options)
-        choice = Choice(index, point, chosen)
+        choice = Choice(point, chosen)
         self.choices.append(choice)
         return choice.taken_option

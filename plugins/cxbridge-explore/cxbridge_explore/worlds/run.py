@@ -16,11 +16,15 @@ from cxbridge.blackboard import parse_uid
 from cxbridge.clock import MICROSECONDS
 from cxbridge.closing import Closing
 from cxbridge.mainloop import Hook
+from cxbridge.run.mistakes import AgentChecks
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NO_ADDITIONS, Additions
-from cxbridge.run.run import make_run
+from cxbridge.run.result import COMPLETED, UNSUCCESSFUL, RunResult
+from cxbridge.run.run import make_run, sum_up_run
 from cxbridge.run.source import source_of
+from cxbridge.run.stuck import StuckWatch
 from cxbridge.run.team import AgentWatcher, Team
+from cxbridge.run.watchdog import make_spin_watchdog
 from cxbridge_explore.worldmodel.model import PlannerModel, WorldModel
 from cxbridge_explore.worldmodel.names import check_world
 from cxbridge_explore.worldmodel.reading import find_world, read_world
@@ -47,14 +51,17 @@ PLANNER_FAULTS: Final = "planning.faults"
 class WorldResult:
     """The end of a run in a chosen world.
 
-    :param is_over: whether the run ended by itself.
-    :param seconds: the duration by the run's clock.
+    :param verdict: the result as of ``cxbridge run``; real time is not measured.
     :param choices: all choices, in order.
     """
 
-    is_over: bool
-    seconds: float
+    verdict: RunResult
     choices: tuple[Choice, ...]
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the run ended by itself."""
+        return self.verdict.status in (COMPLETED, UNSUCCESSFUL)
 
 
 # Makes the program to run, with the world's additions.
@@ -73,7 +80,9 @@ def read_scenario_world(options: RunOptions) -> WorldModel:
 
 
 class WorldRun(Closing):
-    """A run in a chosen world. A context manager. No thread is alive while the chooser decides.
+    """A run in a chosen world, which is played once. A context manager.
+
+    No thread except a watchdog is alive while the chooser decides, so that the chooser may fork the process.
 
     :param options: the options of ``cxbridge run``; the world replaces the executors of skills.
     :param chooser: decides at each choice point.
@@ -92,12 +101,13 @@ class WorldRun(Closing):
     ) -> None:
         self.options = options
         self._is_started = False
+        self._loss_reason = ""
         self._world_model = read_scenario_world(options) if world is None else world
         self._kills: list[KillChoices] = []
         with ExitStack() as stack:
             self.assembly = make_assembly(options, self._make_additions())
             stack.enter_context(self.assembly)
-            self._choices = RunChoices(chooser, self.assembly.clock)
+            self.choices = RunChoices(chooser, self.assembly.clock)
             check_world(self._world_model, self.assembly)
             self._agent_worlds: dict[str, AgentWorld] = {}
             stack.callback(self._close_agent_worlds)
@@ -105,7 +115,12 @@ class WorldRun(Closing):
                 self.joined(agent)
             if isinstance(self.assembly, Team):
                 self._watch_team(self.assembly)
+            self._checks, self._stuck_watch = AgentChecks(self.assembly.agents), StuckWatch(self.assembly)
+            self.watchers.append(self._checks)
             self.assembly.loop.add(Hook.POST_LOOP, self._apply_events)
+            watchdog = make_spin_watchdog(self.assembly)
+            watchdog.start()
+            stack.callback(watchdog.stop)
             self._stack = stack.pop_all()
 
     def _make_additions(self) -> Additions:
@@ -124,13 +139,13 @@ class WorldRun(Closing):
         options = make_options("plans", *(make_fault(name, weight) for name, weight, *_ in faults if weight))
         if len(options) == 1:
             return "", 0.0
-        chosen = self._choices.choose(ChoiceKind.PLANNER, f"{env}: plan for {problem}", options).name
+        chosen = self.choices.choose(ChoiceKind.PLANNER, f"{env}: plan for {problem}", options).name
         outcomes = {name: (status, delay_s) for name, _, status, delay_s in faults}
         return outcomes.get(chosen, ("", 0.0))
 
     def _watch_team(self, team: Team) -> None:
         team.watchers.append(self)
-        self._kills = [KillChoices(kill, team, self._choices) for kill in self._world_model.kills]
+        self._kills = [KillChoices(kill, team, self.choices) for kill in self._world_model.kills]
 
     @property
     def watchers(self) -> list[AgentWatcher]:
@@ -140,7 +155,7 @@ class WorldRun(Closing):
     def joined(self, agent: Run) -> None:
         """Make the world of an agent that starts or restarts."""
         prefix = f"{agent.name}/" if isinstance(self.assembly, Team) else ""
-        self._agent_worlds[agent.name] = AgentWorld(self._world_model, agent, self._choices, prefix)
+        self._agent_worlds[agent.name] = AgentWorld(self._world_model, agent, self.choices, prefix)
 
     def left(self, agent: Run) -> None:
         """Close the world of a killed agent."""
@@ -156,7 +171,7 @@ class WorldRun(Closing):
     @property
     def seconds(self) -> float:
         """The seconds since the start of the run, by its clock."""
-        return self._choices.seconds
+        return self.choices.seconds
 
     def state(self) -> tuple[Hashable, ...] | None:
         """Return the state on which the next events of Skillers depend, besides interfaces.
@@ -189,14 +204,21 @@ class WorldRun(Closing):
         return any(kill.awaits_restart for kill in self._kills)
 
     def start(self) -> None:
-        """Load the agents once, without choices."""
+        """Load the agents once, without choices.
+
+        :raises CxbridgeError: if an agent is broken.
+        """
         if not self._is_started:
             self._is_started = True
             with self.assembly.loop.busy_section():
                 self.assembly.start()
+            self._checks.check_loaded_files()
 
-    def play(self, is_cut: Callable[[], bool] = lambda: False) -> WorldResult:
-        """Run to the end, or until ``is_cut`` returns True after a loop."""
+    def play(self) -> WorldResult:
+        """Play the run to its end, or until it cannot continue.
+
+        :raises CxbridgeError: if an agent is broken.
+        """
         assembly = self.assembly
         self.start()
         # Events at second 0, such as the first sensed values, come before the first loop.
@@ -205,10 +227,26 @@ class WorldRun(Closing):
         end_us = assembly.clock.now_us() + round((self.options.timeout - self.seconds) * MICROSECONDS)
 
         def is_done() -> bool:
-            return self.is_over or is_cut() or assembly.clock.now_us() >= end_us
+            return self.is_over or self._must_stop() or assembly.clock.now_us() >= end_us
 
         assembly.loop.run(is_done)
-        return WorldResult(self.is_over, self.seconds, tuple(self._choices.choices))
+        verdict = sum_up_run(
+            assembly,
+            self.options,
+            self._loss_reason,
+            None,  # no limit of a cycle has ended the run
+            (self.seconds, 0.0),  # by the run's clock, and in real time
+            self._stuck_watch,
+            is_over=self.is_over,
+        )
+        return WorldResult(verdict, tuple(self.choices.choices))
+
+    def _must_stop(self) -> bool:
+        """Check the run after a loop, and return whether the run is stuck or has lost a component."""
+        self._checks.check_new_files()
+        self._loss_reason = self.assembly.loss_reason
+        # A team that waits for a restart is not stuck, since the restarted agent can change its state.
+        return bool(self._loss_reason) or (not self.awaits_restart and self._stuck_watch.check())
 
     def _close_agent_worlds(self) -> None:
         for agent_world in self._agent_worlds.values():

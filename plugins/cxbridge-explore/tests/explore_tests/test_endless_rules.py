@@ -19,7 +19,7 @@ from cxbridge.run.result import FAULT
 from cxbridge.run.run import run_scenario
 from cxbridge_explore.sweep.playing import play_seed
 from cxbridge_explore.sweep.rows import SweepJob
-from cxbridge_explore.worlds.points import UsualChooser
+from cxbridge_explore.worlds.points import PathChooser
 from tests.daemon.test_daemon import connected, running
 from tests.run.mini import AGENT, write_scenario
 from tests.support import share
@@ -61,7 +61,7 @@ def test_a_run_and_a_sweep(tmp_path: Path, shape: str, moment: str) -> None:
     scenario, said = agent(tmp_path, shape, moment)
     result = run_scenario(RunOptions(scenario=scenario, skiller="simulator"))
     assert (result.status, result.reason) == (FAULT, said)
-    row = play_seed(SweepJob(RunOptions(scenario=scenario, skiller="none")), 1, UsualChooser())
+    row = play_seed(SweepJob(RunOptions(scenario=scenario, skiller="none")), 1, PathChooser({}))
     assert (row.outcome, row.reason) == ("fault", said)
 
 

@@ -15,7 +15,7 @@ from cxbridge_explore.playing import ExploredRun
 from cxbridge_explore.properties.reading import find_property
 from cxbridge_explore.sweep.playing import play_seed
 from cxbridge_explore.sweep.rows import SweepJob
-from cxbridge_explore.worlds.points import UsualChooser
+from cxbridge_explore.worlds.points import PathChooser
 from tests.run.mini import write_scenario
 
 TIMEOUT_S = 5.0
@@ -113,10 +113,10 @@ def test_every_way_to_run_it_agrees(tmp_path: Path, facts: str, expected: tuple[
             with pytest.raises(AssertionError, match="run-ends is violated"):
                 run.assert_properties("run-ends", timeout=TIMEOUT_S)
 
-    with ExploredRun(given, [find_property("run-ends")], UsualChooser()) as explored:
+    with ExploredRun(given, [find_property("run-ends")], PathChooser({})) as explored:
         leaf = explored.play_to_leaf()
     assert (leaf.outcome, not leaf.violations) == (result.word, is_over)
-    row = play_seed(SweepJob(given), 1, UsualChooser())
+    row = play_seed(SweepJob(given), 1, PathChooser({}))
     assert (row.outcome, reason in row.reason) == (result.word, True)
 
 

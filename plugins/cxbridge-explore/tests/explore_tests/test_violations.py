@@ -12,8 +12,8 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from cxbridge.run.options import RunOptions
-from cxbridge_explore.counterexample_playing import NthChoice, NthChooser, play_run
-from cxbridge_explore.counterexample_shrinking import shrink
+from cxbridge_explore.counterexample import shrink
+from cxbridge_explore.counterexample_playing import NthChooser, play_run
 from cxbridge_explore.properties.monitor import Violation
 from cxbridge_explore.properties.reading import find_property
 from explore_tests.pytest_files import pytest_of
@@ -25,15 +25,13 @@ PROPERTY = "no-failed-talk: never (goal (class TALK) (mode FINISHED) (outcome FA
 
 
 def test_a_path_is_shortened_to_the_choices_that_it_needs():
-    choices = [NthChoice(name, 0, "fails") for name in "abc"]
-
     def play(subset):
-        violation = Violation("p", "", 1.0) if {choices[0], choices[2]} <= {*subset} else None
-        return SimpleNamespace(choices=(), played=subset, find_violation=lambda _name: violation)
+        violations = [Violation("p", "", 1.0)] if {("a", 0), ("c", 0)} <= subset.keys() else []
+        return SimpleNamespace(choices=(), played=subset, violations=violations)
 
-    shortest: Any = shrink(choices, "p", play)
-    assert shortest.played == (choices[0], choices[2])
-    assert shrink(choices[:2], "p", play) is None
+    shortest: Any = shrink({(name, 0): "fails" for name in "abc"}, play)
+    assert shortest.played == {("a", 0): "fails", ("c", 0): "fails"}
+    assert shrink({("a", 0): "fails", ("b", 0): "fails"}, play) is None
 
 
 @pytest.fixture(scope="module")
@@ -100,10 +98,7 @@ def test_the_test_moves_with_its_project(tmp_path, monkeypatch):
 def test_a_move_to_where_a_robot_is_counts_as_nothing():
     """The office's robot fails there, the other one on its way: the first goes to the office once more."""
     options = RunOptions(scenario=ROOT / "scenarios" / "two-robots", skiller="none")
-    faults = (
-        NthChoice("robot2: inspect{place='office'}", 0, "fails"),
-        NthChoice("robot1: move{to='office'}", 0, "fails"),
-    )
+    faults = {("robot2: inspect{place='office'}", 0): "fails", ("robot1: move{to='office'}", 0): "fails"}
     played = play_run(options, [find_property("executed-once")], NthChooser(faults))
     assert [choice.taken_option.name for choice in played.choices].count("fails") == 2
     assert played.violations == ()

@@ -205,7 +205,7 @@ def test_the_counterexamples_of_explore(defect: Defect, tmp_path: Path, page_mod
     path = next(
         path
         for path, played in runs(options, defect.properties, defect.faults)
-        if played.find_violation(defect.found_by) is not None
+        if defect.found_by in {violation.property for violation in played.violations}
     )
     example = write_counterexample(options, defect.properties, defect.found_by, path, tmp_path / "found")
     assert check(open_run(example.recording), page_modules) > 0

@@ -136,13 +136,13 @@ def runs(
     for number in range(faults + 1):
         longer: list[ChoicePath] = []
         for path in paths:
-            played = play_run(options, properties, PathChooser(path), stops_at_violation=True)
+            played = play_run(options, properties, PathChooser(path))
             yield path, played
             after = max(path, default=-1)
             longer += [
-                {**path, choice.index: Step(choice.point.subject, option.name)}
+                {**path, choice.point.index: Step(choice.point.subject, option.name)}
                 for choice in played.choices
                 for place, option in enumerate(choice.point.options)
-                if choice.index > after and place != USUAL and number < faults
+                if choice.point.index > after and place != USUAL and number < faults
             ]
         paths = longer

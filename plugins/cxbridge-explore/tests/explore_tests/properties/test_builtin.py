@@ -9,15 +9,16 @@ from itertools import count
 import pytest
 
 from cxbridge.mainloop import Hook
-from cxbridge_explore.worlds.run import WorldRun
-from explore_tests.properties.runs import Watched, shipped, watched
+from cxbridge_explore.playing import ExploredRun
+from cxbridge_explore.properties.monitor import Violation
+from explore_tests.properties.runs import shipped, watched
 
 
 @pytest.mark.parametrize("scenario", ["test-scenario", "test-scenario-pddl", "two-robots"])
 def test_the_shipped_agents_have_all_of_them(scenario: str):
     run = watched(shipped(scenario))
     assert run.violations == []
-    assert run.evaluated >= {
+    assert run.evaluated_names >= {
         *("run-ends", "no-errors", "goals-retracted", "preconditions", "executed-once"),
         "skillers-released",
     }
@@ -26,10 +27,12 @@ def test_the_shipped_agents_have_all_of_them(scenario: str):
 # ---- violated
 
 
-def disturbed(loops: int, *changes: Callable[[WorldRun], object], timeout: float = 30.0) -> Watched:
+def disturbed(
+    loops: int, *changes: Callable[[ExploredRun], object], timeout: float = 30.0
+) -> dict[str, Violation]:
     """Play the test scenario, and change something in it before the agent thinks in some loops."""
 
-    def before(run: WorldRun) -> None:
+    def before(run: ExploredRun) -> None:
         number = count(1)
         waiting = list(changes)
 
@@ -39,14 +42,15 @@ def disturbed(loops: int, *changes: Callable[[WorldRun], object], timeout: float
 
         run.assembly.loop.add(Hook.PRE_LOOP, step)
 
-    return watched(shipped("test-scenario", timeout), before=before)
+    run = watched(shipped("test-scenario", timeout), before=before)
+    return {violation.property: violation for violation in run.violations}
 
 
-def asserting(fact: str) -> Callable[[WorldRun], object]:
+def asserting(fact: str) -> Callable[[ExploredRun], object]:
     return lambda run: run.assembly.agents[0].executive.env.assert_string(fact)
 
 
-def building(construct: str) -> Callable[[WorldRun], object]:
+def building(construct: str) -> Callable[[ExploredRun], object]:
     return lambda run: run.assembly.agents[0].executive.env.build(construct)
 
 
@@ -153,17 +157,14 @@ TWICE = (
     ],
 )
 def test_a_violation_and_whom_it_concerns(name, loops, changes, message, concerned):
-    violation = disturbed(loops, *changes).of(name)
-    assert violation is not None
+    violation = disturbed(loops, *changes)[name]
     assert re.match(message, violation.message), violation.message
     assert violation.as_dict().items() >= concerned.items()
 
 
 def test_a_goal_that_rests():
-    run = disturbed(5, STUCK, *TICKING, timeout=90.0)
-    rest, ends = run.of("no-idle-rest"), run.of("run-ends")
-    assert rest is not None
+    violations = disturbed(5, STUCK, *TICKING, timeout=90.0)
+    rest, ends = violations["no-idle-rest"], violations["run-ends"]
     assert rest.message == "goal STUCK has been EXPANDED for 60 s and waits for nothing"
     assert 60 < rest.seconds < 62
-    assert ends is not None
     assert ends.message.startswith("the run has not ended")

@@ -31,7 +31,7 @@ class KillingOnce:
     def __init__(self, agent: str, seconds: float) -> None:
         self._agent, self._seconds, self._is_done = agent, seconds, False
 
-    def choose(self, index: int, point: ChoicePoint) -> int:
+    def choose(self, point: ChoicePoint) -> int:
         if self._is_done or point.subject != self._agent or point.seconds < self._seconds:
             return 0
         self._is_done = True
@@ -49,8 +49,7 @@ def killed(
         default_skill=CALM, kills=(Kill(times=DecisionTimes(period_s=0.2, end_s=10.0), restart_after_s=back),)
     )
     with ExploredRun(options, properties, KillingOnce("robot1", seconds), world=world) as run:
-        ended, _ = run.play()
-        return ended, run.properties.violations
+        return run.play().verdict, run.properties.violations
 
 
 @pytest.mark.parametrize(("seconds", "back"), [(0.4, None), (8.4, None), (8.4, 3.0)])

@@ -9,10 +9,10 @@ import pytest
 
 from cxbridge.errors import ConfigError
 from cxbridge.events import Event, FactChange, GoalTransition, PlanActionTransition, RuleFired, SkillStatus
+from cxbridge_explore.playing import ExploredRun
 from cxbridge_explore.properties.forms import read_property
 from cxbridge_explore.properties.monitor import Property
 from cxbridge_explore.properties.reading import combine_properties, read_properties, read_scenario_properties
-from cxbridge_explore.worlds.run import WorldRun
 from explore_tests.properties.runs import BUILTIN, shipped, watched
 
 
@@ -68,7 +68,7 @@ def test_a_run_that_is_watched_is_the_same(scenario: str):
     def events(properties: Sequence[Property]) -> list[Event]:
         found: list[Event] = []
 
-        def before(run: WorldRun) -> None:
+        def before(run: ExploredRun) -> None:
             types = (GoalTransition, PlanActionTransition, SkillStatus, RuleFired, FactChange)
             run.assembly.bus.subscribe(found.append, *types)
 

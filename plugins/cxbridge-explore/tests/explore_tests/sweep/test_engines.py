@@ -52,7 +52,8 @@ def test_workers_that_are_killed_lose_nothing(expected, monkeypatch):
 
     def noted(self: WorkerProcess, job: SweepJob) -> None:
         start(self, job)
-        pids.append(self.pid)
+        assert self.process.pid is not None
+        pids.append(self.process.pid)
 
     monkeypatch.setattr(WorkerProcess, "__init__", noted)
     monkeypatch.setattr(engine_module, "MAX_DEATHS", 100)

@@ -6,6 +6,7 @@ import pytest
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, InterfaceMessage, SkillStatus
+from cxbridge.mainloop import Hook
 from cxbridge.run.options import RunOptions
 from cxbridge.skiller.simulation.estimators import SkillPattern
 from cxbridge_explore.worldmodel.distributions import Distribution, Shape
@@ -27,7 +28,7 @@ from cxbridge_explore.worlds.points import (
     Chooser,
     PathChooser,
     RandomChooser,
-    read_path,
+    make_path,
 )
 from cxbridge_explore.worlds.run import WorldResult, WorldRun
 from tests.support import ROOT, needs_plugin
@@ -45,7 +46,7 @@ class Taking:
     def __init__(self, kind: ChoiceKind, name: str, number: int = 0) -> None:
         self._kind, self._name, self._left = kind, name, number
 
-    def choose(self, index: int, point: ChoicePoint) -> int:
+    def choose(self, point: ChoicePoint) -> int:
         if point.kind is not self._kind:
             return 0
         self._left -= 1
@@ -66,7 +67,7 @@ def skills(events: list[Event], status: str) -> list[tuple[str, str]]:
 
 def again(name: str, result: WorldResult, world: WorldModel) -> None:
     """Follow the path of a run, which must meet the same choices."""
-    path = read_path([choice.as_dict() for choice in result.choices])
+    path = make_path(choice for choice in result.choices if choice.option_index)
     repeated, _ = play(name, PathChooser(path), world)
     assert repeated == result
 
@@ -111,13 +112,13 @@ def test_a_sensed_value_is_written_when_it_is_due_and_after_a_skill():
         board = run.assembly.agents[0].board
         seen = []
 
-        def look() -> bool:
+        def look() -> None:
             with board.open_for_reading("BatteryInterface", "Robot", owner="look") as battery:
                 battery.read()
                 seen.append(battery.as_dict()["current"])
-            return False
 
-        result = run.play(look)
+        run.assembly.loop.add(Hook.POST_LOOP, look)
+        result = run.play()
     times = [choice.point.seconds for choice in result.choices if choice.point.kind is ChoiceKind.SENSED]
     assert times[0] == pytest.approx(1.0, abs=0.04)
     assert len(times) == 1 + 4, "once by time, and after each of four skills"
@@ -130,7 +131,9 @@ def test_a_message_that_is_lost_starts_no_skill():
     usual, all_of_them = play("test-scenario-pddl", Taking(ChoiceKind.MESSAGE, "arrives"), world)
     assert usual.is_over
     assert result.is_over
-    assert result.seconds > usual.seconds + 1, "the agent waits for its skill, and asks again"
+    assert result.verdict.run_seconds > usual.verdict.run_seconds + 1, (
+        "the agent waits for its skill, and asks again"
+    )
     assert skills(events, "S_RUNNING") == skills(all_of_them, "S_RUNNING")
 
 
@@ -189,7 +192,7 @@ def test_a_plan_comes_late():
     world = WorldModel(default_skill=CALM, planner=PlannerModel(delay_probability=0.1, delay_s=3.0))
     usual, _ = play("temporal", Taking(ChoiceKind.PLANNER, "plans"), world)
     late, _ = play("temporal", Taking(ChoiceKind.PLANNER, "late"), world)
-    assert late.seconds == pytest.approx(usual.seconds + 3.0, abs=0.1)
+    assert late.verdict.run_seconds == pytest.approx(usual.verdict.run_seconds + 3.0, abs=0.1)
 
 
 @pytest.mark.parametrize(

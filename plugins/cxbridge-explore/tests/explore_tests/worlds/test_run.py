@@ -15,7 +15,6 @@ from cxbridge_explore.worlds.points import (
     DivergedError,
     PathChooser,
     Step,
-    UsualChooser,
     read_path,
 )
 from cxbridge_explore.worlds.run import WorldResult, WorldRun, read_scenario_world
@@ -30,7 +29,7 @@ def played(path: ChoicePath) -> WorldResult:
 
 
 def failing(choice: Choice) -> ChoicePath:
-    return {choice.index: Step(choice.point.subject, "fails")}
+    return {choice.point.index: Step(choice.point.subject, "fails")}
 
 
 def test_a_path_is_followed_and_can_be_written_and_read():
@@ -51,7 +50,7 @@ def scenario(name: str) -> RunOptions:
 
 
 def test_calls_on_the_skill_board_are_choices():
-    with WorldRun(scenario("two-robots"), UsualChooser()) as run:
+    with WorldRun(scenario("two-robots"), PathChooser({})) as run:
         usual = run.play()
     subjects = [choice.point.subject for choice in usual.choices]
     assert subjects[:2] == ["robot1: move{to='lab'}", "robot2: move{to='store'}"]
