@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from typing import TYPE_CHECKING, Final
+
+from msgspec.structs import replace
 
 from cxbridge.config import Configuration
 from cxbridge.run.agent import MakeComponent, Run, make_base
