@@ -1,4 +1,4 @@
-;;; Commands: reading of the blackboard, on each time fact.
+;;; Commands that read the blackboard at each time fact.
 
 (blackboard-enable-time-read)
 (unwatch rules blackboard-read)

@@ -1,34 +1,33 @@
-; Mutual exclusion among robots, through the robot memory they share.
+; Mutual exclusion among robots that share a robot memory.
 ;
-; There is one mutex fact for each mutex. To acquire one, call
-; (mutex-try-lock-async NAME); to release it, (mutex-unlock-async NAME). Then
-; watch the fact: the request stays until its maker has seen the response
-; and sets both back to NONE.
+; Each mutex is a mutex fact. (mutex-try-lock-async NAME) requests a lock, and
+; (mutex-unlock-async NAME) its release. The request stays in the fact until the
+; caller has read the response and sets both slots to NONE.
 ;
-;   request     response, in the end
-;   LOCK        ACQUIRED; REJECTED if somebody else has it; ERROR
-;   UNLOCK      UNLOCKED, and state OPEN or LOCKED by somebody else; ERROR
-;   RENEW-LOCK  ACQUIRED; REJECTED if it was lost; ERROR
+;   request     final response
+;   LOCK        ACQUIRED; REJECTED if another robot has the lock; ERROR
+;   UNLOCK      UNLOCKED, and state OPEN or LOCKED by another robot; ERROR
+;   RENEW-LOCK  ACQUIRED; REJECTED if the lock was lost; ERROR
 ;
-; ERROR tells of misuse; error-msg says what of. While a response is PENDING no
-; other request may be made. What the state is, only the robot memory can tell:
-; it comes as trigger events for the collection, and nobody else may set it.
+; ERROR means misuse, with the reason in error-msg. A PENDING response forbids
+; further requests. The state follows the trigger events of the collection in the
+; robot memory; other rules must not set the state.
 ;
-; Locks of ours are renewed again and again, so that they outlive those of robots
-; that are gone (/config/coordination/mutex: renew-interval, max-age-sec).
+; The locks of this robot are renewed periodically, and locks of robots that have
+; stopped expire (/config/coordination/mutex: renew-interval, max-age-sec).
 ;
 ; Needs cx-identity.clp, worldmodel.clp and the feature robot_memory.
 
 (defglobal
-  ; the collection of mutexes; the robot memory's name for it is configured
-  ; below /plugins/robot-memory/coordination and must be the same
+  ; the collection of mutexes, equal to the name that the robot memory has below
+  ; /plugins/robot-memory/coordination
   ?*MUTEX-COLLECTION* = "robmem_coordination.mutex"
 )
 
 (deftemplate mutex
-  "A mutex: what the robot memory says of it, and what we want of it."
+  "A mutex: its state in the robot memory, and the request of this robot."
   (slot name (type SYMBOL))
-  ; --- what we want
+  ; --- the request
   (slot request
     (type SYMBOL)
     (allowed-values NONE LOCK UNLOCK CREATE FLUSH-LOCKS RENEW-LOCK))
@@ -37,48 +36,47 @@
     (allowed-values NONE PENDING ACQUIRED REJECTED UNLOCKED ERROR))
   (slot error-msg (type STRING))
   (slot auto-renew (type SYMBOL) (allowed-values TRUE FALSE))
-  ; --- what is to be done after the request; AUTO-RENEW-PROC marks a renewal
-  ; --- that nobody asked for
+  ; --- the next requests; AUTO-RENEW-PROC marks a periodic renewal
   (multislot pending-requests
     (type SYMBOL)
     (allowed-values NONE UNLOCK AUTO-RENEW-PROC))
-  ; --- what the robot memory says
+  ; --- the state in the robot memory
   (slot state (type SYMBOL) (allowed-values UNKNOWN OPEN LOCKED))
   (slot locked-by (type STRING))
   (multislot lock-time (type INTEGER) (cardinality 2 2))
 )
 
 (deftemplate mutex-expire-task
-  "Unlocking of all locks (FLUSH) or of those that are too old (EXPIRE)."
+  "The release of all locks (FLUSH) or of old locks (EXPIRE)."
   (slot max-age-sec (type FLOAT))
   (slot task (type SYMBOL) (allowed-values FLUSH EXPIRE))
   (slot state (type SYMBOL) (allowed-values NONE PENDING COMPLETED FAILED))
 )
 
 (deftemplate mutex-global-data
-  "There while the trigger is registered."
+  "Exists while the trigger is registered."
   (slot trigger-ptr (type EXTERNAL-ADDRESS))
 )
 
 ; *** Requests ***
 
 (deffunction mutex-error (?m ?request ?response $?message)
-  "Internal. Answer a request at once, with a message."
+  "Internal. Respond to a request at once, with a message."
   (modify ?m (request ?request) (response ?response)
              (error-msg (str-cat (expand$ ?message))))
 )
 
 (deffunction mutex-busy-error (?m ?name ?request ?pending)
-  "Internal. Answer a request that comes while another one is open."
+  "Internal. Respond to a request during another pending request."
   (mutex-error ?m ?request ERROR
                "Mutex " ?name " already has pending " ?pending " request. "
                "This may lead to unpredictable behavior on both sides!")
 )
 
 (deffunction mutex-try-lock-async (?name $?args)
-  "Try to acquire the mutex ?name, which is made if it does not exist. It is
-   refused where the mutex is locked, even by ourselves. An optional FALSE says
-   that the lock need not be renewed."
+  "Request the lock of the mutex ?name, which is created if it does not exist. The
+   request is rejected if the mutex is locked, even by this robot. With an optional
+   FALSE, the lock is not renewed."
   (bind ?auto-renew (if (> (length$ ?args) 0) then (nth$ 1 ?args) else TRUE))
   (if (not (any-factp ((?m mutex)) (eq ?name ?m:name))) then
     (assert (mutex (name ?name) (request LOCK) (auto-renew ?auto-renew)))
@@ -95,8 +93,8 @@
 )
 
 (deffunction mutex-unlock-async (?name)
-  "Release the mutex ?name. Where it is just being renewed, that is finished
-   before; a lock of somebody else is not touched."
+  "Request the release of the mutex ?name, after a running renewal. The lock of
+   another robot stays."
   (if (not (any-factp ((?m mutex)) (eq ?name ?m:name))) then
     (assert (mutex (name ?name) (request UNLOCK) (response UNLOCKED)))
     (return))
@@ -115,7 +113,7 @@
 )
 
 (deffunction mutex-renew-lock-async (?name)
-  "Renew our lock on the mutex ?name."
+  "Renew this robot's lock of the mutex ?name."
   (do-for-fact ((?m mutex)) (eq ?name ?m:name)
     (if (neq ?m:state LOCKED) then
       (mutex-error ?m RENEW-LOCK ERROR "Mutex " ?name " not LOCKED. Cannot renew.")
@@ -131,34 +129,34 @@
 )
 
 (deffunction mutex-start-expire-task (?task ?max-age-sec)
-  "Internal. Unlock everything that is older, unless that is being done already."
+  "Internal. Release all older locks, unless the task is running already."
   (if (any-factp ((?running mutex-expire-task)) TRUE)
    then (printout error "Mutex lock expiration already running" crlf)
    else (assert (mutex-expire-task (task ?task) (max-age-sec (float ?max-age-sec)))))
 )
 
 (deffunction mutex-flush-locks-async ()
-  "Release all locks, also those of others. The mutex-expire-task tells the outcome
-   and is to be retracted by the caller."
+  "Release the locks of all robots. The mutex-expire-task has the outcome, and the
+   caller retracts it."
   (mutex-start-expire-task FLUSH 0.0)
 )
 
 (deffunction mutex-expire-locks-async ()
-  "Release the locks that are older than the configured age; otherwise the same."
+  "As mutex-flush-locks-async, for locks older than the configured age."
   (do-for-fact ((?age wm-fact)) (eq ?age:id "/config/coordination/mutex/max-age-sec")
     (mutex-start-expire-task EXPIRE ?age:value)
   )
 )
 
 (deffunction mutex-create (?name)
-  "Make the mutex ?name known to the robot memory. The fact comes from there."
+  "Create the mutex ?name in the robot memory, whose event asserts the fact."
   (robmem-mutex-create-async (str-cat ?name))
 )
 
 ; *** The trigger ***
 
 (deffunction mutex-register-trigger ()
-  "Ask for events of the collection of mutexes; the answer is a feedback fact."
+  "Register the trigger for the collection of mutexes; the reply is a feedback fact."
   (bind ?everything (bson-create))
   (robmem-trigger-register ?*MUTEX-COLLECTION* ?everything "mutex-trigger")
   (bson-destroy ?everything)
@@ -197,14 +195,14 @@
 )
 
 (deffunction mutex-trigger-set (?m ?response ?state ?locked-by ?lock-time)
-  "Internal. What the robot memory says of a mutex."
+  "Internal. Set the state of a mutex from the robot memory."
   (modify ?m (response ?response) (state ?state)
              (locked-by ?locked-by) (lock-time ?lock-time))
 )
 
 (deffunction mutex-trigger-update (?obj)
-  "Take over what the event ?obj says, which also answers requests that wait for
-   it. A lock that we got without having asked for it is given back."
+  "Set a mutex to the state in the event ?obj, and respond to its pending request.
+   Release a lock of this robot that it has not requested."
   (if (not (bson-has-field ?obj "fullDocument._id")) then (return))
   (bind ?name (sym-cat (bson-get ?obj "fullDocument._id")))
   (bind ?state (if (bson-get ?obj "fullDocument.locked") then LOCKED else OPEN))
@@ -233,8 +231,8 @@
 )
 
 (deffunction mutex-trigger-delete (?obj)
-  "Open the mutex whose document was deleted, if the event tells which it was.
-   (Events of change streams do not.)"
+  "Open the mutex of a deleted document, if the event names the mutex, which events
+   of change streams do not."
   (if (not (bson-has-field ?obj "fullDocument._id")) then (return))
   (bind ?name (sym-cat (bson-get ?obj "fullDocument._id")))
   (do-for-fact ((?m mutex)) (eq ?name ?m:name)
@@ -243,7 +241,7 @@
 )
 
 (defrule mutex-trigger-event
-  "One event, the oldest first."
+  "Handle the oldest event."
   (wm-fact (key cx identity))
   ?event <- (robmem-trigger (name "mutex-trigger") (rcvd-at $?time) (ptr ?obj))
   (not (robmem-trigger (name "mutex-trigger") (rcvd-at $?other&:(time> ?time ?other))))
@@ -284,7 +282,7 @@
 )
 
 (defrule mutex-lock-rejected
-  "Somebody else was faster."
+  "Another robot has acquired the lock."
   ?m <- (mutex (state LOCKED) (locked-by ?owner&:(neq ?owner (cx-identity)))
                (request LOCK) (response PENDING))
   =>
@@ -292,7 +290,7 @@
 )
 
 (defrule mutex-lock-op-failed
-  "Somebody else was faster, and the event that tells who has not come yet."
+  "Another robot has acquired the lock, and the event with its name has not arrived."
   ?answer <- (mutex-op-feedback try-lock-async FAIL ?name)
   ?m <- (mutex (name ?name) (request LOCK) (response PENDING))
   =>
@@ -302,7 +300,7 @@
 )
 
 (defrule mutex-lock-op-cleanup
-  "An answer for which nobody waits any more."
+  "A response for which no request waits."
   ?answer <- (mutex-op-feedback try-lock-async ? ?name)
   (not (mutex (name ?name) (request LOCK) (response PENDING)))
   =>
@@ -329,7 +327,7 @@
 )
 
 (defrule mutex-unlock-succeeded-already-reacquired
-  "It was released, and somebody else has it already."
+  "The mutex was released, and another robot has acquired it already."
   ?m <- (mutex (state LOCKED) (locked-by ?owner&:(neq ?owner (cx-identity)))
                (request UNLOCK) (response PENDING))
   =>
@@ -373,7 +371,7 @@
 )
 
 (defrule mutex-renew-lock-op-cleanup
-  "Success is known from the event; a late failure is for a renewal that is over."
+  "The event reports the success; a late failure belongs to a finished renewal."
   ?answer <- (mutex-op-feedback renew-lock-async ?result ?name)
   (not (and (test (eq ?result FAIL))
             (mutex (name ?name) (request RENEW-LOCK) (response PENDING))))
@@ -381,15 +379,15 @@
   (retract ?answer)
 )
 
-; *** RENEW-LOCK, by ourselves ***
+; *** RENEW-LOCK, periodically ***
 
 (deffunction mutex-renew-finished (?m ?pending-requests)
-  "Internal. Back to what was asked for while the renewal ran."
+  "Internal. Continue with the requests made during the renewal."
   (modify ?m (request NONE) (response NONE) (pending-requests ?pending-requests))
 )
 
 (defrule mutex-lock-auto-renew
-  "Lock times are system times, of millisecond resolution."
+  "Lock times are system times in milliseconds."
   ?m <- (mutex (name ?name) (state LOCKED) (locked-by ?owner&:(eq ?owner (cx-identity)))
                (request NONE) (pending-requests) (lock-time $?locked))
   (wm-fact (id "/config/coordination/mutex/renew-interval")
@@ -439,7 +437,7 @@
 )
 
 (defrule mutex-run-pending-request
-  "What was asked for while a renewal ran."
+  "Carry out a request made during a renewal."
   ?m <- (mutex (name ?name) (request NONE) (pending-requests ?next $?later))
   =>
   (printout t "Run pending request for mutex " ?name ": " ?next crlf)

@@ -1,7 +1,7 @@
 ;;; The name of this executive, kept in the world model under /cx/identity.
 
 (deffunction cx-identity-set (?identity)
-  "Give this executive a name, the first or another one."
+  "Set the name of this executive, or replace it."
   (if (not (do-for-fact ((?wf wm-fact)) (eq ?wf:id "/cx/identity")
              (modify ?wf (type STRING) (value ?identity))
              TRUE))
@@ -9,7 +9,7 @@
     (assert (wm-fact (id "/cx/identity") (type STRING) (value ?identity)))))
 
 (deffunction cx-identity ()
-  "The name of this executive, UNKNOWN as long as nobody has set one."
+  "The name of this executive; UNKNOWN before the first cx-identity-set."
   (do-for-fact ((?wf wm-fact)) (eq ?wf:id "/cx/identity")
     (return ?wf:value))
   "UNKNOWN")

@@ -1,20 +1,20 @@
-; domain-effects.clp - what a successful action changes
+; domain-effects.clp - effects of successful actions
 ;
 ; EXECUTION-SUCCEEDED -> [SENSED-EFFECTS-WAIT ->] SENSED-EFFECTS-HOLD -> EFFECTS-APPLIED -> FINAL,
-; and EXECUTION-FAILED -> FAILED, all before a rule at salience 0 has its turn, except for the
-; wait. Which conditional effects apply is settled at the first step, before anything changes.
+; and EXECUTION-FAILED -> FAILED, all before rules at salience 0 fire, except for the wait. The
+; first step decides which conditional effects apply, before a fact changes.
 
 (deftemplate domain-fact-removal
-  "A negative effect on its way: the domain-fact goes before anything else happens."
+  "A negative effect, whose domain-fact is retracted before other rules fire."
   (slot key) (multislot values))
 
 (deftemplate domain-numbers
-  "How often values of functions have changed (revision), and the latest problem-function; there
-   is none while no domain has functions (domain-numbers.clp)."
+  "The number of changes of function values (revision), and the latest problem-function. The fact
+   exists if the domain has functions (domain-numbers.clp)."
   (slot revision (default 0)) (slot newest (default 0)))
 
 (deftemplate domain-numbers-due
-  "An action has succeeded: its effects on numbers come with its other effects."
+  "An action that has succeeded, and whose effects on numbers are due with its other effects."
   (slot operator) (slot duration) (multislot names) (multislot values))
 
 (deftemplate domain-awaited-atom
@@ -22,7 +22,7 @@
   (slot key) (multislot values) (slot type) (slot pending))
 
 (deffunction domain-effects-met
-  "Those of the effects that are not conditional, or whose condition is met."
+  "The effects that are not conditional, or whose condition is satisfied."
   (?effects ?conditional ?met)
   (if (= (length$ ?conditional) 0) then (return ?effects))
   (bind ?applicable (create$))
@@ -38,7 +38,7 @@
     (fact-slot-value ?action param-names) (fact-slot-value ?action param-values))))
 
 (deffunction domain-action-await-effects
-  "Expect these sensed effects."
+  "Assert the sensed effects as pending."
   (?action ?effects)
   (progn$ (?effect ?effects)
     (assert (domain-pending-sensed-fact
@@ -50,7 +50,7 @@
     (state (if (> (length$ ?effects) 0) then SENSED-EFFECTS-WAIT else SENSED-EFFECTS-HOLD))))
 
 (deffunction domain-action-apply-effects
-  "Apply these effects. What one makes true another one does not make false."
+  "Apply the effects. A positive effect has precedence over a negative effect on the same atom."
   (?action ?effects)
   (bind ?made (create$))
   (progn$ (?effect ?effects)
@@ -151,7 +151,7 @@
   (retract ?effect))
 
 (defrule domain-effects-ignore-sensed
-  "The operator does not wait for its sensed effects; they stay pending."
+  "The operator does not wait for its sensed effects, which stay pending."
   (declare (salience ?*SALIENCE-DOMAIN-APPLY*))
   ?action <- (plan-action (state SENSED-EFFECTS-WAIT) (action-name ?operator))
   (domain-operator (name ?operator) (wait-sensed FALSE))

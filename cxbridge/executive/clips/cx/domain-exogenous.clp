@@ -1,12 +1,12 @@
-; domain-exogenous.clp - preconditions of operators that are somebody else's doing
+; domain-exogenous.clp - preconditions of exogenous operators
 ;
-; Such an action may have begun, or be over, before the plan comes to it. What it changes and the
-; robot senses may therefore have changed already, and the precondition must not ask for it.
+; Another agent performs an exogenous action, perhaps before the plan reaches it. The sensed facts
+; that the action changes may therefore have changed already, so its precondition must accept them.
 
 (deffunction remove-precondition
-  "Remove a pddl-predicate or pddl-formula (a fact) from its condition, together with each
-   negation, atom and disjunction that has nothing left; if that is the whole condition, put
-   one in its place that is always satisfied."
+  "Remove a pddl-predicate or pddl-formula (a fact) from its condition, with each negation, atom
+   and disjunction that becomes empty. A condition that becomes empty is replaced by one that
+   is always satisfied."
   (?precond-fact)
   (bind ?id (fact-slot-value ?precond-fact id))
   (bind ?part-of (fact-slot-value ?precond-fact part-of))
@@ -22,8 +22,8 @@
     (remove-precondition ?parent)))
 
 (defrule domain-remove-precond-on-sensed-nonval-effect-of-exog-action
-  "What an exogenous action changes may have changed before the action is selected: its
-   precondition does not ask for it."
+  "An effect of an exogenous action may occur before the action is selected, so its precondition
+   does not require the opposite."
   (domain-operator (name ?operator) (exogenous TRUE))
   (domain-effect (part-of ?operator) (predicate ?predicate)
                  (param-names $?names) (param-constants $?constants))
@@ -39,7 +39,7 @@
   (slot formula))
 
 (deffunction domain-term-equal
-  "Whether two predicates have the same term, a constant or a parameter, in one place."
+  "Whether two predicates have the same term, a constant or a parameter, at a position."
   (?place ?names ?constants ?other-names ?other-constants)
   (bind ?constant (nth$ ?place ?constants))
   (bind ?other (nth$ ?place ?other-constants))
@@ -48,7 +48,7 @@
   (return (eq ?constant ?other)))
 
 (deffunction domain-is-other-value
-  "Whether two value predicates are about the same thing and tell different values."
+  "Whether two value predicates have equal arguments and different values."
   (?names ?constants ?other-names ?other-constants)
   (bind ?last (length$ ?names))
   (if (<> ?last (length$ ?other-names)) then (return FALSE))
@@ -58,8 +58,8 @@
   (return (not (domain-term-equal ?last ?names ?constants ?other-names ?other-constants))))
 
 (defrule domain-replace-precond-on-sensed-val-effect-of-exog-action
-  "A value: the precondition also accepts those that the action leads to. A negated one is left
-   alone; the action does not lead to it."
+  "The precondition on a value also accepts the values that the action sets. A negated precondition
+   stays unchanged, because the action does not set its value."
   (domain-operator (name ?operator) (exogenous TRUE))
   (domain-effect (part-of ?operator) (predicate ?predicate) (type POSITIVE)
                  (param-names $?names) (param-constants $?constants))

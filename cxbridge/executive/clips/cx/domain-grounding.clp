@@ -1,36 +1,36 @@
-; domain-grounding.clp - preconditions of the plans' actions
+; domain-grounding.clp - grounded preconditions of plan-actions
 ;
-; An action that has still to be executed gets its precondition grounded once. From then on only
-; the change of an atom that occurs in it costs anything, and only as far up in the formula as it
-; makes a difference. The grounding goes with the action.
+; The precondition of an action is grounded once, before its execution. Afterwards only changes of
+; its atoms need work, and only for the nodes of the formula whose truth changes. The grounding is
+; retracted with the action.
 
 ; --- grounding
 
 (deftemplate grounded-pddl-tree
-  "A pddl-formula-tree in one grounding: one fact address a node, in the tree's order."
+  "A pddl-formula-tree in one grounding: a fact address for each node, in the tree's order."
   (slot grounding) (slot root) (slot tree) (slot revision)
   (multislot facts) (multislot leaves)
-  ; how many children of each node are satisfied; which root formulas are
+  ; the number of satisfied children of each node; the satisfied root formulas
   (multislot counts) (multislot satisfied)
-  ; the pddl-grounding, and whether it goes when no plan-action refers to it any more
+  ; the pddl-grounding, and whether it is retracted when no plan-action refers to it
   (slot grounding-fact) (slot of-action))
 
 (deftemplate grounded-pddl-leaf
-  "The ground atom that decides one leaf (place) of a grounded tree."
+  "The ground atom of a leaf (place) of a grounded tree."
   (slot key) (multislot values) (slot tree) (slot place) (slot satisfied (default FALSE)))
 
 (deftemplate grounded-pddl-comparison
-  "The comparison of numbers that decides one leaf (place) of a grounded tree; domain-numbers.clp looks."
+  "The comparison of numbers of a leaf (place) of a grounded tree; domain-numbers.clp evaluates it."
   (slot predicate-id) (multislot names) (multislot values) (slot tree) (slot place)
-  ; the domain-numbers.revision that it was looked at with
+  ; the domain-numbers.revision at the evaluation
   (slot satisfied (default FALSE)) (slot revision (default -1)))
 
 (deftemplate domain-met-conditions
-  "Which conditional effects of an action apply. Settled when it has succeeded."
+  "The conditional effects of a successful action that apply."
   (slot grounding) (multislot effects))
 
 (deffunction grounded-pddl-tree-set
-  "Set one leaf of a grounded tree and carry the change up as far as it matters."
+  "Set a leaf of a grounded tree, and update the nodes above whose truth changes."
   (?grounded ?place ?value)
   (bind ?tree (fact-slot-value ?grounded tree))
   (bind ?facts (fact-slot-value ?grounded facts))
@@ -64,7 +64,7 @@
                           (length$ ?names) " parameters, should be 2."))))))
 
 (deffunction pddl-formula-tree-ground
-  "Ground each node of a tree. The atoms count as not satisfied until they have been looked up."
+  "Ground each node of a tree. An atom counts as not satisfied until its lookup."
   (?tree ?names ?values ?grounding-fact ?of-action)
   (bind ?grounding (fact-slot-value ?grounding-fact id))
   (bind ?ids (fact-slot-value ?tree ids)) (bind ?sources (fact-slot-value ?tree sources))
@@ -117,7 +117,7 @@
     (param-names ?names) (param-values ?values)))))
 
 (deffunction grounded-pddl-tree-drop
-  "Retract a grounded tree. It and its leaves refer to each other: CLIPS would never free them."
+  "Retract a grounded tree. The tree and its leaves refer to each other, so CLIPS would not free them."
   (?grounded)
   (bind ?facts (create$ (fact-slot-value ?grounded leaves) (fact-slot-value ?grounded facts)))
   (modify ?grounded (leaves) (facts))
@@ -125,8 +125,8 @@
   (progn$ (?fact ?facts) (if (fact-existp ?fact) then (retract ?fact))))
 
 (deffunction ground-pddl-formula
-  "Ground the formulas which are part-of parent-id, in a new grounding if grounding-id is nil.
-   Returns the id of the grounding, nil if there is nothing to ground."
+  "Ground the formulas that are part-of parent-id, in a new grounding if grounding-id is nil.
+   Return the id of the grounding; nil if there are no formulas."
   (?parent-id ?param-names ?param-values ?grounding-id)
   (bind ?tree FALSE)
   (do-for-fact ((?t pddl-formula-tree)) (eq ?t:root ?parent-id) (bind ?tree ?t))
@@ -140,14 +140,14 @@
   (return (fact-slot-value ?grounding id)))
 
 (deffunction ground-pddl-predicate
-  "Make the grounded-pddl-predicate facts for the predicates which are part-of parent-id."
+  "Assert the grounded-pddl-predicate facts of the predicates that are part-of parent-id."
   (?parent-id ?param-names ?param-values ?grounding-id)
   (do-for-all-facts ((?p pddl-predicate)) (eq ?p:part-of ?parent-id)
     (assert (grounded-pddl-predicate (id (sym-cat grounded- ?p:id - ?grounding-id))
                                      (predicate-id ?p:id) (grounding ?grounding-id)))))
 
 (deffunction domain-retract-grounding
-  "Retract a grounding with all that belongs to it; actions that refer to it get a new one."
+  "Retract a grounding with its facts; actions that refer to the grounding get a new one."
   (?action-precond)
   (delayed-do-for-all-facts ((?t grounded-pddl-tree)) (eq ?t:grounding ?action-precond)
     (grounded-pddl-tree-drop ?t))
@@ -158,7 +158,7 @@
     (modify ?a (precondition nil))))
 
 (defrule domain-amend-action-params
-  "An action with values only gets the names from its operator."
+  "An action with values but no names gets the names from its operator."
   (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 5)))
   ?action <- (plan-action (action-name ?operator) (param-names) (param-values ? $?))
   (domain-operator (name ?operator) (param-names $?names&:(> (length$ ?names) 0)))
@@ -166,7 +166,7 @@
   (modify ?action (param-names ?names)))
 
 (defrule domain-ground-plan-action-precondition
-  "Ground the precondition of an action that has still to be executed."
+  "Ground the precondition of an action before its execution."
   (declare (salience ?*SALIENCE-DOMAIN-GROUND*))
   ?action <- (plan-action (precondition nil) (state ~FINAL&~FAILED) (action-name ?operator)
                           (param-names $?names) (param-values $?values))
@@ -191,7 +191,7 @@
   (pddl-formula-tree-ground ?tree ?names ?values ?grounding TRUE))
 
 (defrule domain-ground-effect-precondition-alone
-  "Likewise without a precondition of the action: the effects' conditions get a grounding."
+  "The same for an action without precondition: the effects' conditions get a new grounding."
   (declare (salience (- ?*SALIENCE-DOMAIN-GROUND* 1)))
   ?action <- (plan-action (state EXECUTION-SUCCEEDED) (action-name ?operator) (precondition nil)
                           (param-names $?names) (param-values $?values))
@@ -210,7 +210,7 @@
   =>
   (assert (domain-met-conditions (grounding ?id))))
 
-; Cleaning up. Retracting the pddl-grounding is enough: the rest follows it.
+; Clean-up. Other rules retract the facts of a retracted pddl-grounding.
 
 (defrule domain-grounding-of-finished-action
   (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 50)))
@@ -219,7 +219,7 @@
   (modify ?action (precondition nil)))
 
 (defrule domain-grounding-without-action
-  "The action is finished, is gone, or has got another grounding."
+  "The action is finished, was retracted, or has another grounding."
   (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 50)))
   (grounded-pddl-tree (grounding ?id) (of-action TRUE) (grounding-fact ?grounding))
   (not (plan-action (precondition ?id)))
@@ -227,7 +227,7 @@
   (if (fact-existp ?grounding) then (retract ?grounding)))
 
 (defrule domain-retract-grounding-for-plan-action-if-precondition-mismatch
-  "The arguments of an action have been changed."
+  "The arguments of the action have changed."
   (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 50)))
   ?grounding <- (pddl-grounding (id ?id) (param-values $?values))
   (plan-action (precondition ?id) (param-values ~$?values))
@@ -235,7 +235,7 @@
   (retract ?grounding))
 
 (defrule domain-grounding-is-outdated
-  "The condition itself has been changed."
+  "The condition has changed."
   (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 50)))
   (grounded-pddl-tree (revision ?revision) (grounding ?id))
   (not (pddl-formula-tree (revision ?revision)))
@@ -251,7 +251,7 @@
   (grounded-pddl-tree-drop ?grounded))
 
 (defrule domain-grounding-cleanup-conditions
-  "What was settled holds for one execution."
+  "The decision about conditional effects holds for one execution."
   (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 50)))
   ?met <- (domain-met-conditions (grounding ?id))
   (not (plan-action (precondition ?id)
@@ -269,7 +269,7 @@
 ; --- checking
 
 (defrule domain-check-grounded-predicate
-  "A ground atom is satisfied if there is such a domain-fact."
+  "A ground atom is satisfied if an equal domain-fact exists."
   (declare (salience ?*SALIENCE-DOMAIN-CHECK*))
   ?leaf <- (grounded-pddl-leaf (satisfied FALSE) (key ?key) (values $?values)
                                (tree ?grounded) (place ?place))
@@ -287,7 +287,7 @@
   (modify ?leaf (satisfied FALSE))
   (grounded-pddl-tree-set ?grounded ?place FALSE))
 
-; What follows from the atoms waits until they have all been looked up.
+; The rules on the truth of formulas wait until all atoms have been looked up.
 
 (defrule domain-check-if-action-precondition-is-satisfied
   (declare (salience (- ?*SALIENCE-DOMAIN-CHECK* 1)))
@@ -308,7 +308,7 @@
     (printout t "Action " (fact-slot-value ?action id) " is no longer executable" crlf)))
 
 (defrule domain-check-if-action-is-executable-without-precondition
-  "Nothing could be grounded: no formula, no operator, or not the operator's parameters."
+  "There is no grounding: no formula, no operator, or other parameters than the operator's."
   (declare (salience (- ?*SALIENCE-DOMAIN-CHECK* 1)))
   ?action <- (plan-action (executable FALSE) (precondition nil) (state ~FINAL&~FAILED))
   =>

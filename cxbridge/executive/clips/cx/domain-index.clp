@@ -1,15 +1,15 @@
-; domain-index.clp - the domain model arranged for look-up
+; domain-index.clp - an index of the domain model
 ;
-; CLIPS hashes joins on fields, but not on multifields: ground atoms get a symbol as their key.
-; Conditions and effects are collected into lists, which a rule's action can walk without looking
-; through all facts. Logical support keeps what is derived from the model up to date; a list is
-; made anew when it lacks something, or has something that is gone.
+; CLIPS hashes joins on fields, but not on multifields, so each ground atom has a symbol as its key.
+; Lists collect the conditions and effects, so that actions of rules need not search all facts.
+; Logical support updates facts that are derived from the model; a list is made again if it lacks
+; an element, or has an element that is gone.
 ;
-; The salience of a rule is that of grounding, and in this order: +40 drop what is out of date,
-; +30 derive, +25 settle, +20 drop what is incomplete, +10 collect, +0 what everything else builds on.
+; The saliences are that of grounding plus 40 (retract outdated lists), 30 (derive facts), 25 (mark
+; built trees), 20 (retract incomplete lists), 10 (collect lists) and 0 (use the lists).
 
 (deftemplate domain-true-atom
-  "The key of a domain-fact, for look-up by a join on one field."
+  "The key of a domain-fact, for joins on one field."
   (slot key) (multislot values) (slot fact))
 
 (deftemplate domain-value
@@ -17,34 +17,34 @@
   (slot key) (multislot arguments) (slot predicate) (slot value))
 
 (deftemplate pddl-formula-node
-  "A formula or predicate that belongs to the condition of root: an operator, an effect, or the
-   name that an agent has given to a formula of its own."
+  "A formula or predicate in the condition of root: an operator, an effect, or the name of an
+   agent's own formula."
   (slot id) (slot root))
 
 (deftemplate pddl-formula-tree
-  "The condition of one root, as lists with one field a node, parents before children."
+  "The condition of a root, as lists with one field for each node, parents before children."
   (slot root) (slot revision (default-dynamic (gensym*)))
-  ; whether its nodes have been indexed: not yet when a function has built it
+  ; FALSE until the nodes of a tree that a function has built are indexed
   (slot settled (default FALSE))
   ; of each node: its pddl-formula or pddl-predicate, its type (or predicate, equality, comparison)
   (multislot ids) (multislot sources) (multislot kinds)
-  ; the place of the parent (0: is a root), and the number of children
+  ; the position of the parent (0: the node is a root), and the number of children
   (multislot parents) (multislot sizes)
-  ; what holds while no atom is satisfied, and then how many children are satisfied
+  ; while no atom is satisfied: the truth of the node, and the number of satisfied children
   (multislot truths) (multislot counts))
 
 (deftemplate domain-effect-spec
-  "An effect on a declared predicate. The order is that of the domain-effect facts."
+  "An effect on a declared predicate, in the order of the domain-effect facts."
   (slot operator) (slot name) (slot order) (slot effect) (slot sensed))
 
 (deftemplate domain-operator-effects
-  "The effects of one operator (fact addresses, in order), sensed ones apart."
+  "The effects of an operator (fact addresses, in order); sensed effects are separate."
   (slot operator) (multislot orders) (multislot sensed) (multislot direct)
-  ; the names of those that are conditional
+  ; the names of the conditional effects
   (multislot conditional))
 
 (deffunction domain-atom-key
-  "A symbol for a ground atom. Different atoms may share one (numbers that print alike)."
+  "A symbol for a ground atom. Atoms with numbers that print alike have the same symbol."
   (?predicate ?values)
   (return (sym-cat ?predicate " " (implode$ ?values))))
 
@@ -63,7 +63,7 @@
                         (predicate ?name) (value ?value))))
 
 (defrule domain-index-root
-  "The formula at the top of a condition: of an operator, an effect, or an agent's own."
+  "The root formula of a condition: of an operator, of an effect, or an agent's own."
   (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 30)))
   (logical (pddl-formula (id ?id) (part-of ?root) (type ?))
            (not (pddl-formula (id ?root))))
@@ -86,7 +86,7 @@
   (assert (pddl-formula-node (id ?id) (root ?root))))
 
 (deffunction pddl-node-truth
-  "Whether a formula holds when so many of its children do."
+  "Whether a formula with this number of satisfied children is satisfied."
   (?kind ?satisfied ?size)
   (switch ?kind
     (case conjunction then (= ?satisfied ?size))
@@ -101,8 +101,8 @@
     (default predicate)))
 
 (deffunction pddl-formula-tree-build
-  "Collect the nodes below root, level by level, into a new pddl-formula-tree; FALSE if there
-   are none."
+  "Collect the nodes below root, level by level, into a new pddl-formula-tree; FALSE without
+   nodes."
   (?root)
   (bind ?ids (create$)) (bind ?sources (create$)) (bind ?kinds (create$))
   (bind ?parents (create$)) (bind ?sizes (create$))
@@ -124,7 +124,7 @@
     (bind ?place (+ ?place 1))
     (bind ?id (nth$ ?place ?ids)))
   (if (= (length$ ?ids) 0) then (return FALSE))
-  ; bottom up: what holds while no atom is satisfied
+  ; bottom up: the truth of the nodes while no atom is satisfied
   (bind ?truths (create$)) (bind ?counts ?sizes)
   (progn$ (?size ?sizes) (bind ?counts (replace$ ?counts ?size-index ?size-index 0)))
   (loop-for-count (?step 1 (length$ ?ids))
@@ -140,7 +140,7 @@
     (sizes ?sizes) (truths ?truths) (counts ?counts)))))
 
 (defrule domain-index-tree
-  "Built anew from the nodes after each change."
+  "Build the tree again from its nodes after each change."
   (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 10)))
   (pddl-formula-node (root ?root))
   (not (pddl-formula-tree (root ?root)))
@@ -148,7 +148,7 @@
   (pddl-formula-tree-build ?root))
 
 (defrule domain-index-tree-settles
-  "The nodes of a tree that an action of a rule has built are indexed by now."
+  "The nodes of a tree that a function has built are indexed now."
   (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 25)))
   ?tree <- (pddl-formula-tree (settled FALSE))
   =>
@@ -162,7 +162,7 @@
   (retract ?tree))
 
 (defrule domain-index-tree-has-former-node
-  "Before a changed node is indexed again: its tree is to go in any case."
+  "Retract the tree of a changed node before the node is indexed again."
   (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 40)))
   ?tree <- (pddl-formula-tree (root ?root) (settled TRUE) (ids $? ?id $?))
   (not (pddl-formula-node (id ?id) (root ?root)))
@@ -226,7 +226,7 @@
   (modify ?effects (conditional ?before ?after)))
 
 (defrule domain-check-value-predicate-must-have-only-one-value
-  "The error goes with its cause."
+  "The error is retracted with its cause."
   (logical (domain-value (key ?key) (predicate ?predicate) (arguments $?args) (value ?value))
            (domain-value (key ?key) (predicate ?predicate) (arguments $?args)
                          (value ?other&~?value)))

@@ -1,16 +1,16 @@
-; domain.clp - the planning domain: its model, and what is wrong with it
+; domain.clp - the planning domain: its model, and the errors in the model
 ;
 ; The domain is in five files, in this order:
-;   domain.clp            the model: templates that a domain (or the PDDL parser) fills in, functions
-;                         on them, types of objects, errors
-;   domain-index.clp      the model arranged for look-up
-;   domain-grounding.clp  preconditions of the plans' actions: grounding, checking
-;   domain-effects.clp    what a successful action changes
-;   domain-exogenous.clp  what other preconditions exogenous operators have
+;   domain.clp            the model: templates for the facts of a domain (or of the PDDL parser),
+;                         functions, types of objects, errors
+;   domain-index.clp      an index of the model
+;   domain-grounding.clp  grounded preconditions of plan-actions, and their truth
+;   domain-effects.clp    effects of successful actions
+;   domain-exogenous.clp  preconditions of exogenous operators
 ; They need plan.clp, goal.clp and saliences.clp.
 ;
-; One change of a fact costs what depends on it, however many goals, plans and facts there are.
-; docs/core-domain.md tells how.
+; The work after the change of a fact depends only on the facts that refer to it, not on the number
+; of goals, plans and facts.
 
 ; --- templates
 
@@ -27,46 +27,46 @@
   (slot name (default ?NONE) (type SYMBOL))
   ; the arguments
   (multislot param-names (type SYMBOL)) (multislot param-types (type SYMBOL))
-  ; sensed: actions do not change it, somebody observes the change and tells
+  ; sensed: observers of the world change the facts, not the effects of actions
   (slot sensed (default FALSE) (type SYMBOL) (allowed-values TRUE FALSE))
   ; value predicate: a partial function, the last argument is the value of the others
   (slot value-predicate (default FALSE) (type SYMBOL) (allowed-values TRUE FALSE)))
 
 (deftemplate domain-fact
-  "A ground atom that is true. Everything else is false."
+  "A ground atom that is true. All other atoms are false."
   (slot name (default ?NONE) (type SYMBOL)) (multislot param-values))
 
 (deftemplate domain-pending-sensed-fact
-  "An effect on a sensed predicate that an action still waits for."
+  "An effect on a sensed predicate for which an action waits."
   (slot name (default ?NONE) (type SYMBOL)) (multislot param-values)
   (slot type (default POSITIVE) (type SYMBOL) (allowed-values POSITIVE NEGATIVE))
-  ; the action that waits
+  ; the waiting action
   (slot action-id (type INTEGER)) (slot plan-id (type SYMBOL)) (slot goal-id (type SYMBOL)))
 
 (deftemplate domain-operator
   "An operator; its parameters' types, precondition and effects are facts of their own."
   (slot name (type SYMBOL)) (multislot param-names)
-  ; exogenous: somebody else's doing, which the plan only takes into account
+  ; exogenous: another agent performs the action, and the plan expects it
   (slot exogenous (default FALSE) (type SYMBOL) (allowed-values TRUE FALSE))
   ; whether an action waits until its sensed effects have been observed
   (slot wait-sensed (default TRUE) (type SYMBOL) (allowed-values TRUE FALSE)))
 
 (deftemplate domain-operator-parameter
-  "The type of one parameter of an operator."
+  "The type of a parameter of an operator."
   (slot operator (type SYMBOL)) (slot type (default object) (type SYMBOL)) (slot name))
 
 (deftemplate domain-effect
-  "One literal that an operator (part-of) makes true (POSITIVE) or false (NEGATIVE). It is
-   conditional if there are pddl-formula facts which are part-of the effect's name."
+  "A literal that an operator (part-of) makes true (POSITIVE) or false (NEGATIVE). The effect is
+   conditional if pddl-formula facts are part-of the effect's name."
   (slot part-of (type SYMBOL)) (slot name (default-dynamic (gensym*)) (type SYMBOL))
   (slot predicate (type SYMBOL))
   (slot type (default POSITIVE) (type SYMBOL) (allowed-values POSITIVE NEGATIVE))
-  ; a constant that is neither missing nor nil stands for the parameter in the same place
+  ; a constant other than nil replaces the parameter at the same position
   (multislot param-names (default)) (multislot param-constants (default))
   (multislot param-values (default)))
 
 (deftemplate domain-error
-  "Something is wrong with the domain. Told once, and without consequences."
+  "An error in the domain, which is logged once and has no other effect."
   (slot error-type (type SYMBOL)) (slot error-msg (type STRING)))
 
 (deftemplate pddl-formula
@@ -75,30 +75,30 @@
   (slot type (type SYMBOL) (allowed-values conjunction disjunction negation atom)))
 
 (deftemplate pddl-predicate
-  "A leaf of a condition, part-of a formula: an atom, or EQUALITY of two terms."
+  "A leaf of a condition, part-of a formula: an atom, or the EQUALITY of two terms."
   (slot part-of (type SYMBOL)) (slot id (default ?NONE) (type SYMBOL))
   (slot predicate (type SYMBOL))
-  ; constants as in domain-effect
+  ; constants: as in domain-effect
   (multislot param-names (type SYMBOL)) (multislot param-constants))
 
 (deftemplate domain-comparison
-  "A comparison of numbers, as PDDL. Its pddl-predicate has the operator as its predicate and the
-   variables as its parameters; the functions' values are problem-function facts."
+  "A comparison of numbers, as PDDL text. Its pddl-predicate has the comparison's operator as its
+   predicate and the variables as its parameters; problem-function facts have the functions' values."
   (slot predicate-id (type SYMBOL)) (slot text))
 
 (deftemplate pddl-grounding
-  "The arguments with which conditions have been grounded; plan-action.precondition is its id."
+  "The arguments of a grounding of conditions; plan-action.precondition has its id."
   (slot id (default ?NONE) (type SYMBOL))
   (multislot param-values (type SYMBOL)) (multislot param-names (type SYMBOL)))
 
 (deftemplate grounded-pddl-formula
-  "A pddl-formula (formula-id) in one grounding, and whether it is satisfied there."
+  "A pddl-formula (formula-id) in a grounding, and whether it is satisfied."
   (slot id (default ?NONE) (type SYMBOL))
   (slot grounding (type SYMBOL)) (slot formula-id (type SYMBOL))
   (slot is-satisfied (default FALSE) (type SYMBOL) (allowed-values TRUE FALSE)))
 
 (deftemplate grounded-pddl-predicate
-  "A pddl-predicate (predicate-id) in one grounding, and whether it is satisfied there."
+  "A pddl-predicate (predicate-id) in a grounding, and whether it is satisfied."
   (slot id (default ?NONE) (type SYMBOL))
   (slot grounding (type SYMBOL)) (slot predicate-id (type SYMBOL))
   (slot is-satisfied (default FALSE) (type SYMBOL) (allowed-values TRUE FALSE)))
@@ -106,7 +106,7 @@
 ; --- functions
 
 (deffunction domain-wipe
-  "Forget the domain and everything that has been grounded in it."
+  "Retract the domain and all its groundings."
   ()
   (progn$ (?template (create$ domain-fact domain-object domain-object-type domain-predicate
                               domain-effect domain-operator domain-operator-parameter
@@ -116,7 +116,7 @@
 
 (deffunction domain-fact-args
   "The arguments in the form of a world model key: args? name value name value ..., or ();
-   FALSE if there are not as many names as values."
+   FALSE if the numbers of names and values differ."
   (?param-names ?param-values)
   (if (<> (length$ ?param-names) (length$ ?param-values)) then
     (printout error "Domain fact arguments: " (length$ ?param-names) " names ("
@@ -130,22 +130,22 @@
   (return ?args))
 
 (deffunction domain-fact-key
-  "The world model key of a fact: its name and then its arguments (domain-fact-args)."
+  "The world model key of a fact: its name and its arguments (domain-fact-args)."
   (?name ?param-names ?param-values)
   (bind ?args (domain-fact-args ?param-names ?param-values))
   (if (eq ?args FALSE) then (return FALSE))
   (return (create$ ?name ?args)))
 
 (deffunction domain-param-value-for-name
-  "The value of one parameter, FALSE if there is none of that name."
+  "The value of the parameter with this name; FALSE without such a parameter."
   (?param-values ?param-names ?param-name)
   (bind ?position (member$ ?param-name ?param-names))
   (if ?position then (return (nth$ ?position ?param-values)))
   (return FALSE))
 
 (deffunction domain-build-ground-parameter-list
-  "The values of a predicate's terms: the constant, else the value of the parameter;
-   FALSE (and an error) if a parameter is unknown."
+  "The values of a predicate's terms: the constant, or else the value of the parameter;
+   FALSE and an error if a parameter is unknown."
   (?names ?constants ?grounded-names ?grounded-values)
   (bind ?values (create$))
   (progn$ (?name ?names)
@@ -161,7 +161,7 @@
   (return ?values))
 
 (deffunction domain-check-grounding-match
-  "Whether a predicate has just these values in a grounding."
+  "Whether a predicate has these values in a grounding."
   (?param-names ?domain-values ?predicate-constants ?grounded-params ?grounded-values)
   (return (eq ?domain-values
               (domain-build-ground-parameter-list
@@ -176,8 +176,8 @@
   (return (eq (nth$ 1 ?values) (nth$ 2 ?values))))
 
 (deffunction domain-ground-effect
-  "The values of an effect's terms: the constant, else the value of the action's parameter,
-   else the name itself."
+  "The values of an effect's terms: the constant, or else the value of the action's parameter,
+   or else the name of the term."
   (?effect-param-names ?effect-param-constants ?action-param-names ?action-param-values)
   (bind ?values (create$))
   (progn$ (?name ?effect-param-names)
@@ -189,7 +189,7 @@
   (return ?values))
 
 (deffunction domain-get-operator-for-pddl-predicate
-  "The operator whose precondition a formula is a part of, FALSE if there is none."
+  "The operator whose precondition contains a formula; FALSE if there is none."
   (?part-of)
   (do-for-fact ((?f pddl-formula)) (eq ?f:id ?part-of)
     (return (domain-get-operator-for-pddl-predicate ?f:part-of)))
@@ -197,7 +197,7 @@
     then ?part-of else FALSE)))
 
 (deffunction domain-is-formula-negative
-  "Whether a formula stands under an odd number of negations, itself included."
+  "Whether an odd number of negations contains a formula, itself included."
   (?precond-id)
   (do-for-fact ((?f pddl-formula)) (eq ?f:id ?precond-id)
     (return (neq (eq ?f:type negation) (domain-is-formula-negative ?f:part-of))))
@@ -209,7 +209,7 @@
   (return (domain-is-formula-negative ?precond-name)))
 
 (deffunction intersect
-  "The elements of the first list that are in the second one too, in the first one's order."
+  "The elements of the first list that are also in the second list, in the order of the first."
   (?s1 ?s2)
   (bind ?both (create$))
   (progn$ (?element ?s1)
@@ -224,7 +224,7 @@
   (assert (domain-object-type (name object))))
 
 (defrule domain-translate-obj-slot-type-to-ordered-fact
-  "The types of an object, its super-types included, are also ordered facts."
+  "Assert ordered facts for the types of an object, with their super-types."
   (domain-object (type ?type) (name ?object))
   =>
   (assert (domain-obj-is-of-type ?object ?type)))

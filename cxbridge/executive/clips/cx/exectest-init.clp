@@ -1,4 +1,4 @@
-;;; A spec of one file, to try skills by hand: loads what exectest.clp needs.
+;;; A spec in one file, to try skills by hand: loads the files that exectest.clp needs.
 
 (defrule spec-init
   (executive-init)

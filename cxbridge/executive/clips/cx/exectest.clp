@@ -1,4 +1,4 @@
-;;; To try skills by hand, without goals and a domain. (assert (start)) executes two
+;;; Skills by hand, without goals and a domain. (assert (start)) executes two
 ;;; actions, one after the other; each change of an action is printed. The spec needs a
 ;;; mapping for the action say, with the parameters text and wait.
 
@@ -12,7 +12,7 @@
                          (param-names text wait) (param-values ?text true)))))
 
 (defrule exectest-next
-  "What action selection does for plans of goals."
+  "Select the next action, as action selection does for plans of goals."
   ?next <- (plan-action (plan-id foo) (state FORMULATED) (id ?id))
   (not (plan-action (plan-id foo) (state FORMULATED) (id ?earlier&:(< ?earlier ?id))))
   (not (plan-action (plan-id foo) (state PENDING|WAITING|RUNNING)))

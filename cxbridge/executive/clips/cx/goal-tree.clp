@@ -1,4 +1,4 @@
-;;; Functions that put goals together to a tree. Children are fact addresses, as
+;;; Functions that build trees of goals. Children are fact addresses, as
 ;;; (assert (goal ...)) and the functions below return them:
 ;;;
 ;;;   (goal-tree-assert-run-all TIDY-UP
@@ -6,15 +6,15 @@
 ;;;     (goal-tree-assert-retry PLACE-AGAIN 3 (assert (goal (class PLACE)))))
 
 (deffunction goal-tree-update-child (?f ?parent-id ?priority)
-  "Hang the goal below the parent. A goal without an id gets <class>-genN."
+  "Set the parent and the priority of a goal. A goal without an id gets <class>-genN."
   (bind ?id (fact-slot-value ?f id))
   (if (eq ?id nil) then
     (bind ?id (sym-cat (fact-slot-value ?f class) - (gensym*))))
   (cx-modify-goal ?f (id ?id) (parent ?parent-id) (priority ?priority)))
 
 (deffunction goal-tree-own-copies (?children)
-  "The children with a copy for each that is there more than once. Goals without an id that
-   are equal are one fact, but a caller that names it twice wants two goals."
+  "The children, with a copy for each repetition. Equal goals without an id are one fact, but
+   a caller that lists the fact twice wants two goals."
   (bind ?own (create$))
   (progn$ (?child ?children)
     (bind ?goal ?child)
@@ -24,8 +24,8 @@
   ?own)
 
 (deffunction goal-tree-assert (?prefix ?class ?sub-type ?params ?first-priority ?children)
-  "The goal <prefix>-<class>-genN with the children. The first child gets that priority,
-   each further one a priority one less, but never below zero. Returns the goal."
+  "Assert the goal <prefix>-<class>-genN with its children, and return the goal. The first child
+   gets first-priority, each further child one less, but at least zero."
   (bind ?id (sym-cat ?prefix - ?class - (gensym*)))
   (bind ?goal
     (assert (goal (id ?id) (class ?class) (sub-type ?sub-type) (params ?params))))
@@ -34,27 +34,27 @@
   ?goal)
 
 (deffunction goal-tree-assert-run-one (?class $?fact-addresses)
-  "Pursue the children one after the other until one was not rejected."
+  "Pursue the children one after the other until a child is not rejected."
   (goal-tree-assert RUN-ONE ?class RUN-ONE-OF-SUBGOALS (create$)
                     (length$ ?fact-addresses) ?fact-addresses))
 
 (deffunction goal-tree-assert-run-all (?class $?fact-addresses)
-  "Pursue all children one after the other; the first that does not succeed ends it."
+  "Pursue all children one after the other; the first child that does not complete ends the goal."
   (goal-tree-assert RUN-ALL ?class RUN-ALL-OF-SUBGOALS (create$)
                     (length$ ?fact-addresses) ?fact-addresses))
 
 (deffunction goal-tree-assert-try-all (?class $?fact-addresses)
-  "Pursue the children one after the other until one succeeds."
+  "Pursue the children one after the other until a child completes."
   (goal-tree-assert TRY-ALL ?class TRY-ALL-OF-SUBGOALS (create$)
                     (length$ ?fact-addresses) ?fact-addresses))
 
 (deffunction goal-tree-assert-retry (?class ?max-tries ?fact-address)
-  "Pursue the child again until it succeeds, at most that many times."
+  "Pursue the child again until it completes, at most max-tries times."
   (goal-tree-assert RETRY ?class RETRY-SUBGOAL (create$ max-tries ?max-tries)
                     0 (create$ ?fact-address)))
 
 (deffunction goal-tree-assert-timeout (?class ?timeout ?fact-address)
-  "Give the child that many seconds."
+  "Pursue the child for at most timeout seconds."
   (goal-tree-assert TIMEOUT ?class TIMEOUT-SUBGOAL (create$ timeout ?timeout)
                     0 (create$ ?fact-address)))
 
@@ -67,14 +67,14 @@
   (create$ continue-on ?continue-on))
 
 (deffunction goal-tree-assert-run-parallel (?class ?continue-on $?fact-addresses)
-  "Pursue all children at once. Once a child was rejected or failed, children that
-   have not begun are left out, unless continue-on is REJECTED (go on after rejections)
-   or FAILED (go on after both)."
+  "Pursue all children at once. After a child is rejected or has failed, children that
+   have not begun are rejected, unless continue-on is REJECTED (continue after rejections)
+   or FAILED (continue after both)."
   (goal-tree-assert PARALLEL ?class RUN-SUBGOALS-IN-PARALLEL
                     (goal-tree-parallel-params ?continue-on) 0 ?fact-addresses))
 
 (deffunction goal-tree-assert-run-parallel-delayed (?class ?continue-on $?fact-addresses)
-  "The same, but each child begins only when those before it have been dispatched."
+  "As goal-tree-assert-run-parallel, but each child waits until the children before it are dispatched."
   (goal-tree-assert PARALLEL ?class RUN-SUBGOALS-IN-PARALLEL
                     (goal-tree-parallel-params ?continue-on)
                     (length$ ?fact-addresses) ?fact-addresses))

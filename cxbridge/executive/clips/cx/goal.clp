@@ -1,64 +1,64 @@
-;;; Goals: what they are, how trees of them go away, and the facts attached to them.
+;;; Goals: their template, the retraction of goal trees, and the meta facts of goals.
 ;;;
 ;;; The life of a goal:
 ;;;   FORMULATED -> SELECTED -> EXPANDED -> COMMITTED -> DISPATCHED -> FINISHED
 ;;;              -> EVALUATED -> RETRACTED
-;;; A leaf is moved by the user's reasoner and by action selection, a goal with
-;;; sub-goals by the rules of its sub-type (goals/*.clp).
+;;; The user's reasoner and action selection change the mode of a leaf, the rules of the
+;;; sub-type (goals/*.clp) that of a goal with sub-goals.
 ;;;
-;;; Rules match goals by joins on id and parent, which CLIPS hashes. Nothing here looks
-;;; through all goals or plans when one of them changes.
+;;; Rules match goals by joins on id and parent, which CLIPS hashes. The change of a goal
+;;; or plan does not make a rule of this file search all goals or plans.
 
 (deftemplate goal
-  "Something to achieve or to keep up."
+  "A goal to achieve (ACHIEVE), or a condition to maintain (MAINTAIN)."
   (slot id (type SYMBOL))
-  (slot class                ; what kind of goal: expanders look at this
+  (slot class                ; the kind of goal, by which expanders choose
     (type SYMBOL))
-  (slot type                 ; MAINTAIN goals never end; sub-type rules leave them alone
+  (slot type                 ; MAINTAIN goals do not end; rules of sub-types skip them
     (type SYMBOL) (allowed-values ACHIEVE MAINTAIN) (default ACHIEVE))
-  (slot sub-type             ; how sub-goals are pursued, nil for a leaf
+  (slot sub-type             ; how sub-goals are pursued; nil for a leaf
     (type SYMBOL))
-  (slot parent               ; id of the goal above, nil for a root
+  (slot parent               ; id of the parent goal; nil for a root
     (type SYMBOL))
   (slot mode
     (type SYMBOL)
     (allowed-values FORMULATED SELECTED EXPANDED COMMITTED
                     DISPATCHED FINISHED EVALUATED RETRACTED))
-  (slot outcome              ; known from FINISHED on
+  (slot outcome              ; set when the goal is FINISHED
     (type SYMBOL) (allowed-values UNKNOWN COMPLETED FAILED REJECTED))
   (multislot warning)
-  (multislot error)          ; a code for programs, such as SUB-GOAL-FAILED, and details
-  (slot message              ; the same for people
+  (multislot error)          ; a code such as SUB-GOAL-FAILED, and details
+  (slot message              ; the error as a sentence
     (type STRING))
-  (slot priority             ; the greater goes first
+  (slot priority             ; the higher priority goes first
     (type FLOAT) (default 0.0))
-  (multislot params)         ; given with the goal: key value, key value ...
-  (multislot meta)           ; kept by reasoners while the goal lives
-  (slot meta-fact            ; index of a fact with a slot goal-id, 0 for none ...
+  (multislot params)         ; set with the goal: key value, key value ...
+  (multislot meta)           ; data of reasoners
+  (slot meta-fact            ; index of a fact with a slot goal-id; 0: none ...
     (type INTEGER) (default 0))
-  (slot meta-template        ; ... and its template; either of the two is enough
+  (slot meta-template        ; ... and its template; one of the two is enough
     (type SYMBOL))
-  (multislot required-resources   ; DISPATCHED only when all of them are acquired
+  (multislot required-resources   ; DISPATCHED only after all are acquired
     (type SYMBOL))
-  (multislot acquired-resources   ; to be given back once RETRACTED
+  (multislot acquired-resources   ; released after RETRACTED
     (type SYMBOL))
   (slot committed-to         ; id of the plan, or of the sub-goal
     (type SYMBOL))
   (slot verbosity
     (type SYMBOL) (allowed-values QUIET DEFAULT NOISY) (default DEFAULT))
-  (slot is-executable        ; could be expanded as things are now
+  (slot is-executable        ; whether the goal could be expanded now
     (type SYMBOL) (allowed-values TRUE FALSE) (default FALSE)))
 
-;; Nobody can be the sub-goal of a goal without an id, since nil says that there is no parent.
+;; A goal without an id could have no sub-goals, because the parent nil means no parent.
 (defrule goal-without-id
-  "A goal that its maker gave no id gets <class>-genN, as goals in trees do."
+  "A goal without an id gets <class>-genN, as goals in trees do."
   (declare (salience ?*SALIENCE-FIRST*))
   ?goal <- (goal (id nil) (class ?class) (mode FORMULATED))
   =>
   (cx-modify-goal ?goal (id (sym-cat ?class - (gensym*)))))
 
 (deffunction goal-param-positive (?params ?name)
-  "TRUE when the parameters are exactly: the name and a number above zero."
+  "TRUE if the parameters are the name and a positive number."
   (if (or (<> 2 (length$ ?params)) (neq ?name (nth$ 1 ?params))) then (return FALSE))
   (bind ?value (nth$ 2 ?params))
   (if (numberp ?value) then (> ?value 0) else FALSE))
@@ -69,12 +69,12 @@
   =>
   (printout error "Goal " ?id " (" ?class ") failed: " ?message " " (create$ ?code ?details) crlf))
 
-;; ---- goals and their plans go away
+;; ---- the retraction of goals and their plans
 
 (deffunction goal-retract-goal-tree (?id)
-  "Retract the goal, everything below it and all their plans, at once.
-   For rules of users: it looks through all goals once a level of the tree, and through
-   all plans once. The core itself asserts (goal-tree-retract ID) instead."
+  "Retract the goal, its descendants and all their plans, at once. For rules of users: the
+   function searches all goals once for each level of the tree, and all plans once. The rules
+   of the core assert (goal-tree-retract ID) instead."
   (bind ?level (if (eq ?id nil) then (create$) else (create$ ?id)))
   (bind ?tree (create$))
   (while (> (length$ ?level) 0)
@@ -91,7 +91,7 @@
     (retract ?g)))
 
 (defrule goal-retract
-  "A root, or a child of a goal that never ends, is over when it holds nothing any more."
+  "Retract a RETRACTED root, or child of a MAINTAIN goal, after it has released its resources."
   (confval (path "/clips-executive/automatic-goal-retraction") (type BOOL) (value TRUE))
   (goal (id ?id) (mode RETRACTED) (parent ?parent) (acquired-resources))
   (or (test (eq ?parent nil))
@@ -108,7 +108,7 @@
   (assert (goal-tree-retract ?child)))
 
 (defrule goal-tree-retract-leaf
-  "Nothing is left below the goal."
+  "The goal has no sub-goals and no plans."
   (declare (salience ?*SALIENCE-FIRST*))
   ?request <- (goal-tree-retract ?id)
   (not (goal (id ~?id) (parent ?id&~nil)))
@@ -119,7 +119,7 @@
   (retract ?goal ?request))
 
 (defrule goal-tree-retract-ring
-  "No goal of a ring is a leaf. When all others are gone it opens anywhere; the rest is a tree."
+  "No goal of a cycle is a leaf. After all leaves are gone, retract any goal of the cycle; the rest is a tree."
   (declare (salience ?*SALIENCE-FIRST-LATE*))
   ?request <- (goal-tree-retract ?id)
   (goal-tree-retract ?child&~?id)
@@ -129,7 +129,7 @@
   (retract ?goal ?request))
 
 (defrule goal-tree-retract-nothing
-  "Somebody else retracted the goal meanwhile."
+  "Another rule has retracted the goal."
   (declare (salience ?*SALIENCE-FIRST*))
   ?request <- (goal-tree-retract ?id)
   (not (goal (id ?id)))
@@ -137,7 +137,7 @@
   (retract ?request))
 
 (defrule goal-cleanup-plans
-  "Before anybody reacts to RETRACTED: a goal that is tried again must meet no old plan."
+  "Before other rules react to RETRACTED, because a goal that is tried again must have no old plan."
   (declare (salience ?*SALIENCE-HIGH*))
   (confval (path "/clips-executive/automatic-goal-retraction") (type BOOL) (value TRUE))
   (goal (id ?id) (mode RETRACTED))
@@ -175,31 +175,31 @@
   =>
   (retract ?plan ?request))
 
-;; ---- meta facts: application data of a goal, in a fact with a slot goal-id
+;; ---- meta facts: the data of an application about a goal, in a fact with a slot goal-id
 
-;; Private: the address behind goal.meta-fact. To ask an address whether its fact still
-;; exists costs nothing; to look for an index means to walk through all facts.
+;; Internal: the fact address for goal.meta-fact. The check whether the fact of an address
+;; exists is cheap; the search for an index walks through all facts.
 (deftemplate goal-meta-link
   (slot goal-id) (slot index) (slot fact))
 
 (deffunction goal-meta-template-known (?template)
-  "TRUE when such a template exists (FALSE for nil)."
+  "TRUE if the template exists (FALSE for nil)."
   (and (neq ?template nil)
        (neq FALSE (member$ ?template (get-deftemplate-list)))))
 
 (deffunction goal-meta-template-usable (?template)
-  "TRUE when the template exists and has a slot goal-id."
+  "TRUE if the template exists and has a slot goal-id."
   (and (goal-meta-template-known ?template)
        (deftemplate-slot-existp ?template goal-id)))
 
 (deffunction goal-meta-find (?template ?id)
-  "Index of the first fact of the template for the goal, 0 when there is none."
+  "The index of the first fact of the template for the goal; 0 if there is none."
   (do-for-fact ((?meta ?template)) (eq ?meta:goal-id ?id)
     (return (fact-index ?meta)))
   0)
 
 (deffunction goal-meta-count (?template ?id)
-  "How many facts of the template there are for the goal."
+  "The number of facts of the template for the goal."
   (length$ (find-all-facts ((?meta ?template)) (eq ?meta:goal-id ?id))))
 
 (defrule goal-meta-template-invalid
@@ -218,7 +218,7 @@
   (printout error "Goal " ?id " uses meta fact '" ?template "' without slot 'goal-id'" crlf))
 
 (defrule goal-meta-fact-init-fact-id
-  "A fact of the template is already there."
+  "The goal has a fact of the template already."
   (declare (salience ?*SALIENCE-HIGH*))
   ?goal <- (goal (id ?id) (meta-fact 0) (meta-template ?template&~nil))
   (test (and (goal-meta-template-usable ?template) (> (goal-meta-find ?template ?id) 0)))
@@ -226,7 +226,7 @@
   (cx-modify-goal ?goal (meta-fact (goal-meta-find ?template ?id))))
 
 (defrule goal-assert-default-meta
-  "No fact of the template is there: make one of defaults."
+  "The goal has no fact of the template: assert one with defaults."
   (declare (salience ?*SALIENCE-HIGH*))
   ?goal <- (goal (id ?id) (meta-fact 0) (mode FORMULATED) (verbosity ?verbosity)
                  (meta-template ?template&~nil))
@@ -253,7 +253,7 @@
   (retract ?link))
 
 (defrule goal-update-meta-template
-  "The fact is what counts: the template follows it."
+  "Set the template to that of the fact, which has precedence."
   (declare (salience ?*SALIENCE-HIGH*))
   (goal-meta-link (goal-id ?id) (index ?index) (fact ?fact&~FALSE))
   ?goal <- (goal (id ?id) (meta-fact ?index) (meta-template ?template))
@@ -262,7 +262,7 @@
   (cx-modify-goal ?goal (meta-template (fact-relation ?fact))))
 
 (defrule goal-meta-fact-init-goal-id
-  "The fact belongs to the goal that points to it."
+  "Set the goal-id of the fact to the goal that refers to the fact."
   (declare (salience ?*SALIENCE-HIGH*))
   (goal-meta-link (goal-id ?id) (index ?index) (fact ?fact&~FALSE))
   (goal (id ?id) (meta-fact ?index))
@@ -273,7 +273,7 @@
   (modify ?fact (goal-id ?id)))
 
 (defrule goal-meta-ambiguous-meta-facts
-  "Asked once for each fact that a goal is linked to."
+  "Checked once for each link between a goal and a fact."
   (declare (salience ?*SALIENCE-HIGH*))
   (goal-meta-link (goal-id ?id) (fact ?fact&~FALSE))
   (test (and (fact-existp ?fact)
@@ -283,11 +283,11 @@
   (printout error "Goal " ?id " has ambiguous meta facts" crlf))
 
 (defrule goal-meta-fact-update
-  "The fact is gone. It may have been modified, then a newer one stands in for it."
+  "The fact is gone. If it was modified, the goal gets the newer fact."
   (declare (salience ?*SALIENCE-HIGH*))
   (goal-meta-link (goal-id ?id) (index ?index) (fact ?fact))
   ?goal <- (goal (id ?id) (meta-fact ?index) (meta-template ?template&~nil))
-  (time $?)  ; ask again with each tick
+  (time $?)  ; check again at each tick
   (test (or (eq ?fact FALSE) (not (fact-existp ?fact))))
   =>
   (bind ?newer 0)
@@ -298,7 +298,7 @@
    else (cx-modify-goal ?goal (meta-fact 0) (meta-template nil))))
 
 (defrule goal-cleanup-meta-facts
-  "Before the goal itself can go."
+  "Retract the meta fact before the goal is retracted."
   (declare (salience ?*SALIENCE-HIGH*))
   (confval (path "/clips-executive/automatic-goal-retraction") (type BOOL) (value TRUE))
   (goal-meta-link (goal-id ?id) (index ?index) (fact ?fact&~FALSE))

@@ -1,7 +1,7 @@
-;;; The start of the executive: the configuration says which features to request and
-;;; which files to load, stage by stage, one request after the other.
+;;; The start of the executive: the configuration lists the features to request and the
+;;; files to load, in stages, one request after the other.
 ;;;
-;;;   (executive-init)        somebody wants us to start
+;;;   (executive-init)        asserted by the program to start
 ;;;   (executive-init-stage)  STAGE-1 -> STAGE-2 -> STAGE-3, or FAILED
 ;;;   (executive-initialized) all requests of all stages are COMPLETED
 ;;;
@@ -12,15 +12,15 @@
   ?*CONFIG_PREFIX* = "/clips-executive"
   ?*AGENT_PREFIX* = "/fawkes/agent"
   ?*INIT-STAGES* = (create$ STAGE-1 STAGE-2 STAGE-3)
-  ;; the core itself, loaded before the user's own entries of that stage
+  ;; the files of the core, loaded before the user's entries of the stage
   ?*CX-STAGE2-FILES* = (create$
     "plan.clp" "goal.clp" "domain.clp" "worldmodel.clp" "cx-identity.clp"
     "wm-domain-sync.clp" "wm-config.clp" "BATCH|skills.clp")
-  ;; the user's entries count from here; smaller orders are the core's
+  ;; the order of the user's first entry; smaller orders are of the core
   ?*CX-USER-INIT-OFFSET* = 10)
 
 (deffunction cx-stage2-files ()
-  "The files of the core, those that go on in others followed by them."
+  "The files of the core; after each file the files that continue it."
   (bind ?files (create$))
   (progn$ (?file ?*CX-STAGE2-FILES*)
     (bind ?files (create$ ?files ?file))
@@ -34,31 +34,31 @@
 
 (deftemplate executive-init-request "A feature to request and files to load."
   (slot stage (type SYMBOL))
-  (slot name               ; of the feature if there is one, else any text
+  (slot name               ; the feature, or any text without a feature
     (type SYMBOL))
-  (slot order              ; within the stage, starts when all smaller are COMPLETED
+  (slot order              ; in the stage: begins when all smaller ones are COMPLETED
     (type INTEGER))
   (slot feature
     (type SYMBOL) (allowed-values FALSE TRUE))
-  (slot wait-for           ; id of a signal that has to come after the files
+  (slot wait-for           ; id of the signal to wait for after the files
     (type SYMBOL) (default nil))
-  (multislot files         ; NAME, or BATCH|NAME when the file holds commands
+  (multislot files         ; NAME, or BATCH|NAME if the file has commands
     (type STRING))
   (slot state
     (type SYMBOL)
     (allowed-values PENDING FEATURE-REQUESTED FEATURE-DONE WAIT-FOR COMPLETED ERROR))
   (multislot error-msgs (type STRING)))
 
-(deftemplate executive-init-signal "What a request with a wait-for is waiting for."
+(deftemplate executive-init-signal "The signal for which a request waits (wait-for)."
   (slot id (type SYMBOL))
-  (slot ok                 ; a signal without more is good news
+  (slot ok                 ; FALSE: the stage fails
     (type SYMBOL) (allowed-values TRUE FALSE))
   (slot error-msg (type STRING)))
 
 ;; ---- configuration
 
 (defrule executive-load-config
-  "Every value of the executive and of the agent becomes a confval fact."
+  "Assert a confval fact for each value of the executive and of the agent."
   (declare (salience ?*SALIENCE-INIT*))
   (executive-init)
   =>
@@ -66,7 +66,7 @@
     (config-load ?prefix)))
 
 (deffunction cx-debug-unwatch (?item $?names)
-  "Stop watching these facts or rules, those too that a file of the agent will define."
+  "Stop watching these facts or rules, even if a later file defines them."
   (printout debug "Unwatching " ?item " " ?names crlf)
   (progn$ (?name ?names) (cx-unwatch ?item (sym-cat ?name))))
 
@@ -79,7 +79,7 @@
   (cx-debug-unwatch rules (expand$ ?rules)))
 
 (deffunction cx-debug-check-unwatched (?item ?kind ?known)
-  "Say which of the configured names no file has defined."
+  "Log the configured names that no file has defined."
   (do-for-fact ((?conf confval))
       (and (eq ?conf:path (str-cat "/clips-executive/debug/unwatch-" ?item)) (eq ?conf:is-list TRUE))
     (progn$ (?name ?conf:list-value)
@@ -87,7 +87,7 @@
         (printout warn "Cannot unwatch " ?name " (" ?kind " not defined)" crlf)))))
 
 (deffunction cx-debug-check ()
-  "All files are loaded: what is not defined by now never will be."
+  "Check the configured names after all files are loaded."
   (if (any-factp ((?conf confval))
         (and (eq ?conf:path "/clips-executive/debug/enable") (eq ?conf:value TRUE)))
    then
@@ -95,7 +95,7 @@
     (cx-debug-check-unwatched rules defrule (get-defrule-list))))
 
 (defrule executive-enable-debug
-  "Watch what happens, as far as the configuration wants it."
+  "Watch facts, rules and the rest that the configuration asks for."
   (declare (salience ?*SALIENCE-INIT*))
   (executive-init)
   (confval (path "/clips-executive/debug/enable") (type BOOL) (value TRUE))
@@ -119,11 +119,11 @@
 ;; ---- from the configuration to requests
 
 (deffunction cx-init-prefix (?spec ?stage)
-  "Where the entries of a stage are configured."
+  "The configuration path of the entries of a stage."
   (str-cat "/clips-executive/specs/" ?spec "/init/" (lowcase ?stage) "/"))
 
 (deffunction cx-init-indexes (?spec ?stage)
-  "The indexes of the entries of a stage (as in the configuration: stage-1), ascending."
+  "The indexes of the entries of a stage (as in the configuration: stage-1), in ascending order."
   (bind ?prefix (cx-init-prefix ?spec ?stage))
   (bind ?begin (+ 1 (str-length ?prefix)))
   (bind ?indexes (create$))
@@ -138,13 +138,13 @@
   (sort > ?indexes))
 
 (deffunction cx-init-entry-value (?path ?default)
-  "The value of the configuration at the path, or the default."
+  "The configured value at the path, or the default."
   (do-for-fact ((?conf confval)) (eq ?conf:path ?path)
     (return (if (eq ?conf:is-list TRUE) then ?conf:list-value else ?conf:value)))
   ?default)
 
 (deffunction cx-init-entry-files (?entry)
-  "All files of an entry: first file, then the list files."
+  "All files of an entry: the value of file, then the list files."
   (bind ?files (create$))
   (bind ?file (cx-init-entry-value (str-cat ?entry "file") nil))
   (if (neq ?file nil) then (bind ?files (create$ (str-cat (expand$ (create$ ?file))))))
@@ -172,7 +172,7 @@
         (wait-for (sym-cat (cx-init-entry-value (str-cat ?entry "wait-for") nil))))))))
 
 (defrule executive-init-start
-  "The core's own requests and those of the spec. Without a spec nothing starts."
+  "Assert the requests of the core and of the spec. Without a spec the executive does not start."
   (declare (salience ?*SALIENCE-INIT-LATE*))
   (executive-init)
   (confval (path "/clips-executive/spec") (type STRING) (value ?spec))
@@ -189,7 +189,7 @@
 ;; ---- one request after the other
 
 (defrule executive-init-failed
-  "A request of the current stage failed: that is the end of the start."
+  "A request of the current stage failed, so the start fails."
   (declare (salience ?*SALIENCE-INIT*))
   (executive-init)
   ?current <- (executive-init-stage ?stage)
@@ -219,7 +219,7 @@
   (modify ?request (state FEATURE-REQUESTED)))
 
 (defrule executive-init-stage-request-feature-unavailable
-  "Nobody offers the feature. We do not wait for somebody to come along."
+  "No plug-in offers the feature. The start does not wait for a later offer."
   (executive-init)
   (executive-init-stage ?stage)
   ?request <- (executive-init-request (stage ?stage) (state PENDING) (feature TRUE)
@@ -248,8 +248,8 @@
   (modify ?request (state FEATURE-DONE)))
 
 (deffunction cx-init-load (?file)
-  "Load a file, or execute its commands when the name starts with BATCH| or BATCH*|.
-   A file that cannot be loaded leaves an error message and a path-info fact."
+  "Load a file, or execute its commands if the name starts with BATCH| or BATCH*|.
+   After a failure, log an error and assert a path-info fact."
   (bind ?bar (str-index "|" ?file))
   (if (not ?bar) then (return (path-load ?file)))
   (bind ?how (sub-string 1 (- ?bar 1) ?file))

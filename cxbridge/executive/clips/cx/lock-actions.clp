@@ -4,14 +4,14 @@
 ; Needs plan.clp, coordination-mutex.clp.
 
 (deffunction lock-action-release-mutex (?mutex)
-  "Internal. The request of an action has been answered."
+  "Internal. Reset the mutex after the response to the request of an action."
   (modify ?mutex (request NONE) (response NONE) (error-msg ""))
 )
 
 ; *** lock ***
 
 (defrule lock-actions-lock-start
-  "It fails at once where the mutex is locked or busy."
+  "The action fails at once if the mutex is locked or has a pending request."
   ?action <- (plan-action (action-name lock) (state PENDING) (executable TRUE)
                           (param-names $?names) (param-values $?values))
   =>

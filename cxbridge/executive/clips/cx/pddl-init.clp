@@ -1,6 +1,6 @@
-; Prepares for planning with PDDL: opens the interfaces of the problem generator
-; and of the planner, waits until somebody writes both, and loads pddl.clp. To be
-; used in STAGE-3 with wait-for pddl-planner-initialized.
+; Prepares planning with PDDL: opens the interfaces of the problem generator and of
+; the planner, waits until both have writers, and loads pddl.clp. For STAGE-3, with
+; wait-for pddl-planner-initialized.
 ;
 ; Needs the features blackboard and robot_memory.
 
@@ -10,9 +10,9 @@
 )
 
 (deftemplate pddl-init-control
-  "An interface for which we wait."
+  "An interface whose writer is awaited."
   (slot interface-id (type STRING))
-  (multislot last-try    ; when we last asked for a writer
+  (multislot last-try    ; time of the last check for a writer
     (type INTEGER) (cardinality 2 2)
     (default (create$ 0 0)))
   (slot has-writer
@@ -21,7 +21,7 @@
 )
 
 (deffunction pddl-robmem-flush ()
-  "Remove everything from the collection that the problem is made from."
+  "Remove all documents of the collection from which problems are generated."
   (bind ?everything (bson-create))
   (robmem-remove ?*PDDL-ROBMEM-COLLECTION* ?everything)
   (bson-destroy ?everything)

@@ -1,16 +1,16 @@
-; Expands a goal with a plan made by a PDDL planner. (pddl-call GOAL-ID FORMULA)
-; has the problem generated from the robot memory, then the planner called; the
-; plan comes back through the robot memory, collection robmem.pddl-plan.
+; Expands a goal with the plan of a PDDL planner. (pddl-call GOAL-ID FORMULA)
+; requests a problem, generated from the robot memory, and then the planner. The
+; plan arrives in the robot memory, in the collection robmem.pddl-plan.
 ;
 ; Loaded by pddl-init.clp. Needs goal.clp, plan.clp and the feature robot_memory.
 
 (deftemplate pddl-plan
-  "A plan that is being made. It goes when the goal is expanded, failed, or not
-   SELECTED any more."
-  (slot goal (type STRING))       ; the formula to be made true
+  "A requested plan, until the goal is expanded, fails, or leaves the mode
+   SELECTED."
+  (slot goal (type STRING))       ; the formula to achieve
   (slot goal-id (type SYMBOL))
-  ; messages to the generator and to the planner: their interfaces show the id of
-  ; the message on which they work
+  ; ids of the messages to the generator and to the planner, whose interfaces show
+  ; the id of the message in execution
   (slot gen-id (type INTEGER))
   (slot plan-id (type INTEGER))
   (slot status (type SYMBOL)
@@ -19,8 +19,8 @@
 )
 
 (deffunction pddl-call (?goal-id ?goal)
-  "Have a plan made that makes the PDDL formula ?goal (a string) true, for the goal
-   ?goal-id, which is to be SELECTED."
+  "Request a plan that achieves the PDDL formula ?goal (a string), for the SELECTED
+   goal ?goal-id."
   (printout info "Calling PDDL planner for goal '" ?goal "'" crlf)
   (bind ?message (blackboard-create-msg "PddlGenInterface::pddl-gen" "GenerateMessage"))
   (blackboard-set-msg-field ?message "goal" ?goal)
@@ -30,7 +30,7 @@
 )
 
 (deffunction pddl-get-max-action-id ()
-  "Greatest id of all plan-actions; 0 if there are none."
+  "The greatest id of all plan-actions; 0 without plan-actions."
   (bind ?greatest 0)
   (do-for-all-facts ((?action plan-action)) TRUE
     (bind ?greatest (max ?greatest ?action:id))
@@ -95,7 +95,7 @@
 ; *** The plan ***
 
 (deffunction pddl-upcase-symbols (?values)
-  "Internal. Values as upper-case symbols."
+  "Internal. The values as upper-case symbols."
   (bind ?symbols (create$))
   (progn$ (?value ?values)
     (bind ?symbols (create$ ?symbols (sym-cat (upcase ?value))))
@@ -104,8 +104,8 @@
 )
 
 (deffunction pddl-is-plan (?doc ?prefix)
-  "Internal. TRUE if each action of a plan's document has a name and arguments. For
-   what is not a list, bson-get-array returns a list with FALSE."
+  "Internal. TRUE if each action in the document of a plan has a name and arguments.
+   bson-get-array returns a list with FALSE for a value that is not a list."
   (bind ?fine TRUE)
   (progn$ (?action (bson-get-array ?doc (str-cat ?prefix "actions")))
     (if (external-addressp ?action) then
@@ -120,7 +120,7 @@
 )
 
 (deffunction pddl-refuse-plan (?plan ?goal)
-  "Internal. The document is not a plan: fail the goal."
+  "Internal. Fail the goal, because the document is not a plan."
   (printout error "The plan for goal " (fact-slot-value ?goal id)
                   " is none: an action lacks its name or its arguments" crlf)
   (retract ?plan)
@@ -128,10 +128,10 @@
 )
 
 (deffunction pddl-take-plan (?doc ?prefix ?plan ?goal)
-  "Internal. Assert the plan that is in a document, its fields below ?prefix, and
-   expand the goal. The id of an action is its place in the document; the parameter
-   names are left to the domain model. REACH-GOAL is not an action, but FF's way of
-   saying that it is there."
+  "Internal. Assert the plan of a document, whose fields are below ?prefix, and expand
+   the goal. The id of an action is its position in the document; the domain model adds
+   the parameter names. REACH-GOAL is not an action: the planner FF ends its plans
+   with this line."
   (if (not (pddl-is-plan ?doc ?prefix)) then
     (return (pddl-refuse-plan ?plan ?goal)))
   (printout t "Fetched a new plan!" crlf)
@@ -152,7 +152,7 @@
 )
 
 (deffunction pddl-event-has-plan (?event)
-  "Internal. TRUE if the change is a plan, and not the word that there is none."
+  "Internal. TRUE if the changed document has a plan; documents also report missing plans."
   (return (and (bson-has-field ?event "fullDocument.plan")
                (eq 1 (bson-get ?event "fullDocument.plan"))))
 )
@@ -165,7 +165,7 @@
 )
 
 (defrule pddl-expand-goal
-  "The word of a new plan comes in the run in which the planner has finished."
+  "The event of the new plan arrives in the loop in which the planner has finished."
   (pddl-plan (goal-id ?goal-id) (status PLANNED))
   ?goal <- (goal (id ?goal-id) (mode SELECTED))
   (robmem-trigger (name "new-plan") (ptr ?obj&:(pddl-event-has-plan ?obj)))
@@ -176,8 +176,8 @@
 )
 
 (defrule pddl-fetch-plan
-  "The word came earlier, or comes late: look for the plan itself. The latest one
-   counts, for message ids are used again after a restart."
+  "The event arrived in another loop: find the document of the plan. The latest
+   document counts, because message ids are used again after a restart."
   ?plan <- (pddl-plan (goal-id ?goal-id) (status PLANNED) (plan-id ?id))
   ?goal <- (goal (id ?goal-id) (mode SELECTED))
   =>
@@ -198,7 +198,7 @@
 )
 
 (defrule pddl-clean-up-stale-plans
-  "The goal went, or somebody took it elsewhere while the planner was at work."
+  "The goal was retracted, or left the mode SELECTED, before the planner finished."
   ?plan <- (pddl-plan (goal-id ?goal-id))
   (not (goal (mode SELECTED) (id ?goal-id)))
   =>

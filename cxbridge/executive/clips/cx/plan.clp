@@ -7,40 +7,40 @@
 (deftemplate plan
   "A way to achieve a goal; the goal's committed-to names the plan that is executed."
   (slot id (type SYMBOL)) (slot goal-id (type SYMBOL))
-  ; how the actions are selected: SEQUENTIAL or TEMPORAL; nil is selected by nobody
+  ; how actions are selected: SEQUENTIAL or TEMPORAL; nil: no rule selects actions
   (slot type (type SYMBOL))
   (slot cost (type FLOAT))
   ; when execution began: seconds and microseconds, (0 0) before
   (multislot start-time (default 0 0) (type INTEGER) (cardinality 2 2))
-  ; a suspended plan gets no further action selected
+  ; no further action of a suspended plan is selected
   (slot suspended (default FALSE) (type SYMBOL) (allowed-values TRUE FALSE))
   (slot suspension-reason (default nil) (type SYMBOL)))
 
 (deftemplate plan-action
-  "One step of a plan: an operator with values for its parameters."
-  ; the number decides the order in a sequential plan
+  "A step of a plan: an operator with values for its parameters."
+  ; the order in a sequential plan
   (slot id (type INTEGER)) (slot plan-id (type SYMBOL)) (slot goal-id (type SYMBOL))
-  ; the operator, and its arguments name by name
+  ; the operator, and the names and values of its arguments
   (slot action-name (type SYMBOL)) (multislot param-names) (multislot param-values)
-  ; seconds: how long it should take, when to start it after the start of the plan
+  ; in seconds: the planned duration, and the dispatch time after the start of the plan
   (slot duration (type FLOAT)) (slot dispatch-time (default -1.0) (type FLOAT))
-  ; the life of an action, in this order; FAILED instead of FINAL after EXECUTION-FAILED
+  ; the states in their order; after EXECUTION-FAILED follows FAILED instead of FINAL
   (slot state (type SYMBOL)
     (allowed-values
       FORMULATED PENDING WAITING RUNNING
       EXECUTION-SUCCEEDED SENSED-EFFECTS-WAIT SENSED-EFFECTS-HOLD EFFECTS-APPLIED FINAL
       EXECUTION-FAILED FAILED))
-  ; whether the precondition holds now, and the pddl-grounding that tells (nil: none)
+  ; whether the precondition holds now, and the id of its pddl-grounding (nil: none)
   (slot executable (default FALSE) (type SYMBOL) (allowed-values TRUE FALSE))
   (slot precondition (default nil) (type SYMBOL))
-  ; who executes it (a Skiller, or an agent on the skill board), since when, and why it failed
+  ; the executing Skiller, or agent on the skill board; the start time; the reason of a failure
   (slot skiller (default "Skiller") (type STRING))
   (slot agent-id (default "") (type STRING))
   (multislot start-time (default 0 0) (type INTEGER) (cardinality 2 2))
   (slot error-msg (type STRING)))
 
 (deffunction plan-action-arg
-  "The value of one parameter; the default, or else FALSE, if there is no such parameter."
+  "The value of a parameter; without such a parameter the default, or else FALSE."
   (?param-name ?param-names ?param-values $?default)
   (bind ?position (member$ ?param-name ?param-names))
   (if ?position then (return (nth$ ?position ?param-values)))

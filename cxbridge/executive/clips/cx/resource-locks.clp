@@ -1,39 +1,39 @@
 ; Locks for the resources of goals: each resource is a mutex named resource-NAME.
 ;
-; A goal that is COMMITTED gets all of its required-resources or none. When it
-; has them, its acquired-resources say so, and the goal may be dispatched. If one
-; is taken, by another robot or for another goal, the goal is REJECTED. Resources
-; are given back when the goal is RETRACTED, not earlier.
+; A COMMITTED goal acquires all of its required-resources or none. Its
+; acquired-resources list the acquired resources, with all of which the goal may be
+; dispatched. If another robot or another goal has a resource, the goal is REJECTED.
+; Resources are released when the goal is RETRACTED, not earlier.
 ;
 ; Needs goal.clp, coordination-mutex.clp.
 
 (deftemplate resource-request
-  "The resource is being acquired for the goal, or the goal has it."
+  "A resource that the goal acquires or has acquired."
   (slot goal (type SYMBOL))
   (slot resource (type SYMBOL))
 )
 
 (deftemplate resource-need
-  "Internal. A goal, one resource that it requires, and the mutex of that. Rules
-   join over it, for the name of the mutex can be looked up, not computed."
+  "Internal. A goal, a resource that it requires, and the mutex of the resource, for
+   joins of rules, which cannot compute the name of the mutex."
   (slot goal (type SYMBOL))
   (slot resource (type SYMBOL))
   (slot mutex (type SYMBOL))
 )
 
 (deftemplate resource-mutex
-  "Internal. A resource that was requested once, and its mutex."
+  "Internal. A resource that some goal has requested, and its mutex."
   (slot resource (type SYMBOL))
   (slot mutex (type SYMBOL))
 )
 
 (deffunction resource-to-mutex (?resource)
-  "Name of the mutex for a resource."
+  "The name of the mutex of a resource."
   (return (sym-cat resource- ?resource))
 )
 
 (deffunction mutex-to-resource (?mutex)
-  "Resource for which a mutex is, FALSE if it is for none."
+  "The resource of a mutex; FALSE for other mutexes."
   (if (neq 1 (str-index "resource-" ?mutex)) then (return FALSE))
   (bind ?prefix (str-length "resource-"))
   (return (sym-cat (sub-string (+ ?prefix 1) (str-length ?mutex) ?mutex)))
@@ -68,7 +68,7 @@
 ; *** Acquire ***
 
 (defrule resource-locks-request-lock
-  "Nothing that the goal requires is locked, asked for or held: ask for it all."
+  "No required resource of the goal is locked, requested or acquired: request all."
   (goal (id ?goal) (mode COMMITTED) (verbosity ?verbosity)
         (required-resources $?required&~:(= 0 (length$ ?required)))
         (acquired-resources))
@@ -100,7 +100,7 @@
 ; *** Reject ***
 
 (defrule resource-locks-fast-reject-goal-locked-by-other-agent
-  "Another robot has the resource, and we have and wait for nothing."
+  "Another robot has the resource, and the goal has no resources and no requests."
   (wm-fact (key cx identity) (value ?me))
   ?g <- (goal (id ?goal) (mode COMMITTED) (verbosity ?verbosity) (acquired-resources))
   (resource-need (goal ?goal) (resource ?resource) (mutex ?name))
@@ -116,7 +116,7 @@
 )
 
 (defrule resource-locks-fast-reject-goal-locked-for-another-goal
-  "Another goal has the resource, and we have nothing."
+  "Another goal has the resource, and this goal has no resources."
   ?g <- (goal (id ?goal) (mode COMMITTED) (verbosity ?verbosity) (acquired-resources))
   (resource-need (goal ?goal) (resource ?resource) (mutex ?name))
   (resource-request (resource ?resource) (goal ?other&~?goal))
@@ -129,7 +129,7 @@
 )
 
 (defrule resource-locks-lock-rejected-release-acquired-resources
-  "One lock was refused, and the others are decided: give back what we have."
+  "A lock was rejected, and no request is pending: release the acquired resources."
   (resource-request (goal ?goal) (resource ?resource))
   (resource-need (goal ?goal) (resource ?resource) (mutex ?name))
   (mutex (name ?name) (request LOCK) (response REJECTED|ERROR))
@@ -146,7 +146,7 @@
 )
 
 (defrule resource-locks-reject-goal-on-rejected-lock
-  "One lock was refused, and we have and wait for nothing."
+  "A lock was rejected, and the goal has no resources and no requests."
   ?g <- (goal (id ?goal) (mode COMMITTED) (verbosity ?verbosity) (acquired-resources))
   (resource-need (goal ?goal) (resource ?resource) (mutex ?name))
   (mutex (name ?name) (request LOCK) (response REJECTED|ERROR) (error-msg ?message))

@@ -1,5 +1,5 @@
-; Waits until both replica sets of the robot memory are up. To be used in STAGE-1
-; as BATCH|robmem-wait-init.clp with wait-for robmem-initialized.
+; Waits until both replica sets of the robot memory run. For STAGE-1, as
+; BATCH|robmem-wait-init.clp with wait-for robmem-initialized.
 
 (blackboard-open-reading "MongoDBManagedReplicaSetInterface" "robot-memory-local")
 (blackboard-open-reading "MongoDBManagedReplicaSetInterface" "robot-memory-distributed")
@@ -27,7 +27,7 @@
 )
 
 (defrule robmem-wait-init-all-ok
-  "Only once: the rule that waits takes the signal, and there shall be no other."
+  "Assert the signal only once, because the waiting rule retracts a single signal."
   ?local <- (executive-init-signal (id robmem-initialized-local))
   ?distributed <- (executive-init-signal (id robmem-initialized-distributed))
   =>

@@ -1,5 +1,5 @@
-; Mirrors the domain in the robot memory, for the PDDL problem generator: objects
-; are added, facts are added and removed.
+; Copies the domain to the robot memory, for the PDDL problem generator: adds objects,
+; and adds and removes facts.
 ;
 ; Needs domain.clp and the feature robot_memory.
 
@@ -10,7 +10,7 @@
 )
 
 (deffunction robot-memory-sync-clean-domain-facts ()
-  "Remove all domain-facts from the robot memory, so that it has none but ours."
+  "Remove the domain-facts of earlier runs from the robot memory."
   (printout warn "Clearing domain facts from robot memory" crlf)
   (bind ?facts (bson-create))
   (bson-append ?facts "relation" domain-fact)
@@ -19,7 +19,7 @@
 )
 
 (deffunction robot-memory-sync-write (?fact)
-  "Internal. Write the document of a fact, unless the same is there already."
+  "Internal. Write the document of a fact, unless an equal document exists."
   (bind ?doc (rm-structured-fact-to-bson ?fact))
   (robmem-upsert "robmem.clipswm" ?doc ?doc)
   (bson-destroy ?doc)

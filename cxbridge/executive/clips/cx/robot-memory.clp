@@ -1,16 +1,16 @@
-; Helpers of the feature robot_memory: facts as documents, and trigger events.
+; Functions of the feature robot_memory: facts as documents, and trigger events.
 
 (deftemplate robmem-trigger
-  "The robot memory changed. Such a fact stays for the run in which it came."
-  (slot ptr (type EXTERNAL-ADDRESS))        ; document of the change stream
-  (slot name (type STRING))                 ; as given at registration
-  (multislot rcvd-at (type INTEGER)         ; system time
+  "A change of the robot memory. The fact exists for the loop of its arrival."
+  (slot ptr (type EXTERNAL-ADDRESS))        ; the document of the change stream
+  (slot name (type STRING))                 ; the name at the registration
+  (multislot rcvd-at (type INTEGER)         ; the system time
                      (cardinality 2 2))
 )
 
 (deffunction rm-field-name (?slot)
-  "Internal. Name of a document's field for a slot: the first dash becomes an
-   underscore, and only the first."
+  "Internal. The field of a document for a slot. Only the first dash becomes an
+   underscore."
   (bind ?dash (str-index "-" ?slot))
   (if (not ?dash) then (return (str-cat ?slot)))
   (return (str-cat (sub-string 1 (- ?dash 1) ?slot) "_"
@@ -18,8 +18,8 @@
 )
 
 (deffunction rm-structured-fact-to-bson (?fact $?relation)
-  "Document with the slots of a fact, and as `relation` its template, unless
-   ?relation names another. To be destroyed by the caller."
+  "A document with the slots of a fact, and ?relation or else its template as
+   `relation`. The caller destroys the document."
   (bind ?template (fact-relation ?fact))
   (bind ?doc (bson-create))
   (bson-append ?doc "relation" (if (= 0 (length$ ?relation))
@@ -34,8 +34,8 @@
 )
 
 (deffunction rm-ordered-fact-to-bson (?fact)
-  "Document with the `relation` and the `values` of an ordered fact. To be
-   destroyed by the caller."
+  "A document with the `relation` and the `values` of an ordered fact. The caller
+   destroys the document."
   (bind ?doc (bson-create))
   (bson-append ?doc "relation" (fact-relation ?fact))
   (bson-append-array ?doc "values" (fact-slot-value ?fact implied))
@@ -43,13 +43,13 @@
 )
 
 (deffunction rm-has-slots (?relation)
-  "Internal. TRUE if there is a template of that name whose facts are not ordered."
+  "Internal. TRUE if the relation is a template with slots."
   (return (and (member$ ?relation (get-deftemplate-list MAIN))
                (neq (create$ implied) (create$ (deftemplate-slot-names ?relation)))))
 )
 
 (deffunction rm-slot-text (?template ?doc ?field)
-  "Internal. A slot as it is written in a fact; empty if the template lacks it."
+  "Internal. A slot as text in a fact; empty if the template has no such slot."
   (bind ?slot (sym-cat ?field))
   (if (not (deftemplate-slot-existp ?template ?slot)) then (return ""))
   (if (not (deftemplate-slot-multip ?template ?slot)) then
@@ -62,9 +62,8 @@
 )
 
 (deffunction rm-assert-from-bson (?doc)
-  "Assert the fact of which the document tells. Its relation is a template, or
-   that of an ordered fact. Returns the fact; without a relation, an error
-   message is printed."
+  "Assert and return the fact of a document. Its relation is a template, or that of
+   an ordered fact. Without a relation, print an error."
   (if (not (bson-has-field ?doc "relation")) then
     (printout error "Can not create fact from " (bson-tostring ?doc) crlf)
     (return FALSE))
@@ -82,7 +81,7 @@
 )
 
 (defrule rm-cleanup-trigger-facts
-  "Nobody wanted the event."
+  "Destroy an event that no rule has handled."
   (declare (salience -4000))
   ?event <- (robmem-trigger (ptr ?doc))
   =>

@@ -1,9 +1,9 @@
-;;; The register of saliences. Take one of these rather than a number of your own.
+;;; The saliences of all rules. A rule uses a name from this file instead of a number.
 ;;;
-;;; They shield whole areas from each other, in one direction: first the facts about
-;;; the world agree with each other (WM-...), then the domain model follows
-;;; (DOMAIN-...), and only then do rules at 0 decide something. Two rules that need
-;;; each other's results back and forth want a fact between them, not a salience.
+;;; Saliences order whole areas, in one direction: first the facts of the world model
+;;; become consistent (WM-...), then the domain model follows (DOMAIN-...), and only then
+;;; do rules at salience 0 make decisions. Two rules that alternate use a fact as signal,
+;;; not a salience.
 
 (defglobal  ; errors that must be reported before anything builds on them; goals that go
   ?*SALIENCE-FIRST* = 10000     ?*SALIENCE-FIRST-LATE* = 9900)

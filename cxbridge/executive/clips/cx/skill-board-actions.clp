@@ -1,17 +1,17 @@
-;;; Plan actions that are executed over the skill board: all those with a mapping in the
-;;; configuration of the spec (action-mapping). In place of skills-actions.clp.
+;;; Plan actions that are executed on the skill board: all actions with a mapping in the
+;;; configuration of the spec (action-mapping). Replaces skills-actions.clp.
 ;;;
-;;; The slot skiller of an action names the agent. Nobody needs control of anything, and an
-;;; agent executes as many actions at a time as it has executors for.
+;;; The slot skiller of an action names the agent. The skill board needs no exclusive control,
+;;; and an agent executes as many actions at a time as it has executors.
 ;;;
-;;;   PENDING -> WAITING (asked for) -> RUNNING -> EXECUTION-SUCCEEDED or EXECUTION-FAILED
+;;;   PENDING -> WAITING (requested) -> RUNNING -> EXECUTION-SUCCEEDED or EXECUTION-FAILED
 ;;;
 ;;; Needs plan.clp and the feature skill-board.
 
-(deftemplate skill-board-mapping "An action that is executed over the skill board."
+(deftemplate skill-board-mapping "An action that is executed on the skill board."
   (slot name (type SYMBOL)))
 
-(deftemplate skill-board-call "What was asked for, and for which action."
+(deftemplate skill-board-call "The requested skill of an action."
   (slot goal-id (type SYMBOL)) (slot plan-id (type SYMBOL)) (slot action-id (type INTEGER))
   (slot id (type INTEGER)))  ; of the skill-board-action
 
@@ -71,7 +71,7 @@
   (retract ?call ?done))
 
 (defrule skill-board-cancel-without-action
-  "The plan went away while its action is executed."
+  "The action was retracted during its execution."
   (skill-board-call (goal-id ?goal) (plan-id ?plan) (action-id ?action-id) (id ?id))
   (skill-board-action (id ?id) (state ASKING|CONFIRMED|RUNNING) (skill ?skill))
   (not (plan-action (goal-id ?goal) (plan-id ?plan) (id ?action-id)))

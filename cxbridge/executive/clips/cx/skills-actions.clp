@@ -1,9 +1,9 @@
-;;; Plan actions that are executed by a skill: all those with a mapping in the
+;;; Plan actions that are executed by skills: all actions with a mapping in the
 ;;; configuration of the spec (action-mapping). A skiller executes one at a time.
 ;;;
 ;;;   PENDING -> WAITING (called) -> RUNNING -> EXECUTION-SUCCEEDED or EXECUTION-FAILED
 
-(deftemplate skill-action-execinfo "Which skill was called for which action."
+(deftemplate skill-action-execinfo "The called skill of an action."
   (slot goal-id (type SYMBOL)) (slot plan-id (type SYMBOL))
   (slot action-id (type INTEGER))
   (slot skill-name                ; of the action
@@ -28,8 +28,8 @@
                                 (map-string ?template))))
 
 (defrule skill-action-start
-  "Which of several actions gets the skiller is decided by the agenda, and so by the order of
-   these conditions: actions wait at the negated one, as in Fawkes."
+  "The agenda decides which of several actions gets the skiller, so the order of the conditions
+   matters: actions wait at the negated condition, as in Fawkes."
   ?action <- (plan-action (skiller ?skiller) (state PENDING) (executable TRUE) (action-name ?name)
                           (goal-id ?goal) (plan-id ?plan) (id ?id)
                           (param-names $?params) (param-values $?values))
@@ -74,7 +74,7 @@
   (retract ?skill ?call))
 
 (defrule skill-action-failed-inactive-interface
-  "The skiller runs nothing any more, or (the other branch) not what we have called."
+  "The skiller runs no skill, or (the second branch) another skill than the called one."
   ?call <- (skill-action-execinfo (goal-id ?goal) (plan-id ?plan) (action-id ?id) (skill-id ?skill-id)
                                   (skiller ?skiller))
   ?skill <- (skill (id ?skill-id) (status ?status))
@@ -91,7 +91,7 @@
   (retract ?skill ?call))
 
 (defrule skill-action-cancel-if-action-does-not-exist
-  "The plan went away while its action is executed."
+  "The action was retracted during its execution."
   ?call <- (skill-action-execinfo (goal-id ?goal) (plan-id ?plan) (action-id ?id) (skill-id ?skill-id)
                                   (skiller ?skiller))
   ?skill <- (skill (id ?skill-id) (status S_IDLE|S_RUNNING))
@@ -102,7 +102,7 @@
   (retract ?skill ?call))
 
 (defrule skill-action-retract-execinfo-without-action
-  "The plan went away, and nothing runs for it: forget the call, and the skill with it."
+  "The action was retracted and its skill has ended: retract the call and its skill."
   ?call <- (skill-action-execinfo (goal-id ?goal) (plan-id ?plan) (action-id ?id) (skill-id ?skill-id))
   (not (plan-action (goal-id ?goal) (plan-id ?plan) (id ?id)))
   (not (skill (id ?skill-id) (status S_IDLE|S_RUNNING)))

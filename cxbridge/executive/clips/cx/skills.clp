@@ -1,39 +1,41 @@
-;;; Skills: exclusive control of skillers, calls, and what becomes of them. To be executed
-;;; as commands (BATCH|skills.clp), since it opens the interface of the default skiller.
+;;; Skills: the exclusive control of skillers, calls of skills and their statuses. The file
+;;; is a batch of commands (BATCH|skills.clp), because it opens the interface of the
+;;; default skiller.
 ;;;
-;;; Who wants to call skills asserts (skiller-control), one for each skiller, and waits
-;;; for its slot acquired. (skill-call ...) then asserts a skill fact, whose status
-;;; follows the interface: S_IDLE (sent) -> S_RUNNING -> S_FINAL or S_FAILED. The
-;;; rule that called it retracts it. Others count their messages as we do: an id is ours only
-;;; as long as nobody else has control, and who loses it loses sight of its skills.
+;;; An agent that calls skills asserts (skiller-control) for each skiller, and waits until
+;;; its slot acquired is TRUE. (skill-call ...) then asserts a skill fact, whose status
+;;; follows the interface: S_IDLE (sent) -> S_RUNNING -> S_FINAL or S_FAILED. The calling
+;;; rule retracts the fact. Other clients of the skiller count their messages in the same
+;;; way, so a message id in the interface belongs to this agent only while no other client
+;;; has control. Without control the agent cannot follow its skills.
 
 (defglobal
-  ?*SKILL-INIT-TIMEOUT-SEC* = 5                    ; sent, and not heard of since
-  ?*SKILL-ACQUIRE-CONTROL-RETRY-INTERVAL-SEC* = 3) ; asked for control, without success
+  ?*SKILL-INIT-TIMEOUT-SEC* = 5                    ; from the message to S_RUNNING
+  ?*SKILL-ACQUIRE-CONTROL-RETRY-INTERVAL-SEC* = 3) ; between two requests for control
 
 (deftemplate skill "A call of a skill."
-  (slot id                  ; <name>-<msgid>, of another skiller <name>-<skiller>-<msgid>
+  (slot id                  ; <name>-<msgid>; of other skillers <name>-<skiller>-<msgid>
     (type SYMBOL))
   (slot name                ; of the action
     (type SYMBOL))
-  (slot status              ; also S_INACTIVE, when the skiller says so
+  (slot status              ; also S_INACTIVE, as the skiller reports
     (type SYMBOL) (allowed-values S_IDLE S_RUNNING S_FINAL S_FAILED))
   (slot error-msg (type STRING))
   (slot skill-string        ; what the skiller executes
     (type STRING))
-  (slot msgid               ; of the message, and then in the interface
+  (slot msgid               ; the id of the message, which the interface shows
     (type INTEGER))
   (multislot start-time
     (type INTEGER) (cardinality 2 2) (default (create$ 0 0)))
   (slot skiller
     (type STRING) (default "Skiller")))
 
-(deftemplate skiller-control "That we want, and perhaps have, exclusive control of a skiller."
+(deftemplate skiller-control "A request for exclusive control of a skiller, and its state."
   (slot skiller             ; id of its SkillerInterface
     (type STRING) (default "Skiller"))
-  (slot acquired            ; it obeys us
+  (slot acquired            ; whether this agent has control
     (type SYMBOL) (allowed-values FALSE TRUE))
-  (slot acquiring           ; we have asked, and wait
+  (slot acquiring           ; whether the agent waits for an answer
     (type SYMBOL) (allowed-values FALSE TRUE))
   (multislot last-try
     (type INTEGER) (cardinality 2 2) (default (create$ 0 0))))
@@ -41,10 +43,10 @@
 (blackboard-open-reading "SkillerInterface" "Skiller")
 (assert (ff-feature-loaded skills))
 
-;; ---- calls
+;; ---- calls of skills
 
 (deffunction merge-params (?params ?param-values)
-  "Names and values in turn, FALSE when there are not as many of one as of the other."
+  "The names and values in turn; FALSE if their numbers differ."
   (if (<> (length$ ?params) (length$ ?param-values)) then
     (printout logerror "Invalid skill call, number of parameters is not the "
                        "same as number of parameter values" crlf)
@@ -55,13 +57,13 @@
   ?merged)
 
 (deffunction skill-message (?skiller ?type)
-  "A message of that type for the skiller."
+  "Create a message of the type for the skiller."
   (blackboard-create-msg (str-cat "SkillerInterface::" ?skiller) ?type))
 
 (deffunction skill-call (?name ?param-names ?param-values $?opt-skiller)
-  "Have the skiller (\"Skiller\" unless named) execute what the action is mapped to.
-   Returns the id of the skill fact, which is S_FAILED when there was nothing to send or
-   nobody to send it to."
+  "Send the skill string of the action to the skiller (by default \"Skiller\").
+   Return the id of the skill fact, which is S_FAILED without a skill string or without
+   a writer of the interface."
   (bind ?skiller (if (eq ?opt-skiller (create$)) then "Skiller" else (nth$ 1 ?opt-skiller)))
   (if (> (length$ ?opt-skiller) 1) then
     (printout warn "skill-call: ignore unexpected params " (rest$ ?opt-skiller) crlf))
@@ -77,7 +79,7 @@
   (blackboard-set-msg-field ?message "skill_string" ?text)
   (printout logwarn "Calling skill '" ?text "'" crlf)
   (bind ?msgid (blackboard-send-msg ?message))
-  ;; each skiller counts its messages by itself, so they have the same numbers
+  ;; message ids are unique for each skiller only
   (bind ?id (if (eq ?skiller "Skiller") then (sym-cat ?name - ?msgid)
                                         else (sym-cat ?name - ?skiller - ?msgid)))
   (assert (skill (id ?id) (name (sym-cat ?name)) (skiller ?skiller) (skill-string ?text)
@@ -88,7 +90,7 @@
 ;; ---- exclusive control
 
 (deffunction skill-control-ask (?skiller)
-  "Ask for exclusive control. Returns the id of the message, 0 when nobody gets it."
+  "Request exclusive control. Return the id of the message; 0 if the interface has no writer."
   (bind ?message (skill-message ?skiller "AcquireControlMessage"))
   (if (any-factp ((?conf confval))
         (and (eq ?conf:path "/clips-executive/steal-skiller-control") (eq ?conf:value TRUE)))
@@ -97,7 +99,7 @@
   (blackboard-send-msg ?message))
 
 (deffunction skill-fail-without-control (?skill ?controller)
-  "Let a call fail whose skiller obeys somebody else, or nobody."
+  "Fail a call whose skiller is under the control of another client, or of none."
   (bind ?who (if (eq ?controller "") then "nobody" else ?controller))
   (bind ?error (str-cat "Lost exclusive control of " (fact-slot-value ?skill skiller) " to " ?who))
   (printout warn "Skill " (fact-slot-value ?skill name) " was "
@@ -105,7 +107,7 @@
   (modify ?skill (status S_FAILED) (error-msg ?error)))
 
 (defrule skill-control-acquire
-  "Ask for control, and ask again when nothing came of it: a refusal is silent."
+  "Request control, and repeat the request after a time: the skiller does not report refusals."
   ?control <- (skiller-control (skiller ?skiller) (acquired FALSE) (last-try $?last))
   (time $?now&:(timeout ?now ?last ?*SKILL-ACQUIRE-CONTROL-RETRY-INTERVAL-SEC*))
   =>
@@ -122,9 +124,9 @@
   (modify ?control (acquiring FALSE) (acquired TRUE)))
 
 (defrule skill-control-lost
-  "Whatever runs goes on running, but what is shown may be of another's skill by now: our
-   calls have failed, before any status is looked at. We ask for control again.
-   When nobody has got control, the end of a call that is shown is that of ours."
+  "A running skill continues, but the interface may show the skill of another client. So the
+   calls fail before a rule reads the status, and the agent requests control again. If no
+   client has control, a shown end of a call with the same skill string is that of the call."
   (declare (salience ?*SALIENCE-HIGH*))
   ?control <- (skiller-control (skiller ?skiller) (acquired TRUE))
   (blackboard-interface (type "SkillerInterface") (id ?skiller) (serial ?us))
@@ -151,11 +153,11 @@
   (retract ?interface)
   (modify ?control (acquired FALSE)))
 
-;; ---- what becomes of a call
+;; ---- the status of a call
 
 (defrule skill-status-update
-  "The interface speaks of this call when it shows the id of its message, and nobody else
-   has control. A call that is over stays as it is."
+  "The interface shows the status of this call if it shows the id of its message, and no other
+   client has control. A finished call keeps its status."
   ?skill <- (skill (name ?name) (msgid ?msgid) (skiller ?skiller) (status ?old&S_IDLE|S_RUNNING))
   (blackboard-interface (type "SkillerInterface") (id ?skiller) (serial ?us))
   ?update <- (SkillerInterface (id ?skiller) (msgid ?msgid) (status ?new&~?old) (error ?error)
@@ -166,7 +168,7 @@
   (retract ?update))
 
 (defrule skill-stolen
-  "A skill that was called without control runs on unseen when somebody takes control."
+  "Another client has taken control, so the agent cannot follow a skill that it called without control."
   ?skill <- (skill (skiller ?skiller) (status S_RUNNING))
   (not (skiller-control (skiller ?skiller) (acquired TRUE)))
   (blackboard-interface (type "SkillerInterface") (id ?skiller) (serial ?us))
@@ -175,7 +177,7 @@
   (skill-fail-without-control ?skill ?other))
 
 (defrule skill-start-timeout
-  "The skiller has never taken up the call."
+  "The skiller has not started the skill in time."
   ?skill <- (skill (name ?name) (status S_IDLE) (start-time $?start))
   (time $?now&:(timeout ?now ?start ?*SKILL-INIT-TIMEOUT-SEC*))
   =>

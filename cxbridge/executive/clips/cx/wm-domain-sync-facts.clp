@@ -1,22 +1,22 @@
-; Keeps wm-facts and domain-facts the same; see wm-domain-sync.clp for the idea.
+; Synchronises wm-facts and domain-facts; wm-domain-sync.clp describes the method.
 ;
 ; Needs wm-domain-sync.clp.
 
 (deftemplate wm-sync-pair
-  "Internal. What joins the facts of one wm-sync-map-fact."
+  "Internal. The data for joins between the facts of a wm-sync-map-fact."
   (slot domain-fact-name (type SYMBOL))
   (slot wm-fact-id (type STRING))
-  ; --- the path of the key to which the predicate was mapped
+  ; --- the path of the key to which the predicate is mapped
   (multislot root (type SYMBOL))
-  ; --- the domain-fact's parameters, and the same as one text
+  ; --- the domain-fact's parameter values, and the same as a text
   (multislot param-values)
   (slot text (type STRING))
-  ; --- value of the wm-fact when the two were last the same
+  ; --- the value of the wm-fact at the last synchronisation
   (slot wm-value)
 )
 
 (deftemplate wm-sync-atom
-  "Internal. Stands for a domain-fact, for as long as that exists."
+  "Internal. A domain-fact, with its parameter values as a text, while it exists."
   (slot name (type SYMBOL))
   (multislot param-values)
   (slot text (type STRING))
@@ -27,17 +27,17 @@
 ; *** Functions ***
 
 (deffunction wm-sync-text (?values)
-  "Internal. Parameter values as one text. Values that look the same in an ID
-   have the same text."
+  "Internal. The parameter values as a text. Values that have the same spelling in an
+   ID have the same text."
   (bind ?text "")
   (progn$ (?value ?values) (bind ?text (str-cat ?text "&" ?value)))
   (return ?text)
 )
 
 (deffunction wm-sync-key-param-values (?key ?param-names)
-  "Internal. Values for a domain-fact from a key: in the order of the parameters
-   where the key names just these, in the key's own order otherwise. FALSE and an
-   error message if the key has a list."
+  "Internal. The values of a key for a domain-fact: in the order of the parameters if
+   the key names exactly these, or else in the order of the key. FALSE and an error
+   message if the key has a list."
   (bind ?values (wm-sync-key-arg-values ?key))
   (bind ?n (length$ ?param-names))
   (bind ?given (length$ (wm-key-args ?key)))
@@ -53,7 +53,7 @@
 )
 
 (deffunction wm-sync-note-wm-fact (?id ?key ?root ?name ?param-names)
-  "Internal. Note that the wm-fact ?id stands for a fact of predicate ?name."
+  "Internal. Assert that the wm-fact ?id corresponds to a fact of predicate ?name."
   (bind ?values (wm-sync-key-param-values ?key ?param-names))
   (if (multifieldp ?values) then
     (assert (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (root ?root)
@@ -78,10 +78,10 @@
                             (domain-fact-idx (fact-slot-value ?atom idx))))
 )
 
-; *** Facts: note what there is ***
+; *** Facts: index the present facts ***
 
 (defrule wm-sync-note-domain-fact
-  "A domain-fact is there. Its atom goes with it."
+  "Assert the atom of a domain-fact, with logical support by the domain-fact."
   (declare (salience ?*SALIENCE-WM-IDKEY*))
   (logical ?df <- (domain-fact (name ?name) (param-values $?values)))
   =>
@@ -91,7 +91,7 @@
 )
 
 (defrule wm-sync-note-worldmodel-fact
-  "A wm-fact is there that stands for a fact of a declared predicate."
+  "A new wm-fact corresponds to a fact of a declared predicate."
   (declare (salience ?*SALIENCE-WM-IDKEY*))
   (domain-predicate (name ?name) (param-names $?param-names))
   (not (wm-sync-remap-fact (domain-fact-name ?name)))
@@ -103,7 +103,7 @@
 )
 
 (defrule wm-sync-note-worldmodel-fact-remapped
-  "The same for a predicate that has another path."
+  "The same for a predicate with another path."
   (declare (salience ?*SALIENCE-WM-IDKEY*))
   (domain-predicate (name ?name) (param-names $?param-names))
   (wm-sync-remap-fact (domain-fact-name ?name) (wm-fact-key-path ?head $?tail))
@@ -118,7 +118,7 @@
 ; *** Facts: deletions ***
 
 (defrule wm-sync-domain-fact-removed
-  "The domain-fact went: the wm-fact goes, or becomes FALSE."
+  "The domain-fact was retracted: retract the wm-fact, or set it to FALSE."
   (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
   ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (text ?text))
   ?map <- (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id)
@@ -138,7 +138,7 @@
 )
 
 (defrule wm-sync-domain-fact-removed-wm-fact-not-true
-  "The domain-fact went, and the wm-fact does not claim it any more."
+  "The domain-fact was retracted, and the wm-fact is not TRUE."
   (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
   ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (text ?text))
   ?map <- (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id)
@@ -152,7 +152,7 @@
 )
 
 (defrule wm-sync-worldmodel-fact-false
-  "The wm-fact became FALSE: the domain-fact goes."
+  "The wm-fact became FALSE: retract the domain-fact."
   (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
   (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (text ?text) (wm-value ?last))
   (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id)
@@ -166,7 +166,7 @@
 )
 
 (defrule wm-sync-worldmodel-fact-removed
-  "The wm-fact went: the domain-fact goes."
+  "The wm-fact was retracted: retract the domain-fact."
   (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
   (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (text ?text))
   (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id)
@@ -181,7 +181,7 @@
 ; *** Facts: additions ***
 
 (defrule wm-sync-domain-fact-added
-  "A domain-fact without a wm-fact."
+  "Assert the wm-fact of a new domain-fact."
   (declare (salience ?*SALIENCE-WM-SYNC-ADD*))
   (domain-predicate (name ?name) (param-names $?param-names))
   (not (wm-sync-remap-fact (domain-fact-name ?name)))
@@ -192,7 +192,7 @@
 )
 
 (defrule wm-sync-domain-fact-remapped-added
-  "A domain-fact without a wm-fact, whose predicate has another path."
+  "Assert the wm-fact of a new domain-fact whose predicate has another path."
   (declare (salience ?*SALIENCE-WM-SYNC-ADD*))
   (domain-predicate (name ?name) (param-names $?param-names))
   (wm-sync-remap-fact (domain-fact-name ?name) (wm-fact-key-path $?root))
@@ -203,7 +203,7 @@
 )
 
 (defrule wm-sync-domain-fact-true
-  "A domain-fact came back: the wm-fact, if it is FALSE, becomes TRUE."
+  "A domain-fact was asserted again: set the wm-fact to TRUE if it is FALSE."
   (declare (salience ?*SALIENCE-WM-SYNC-ADD*))
   ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (text ?text))
   ?map <- (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id)
@@ -219,7 +219,7 @@
 )
 
 (defrule wm-sync-worldmodel-fact-added
-  "A wm-fact for the first time: there is a domain-fact, whatever the value."
+  "A new wm-fact, of any value: assert its domain-fact."
   (declare (salience ?*SALIENCE-WM-SYNC-ADD*))
   ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id)
                          (param-values $?values))
@@ -236,7 +236,7 @@
 )
 
 (defrule wm-sync-worldmodel-fact-true
-  "The wm-fact became TRUE: there is a domain-fact."
+  "The wm-fact became TRUE: assert its domain-fact."
   (declare (salience ?*SALIENCE-WM-SYNC-ADD*))
   ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id)
                          (param-values $?values) (wm-value ?last))
@@ -251,10 +251,10 @@
   (modify ?pair (wm-value TRUE))
 )
 
-; *** Facts: forget ***
+; *** Facts: clean-up ***
 
 (defrule wm-sync-fact-cleanup
-  "Both facts are gone."
+  "Both facts were retracted."
   (declare (salience ?*SALIENCE-WM-SYNC-ADD*))
   ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (text ?text))
   ?map <- (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id))
@@ -266,7 +266,7 @@
 )
 
 (defrule wm-sync-fact-cleanup-domain-fact-back
-  "Both facts were gone, and the domain-fact is back: it counts as a new one."
+  "Both facts were retracted, and the domain-fact was asserted again: it is a new fact."
   (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
   ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (text ?text))
   ?map <- (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id)
@@ -278,7 +278,7 @@
 )
 
 (defrule wm-sync-pair-cleanup
-  "The wm-fact went before there was anything to keep the same."
+  "The wm-fact was retracted before its first synchronisation."
   (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
   ?pair <- (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id))
   (not (wm-sync-map-fact (domain-fact-name ?name) (wm-fact-id ?id)))

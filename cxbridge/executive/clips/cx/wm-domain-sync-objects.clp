@@ -1,42 +1,42 @@
-; Keeps the domain-objects of each type and the wm-fact that lists them the same.
+; Synchronises the domain-objects of each type and the wm-fact that lists them.
 ;
-; A wm-sync-object marks each object that the list has, so that a missing one is
-; found by look-up. What came and went is collected first, and the list is written
-; once. A list that differs from the wm-sync-object-list was changed by somebody
-; else, who then decides which objects there are.
+; A wm-sync-object marks each object of the list, so that joins find the missing ones.
+; Additions and removals are collected first, and the list is written once. A list that
+; differs from the wm-sync-object-list was changed by another rule, and the domain-objects
+; follow this list.
 ;
-; Every modify makes CLIPS join the fact anew with all that it matches. Hence the
-; facts that are modified here are never joined with all objects of a type; that is
-; what wm-sync-listed-type is for.
+; Each modify makes CLIPS join the fact with all its matches again. So the modified facts
+; of this file are not joined with all objects of a type; the rules join these with
+; wm-sync-listed-type.
 ;
 ; Needs wm-domain-sync.clp.
 
 (deftemplate wm-sync-listed-type
-  "Internal. There is a list for the type."
+  "Internal. A type that has a list."
   (slot type (type SYMBOL))
 )
 
 (deftemplate wm-sync-object-list
-  "Internal. The list for a type as it was last synchronised."
+  "Internal. The list of a type at its last synchronisation."
   (slot type (type SYMBOL))
   (multislot names)
 )
 
 (deftemplate wm-sync-object
-  "Internal. A domain-object that the list of its type has or is to have."
+  "Internal. A domain-object that is or will be in the list of its type."
   (slot type (type SYMBOL))
   (slot name)
 )
 
 (deftemplate wm-sync-object-change
-  "Internal. An object that is to be put into the list of its type, or taken out."
+  "Internal. An object to add to the list of its type, or to remove."
   (slot type (type SYMBOL))
   (slot name)
   (slot what (type SYMBOL) (allowed-values ADD REMOVE))
 )
 
 (deffunction wm-sync-map-object-type (?type ?key)
-  "Internal. List the objects of ?type in the wm-fact with the key ?key."
+  "Internal. Map the objects of ?type to the wm-fact with the key ?key."
   (assert (wm-sync-listed-type (type ?type))
           (wm-sync-object-list (type ?type))
           (wm-sync-map-object-type (domain-object-type ?type) (wm-fact-key ?key)
@@ -44,7 +44,7 @@
 )
 
 (deffunction wm-sync-apply-object-changes (?type ?names)
-  "Internal. The list ?names with all collected changes, which are forgotten."
+  "Internal. The list ?names after all collected changes, which are retracted."
   (do-for-all-facts ((?change wm-sync-object-change)) (eq ?type ?change:type)
     (bind ?names (if (eq ?change:what ADD)
                   then (create$ ?names ?change:name)
@@ -75,8 +75,8 @@
 )
 
 (defrule wm-sync-domain-object-mapping-added
-  "The list is missing: it is empty at first. If it was there before, somebody
-   retracted it, and this counts as a change to the empty list."
+  "Assert an empty list for a type without list. If another rule has retracted the
+   list, this counts as a change to the empty list."
   (declare (salience ?*SALIENCE-WM-SYNC-ADD*))
   ?map <- (wm-sync-map-object-type (wm-fact-id ?id) (wm-fact-key $?key) (wm-fact-idx ?idx))
   (not (wm-fact (id ?id)))
@@ -86,7 +86,7 @@
 )
 
 (defrule wm-sync-domain-object-added
-  "A domain-object that its list lacks."
+  "A domain-object is missing from its list."
   (declare (salience ?*SALIENCE-WM-SYNC-ADD*))
   (wm-sync-listed-type (type ?type))
   (domain-object (name ?name) (type ?type))
@@ -97,7 +97,7 @@
 )
 
 (defrule wm-sync-domain-object-removed
-  "A domain-object went that its list has."
+  "A domain-object of the list was retracted."
   (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
   ?object <- (wm-sync-object (type ?type) (name ?name))
   (not (domain-object (name ?name) (type ?type)))
@@ -108,7 +108,7 @@
 )
 
 (defrule wm-sync-domain-object-not-added
-  "A domain-object went before its list had it."
+  "A domain-object was retracted before its addition to the list."
   (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
   ?object <- (wm-sync-object (type ?type) (name ?name))
   (not (domain-object (name ?name) (type ?type)))
@@ -118,7 +118,7 @@
 )
 
 (defrule wm-sync-domain-objects-listed
-  "All changes are collected: write the list."
+  "Write the list after all changes are collected."
   (declare (salience (- ?*SALIENCE-WM-SYNC-ADD* 1)))
   (wm-sync-listed-type (type ?type))
   (exists (wm-sync-object-change (type ?type)))
@@ -133,8 +133,8 @@
 )
 
 (defrule wm-sync-worldmodel-objects-changed
-  "Somebody changed the list: the domain-objects become what it says, whatever
-   happened to them."
+  "Another rule has changed the list: make the domain-objects those of the list,
+   regardless of their own changes."
   (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
   ?map <- (wm-sync-map-object-type (domain-object-type ?type) (wm-fact-id ?id))
   ?list <- (wm-sync-object-list (type ?type) (names $?before))

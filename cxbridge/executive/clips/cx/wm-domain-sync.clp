@@ -1,57 +1,56 @@
-; Keeps the world model (wm-fact) and the domain model (domain-fact,
-; domain-object) the same, in both directions.
+; Synchronises the world model (wm-fact) and the domain model (domain-fact,
+; domain-object) in both directions.
 ;
 ; A domain-fact of a declared predicate corresponds to a wm-fact with the key
-; `domain fact NAME args? PARAM VALUE ...`, or to one below another path where a
-; wm-sync-remap-fact says so. The domain-objects of a type correspond to a
-; wm-fact with the key `domain objects-by-type TYPE`, a list.
+; `domain fact NAME args? PARAM VALUE ...`, or with another path from a
+; wm-sync-remap-fact. The domain-objects of a type correspond to a wm-fact with the
+; key `domain objects-by-type TYPE`, a list.
 ;
-; How a change is noticed. For each pair the state at the last synchronisation
-; is kept, and the side that differs from it has changed and wins. Both the fact
-; indexes (in wm-sync-map-fact) and the value of the wm-fact (in wm-sync-pair)
-; are kept: a modify may give the fact a new index or may leave the index alone,
-; according to who did it; either is a change.
+; Changes. A pair of facts keeps its state at the last synchronisation; the side
+; that differs from this state has changed, and the other side follows. The state
+; has the fact indexes (in wm-sync-map-fact) and the value of the wm-fact (in
+; wm-sync-pair), because some modifications give the fact a new index and others
+; do not.
 ;
-; How it stays fast. Nothing compares one fact with all others. CLIPS looks up
-; joins over single fields in hash tables, but not those over multifields or
-; over function calls; hence each domain-fact gets a wm-sync-atom, which has the
-; parameter values as one text, and all rules join over that text, the name and
-; the ID.
+; Speed. No rule compares a fact with all others. CLIPS hashes joins on single
+; fields, but not on multifields or function calls. So each domain-fact gets a
+; wm-sync-atom with the parameter values as a text, and all rules join on this
+; text, the name and the ID.
 ;
-; Order: names are noted at WM-IDKEY, deletions made at WM-SYNC-DEL, additions
-; at WM-SYNC-ADD.
+; Saliences: names are indexed at WM-IDKEY, facts are deleted at WM-SYNC-DEL and
+; added at WM-SYNC-ADD.
 ;
 ; Needs saliences.clp, domain.clp, worldmodel.clp.
 
-; *** What is known of facts ***
+; *** Templates of facts ***
 
 (deftemplate wm-sync-map-fact
-  "A wm-fact and a domain-fact that are kept the same, and the state of both."
-  ; --- world model side: index 0 means that there is no fact
+  "A synchronised pair of a wm-fact and a domain-fact, and the state of both."
+  ; --- the wm-fact; index 0: there is no wm-fact
   (slot wm-fact-id (type STRING))
   (multislot wm-fact-key (type SYMBOL))
   (slot wm-fact-idx (type INTEGER))
-  ; --- when the domain-fact goes: retract the wm-fact, or set its value FALSE?
+  ; --- whether the wm-fact is retracted with the domain-fact, or else becomes FALSE
   (slot wm-fact-retract (type SYMBOL)
                         (allowed-values TRUE FALSE)
                         (default TRUE))
-  ; --- domain side: index 0 means that there is no fact
+  ; --- the domain-fact; index 0: there is no domain-fact
   (slot domain-fact-name (type SYMBOL))
   (slot domain-fact-idx (type INTEGER))
 )
 
 (deftemplate wm-sync-remap-fact
-  "The facts of a predicate go by another path in the world model, for example
-   `hardware gripper grasped` for the predicate holding. The arguments must have
-   the names of the predicate's parameters. To be asserted before the facts."
+  "Another path for the wm-facts of a predicate, for example `hardware gripper grasped`
+   for the predicate holding. The arguments must have the names of the predicate's
+   parameters. Assert this fact before the facts of the predicate."
   (slot domain-fact-name (type SYMBOL))
   (multislot wm-fact-key-path (type SYMBOL))
 )
 
-; *** What is known of objects ***
+; *** Templates of objects ***
 
 (deftemplate wm-sync-map-object-type
-  "The wm-fact that lists the objects of one type."
+  "The wm-fact that lists the objects of a type."
   (slot domain-object-type (type SYMBOL))
   ; --- the wm-fact; index 0 before the first synchronisation
   (slot wm-fact-id (type STRING))
@@ -60,7 +59,7 @@
 )
 
 (deftemplate wm-sync-remap-object-type
-  "The list of a type's objects has another key. To be asserted before the type."
+  "Another key for the list of a type's objects. Assert this fact before the type."
   (multislot wm-fact-key (type SYMBOL))
   (slot domain-object-type (type SYMBOL))
 )
@@ -68,7 +67,7 @@
 ; *** Settings ***
 
 (deffunction wm-sync-remap-fact-id-prefix ($?id-paths)
-  "Map predicates to the IDs ?id-paths; the last part of an ID is the predicate.
+  "Map predicates to the IDs ?id-paths, whose last part is the predicate.
    Example: (wm-sync-remap-fact-id-prefix \"/wm/holding\") for predicate holding.
    An ID with arguments is refused with an error message."
   (progn$ (?id ?id-paths)
@@ -82,7 +81,7 @@
 )
 
 (deffunction wm-sync-remap-object-id-prefix ($?id-paths)
-  "Map object types to the IDs ?id-paths; the last part of an ID is the type."
+  "Map object types to the IDs ?id-paths, whose last part is the type."
   (progn$ (?id ?id-paths)
     (bind ?key (wm-id-to-key ?id))
     (assert (wm-sync-remap-object-type (wm-fact-key ?key)
@@ -91,8 +90,8 @@
 )
 
 (deffunction wm-sync-set-wm-fact-retract (?id ?enabled)
-  "What happens to the wm-fact ?id when its domain-fact goes: it is retracted if
-   ?enabled is TRUE, as is the rule; its value becomes FALSE otherwise."
+  "Choose the effect of the retraction of a domain-fact on its wm-fact ?id: with
+   ?enabled TRUE, the default, it is retracted; with FALSE, its value becomes FALSE."
   (do-for-fact ((?map wm-sync-map-fact)) (eq ?id ?map:wm-fact-id)
     (modify ?map (wm-fact-retract ?enabled))
   )
@@ -101,8 +100,8 @@
 ; *** Keys and parameters ***
 
 (deffunction wm-sync-key-arg-values ($?key)
-  "Argument values of a key in the key's order; FALSE and an error message if
-   one of them is a list, which domain-facts cannot have."
+  "The argument values of a key in the order of the key; FALSE and an error message
+   for a list, which domain-facts cannot have."
   (bind ?mark (member$ args? ?key))
   (bind ?values (create$))
   (if ?mark then
@@ -118,8 +117,8 @@
 )
 
 (deffunction wm-sync-next-arg (?idx $?key)
-  "Index of the argument name behind the one at ?idx, of the first one if ?idx
-   is 0. Returns 0 at the end, -1 and an error message if the first is a list."
+  "The index of the argument name after the one at ?idx; the first one if ?idx is 0.
+   Returns 0 at the end, and -1 and an error message if the first argument is a list."
   (bind ?L (length$ ?key))
   (bind ?next (+ ?idx 2))
   (if (= ?idx 0) then
@@ -134,8 +133,8 @@
 )
 
 (deffunction wm-sync-args-match (?key ?param-names ?param-values)
-  "TRUE if the key names each of the parameters, in any order, with its value,
-   and nothing else."
+  "TRUE if the arguments of the key are the parameters with their values, in any
+   order."
   (bind ?matched 0)
   (bind ?l (wm-sync-next-arg 0 ?key))
   (while (> ?l 0) do
@@ -149,26 +148,26 @@
 )
 
 (deffunction wm-sync-remapped-path-match (?key ?key-path)
-  "TRUE if ?key-path is the whole path of the key."
+  "TRUE if ?key-path is the path of the key."
   (return (eq ?key-path (wm-key-path ?key)))
 )
 
 (deffunction wm-sync-remapped-pathargs-match (?key ?key-path ?param-names ?param-values)
-  "TRUE if both the path and the arguments of the key are the given ones."
+  "TRUE if the path and the arguments of the key match."
   (return (and (wm-sync-remapped-path-match ?key ?key-path)
                (wm-sync-args-match ?key ?param-names ?param-values)))
 )
 
 ; *** Remapping from the configuration ***
-; Before the first addition, so that no fact is synchronised unmapped.
+; Before the first addition, so that no fact is synchronised without its remapping.
 
 (deffunction wm-sync-config-prefix (?spec ?what)
-  "Internal. Configuration path below which a spec has its remapping of ?what."
+  "Internal. The configuration path of a spec's remapping of ?what."
   (return (str-cat "/clips-executive/specs/" ?spec "/wm-remap/" ?what "/"))
 )
 
 (deffunction wm-sync-config-name (?path ?prefix)
-  "Internal. What stands behind ?prefix in ?path, FALSE if it does not start so."
+  "Internal. The rest of ?path after ?prefix; FALSE if ?path has another prefix."
   (if (neq 1 (str-index ?prefix ?path)) then (return FALSE))
   (return (sym-cat (sub-string (+ 1 (str-length ?prefix)) (str-length ?path) ?path)))
 )

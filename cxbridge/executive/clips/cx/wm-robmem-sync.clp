@@ -1,18 +1,18 @@
 ; Shares parts of the world model with other robots through the robot memory.
 ;
-; Which parts: wm-facts whose key starts with a prefix in a wm-robmem-sync-conf,
-; see (wm-robmem-sync-enable ID...). Nothing happens until the wm-fact
-; /cx/identity says who we are.
+; Shared are the wm-facts whose key starts with the prefix of a wm-robmem-sync-conf,
+; see (wm-robmem-sync-enable ID...), after the wm-fact /cx/identity has the name of
+; this agent.
 ;
-; Each shared wm-fact is a document: _id (the fact's ID), type, is-list ("TRUE" or
+; A shared wm-fact is a document: _id (the fact's ID), type, is-list ("TRUE" or
 ; "FALSE"), value or values, source (the robot that wrote it), update-timestamp.
-; Writing asks for the document with our _id and no later timestamp. Where there is
-; a later one, the database tries to insert a second document with that _id and
-; refuses: later knowledge is not overwritten.
+; A write is an upsert of the document with this _id and no later timestamp. If the
+; stored document is later, the database tries to insert a second document with the
+; _id and refuses, so that later data are not overwritten.
 ;
-; Changes that others make come as trigger events, and are taken if they are later
-; than what we have. For that a wm-robmem-sync-map-entry keeps the time of the last
-; change of each fact, also after the fact has gone.
+; Changes by other robots arrive as trigger events, and are accepted if they are later
+; than the last change of the fact, which its wm-robmem-sync-map-entry has even after
+; the retraction of the fact.
 ;
 ; Needs time.clp, worldmodel.clp and the feature robot_memory.
 
@@ -21,7 +21,7 @@
 )
 
 (deftemplate wm-robmem-sync-map-entry
-  "A shared fact: its index (0: it is gone) and the time of its last change."
+  "A shared fact: its index (0: retracted) and the time of its last change."
   (slot wm-fact-idx (type INTEGER))
   (multislot update-timestamp (type INTEGER) (cardinality 2 2))
   (slot wm-fact-id (type STRING))
@@ -29,8 +29,8 @@
 )
 
 (deftemplate wm-robmem-sync-content
-  "Internal. What a shared fact said when it was last sent or received. A modify
-   that leaves the index as it was shows only here."
+  "Internal. The content of a shared fact when it was last sent or received. Shows a
+   modification that has kept the index of the fact."
   (slot wm-fact-id (type STRING))
   (slot type (type SYMBOL))
   (slot is-list (type SYMBOL))
@@ -39,12 +39,12 @@
 )
 
 (deftemplate wm-robmem-sync-initialized
-  "There while the trigger is registered."
+  "Exists while the trigger is registered."
   (slot trigger-ptr (type EXTERNAL-ADDRESS))
 )
 
 (deftemplate wm-robmem-sync-conf
-  "Facts with this key prefix are shared."
+  "A key prefix whose facts are shared."
   (slot enabled (type SYMBOL) (allowed-values TRUE FALSE))
   (multislot wm-fact-key-prefix (type SYMBOL))
 )
@@ -57,14 +57,14 @@
 )
 
 (deffunction wm-robmem-sync-now ()
-  "Internal. System time as the database can hold it: in milliseconds."
+  "Internal. The system time in milliseconds, the resolution of the database."
   (return (time-trunc-ms (now-systime)))
 )
 
-; *** Notes on what was sent or received ***
+; *** The last sent or received state ***
 
 (deffunction wm-robmem-sync-note-content (?wf)
-  "Internal. Remember what the fact says now."
+  "Internal. Store the content of the fact."
   (bind ?id (fact-slot-value ?wf id))
   (do-for-fact ((?content wm-robmem-sync-content)) (eq ?id ?content:wm-fact-id)
     (retract ?content)
@@ -77,7 +77,7 @@
 )
 
 (deffunction wm-robmem-sync-note-entry (?id ?key ?idx ?time)
-  "Internal. Remember the index and the time of a change."
+  "Internal. Store the index and the time of a change."
   (if (not (do-for-fact ((?entry wm-robmem-sync-map-entry)) (eq ?id ?entry:wm-fact-id)
              (modify ?entry (wm-fact-idx ?idx) (update-timestamp ?time))
              TRUE))
@@ -89,7 +89,7 @@
 ; *** Documents ***
 
 (deffunction wm-robmem-sync-create-fact-doc (?wf ?identity ?update-timestamp)
-  "Document for a wm-fact; to be destroyed by the caller."
+  "A document for a wm-fact, which the caller destroys."
   (bind ?doc (bson-create))
   (bson-append ?doc "_id" (fact-slot-value ?wf id))
   (bson-append-time ?doc "update-timestamp" ?update-timestamp)
@@ -103,7 +103,7 @@
 )
 
 (deffunction wm-robmem-sync-create-query (?id ?update-timestamp)
-  "Query for the document ?id if it is not later; to be destroyed by the caller."
+  "A query for the document ?id that is not later, which the caller destroys."
   (bind ?not-later (bson-create))
   (bson-append-time ?not-later "$lte" ?update-timestamp)
   (bind ?query (bson-create))
@@ -114,13 +114,13 @@
 )
 
 (deffunction wm-robmem-sync-typed (?type ?value)
-  "Internal. A single value as it is in wm-facts; documents have no symbols."
+  "Internal. The value in the type of the wm-fact, because documents have no symbols."
   (if (or (eq ?type SYMBOL) (eq ?type BOOL)) then (return (sym-cat ?value)))
   (return ?value)
 )
 
 (deffunction wm-robmem-sync-doc-values (?doc ?prefix ?type)
-  "Internal. Values of a document whose fields are below ?prefix."
+  "Internal. The values of a document whose fields are below ?prefix."
   (bind ?values (create$))
   (progn$ (?value (bson-get-array ?doc (str-cat ?prefix "values")))
     (bind ?values (create$ ?values (wm-robmem-sync-typed ?type ?value)))
@@ -129,13 +129,13 @@
 )
 
 (deffunction wm-robmem-sync-fits (?type ?value)
-  "Internal. TRUE if it is a single value. FALSE also stands for what is not there."
+  "Internal. TRUE for a single value. FALSE may mean a missing field."
   (if (external-addressp ?value) then (bson-destroy ?value) (return FALSE))
   (return (and (neq ?value INVALID_VALUE_TYPE) (or (neq ?value FALSE) (eq ?type BOOL))))
 )
 
 (deffunction wm-robmem-sync-is-fact (?doc ?prefix)
-  "Internal. TRUE if the document says what a wm-fact can say."
+  "Internal. TRUE if the document has valid content of a wm-fact."
   (bind ?type (bson-get ?doc (str-cat ?prefix "type")))
   (bind ?is-list (bson-get ?doc (str-cat ?prefix "is-list")))
   (if (not (and (wm-robmem-sync-fits SYMBOL ?type) (wm-robmem-sync-fits BOOL ?is-list)
@@ -156,7 +156,7 @@
 )
 
 (deffunction wm-robmem-sync-set-fact (?id ?key ?doc ?prefix)
-  "Internal. Make the wm-fact ?id say what the document says, whose fields are
+  "Internal. Set the wm-fact ?id to the content of the document, whose fields are
    below ?prefix. Returns the fact."
   (bind ?type (sym-cat (bson-get ?doc (str-cat ?prefix "type"))))
   (bind ?is-list (sym-cat (bson-get ?doc (str-cat ?prefix "is-list"))))
@@ -176,8 +176,8 @@
 ; *** Restore, flush ***
 
 (deffunction wm-robmem-sync-restore-prefix (?id-prefix)
-  "Take all documents whose ID starts with ?id-prefix into the world model. The
-   prefix is part of a regular expression."
+  "Assert the wm-facts of all documents whose ID starts with ?id-prefix. The prefix is
+   part of a regular expression."
   (bind ?query (bson-create))
   (bson-append-regex ?query "_id" (str-cat "^" ?id-prefix))
   (bind ?cursor (robmem-query ?*WM-ROBMEM-SYNC-COLLECTION* ?query))
@@ -196,7 +196,7 @@
 )
 
 (deffunction wm-robmem-sync-restore ()
-  "Take all documents that are to be shared into the world model."
+  "Assert the wm-facts of all shared documents."
   (do-for-all-facts ((?conf wm-robmem-sync-conf)) (eq ?conf:enabled TRUE)
     (wm-robmem-sync-restore-prefix (wm-key-to-id ?conf:wm-fact-key-prefix))
   )
@@ -212,7 +212,7 @@
 ; *** The trigger ***
 
 (deffunction wm-robmem-trigger-register ()
-  "Ask for events of the collection; the answer is a feedback fact."
+  "Register the trigger for the collection; the reply is a feedback fact."
   (bind ?everything (bson-create))
   (robmem-trigger-register ?*WM-ROBMEM-SYNC-COLLECTION* ?everything
                            "wm-robmem-sync-trigger")
@@ -267,7 +267,7 @@
 )
 
 (deffunction wm-robmem-sync-send (?wf ?identity)
-  "Internal. Write the wm-fact as of now, and note that."
+  "Internal. Write the wm-fact with the present time, and store its state."
   (bind ?now (wm-robmem-sync-now))
   (wm-robmem-sync-note-content ?wf)
   (wm-robmem-sync-note-entry (fact-slot-value ?wf id) (fact-slot-value ?wf key)
@@ -276,7 +276,7 @@
 )
 
 (defrule wm-robmem-sync-fact-added
-  "A fact to be shared."
+  "A new fact to share."
   (wm-fact (key cx identity) (value ?identity))
   ?wf <- (wm-fact (id ?id&~"") (key $?key))
   (not (wm-robmem-sync-map-entry (wm-fact-id ?id)))
@@ -287,7 +287,7 @@
 )
 
 (defrule wm-robmem-sync-fact-modified
-  "A shared fact has another index: it was modified, or is back."
+  "A shared fact has another index: it was modified, or asserted again."
   (wm-fact (key cx identity) (value ?identity))
   (wm-robmem-sync-map-entry (wm-fact-id ?id) (wm-fact-idx ?idx))
   ?wf <- (wm-fact (id ?id) (key $?key))
@@ -299,7 +299,7 @@
 )
 
 (defrule wm-robmem-sync-fact-modified-in-place
-  "A shared fact has the same index, but says something else."
+  "A shared fact has the same index, but other content."
   (wm-fact (key cx identity) (value ?identity))
   (wm-robmem-sync-content (wm-fact-id ?id) (type ?type) (is-list ?is-list)
                           (value ?value) (values $?values))
@@ -315,7 +315,7 @@
 )
 
 (defrule wm-robmem-sync-fact-removed
-  "A shared fact went. When exactly is not known; the time is that of noticing."
+  "A shared fact was retracted. The time of the change is the time of this rule."
   (wm-fact (key cx identity))
   ?entry <- (wm-robmem-sync-map-entry (wm-fact-id ?id) (wm-fact-idx ~0) (wm-fact-key $?key))
   (not (wm-fact (id ?id)))
@@ -340,7 +340,7 @@
 ; *** From the robot memory to the world model ***
 
 (deffunction wm-robmem-sync-time-of-entry (?id)
-  "Internal. When the fact last changed as far as we know; FALSE if unknown."
+  "Internal. The last known time of a change of the fact; FALSE if there is none."
   (do-for-fact ((?entry wm-robmem-sync-map-entry)) (eq ?id ?entry:wm-fact-id)
     (return ?entry:update-timestamp)
   )
@@ -348,20 +348,20 @@
 )
 
 (deffunction wm-robmem-sync-event-time (?obj)
-  "Internal. Time of the change of which the event ?obj tells."
+  "Internal. The time of the change in the event ?obj."
   (if (bson-has-field ?obj "fullDocument.update-timestamp") then
     (bind ?time (bson-get-time ?obj "fullDocument.update-timestamp"))
     (if (and (= 2 (length$ ?time)) (integerp (nth$ 1 ?time))) then (return ?time)))
   (if (bson-has-field ?obj "wallTime") then
-    ; clusterTime counts seconds only: what was removed in the second of its last
-    ; change would be taken for older
+    ; not clusterTime, which has seconds only: a removal in the second of the last
+    ; change would count as older
     (return (bson-get-time ?obj "wallTime")))
   (return (bson-get-time ?obj "clusterTime"))
 )
 
 (deffunction wm-robmem-sync-update (?obj)
-  "Another robot wrote a document. Where we have both the fact and its time, only
-   a later change is taken. Whether the fact is to be shared is not asked."
+  "Accept a document that another robot has written; if the fact and its time are
+   known, only a later document. The prefix of the fact is not checked."
   (if (not (bson-has-field ?obj "fullDocument._id")) then (return))
   (bind ?id (bson-get ?obj "fullDocument._id"))
   (if (not (and (stringp ?id) (wm-robmem-sync-is-fact ?obj "fullDocument."))) then
@@ -389,7 +389,7 @@
 )
 
 (deffunction wm-robmem-sync-delete (?obj)
-  "Somebody, perhaps we ourselves, removed a document."
+  "Handle the removal of a document by any robot, even this one."
   (bind ?id (bson-get ?obj "documentKey._id"))
   (if (not (stringp ?id)) then (return))
   (bind ?time (wm-robmem-sync-event-time ?obj))
@@ -405,7 +405,7 @@
 )
 
 (deffunction wm-robmem-sync-written (?obj ?identity)
-  "Internal. Somebody wrote a document; what we wrote ourselves is ignored."
+  "Internal. Handle a written document, unless this robot has written it."
   (if (not (bson-has-field ?obj "fullDocument.source")) then
     (printout error "Received update for " (bson-get ?obj "documentKey._id")
                     " with unknown source, update is lost! doc: "
@@ -416,7 +416,7 @@
 )
 
 (defrule wm-robmem-sync-fact-trigger-event
-  "One event, the oldest first."
+  "Handle the oldest event."
   (wm-fact (key cx identity) (value ?identity))
   ?event <- (robmem-trigger (name "wm-robmem-sync-trigger")
                             (rcvd-at $?time) (ptr ?obj))

@@ -1,30 +1,30 @@
-; Facts of any template as world model facts, and back: for sharing, say, goals
-; with other robots.
+; Conversion between facts of any template and world model facts, for example to
+; share goals with other robots.
 ;
 ; The wm-fact gets the key `template fact TEMPLATE args? SLOT VALUE ...` from the
 ; slots that identify the fact, and the other slots as its list of values. A slot
-; is written as its name and value, a multislot as its name and, in brackets, the
-; type and the value of each element.
+; has the form of its name and value, a multislot that of its name and, in brackets,
+; the type and the value of each element.
 ;
 ; Needs worldmodel.clp.
 
 ; *** Fields ***
 
 (deffunction value-to-type-pair (?value)
-  "Type of a value, and the value as symbol."
+  "The type of a value, and the value as a symbol."
   (return (create$ (type ?value) (sym-cat ?value)))
 )
 
 (deffunction values-to-type-pairs (?list)
-  "Types and values of all elements, by turns."
+  "The types and values of all elements, in turn."
   (bind ?pairs (create$))
   (progn$ (?value ?list) (bind ?pairs (create$ ?pairs (value-to-type-pair ?value))))
   (return ?pairs)
 )
 
 (deffunction type-cast (?value ?type)
-  "Value as INTEGER, FLOAT, STRING or SYMBOL. For another type a message is
-   printed, and the value returned as it is."
+  "The value as INTEGER, FLOAT, STRING or SYMBOL. For another type prints a message,
+   and returns the value unchanged."
   (if (eq ?type (type ?value)) then (return ?value))
   (if (and (lexemep ?value) (or (eq ?type INTEGER) (eq ?type FLOAT))) then
     (bind ?value (string-to-field ?value)))
@@ -40,10 +40,10 @@
 )
 
 (deffunction template-field-text (?value ?type)
-  "Internal. A field as it is written in a fact of type ?type."
+  "Internal. A value of type ?type as text in a fact."
   (bind ?value (type-cast ?value ?type))
   (if (and (symbolp ?value) (neq ?value (string-to-field ?value)))
-   ; a symbol that would be read as something else, such as a number
+   ; a symbol that CLIPS would read as another type, such as a number
    then (return (str-cat "(sym-cat " (implode$ (create$ (str-cat ?value))) ")"))
    else (return (implode$ (create$ ?value))))
 )
@@ -51,7 +51,7 @@
 ; *** Template facts to world model facts ***
 
 (deffunction deftemplate-remaining-slots (?template ?slots)
-  "Slots of a template without those named in ?slots (one name or several)."
+  "The slots of a template without ?slots (one name or several)."
   (bind ?remaining (create$))
   (progn$ (?slot (deftemplate-slot-names ?template))
     (if (not (member$ ?slot (create$ ?slots))) then
@@ -61,8 +61,8 @@
 )
 
 (deffunction slots-to-multifield (?fact-id ?slots)
-  "Names and values of the slots of a fact. Leaves out, with a message, a slot
-   that may hold more than one type, because it could not be read back."
+  "The names and values of the slots of a fact. Omits, with a message, slots with
+   several permitted types, because these could not be read again."
   (bind ?template (fact-relation ?fact-id))
   (bind ?fields (create$))
   (progn$ (?slot ?slots)
@@ -81,13 +81,13 @@
 )
 
 (deffunction template-fact-slots-to-key-vals (?fact-id ?arg-slots)
-  "The same; ?arg-slots may be a single name."
+  "As slots-to-multifield; ?arg-slots may be a single name."
   (return (slots-to-multifield ?fact-id (create$ ?arg-slots)))
 )
 
 (deffunction assert-template-wm-fact (?fact-id ?id-slots ?other-slots)
-  "Assert the wm-fact for a fact: ?id-slots become part of its key, and
-   ?other-slots its values. Returns the wm-fact."
+  "Assert and return the wm-fact of a fact, with ?id-slots in its key and
+   ?other-slots as its values."
   (return (assert
     (wm-fact (type SYMBOL) (is-list TRUE)
              (key template fact (fact-relation ?fact-id) args?
@@ -98,8 +98,8 @@
 ; *** World model facts to template facts ***
 
 (deffunction template-fact-str-from-wm (?key ?values)
-  "Text of the fact that a wm-fact was made from, for assert-string. Prints a
-   message and returns an empty text if the key is not of a template fact."
+  "The text of the fact of a wm-fact, for assert-string. Prints a message and returns
+   an empty text if the key is not that of a template fact."
   (if (not (wm-key-prefix ?key template fact)) then
     (printout t "template-fact-str-from-wm-key: supplied wm-fact key " ?key
                 " does not encode a template fact, abort." crlf)
@@ -116,7 +116,7 @@
     (bind ?i (+ ?i 1))
     (if (deftemplate-slot-multip ?template ?slot)
      then
-      ; behind the opening bracket: type and value by turns
+      ; after the opening bracket: types and values in turn
       (bind ?i (+ ?i 1))
       (while (and (< ?i (length$ ?fields)) (neq ] (nth$ ?i ?fields))) do
         (bind ?text (str-cat ?text " " (template-field-text (nth$ (+ ?i 1) ?fields)

@@ -1,25 +1,25 @@
 ; World model facts, named by an ID and by a key.
 ;
-; The ID is a text in the manner of a URL, made for storage and exchange:
+; The ID is a text like a URL, for storage and exchange:
 ;   /domain/fact/holding?robot=R-1&objects=cup,plate
-; The key is the same name taken apart, made for patterns in rules:
+; The key has the parts of the same name, for patterns in rules:
 ;   (domain fact holding args? robot R-1 objects [ cup plate ])
 ;
-; A rule that asserts a wm-fact gives one of the two; the rules below fill in the
-; other before anything else looks at the fact. Neither may be changed in an
-; existing fact: retract it and assert another one.
+; A rule asserts a wm-fact with an ID or with a key; the rules of this file add the
+; other name before other rules match the fact. The names of an existing fact must
+; not be modified: retract the fact and assert a new one.
 ;
 ; Needs saliences.clp.
 
 (deftemplate wm-fact
-  "One piece of the world model."
-  ; --- the name: either is made from the other
+  "A fact of the world model."
+  ; --- the names: each follows from the other
   (slot id (type STRING))
   (multislot key (type SYMBOL))
-  ; --- what kind of value it is; informative, as in the configuration
+  ; --- the type of the value, for information, as in the configuration
   (slot type (type SYMBOL)
              (allowed-values UNKNOWN FLOAT UINT INT BOOL STRING SYMBOL))
-  ; --- the value: `values` when is-list is TRUE, `value` otherwise
+  ; --- the value: `values` if is-list is TRUE, else `value`
   (slot is-list (type SYMBOL)
                 (allowed-values FALSE TRUE))
   (slot value)
@@ -27,9 +27,9 @@
 )
 
 (deftemplate wm-fact-odd-id
-  "Internal. A wm-fact whose ID is not the text that its key stands for, for
-   example because the ID lacks the leading slash. Without such facts equal
-   keys mean equal IDs, and a conflict is found by looking up the ID."
+  "Internal. A wm-fact whose ID differs from the ID of its key, for example without
+   the leading slash. For all other facts, equal keys mean equal IDs, so that a
+   conflict is found by a join on the ID."
   (slot id (type STRING))
   (slot canonical-id (type STRING))
 )
@@ -37,7 +37,7 @@
 ; *** IDs to keys ***
 
 (deffunction wm-split-string-sym (?str ?sep)
-  "Parts of ?str between the separators ?sep, as symbols; empty parts are dropped."
+  "The non-empty parts of ?str between the separators ?sep, as symbols."
   (bind ?parts (create$))
   (bind ?rest ?str)
   (bind ?at (str-index ?sep ?rest))
@@ -52,7 +52,7 @@
 )
 
 (deffunction wm-id-param-to-key (?param)
-  "Internal. Key elements for one `name=value` of an ID."
+  "Internal. The key elements for a `name=value` of an ID."
   (bind ?sides (wm-split-string-sym ?param "="))
   (switch (length$ ?sides)
     (case 1 then (return (create$ ?sides [ ])))
@@ -68,7 +68,7 @@
 )
 
 (deffunction wm-id-to-key (?id)
-  "Key that belongs to the ID ?id. Every element is a symbol, numbers too."
+  "The key for the ID ?id. Each element is a symbol, even a number."
   (bind ?mark (str-index "?" ?id))
   (if (not ?mark) then (return (wm-split-string-sym ?id "/")))
   (bind ?key (create$ (wm-split-string-sym (sub-string 1 (- ?mark 1) ?id) "/") args?))
@@ -80,16 +80,16 @@
 )
 
 ; *** Arguments of keys ***
-; An index ?l is always that of the argument's name; the value starts behind it.
+; ?l is the index of an argument's name; the value follows the name.
 
 (deffunction wm-key-arg-is-multifield (?key ?l)
-  "TRUE if the argument whose name is at ?l has a list in brackets as value."
+  "TRUE if the value of the argument at ?l is a list in brackets."
   (return (and (< ?l (length$ ?key)) (eq [ (nth$ (+ ?l 1) ?key))))
 )
 
 (deffunction wm-key-multifield-arg-end (?key ?l)
-  "Index of the bracket that closes the list of the argument at ?l; where it is
-   missing, the index of the key's last element."
+  "The index of the closing bracket of the list of the argument at ?l; without a
+   closing bracket, the index of the key's last element."
   (bind ?last (length$ ?key))
   (loop-for-count (?i (+ ?l 2) ?last) do
     (if (eq ] (nth$ ?i ?key)) then (return ?i))
@@ -98,7 +98,7 @@
 )
 
 (deffunction wm-key-arg-idx (?key ?arg)
-  "Index of the argument named ?arg, FALSE where the key has none of that name.
+  "The index of the argument named ?arg; FALSE if the key has no such argument.
    Example: (wm-key-arg-idx (create$ wm foo args? bar x) bar) -> 4"
   (bind ?mark (member$ args? ?key))
   (if (not ?mark) then (return FALSE))
@@ -113,8 +113,8 @@
 )
 
 (deffunction wm-key-arg (?key ?arg)
-  "Value of the argument named ?arg: one field, a multifield for a list, nil
-   where the key has no such argument."
+  "The value of the argument named ?arg: a field, or a multifield for a list; nil
+   if the key has no such argument."
   (bind ?l (wm-key-arg-idx ?key ?arg))
   (if (not ?l) then (return nil))
   (if (not (wm-key-arg-is-multifield ?key ?l)) then (return (nth$ (+ ?l 1) ?key)))
@@ -130,14 +130,14 @@
 )
 
 (deffunction wm-key-path ($?key)
-  "Elements of the key before args?, all of them where it has no arguments."
+  "The elements of the key before args?; all elements of a key without arguments."
   (bind ?mark (member$ args? ?key))
   (if ?mark then (return (subseq$ ?key 1 (- ?mark 1))))
   (return ?key)
 )
 
 (deffunction wm-key-args ($?key)
-  "Elements of the key from args? on; empty where it has no arguments."
+  "The elements of the key from args? on; empty for a key without arguments."
   (bind ?mark (member$ args? ?key))
   (if ?mark then (return (subseq$ ?key ?mark (length$ ?key))))
   (return (create$))
@@ -146,7 +146,7 @@
 ; *** Keys to IDs ***
 
 (deffunction wm-key-list-to-text (?key ?first ?last)
-  "Internal. Elements ?first to ?last of the key, separated by commas."
+  "Internal. The elements ?first to ?last of the key, separated by commas."
   (if (> ?first ?last) then (return ""))
   (bind ?text (nth$ ?first ?key))
   (loop-for-count (?i (+ ?first 1) ?last) do
@@ -156,8 +156,8 @@
 )
 
 (deffunction wm-key-spell-id (?key ?report)
-  "Internal. The ID that ?key stands for. A name without a value is dropped,
-   with a warning if ?report is TRUE."
+  "Internal. The ID for ?key. Omits a name without a value, with a warning if
+   ?report is TRUE."
   (bind ?mark (member$ args? ?key))
   (bind ?L (length$ ?key))
   (bind ?id "")
@@ -183,15 +183,15 @@
 )
 
 (deffunction wm-key-to-id ($?key)
-  "ID that belongs to the key. Not always the reverse of wm-id-to-key: a list of
-   one element becomes a plain value, and an unclosed list loses its last one."
+  "The ID for the key. Not always the inverse of wm-id-to-key: a list of one element
+   becomes a plain value, and an unclosed list loses its last element."
   (return (wm-key-spell-id ?key TRUE))
 )
 
 ; *** Rules ***
 
 (defrule wm-fact-id2key
-  "A new fact has but an ID."
+  "A new fact has an ID and no key."
   (declare (salience ?*SALIENCE-WM-IDKEY*))
   ?wf <- (wm-fact (id ?id&~"") (key))
   =>
@@ -199,7 +199,7 @@
 )
 
 (defrule wm-fact-key2id
-  "A new fact has but a key."
+  "A new fact has a key and no ID."
   (declare (salience ?*SALIENCE-WM-IDKEY*))
   ?wf <- (wm-fact (id "") (key ?first $?rest))
   =>
@@ -207,7 +207,7 @@
 )
 
 (defrule wm-fact-note-odd-id
-  "Remember the facts for which the ID does not tell the key."
+  "Mark the facts whose ID is not the ID of their key."
   (declare (salience ?*SALIENCE-WM-IDKEY*))
   (logical (wm-fact (id ?id&~"")
                     (key $?key&:(neq ?id (wm-key-spell-id ?key FALSE)))))
@@ -217,7 +217,7 @@
 )
 
 (deffunction wm-key-conflict-erase (?kept ?erased ?key)
-  "Internal. Tell about two facts with one key, and retract the older, ?erased."
+  "Internal. Report two facts with the same key, and retract the older, ?erased."
   (printout error "Two world model facts with the same key '" ?key "': "
                   ?kept " (" (fact-slot-value ?kept id) ") and "
                   ?erased " (" (fact-slot-value ?erased id) ")" crlf)
@@ -229,8 +229,8 @@
   (retract ?erased)
 )
 
-; The joins are on the ID, which is one field: CLIPS looks up single fields in a
-; hash table, but compares multifields such as the key one fact after the other.
+; The joins are on the ID, because CLIPS looks up single fields in a hash table, but
+; compares multifields such as the key for each fact.
 
 (defrule wm-key-conflict
   "Two facts with the same key and the same ID."
@@ -243,14 +243,14 @@
 )
 
 (deffunction wm-key-conflict-erase-older (?w1 ?w2 ?key)
-  "Internal. The same for two facts in any order."
+  "Internal. As wm-key-conflict-erase, for two facts in any order."
   (if (> (fact-index ?w1) (fact-index ?w2))
    then (wm-key-conflict-erase ?w1 ?w2 ?key)
    else (wm-key-conflict-erase ?w2 ?w1 ?key))
 )
 
 (defrule wm-key-conflict-odd-id
-  "Two facts with the same key, one under an ID that is spelt differently."
+  "Two facts with the same key, of which one has another spelling of the ID."
   (declare (salience ?*SALIENCE-HIGH*))
   (wm-fact-odd-id (id ?odd) (canonical-id ?id))
   ?w1 <- (wm-fact (id ?id&~?odd) (key $?key))
@@ -260,7 +260,7 @@
 )
 
 (defrule wm-key-conflict-odd-ids
-  "Two facts with the same key, both under IDs that are spelt differently."
+  "Two facts with the same key, of which both have another spelling of the ID."
   (declare (salience ?*SALIENCE-HIGH*))
   (wm-fact-odd-id (id ?odd1) (canonical-id ?id))
   (wm-fact-odd-id (id ?odd2&~?odd1) (canonical-id ?id))

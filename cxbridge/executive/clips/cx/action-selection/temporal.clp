@@ -1,11 +1,11 @@
 ; temporal.clp - select the actions of a TEMPORAL plan at their dispatch times
 ;
-; Dispatch times count from the start of the plan, which is the moment when its goal is found
-; DISPATCHED. Nothing is selected before that moment is known. The time fact comes last in the
-; joins: a tick only looks at the actions that wait for their time.
+; Dispatch times count from the start of the plan: the first tick at which its goal is
+; DISPATCHED. The time fact is the last condition, so that a tick only concerns the actions that
+; wait for their dispatch time.
 
 (defrule action-selection-temporal-zerotime
-  "Execution begins: note the time that the dispatch times count from."
+  "The plan begins: store the time from which the dispatch times count."
   (goal (id ?goal) (committed-to ?plan) (mode DISPATCHED))
   ?started <- (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal) (type TEMPORAL)
               (suspended FALSE) (start-time 0 0))
@@ -13,7 +13,7 @@
   (modify ?started (start-time (now))))
 
 (defrule action-selection-temporal-select
-  "The dispatch time of an action has come."
+  "The dispatch time of an action has passed."
   (goal (id ?goal) (committed-to ?plan) (mode DISPATCHED))
   (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal) (type TEMPORAL)
         (suspended FALSE) (start-time $?start&~:(eq ?start (create$ 0 0))))
@@ -24,7 +24,7 @@
   (modify ?due (state PENDING) (start-time ?now)))
 
 (defrule action-selection-temporal-done
-  "Each action is FINAL, or the plan has none."
+  "All actions are FINAL, or the plan has no actions."
   ?g <- (goal (id ?goal) (committed-to ?plan) (mode DISPATCHED))
   (plan (type TEMPORAL) (goal-id ?goal) (id ?p&:(eq ?p ?plan)))
   (not (plan-action (state ~FINAL) (goal-id ?goal) (plan-id ?q&:(eq ?q ?plan))))
@@ -32,7 +32,7 @@
   (cx-modify-goal ?g (mode FINISHED) (outcome COMPLETED)))
 
 (defrule action-selection-temporal-failed
-  "One failed action fails the goal; other actions that run are not stopped."
+  "A failed action fails the goal; running actions continue."
   (plan-action (state FAILED) (goal-id ?goal) (plan-id ?plan))
   ?g <- (goal (id ?goal) (committed-to ?p&:(eq ?p ?plan)) (mode DISPATCHED))
   (plan (type TEMPORAL) (goal-id ?goal) (id ?q&:(eq ?q ?plan)))

@@ -1,8 +1,8 @@
 ; stalled-action.clp - fail an action that no executor picks up
 
 (defrule xm-stalled-action-pending
-  "An executor takes a PENDING action in the same run of the rules, before this salience is
-   reached. An action that is still PENDING has no executor, or may not be executed."
+  "Executors start PENDING actions at higher saliences. An action that is still PENDING at this
+   salience has no executor, or its precondition is not satisfied."
   (declare (salience ?*SALIENCE-LOW*))
   ?stalled <- (plan-action (state PENDING) (action-name ?name) (goal-id ?goal) (plan-id ?plan))
   (goal (id ?goal) (committed-to ?p&:(eq ?p ?plan)) (mode DISPATCHED))

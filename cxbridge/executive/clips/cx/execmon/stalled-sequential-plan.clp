@@ -1,8 +1,8 @@
-; stalled-sequential-plan.clp - fail a sequential plan that cannot go on
+; stalled-sequential-plan.clp - fail a sequential plan that cannot continue
 
 (defrule xm-stalled-sequential-plan-next-action-not-executable
-  "Strict: as soon as nothing of the plan is going on, its next action must be executable.
-   Do not load this file where an action may wait for its precondition to come true."
+  "While no action of the plan is in execution, its next action must be executable. Do not load
+   this file if an action may wait until its precondition becomes true."
   (declare (salience ?*SALIENCE-LOW*))
   (plan-action (state FORMULATED) (id ?id) (plan-id ?plan) (goal-id ?goal))
   (not (plan-action (state FORMULATED) (id ?smaller&:(< ?smaller ?id))

@@ -1,8 +1,8 @@
 ; temporal-missed-dispatch.clp - warn of actions that are not selected in time
 
 (defrule xm-temporal-plan-missed-dispatch
-  "The dispatch time of an action has passed and it is still FORMULATED: say so once, and leave
-   ACTION-MISSED-DISPATCH, the action's id and its operator in the goal's warnings."
+  "The dispatch time of an action has passed, but the action is FORMULATED: log it once, and add
+   ACTION-MISSED-DISPATCH, the action's id and its operator to the goal's warnings."
   (declare (salience ?*SALIENCE-LOW*))
   ?g <- (goal (id ?goal) (mode DISPATCHED) (committed-to ?plan) (warning $?warnings))
   (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal) (type TEMPORAL)

@@ -1,8 +1,8 @@
 ; temporal-over-duration.clp - warn of actions that take longer than planned
 
 (defrule xm-temporal-plan-warn-action-over-duration
-  "An action is going on for longer than its duration: say so once, and leave
-   ACTION-OVER-DURATION, the action's id and its operator in the goal's warnings."
+  "An action runs longer than its planned duration: log it once, and add
+   ACTION-OVER-DURATION, the action's id and its operator to the goal's warnings."
   (declare (salience ?*SALIENCE-LOW*))
   ?g <- (goal (id ?goal) (mode DISPATCHED) (committed-to ?plan) (warning $?warnings))
   (plan (id ?p&:(eq ?p ?plan)) (goal-id ?goal) (type TEMPORAL))

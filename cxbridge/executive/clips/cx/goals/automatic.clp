@@ -1,5 +1,5 @@
-;;; The class AUTOMATIC-SUBGOAL: goals that need nobody to expand and evaluate them,
-;;; because their sub-goals were made together with them.
+;;; The class AUTOMATIC-SUBGOAL: the rules of this file expand and evaluate these goals,
+;;; because their sub-goals are asserted together with them.
 
 (defrule automatic-subgoal-expand
   ?goal <- (goal (mode SELECTED) (class AUTOMATIC-SUBGOAL))

@@ -1,22 +1,22 @@
-;;; RETRY-SUBGOAL: pursue the one sub-goal again until it completes.
+;;; RETRY-SUBGOAL: pursue the only sub-goal again until it completes.
 ;;;
 ;;;   params: max-tries N       meta: ... num-tries n ...
 ;;;   COMPLETED -> COMPLETED
-;;;   FAILED, REJECTED -> again, or that outcome after the N-th try
+;;;   FAILED, REJECTED -> the next try, or this outcome after N tries
 ;;;   no sub-goal, more than one, other params -> FAILED
 ;;;
-;;; A sub-goal that has sub-goals itself tries them again, too, unless its expander makes others
-;;; (Fawkes never does, so that it waits for ever: clips-executive/exact-retry).
+;;; A sub-goal with sub-goals tries these again, too, unless its expander makes new sub-goals.
+;;; (Fawkes does not, so that such a goal waits forever: clips-executive/exact-retry.)
 
 (deffunction retry-tries (?meta)
-  "How often the sub-goal was begun, or FALSE when meta does not say."
+  "The number of tries in the meta data; FALSE if there is none."
   (bind ?at (member$ num-tries ?meta))
   (if (or (not ?at) (>= ?at (length$ ?meta))) then (return FALSE))
   (bind ?tries (nth$ (+ ?at 1) ?meta))
   (if (integerp ?tries) then ?tries else FALSE))
 
 (deffunction retry-count (?meta ?tries)
-  "The meta data with another number of tries; all other entries stay."
+  "The meta data with a new number of tries and all other entries."
   (bind ?at (+ 1 (member$ num-tries ?meta)))
   (replace$ ?meta ?at ?at ?tries))
 
@@ -51,7 +51,7 @@
   (cx-modify-goal ?parent (meta ?meta num-tries 0)))
 
 (defrule retry-goal-auto-expand
-  "There is a sub-goal already, so nobody needs to expand."
+  "The goal has its sub-goal already, so no other rule needs to expand it."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode SELECTED))
   (exists (goal (parent ?id) (type ACHIEVE) (mode FORMULATED)))
   =>
@@ -85,7 +85,7 @@
   (cx-modify-goal ?child (mode RETRACTED)))
 
 (defrule retry-goal-subgoal-failed-or-rejected-resources-clear
-  "Once more, with everything the sub-goal has noted in its meta data, or the end."
+  "Begin the next try, in which the sub-goal keeps its meta data, or finish the goal."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode DISPATCHED)
                    (committed-to ?sub) (params max-tries ?most) (meta $?meta&:(retry-tries ?meta)))
   ?child <- (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED)
@@ -109,7 +109,7 @@
   =>
   (cx-modify-goal ?parent (mode FINISHED) (outcome COMPLETED)))
 
-;; ---- what is below a goal that is tried again
+;; ---- the sub-goals of a goal that is tried again
 
 (defrule retry-again-as-fawkes
   (declare (salience ?*SALIENCE-FIRST*))
@@ -127,7 +127,7 @@
   (cx-modify-goal ?goal (meta (retry-count ?meta 0))))
 
 (defrule retry-again-below
-  "Nobody has made new sub-goals up to now, when they are needed."
+  "The expander has made no new sub-goals by the time at which they are needed."
   (declare (salience ?*SALIENCE-HIGH*))
   ?again <- (goal-tried-again ?id)
   (or (goal (id ?id) (sub-type ~nil) (type ACHIEVE) (mode EXPANDED))
@@ -154,8 +154,8 @@
   (retract ?below))
 
 (defrule retry-again-over
-  "It is a leaf, its expander has made sub-goals, or it is gone. At once: it must not be EXPANDED
-   again, with all of these RETRACTED."
+  "The goal is a leaf, has new sub-goals, or is gone. The rule fires at once, because the goal must
+   not be EXPANDED again while all its sub-goals are RETRACTED."
   (declare (salience ?*SALIENCE-FIRST*))
   ?again <- (goal-tried-again ?id)
   (not (goal (id ?id) (sub-type ~nil) (mode FORMULATED|SELECTED|EXPANDED)))

@@ -1,8 +1,8 @@
-;;; RUN-ALL-OF-SUBGOALS: all sub-goals have to complete, one after the other.
+;;; RUN-ALL-OF-SUBGOALS: pursue the sub-goals one after the other; all must complete.
 ;;;
-;;; sub-goals by priority, the greatest first
+;;; sub-goals by priority, the highest first
 ;;;   COMPLETED -> the next one, or COMPLETED after the last
-;;;   FAILED -> FAILED   REJECTED -> REJECTED   none at all -> FAILED
+;;;   FAILED -> FAILED   REJECTED -> REJECTED   no sub-goals -> FAILED
 
 (defrule run-all-goal-expand-failed
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ALL-OF-SUBGOALS) (mode EXPANDED))

@@ -1,8 +1,8 @@
-;;; RUN-ONE-OF-SUBGOALS: pursue one sub-goal. The first that is not rejected decides.
+;;; RUN-ONE-OF-SUBGOALS: the first sub-goal that is not rejected decides.
 ;;;
-;;; sub-goals by priority, the greatest first
+;;; sub-goals by priority, the highest first
 ;;;   COMPLETED -> COMPLETED   FAILED -> FAILED   REJECTED -> the next one
-;;;   none at all -> FAILED    all REJECTED -> REJECTED
+;;;   no sub-goals -> FAILED   all REJECTED -> REJECTED
 
 (defrule run-one-goal-expand-failed
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ONE-OF-SUBGOALS) (mode EXPANDED))

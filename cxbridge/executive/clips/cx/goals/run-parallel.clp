@@ -1,14 +1,14 @@
 ;;; RUN-SUBGOALS-IN-PARALLEL: pursue all sub-goals at the same time.
 ;;;
-;;; Sub-goals of equal priority are selected together; those of the next lower priority
-;;; follow when all before them are DISPATCHED or further. Once a sub-goal has a bad
-;;; outcome, those that are still FORMULATED are rejected, unless the parameters say
-;;;   continue-on REJECTED: only FAILED is bad      continue-on FAILED: nothing is bad
-;;; When all are over: FAILED if one FAILED, else REJECTED if one was, else COMPLETED.
-;;; The parent is never committed to one of them.
+;;; Sub-goals of equal priority are selected together; sub-goals of the next lower priority
+;;; follow when all sub-goals before them are DISPATCHED or further. After the bad outcome
+;;; of a sub-goal, sub-goals that are still FORMULATED are rejected. Bad outcomes are
+;;; FAILED and REJECTED; with continue-on REJECTED: FAILED; with continue-on FAILED: none.
+;;; The outcome is FAILED if a sub-goal FAILED, else REJECTED if a sub-goal was REJECTED,
+;;; else COMPLETED. The parent is not committed to a sub-goal.
 
 (deffunction run-parallel-stop-execution (?params ?sub-goal-outcome)
-  "TRUE when after this outcome no further sub-goal is to begin."
+  "TRUE if no further sub-goal may begin after this outcome."
   (if (not (member$ ?sub-goal-outcome (create$ FAILED REJECTED))) then (return FALSE))
   (progn$ (?key ?params)
     (if (and (eq ?key continue-on) (< ?key-index (length$ ?params))) then
@@ -37,7 +37,7 @@
   (cx-modify-goal ?parent (mode DISPATCHED)))
 
 (defrule run-parallel-subgoals-select
-  "All FORMULATED sub-goals of the greatest priority are due."
+  "All FORMULATED sub-goals of the highest priority are due."
   (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode DISPATCHED)
         (params $?params))
   (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
@@ -48,9 +48,9 @@
   =>
   (assert (run-parallel-due ?id ?priority)))
 
-;; The agenda goes from the youngest to the oldest. Fawkes selects the oldest first, so that of
-;; several that wait for one skiller the youngest gets it; MAINTAIN goals go with the others.
-;; Two steps of the agenda are that order.
+;; The agenda runs activations of the newest goal first. Fawkes selects the oldest goal first, so
+;; that the newest of the goals that wait for the same skiller gets it; MAINTAIN goals are no
+;; exception. Two rules, one after the other, give the order of Fawkes.
 
 (defrule run-parallel-subgoal-note-due
   (declare (salience ?*SALIENCE-FIRST*))
@@ -60,7 +60,7 @@
   (assert (run-parallel-next ?id ?sub)))
 
 (defrule run-parallel-subgoal-select-due
-  "Before anybody deals with the first of them."
+  "Before other rules react to the first selected sub-goal."
   (declare (salience (- ?*SALIENCE-FIRST* 1)))
   ?next <- (run-parallel-next ?id ?sub)
   ?child <- (goal (id ?sub) (parent ?id) (mode FORMULATED))
@@ -82,8 +82,8 @@
   (retract ?due))
 
 (defrule run-parallel-subgoal-reject-other-subgoal-rejected
-  "The least important one first. Its place in the agenda is that of the goal with the bad outcome,
-   which comes last."
+  "The sub-goal of the lowest priority first. The condition on the goal with the bad outcome comes
+   last, so that it decides the place of the activation in the agenda."
   (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode DISPATCHED)
         (params $?params))
   ?child <- (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
@@ -101,8 +101,9 @@
   (cx-modify-goal ?child (mode RETRACTED)))
 
 (deffunction run-parallel-blame (?goal ?id ?outcome ?what)
-  "Finish the parent with this outcome if a sub-goal has it; whether one has. The first in the
-   order of facts is to blame, the one that was RETRACTED first: each change makes a new fact."
+  "Finish the parent with this outcome if a sub-goal has the outcome, and return whether one has. The
+   error names the first such sub-goal in the order of facts: the one that was RETRACTED first,
+   because each modification makes a new fact."
   (do-for-fact ((?sub goal)) (and (eq ?sub:parent ?id) (eq ?sub:outcome ?outcome))
     (cx-modify-goal ?goal (mode FINISHED) (outcome ?outcome) (error (sym-cat SUB-GOAL- ?outcome) ?sub:id)
                        (message (str-cat "Sub-goal '" ?sub:id "' of RUN-PARALLEL goal '" ?id "' " ?what)))
@@ -110,7 +111,7 @@
   FALSE)
 
 (defrule run-parallel-goal-finish-all-subgoals-retracted
-  "All are over, and hold nothing any more."
+  "All sub-goals are RETRACTED and have released their resources."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode DISPATCHED))
   (not (goal (parent ?id) (type ACHIEVE) (acquired-resources ? $?)))
   (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))

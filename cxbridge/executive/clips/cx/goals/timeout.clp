@@ -1,8 +1,8 @@
-;;; TIMEOUT-SUBGOAL: pursue the one sub-goal, but not for ever.
+;;; TIMEOUT-SUBGOAL: pursue the only sub-goal for a limited time.
 ;;;
 ;;;   params: timeout SECONDS   meta: start-time SEC USEC, from DISPATCHED on
-;;;   the outcome of the sub-goal is the outcome of the goal
-;;;   SECONDS passed, the sub-goal is not FINISHED and holds no resources -> it is FAILED
+;;;   the goal gets the outcome of the sub-goal
+;;;   after SECONDS, a sub-goal that is not FINISHED and holds no resources is FAILED
 ;;;   no sub-goal, more than one, other params -> FAILED
 
 (deffunction timeout-give-up (?goal ?error ?message)
@@ -30,7 +30,7 @@
                    (str-cat "More than one sub-goal for TIMEOUT goal '" ?id "'")))
 
 (defrule timeout-goal-auto-expand
-  "There is a sub-goal already, so nobody needs to expand."
+  "The goal has its sub-goal already, so no other rule needs to expand it."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode SELECTED))
   (exists (goal (parent ?id) (type ACHIEVE) (mode FORMULATED)))
   =>
@@ -45,7 +45,7 @@
   (cx-modify-goal ?parent (mode COMMITTED) (committed-to ?sub)))
 
 (defrule timeout-goal-dispatch
-  "The time starts."
+  "The timeout begins."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode COMMITTED)
                    (committed-to ?sub) (required-resources $?need)
                    (acquired-resources $?have&:(subsetp ?need ?have)))
@@ -55,7 +55,7 @@
   (cx-modify-goal ?child (mode SELECTED)))
 
 (defrule timeout-goal-subgoal-timeout
-  "The time is over. Of several whose time is over at one tick, the order is that of these conditions."
+  "The timeout has passed. The order of the conditions orders several timeouts of one tick."
   (time $?now)
   (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode DISPATCHED) (committed-to ?sub)
         (params timeout ?seconds) (meta start-time $?start&:(timeout ?now ?start ?seconds)))
@@ -72,7 +72,7 @@
   (cx-modify-goal ?child (mode RETRACTED)))
 
 (defrule timeout-goal-subgoal-failed-or-rejected-resources-clear
-  "The error of the sub-goal is the error of the goal."
+  "The goal gets the error of the sub-goal."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode DISPATCHED)
                    (committed-to ?sub))
   (goal (id ?sub) (parent ?id) (acquired-resources) (error $?errors) (type ACHIEVE) (mode RETRACTED)

@@ -1,9 +1,9 @@
-;;; TRY-ALL-OF-SUBGOALS: pursue the sub-goals one after the other until one completes.
+;;; TRY-ALL-OF-SUBGOALS: pursue the sub-goals one after the other until a sub-goal completes.
 ;;;
-;;; sub-goals by priority, the greatest first
+;;; sub-goals by priority, the highest first
 ;;;   COMPLETED -> COMPLETED   FAILED, REJECTED -> the next one
-;;;   after the last: FAILED when one of them FAILED, else REJECTED
-;;;   none at all -> FAILED
+;;;   after the last: FAILED if a sub-goal FAILED, else REJECTED
+;;;   no sub-goals -> FAILED
 
 (defrule try-all-goal-expand-failed
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TRY-ALL-OF-SUBGOALS) (mode EXPANDED))
