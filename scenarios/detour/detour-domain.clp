@@ -1,4 +1,4 @@
-;;; The rooms and the doors that are open, and one door that falls shut.
+;;; The rooms, the open doors, and a door that closes during the run.
 
 (defglobal ?*DETOUR-DOORS* =
   (create$ hall office office store hall yard yard shed shed store))
@@ -19,7 +19,7 @@
   (assert (domain-loaded)))
 
 (defrule detour-door-falls-shut
-  "This is the eye: while the robot drives to the office, the door behind the office falls shut."
+  "Plays a sensor: while the robot drives to the office, the door behind the office closes."
   (plan-action (action-name drive) (param-values hall office) (state RUNNING))
   ?in <- (domain-fact (name door) (param-values office store))
   ?out <- (domain-fact (name door) (param-values store office))

@@ -1,9 +1,9 @@
-;;; One goal: the robot is in the store. It is planned again when its plan holds no longer.
+;;; One goal: the robot is in the store. A plan that becomes invalid is replaced.
 
 (defglobal ?*DETOUR-WANTED* = "(at store)")
 
 (defrule detour-begin
-  "Once, as soon as the domain is there and the Skiller obeys us."
+  "Formulate the goal once, when the domain is loaded and the Skiller is controlled."
   (domain-loaded)
   (skiller-control (skiller "robot") (acquired TRUE))
   (not (detour-begun))
@@ -35,8 +35,8 @@
   (modify ?goal (mode DISPATCHED)))
 
 (defrule detour-plan-again
-  "The world has changed, no action has failed: as soon as none runs, the rest of the plan goes.
-   Before the next action is selected, therefore the salience."
+  "The world has changed and no action has failed: retract the rest of the plan when no action
+   runs. The salience is above that of the selection of the next action."
   (declare (salience ?*SALIENCE-MODERATE*))
   (plan-valid (plan-id ?plan) (valid FALSE) (message ?why))
   ?goal <- (goal (id ?id) (mode DISPATCHED) (committed-to ?plan))

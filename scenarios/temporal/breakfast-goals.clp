@@ -1,9 +1,9 @@
-;;; One goal: all is served. Its plan has times; who does what is the first parameter of each action.
+;;; One goal: all dishes are served. Its plan is temporal; the first parameter of an action is the cook.
 
 (defglobal ?*BREAKFAST* = "(and (served egg) (served toast))")
 
 (defrule breakfast-begin
-  "Once, as soon as the domain is there and both Skillers obey us."
+  "Formulate the goal once, when the domain is loaded and both Skillers are controlled."
   (domain-facts-loaded)
   (skiller-control (skiller "ann") (acquired TRUE))
   (skiller-control (skiller "ben") (acquired TRUE))

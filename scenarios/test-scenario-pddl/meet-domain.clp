@@ -1,4 +1,4 @@
-;;; The domain model: what domain.pddl says, who is there, and what is seen.
+;;; The domain model: domain.pddl, the people, and the sensed facts.
 
 (defrule meet-domain-load
   (executive-init)
@@ -9,7 +9,7 @@
           (skiller-control)))
 
 (defrule meet-domain-people
-  "BOB was greeted before, PEGGY was not."
+  "BOB was greeted before the run, PEGGY was not."
   (executive-init)
   (domain-loaded)
   =>
@@ -26,7 +26,7 @@
   (modify ?predicate (sensed TRUE)))
 
 (defrule meet-domain-see-said
-  "This is the eye: as soon as an action waits for its effect, there it is."
+  "Plays a sensor: assert the effect for which an action waits."
   (plan-action (state SENSED-EFFECTS-WAIT) (param-values ?name)
                (action-name ?action&say-hello|say-goodbye))
   =>

@@ -1,10 +1,10 @@
-;;; One goal: PEGGY has been told good bye. It is tried three times at most.
+;;; One goal: the robot has said good bye to PEGGY. The goal has up to three tries.
 
 (defglobal ?*MEET-WANTED* = "(said PEGGY GOODBYE)"
            ?*MEET-MAX-TRIES* = 3)
 
 (defrule meet-begin
-  "Once, as soon as the domain is there and the skiller obeys us."
+  "Formulate the goal once, when the domain is loaded and the skiller is controlled."
   (domain-facts-loaded)
   (skiller-control (acquired TRUE))
   (not (meet-tries ?))
@@ -18,14 +18,14 @@
   (modify ?goal (mode SELECTED)))
 
 (defrule meet-plan
-  "The feature expands the goal with the plan, or lets it fail."
+  "The feature expands the goal with the plan, or fails the goal."
   (goal (id ?id) (class SAY-GOODBYE) (mode SELECTED))
   (not (planner-call (goal-id ?id)))
   =>
   (planner-plan ?id ?*MEET-WANTED*))
 
 (defrule meet-commit
-  "There is one plan, so it is that one."
+  "Commit to the only plan."
   ?goal <- (goal (id ?id) (mode EXPANDED))
   (plan (id ?plan) (goal-id ?id))
   =>

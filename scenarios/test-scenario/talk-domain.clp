@@ -1,4 +1,4 @@
-;;; The domain model: what domain.pddl says, what it does not say, and what is seen.
+;;; The domain model: domain.pddl, facts beyond domain.pddl, and sensed facts.
 
 (defrule talk-domain-load
   (executive-init)
@@ -9,7 +9,7 @@
           (skiller-control)))
 
 (defrule talk-domain-complete
-  "Operators that need no precondition, and the state at the beginning."
+  "Operators without precondition, and the initial state."
   (executive-init)
   (domain-loaded)
   =>
@@ -22,7 +22,7 @@
   (assert (domain-facts-loaded)))
 
 (defrule talk-domain-said-is-sensed
-  "Whether somebody was told something is not assumed after the action: it is seen."
+  "The predicate said is sensed, not an assumed effect of the action."
   (executive-init)
   (domain-loaded)
   ?predicate <- (domain-predicate (name said) (sensed FALSE))
@@ -30,7 +30,7 @@
   (modify ?predicate (sensed TRUE)))
 
 (defrule talk-domain-see-said
-  "This is the eye: as soon as an action waits for its effect, there it is."
+  "Plays a sensor: assert the effect for which an action waits."
   (plan-action (state SENSED-EFFECTS-WAIT) (param-values ?name)
                (action-name ?action&say-hello|say-hello-again|say-goodbye))
   =>

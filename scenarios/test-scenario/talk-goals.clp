@@ -1,29 +1,29 @@
-;;; The tree of goals, and the life of its root.
+;;; The tree of goals, and the modes of its root.
 
 (deffunction talk-leaf (?class $?name)
-  "A goal without sub-goals; its id is the name, if any, and a number."
+  "A goal without sub-goals, whose id is the name, if any, and a number."
   (bind ?number (gensym*))
   (bind ?id (if (eq ?name (create$)) then ?number else (sym-cat (expand$ ?name) - ?number)))
   (assert (goal (class ?class) (id ?id))))
 
 (deffunction talk-greet ()
-  "Talk, and beside it do something that succeeds in the second of three tries."
+  "Talk, and at the same time pursue a goal that completes in the second of three tries."
   (goal-tree-assert-run-parallel AUTOMATIC-SUBGOAL NONE
     (talk-leaf TALK)
     (goal-tree-assert-retry AUTOMATIC-SUBGOAL 3 (talk-leaf SUCCEED-SECOND-TRY))))
 
 (deffunction talk-attempts ()
-  "Four attempts that come to nothing, each in its own way, and one that succeeds."
+  "Four goals that fail for different reasons, and one that completes."
   (goal-tree-assert-try-all AUTOMATIC-SUBGOAL
-    ;; five seconds for something that takes for ever
+    ;; a timeout of five seconds for a goal that never ends
     (goal-tree-assert-timeout AUTOMATIC-SUBGOAL 5.0 (talk-leaf HANG-NOOP))
-    ;; goes on after a rejection, and is rejected in the end
+    ;; continues after a rejection, and is rejected
     (goal-tree-assert-run-parallel-delayed AUTOMATIC-SUBGOAL FAILED
       (talk-leaf ALWAYS-REJECT)
       (goal-tree-assert-run-parallel AUTOMATIC-SUBGOAL NONE
         (talk-leaf PRINT PARALLEL-PRINT)
         (talk-leaf PRINT PARALLEL-PRINT)))
-    ;; does not go on after a failure
+    ;; does not continue after a failure
     (goal-tree-assert-run-parallel-delayed AUTOMATIC-SUBGOAL REJECTED
       (talk-leaf ALWAYS-FAIL)
       (talk-leaf PRINT NEVER-EXPANDED))
@@ -31,7 +31,7 @@
     (talk-leaf PRINT FINALLY-SUCCEED)))
 
 (defrule talk-begin
-  "Once, as soon as the domain is there and the skiller obeys us."
+  "Formulate the root once, when the domain is loaded and the skiller is controlled."
   (domain-loaded)
   (domain-facts-loaded)
   (skiller-control (acquired TRUE))
@@ -44,7 +44,7 @@
   (assert (test-performed)))
 
 (defrule talk-root-goes-on
-  "Nothing is to be decided at the root: it goes from one mode to the next."
+  "The root needs no decisions: advance it to its next mode."
   ?root <- (goal (class TESTGOAL-PARENT) (mode ?mode&FORMULATED|SELECTED|FINISHED|EVALUATED))
   =>
   (bind ?modes (create$ FORMULATED SELECTED EXPANDED FINISHED EVALUATED RETRACTED))

@@ -1,4 +1,4 @@
-;;; Goals without sub-goals. TALK and PRINT have a plan, the others play a part.
+;;; Goals without sub-goals. TALK and PRINT have a plan; rules play the other goals.
 
 (defrule talk-player-expand
   ?goal <- (goal (mode SELECTED) (class ALWAYS-REJECT|ALWAYS-FAIL|HANG-NOOP|SUCCEED-SECOND-TRY))
@@ -21,7 +21,7 @@
   (modify ?goal (mode FINISHED) (outcome FAILED)))
 
 (defrule talk-player-second-try
-  "The meta data survives when the goal is tried again."
+  "A goal keeps its meta data when it is tried again."
   ?goal <- (goal (mode DISPATCHED) (class SUCCEED-SECOND-TRY) (meta $?meta))
   =>
   (if (member$ tried-once ?meta)
@@ -36,7 +36,7 @@
 ;; ---- goals with a plan
 
 (defrule talk-planned-expand
-  "talk-plans.clp has made a plan."
+  "talk-plans.clp has asserted a plan."
   ?goal <- (goal (id ?id) (mode SELECTED) (class TALK|PRINT))
   (exists (plan (goal-id ?id)))
   =>

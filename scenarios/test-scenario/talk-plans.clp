@@ -1,7 +1,7 @@
-;;; Plans: here they are known beforehand, a planner may make them as well.
+;;; Plans: fixed in this scenario; a planner could make them, too.
 
 (deffunction talk-step (?goal ?step ?action ?names ?values)
-  "An action of the goal's plan; steps count by ten."
+  "Assert an action of the goal's plan; steps are multiples of ten."
   (assert (plan-action (goal-id ?goal) (plan-id (sym-cat ?goal -PLAN)) (id (* 10 ?step))
                        (action-name ?action) (duration 4.0)
                        (param-names ?names) (param-values ?values))))
@@ -12,7 +12,7 @@
   (assert (plan (goal-id ?goal) (id (sym-cat ?goal -PLAN)) (type SEQUENTIAL)))
   (talk-step ?goal 1 say-hello (create$ name) (create$ peggy))
   (talk-step ?goal 2 print (create$ severity text) (create$ warn "This is a print test"))
-  ;; the names of parameters may be left out: the operator has them
+  ;; the operator adds the names of the parameters
   (talk-step ?goal 3 say-goodbye (create$) (create$ peggy))
   (talk-step ?goal 4 say-hello-again (create$ name) (create$ peggy))
   (talk-step ?goal 5 say-cleanup (create$) (create$)))

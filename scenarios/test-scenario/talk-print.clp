@@ -1,4 +1,4 @@
-;;; The action print, which needs no skill: (severity S) is where to, (text T) what.
+;;; The action print, without a skill: prints the parameter text to the logical name severity.
 
 (defrule talk-print-start
   ?action <- (plan-action (action-name print) (state PENDING) (executable TRUE)
@@ -9,7 +9,7 @@
   (modify ?action (state RUNNING)))
 
 (defrule talk-print-end
-  "Later, so that everybody has seen it running."
+  "In a later loop, so that other rules see the action running."
   (declare (salience ?*SALIENCE-LOW*))
   ?action <- (plan-action (action-name print) (state RUNNING))
   =>

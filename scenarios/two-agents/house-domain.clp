@@ -1,8 +1,8 @@
-;;; The domain model, and what we share with the other robot.
+;;; The domain model, and the facts that the robots share.
 
 (deftemplate room "A room, and the mutex of it as a resource."
   (slot name (type SYMBOL))
-  (slot number (type INTEGER))  ; the smaller the sooner
+  (slot number (type INTEGER))  ; the smallest number first
   (slot mutex (type SYMBOL)))
 
 (defglobal
@@ -16,7 +16,7 @@
   (assert (domain-loaded)))
 
 (defrule house-domain-facts
-  "No room is clean as far as we know. What we learn of rooms the other one shall know."
+  "No room is known to be clean. Facts about rooms are shared with the other robot."
   (domain-loaded)
   (wm-fact (id "/cx/identity") (value ?me))
   (not (domain-facts-loaded))
@@ -29,7 +29,7 @@
           (domain-facts-loaded)))
 
 (deffunction house-is (?what ?room)
-  "Whether a room is swept, or mopped, as far as we know."
+  "Whether a room is known to be swept, or mopped."
   (any-factp ((?fact domain-fact))
     (and (eq ?fact:name ?what) (eq ?fact:param-values (create$ ?room)))))
 
@@ -46,7 +46,7 @@
   (neq ?document FALSE))
 
 (deffunction house-is-shared (?room)
-  "Whether the robot memory knows what we know of a room. What it lacks (it may have been away) is sent again."
+  "Whether the robot memory has the state of a room. Missing facts, e.g. after its restart, are sent again."
   (bind ?shared TRUE)
   (do-for-all-facts ((?fact wm-fact))
     (and (wm-key-prefix ?fact:key (create$ domain fact)) (eq (wm-key-arg ?fact:key room) ?room))

@@ -1,8 +1,8 @@
-;;; The goals of a robot: the house shall be clean, and for that, one room after the other. A room is a
-;;; resource: who has its lock works in it. Both robots want the same room; who is slower takes the next.
+;;; The goals of a robot: clean the house, one room after the other. A room is a resource, and the robot
+;;; with its lock works in it. If both robots want the same room, the slower robot takes the next room.
 
 (defrule house-begin
-  "Once: our Skiller obeys us, and the robot memory tells us what changes."
+  "Formulate the goal once, when the Skiller is controlled and the robot memory sends events."
   (domain-facts-loaded)
   (skiller-control (acquired TRUE))
   (mutex-global-data)
@@ -15,7 +15,7 @@
           (house-begun)))
 
 (defrule house-goes-on
-  "Nothing is to be decided here: it goes from one mode to the next."
+  "The goal needs no decisions: advance it to its next mode."
   ?goal <- (goal (id ?id) (class HOUSE|CLEAN) (mode ?mode&FORMULATED|SELECTED|EXPANDED))
   =>
   (bind ?modes (create$ FORMULATED SELECTED EXPANDED COMMITTED))
@@ -37,7 +37,7 @@
 ; *** Rooms ***
 
 (defrule room-dirty
-  "Notes for the choice: a room that is not mopped, and that nobody has locked."
+  "A candidate for the choice: a room that is not mopped and not locked."
   (room (name ?room) (number ?number) (mutex ?mutex))
   (not (domain-fact (name mopped) (param-values ?room)))
   (not (mutex (name ?mutex) (state LOCKED)))
@@ -64,7 +64,7 @@
                 (params room ?room) (required-resources ?room))))
 
 (defrule room-look
-  "The room is ours: nobody else changes it now. Events may be late, so ask how it is."
+  "This robot has the room, so the other robot does not change it. Events may be late: read its state."
   (goal (id ?id) (class CLEAN) (mode COMMITTED) (params room ?room) (acquired-resources ?room))
   (not (room-seen ?id))
   =>
@@ -79,7 +79,7 @@
   (modify ?goal (mode EVALUATED)))
 
 (defrule room-give-back
-  "As soon as the robot memory knows what was done: looked for once a loop."
+  "Release the room when the robot memory has its new state, checked in each loop."
   ?goal <- (goal (class CLEAN) (mode EVALUATED) (params room ?room))
   (time $?)
   =>

@@ -1,4 +1,4 @@
-;;; Who we are: what the configuration says.
+;;; The identity of the robot, from the configuration.
 
 (defrule house-identity
   (wm-fact (id "/config/agent/name") (value ?name))

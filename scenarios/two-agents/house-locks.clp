@@ -1,7 +1,7 @@
-;;; What the core leaves to the agent: waiting for a lock, locks of the dead, locks that are lost.
+;;; Locks beyond the core: waiting for a lock, locks of stopped robots, lost locks.
 
 (defrule tap-locked
-  "Whoever has the tap: an action `lock` waits until it is free."
+  "An action `lock` waits while a robot has the tap."
   (declare (salience ?*SALIENCE-HIGH*))
   (mutex (name tap) (state LOCKED))
   (not (domain-fact (name locked) (param-values tap)))
@@ -16,14 +16,14 @@
   (retract ?fact))
 
 (defrule tap-try-again
-  "The other one was faster: the action waits as if it had not been tried."
+  "The other robot was faster: the action waits again."
   (declare (salience (+ ?*SALIENCE-DOMAIN-APPLY* 1)))
   ?action <- (plan-action (action-name lock) (state EXECUTION-FAILED))
   =>
   (modify ?action (state FORMULATED)))
 
 (defrule tap-give-back
-  "We have it and do not need it any more, e.g. because the goal has failed."
+  "Release the tap if this robot does not need it, e.g. because the goal has failed."
   (wm-fact (id "/cx/identity") (value ?me))
   (mutex (name tap) (state LOCKED) (locked-by ?me) (request NONE))
   (not (goal (class CLEAN) (mode DISPATCHED)))
@@ -36,10 +36,10 @@
   =>
   (modify ?mutex (request NONE) (response NONE)))
 
-; *** Locks of the dead ***
+; *** Locks of stopped robots ***
 
 (defrule locks-look-for-old
-  "Somebody else has what we may wait for: see once a second whether his locks are too old."
+  "While the other robot has a lock, check once a second whether its locks are too old."
   (time $?now)
   (wm-fact (id "/cx/identity") (value ?me))
   (goal (class HOUSE) (mode DISPATCHED))
@@ -57,10 +57,10 @@
   =>
   (retract ?task))
 
-; *** Locks that are lost ***
+; *** Lost locks ***
 
 (defrule lock-of-room-lost
-  "It has expired: stop, and begin anew. Without what it had acquired the goal has nothing to give back."
+  "The lock has expired: fail the goal, which then has no resource to release."
   ?goal <- (goal (id ?id) (class CLEAN) (mode COMMITTED|DISPATCHED) (params room ?room)
                  (acquired-resources ?room))
   (room (name ?room) (mutex ?name))

@@ -1,4 +1,4 @@
-;;; The plan for a room: what is still to be done in it.
+;;; The plan for a room: the remaining work in the room.
 
 (deffunction room-step (?goal ?plan ?me ?step ?action ?names ?values)
   (assert (plan-action (id ?step) (goal-id ?goal) (plan-id ?plan) (action-name ?action)

@@ -1,5 +1,5 @@
-;;; Which robot does it: one that is free and has its executors, and not the one that has
-;;; just failed, unless there is no other.
+;;; The choice of a robot for a goal: a free robot with executors, but not the robot whose
+;;; last try has failed, unless there is no other.
 
 (defrule robots-choose
   (goal (id ?id) (class INSPECT) (mode SELECTED) (meta $?meta))

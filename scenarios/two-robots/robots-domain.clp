@@ -1,8 +1,8 @@
 ;;; The domain model, and the Skillers of the robots.
 
 (deftemplate robot "A robot, and the goal that it works for."
-  (slot name (type SYMBOL))   ; in the domain
-  (slot agent (type STRING))  ; on the skill board, and of its Skiller
+  (slot name (type SYMBOL))   ; the name in the domain
+  (slot agent (type STRING))  ; the name on the skill board, and of its Skiller
   (slot goal (type SYMBOL) (default nil)))
 
 (defglobal
@@ -16,7 +16,7 @@
   (assert (domain-loaded)))
 
 (defrule robots-domain-facts
-  "Each robot stands at its dock, and we want to command it."
+  "Each robot is at its dock; request control of its Skiller."
   (executive-init)
   (domain-loaded)
   =>

@@ -1,12 +1,12 @@
-;;; The goals: all places are to be inspected, at once as far as there are robots. Each may
-;;; be tried three times.
+;;; The goals: inspect all places, as many at once as there are robots, each with up to three
+;;; tries.
 
 (deffunction robots-inspect (?place)
   (goal-tree-assert-retry AUTOMATIC-SUBGOAL 3
     (assert (goal (id (sym-cat INSPECT- ?place)) (class INSPECT) (params place ?place)))))
 
 (defrule robots-round-formulate
-  "As soon as both robots obey us and have somebody who drives them."
+  "Formulate the round when both Skillers are controlled and have executors."
   (domain-facts-loaded)
   (forall (robot (agent ?agent))
     (skiller-control (skiller ?agent) (acquired TRUE))
@@ -20,7 +20,7 @@
   (assert (robots-begun)))
 
 (defrule robots-round-goes-on
-  "Nothing is to be decided at the root: it goes from one mode to the next."
+  "The root needs no decisions: advance it to its next mode."
   ?root <- (goal (class ROUND) (mode ?mode&FORMULATED|SELECTED|FINISHED|EVALUATED))
   =>
   (bind ?modes (create$ FORMULATED SELECTED EXPANDED FINISHED EVALUATED RETRACTED))
@@ -38,7 +38,7 @@
   (modify ?goal (mode DISPATCHED)))
 
 (defrule robots-inspect-evaluate
-  "The robot is free again. A failure is remembered for the next try, the plan forgotten."
+  "Free the robot, remember a failure for the next try, and retract the plan."
   ?goal <- (goal (id ?id) (class INSPECT) (mode FINISHED) (outcome ?outcome) (message ?message))
   ?robot <- (robot (name ?name) (goal ?id))
   =>

@@ -1,4 +1,4 @@
-;;; The plan for a place: drive there, inspect it. The slot skiller says whose Skiller it is.
+;;; The plan for a place: drive there, and inspect it. The slot skiller names the Skiller of the robot.
 
 (deffunction robots-step (?goal ?agent ?step ?action ?names ?values)
   (assert (plan-action (id ?step) (goal-id ?goal) (plan-id (sym-cat ?goal -PLAN)) (action-name ?action)

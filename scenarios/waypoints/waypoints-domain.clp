@@ -1,4 +1,4 @@
-;;; The domain model: what domain.pddl says, and how things are at the beginning.
+;;; The domain model: domain.pddl and the initial state.
 
 (defglobal
   ?*WAYPOINTS* = (create$ wp-init wp1 wp2 wp3 wp4 wp5 wp6 wp-final))
@@ -11,7 +11,7 @@
   (assert (domain-loaded)))
 
 (defrule waypoints-domain-facts
-  "The robot stands at the first waypoint; from each there is a way to its neighbours."
+  "The robot is at the first waypoint; each waypoint is connected to its neighbours."
   (executive-init)
   (domain-loaded)
   =>

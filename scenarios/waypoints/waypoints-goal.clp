@@ -1,7 +1,7 @@
-;;; The one goal: the robot is at the last waypoint, and has been everywhere.
+;;; The only goal: the robot is at the last waypoint and has visited all waypoints.
 
 (defrule waypoints-goal-formulate
-  "Once, as soon as there is somebody who can drive."
+  "Formulate the goal once, when the skill board has an executor."
   (domain-facts-loaded)
   (skill-board-executor (agent "tb3") (skills $? move $?))
   (not (waypoints-begun))
@@ -26,7 +26,7 @@
   (modify ?goal (mode DISPATCHED)))
 
 (defrule waypoints-goal-evaluate
-  "It is reached when each waypoint was visited."
+  "The goal is achieved if all waypoints are visited."
   ?goal <- (goal (class TOUR) (mode FINISHED) (outcome ?outcome))
   =>
   (progn$ (?waypoint ?*WAYPOINTS*)

@@ -1,7 +1,7 @@
 ;;; The plan: a planner finds the seven moves.
 
 (deffunction waypoints-wanted (?target)
-  "The goal as a PDDL formula: everywhere was somebody, and now we are there."
+  "The goal as a PDDL formula: all waypoints are visited, and the robot is at the target."
   (bind ?formula (str-cat "(at tb3 " ?target ")"))
   (progn$ (?waypoint ?*WAYPOINTS*)
     (bind ?formula (str-cat ?formula " (visited " ?waypoint ")")))
@@ -15,7 +15,7 @@
   (planner-plan ?goal (waypoints-wanted ?target)))
 
 (defrule waypoints-plan-whose-move
-  "The first parameter of each move is the robot, the skill board's agent of that name drives."
+  "The first parameter of a move is the robot, which is also its agent on the skill board."
   (declare (salience ?*SALIENCE-HIGH*))
   ?move <- (plan-action (action-name move) (param-values ?robot $?) (skiller "Skiller"))
   =>

@@ -1,7 +1,7 @@
-;;; Who works for a step. A machine is kept for an order from the time on when its piece is to
-;;; come, until it is taken out. A robot works for one step.
+;;; The choice of robots and machines for a step. A machine is reserved for an order until its
+;;; piece is taken out. A robot works for one step at a time.
 
-(deftemplate workshop-chosen "A step that has all that it needs."
+(deftemplate workshop-chosen "A step with all its resources."
   (slot goal (type SYMBOL))
   (slot robot (type SYMBOL) (default nil)))
 
@@ -13,27 +13,27 @@
   (assert (workshop-chosen (goal ?id))))
 
 (defrule workshop-choose-saw-again
-  "The first try has failed."
+  "Choose again after a failed try."
   (goal (id ?id) (class CUT) (mode SELECTED) (params order ?order $?))
   (machine (name saw) (order ?order))
   =>
   (assert (workshop-chosen (goal ?id))))
 
 (defrule workshop-choose-machine
-  "The piece is there already."
+  "The piece is at the machine already."
   (goal (id ?id) (class PAINT|HAND-OVER|CLEAR) (mode SELECTED))
   =>
   (assert (workshop-chosen (goal ?id))))
 
 (defrule workshop-keep-machine
-  "Somewhere to go to, before anybody sets out."
+  "Reserve the machine before a robot leaves for it."
   (goal (class CARRY) (mode SELECTED) (params order ?order piece ? from ? to ?to))
   ?machine <- (machine (name ?to) (order nil))
   =>
   (modify ?machine (order ?order)))
 
 (defrule workshop-choose-robot
-  "The robot that has the piece; if none has it one that is free, best one that is there already."
+  "The robot with the piece, or else a free robot, preferably one at the place."
   (goal (id ?id) (class CARRY) (mode SELECTED) (params order ?order piece ?piece from ?from to ?to))
   (machine (name ?to) (order ?order))
   (not (workshop-chosen (goal ?id)))
@@ -54,7 +54,7 @@
   (assert (workshop-chosen (goal ?id) (robot ?robot))))
 
 (defrule workshop-machine-free
-  "The piece was taken out, or handed over."
+  "The piece was taken out or delivered."
   ?machine <- (machine (name ?from) (order ?order&~nil))
   (goal (id ?order) (mode DISPATCHED))
   (goal (class CARRY|HAND-OVER) (mode DISPATCHED) (params order ?order piece ?piece $?))
@@ -65,7 +65,7 @@
   (modify ?machine (order nil)))
 
 (defrule workshop-step-evaluate
-  "All that it had is free again; a machine that has its piece stays with the order."
+  "Release the resources of the step; a machine with its piece stays reserved for the order."
   ?goal <- (goal (id ?id) (class CUT|CARRY|PAINT|HAND-OVER|CLEAR|DROP) (mode FINISHED))
   ?chosen <- (workshop-chosen (goal ?id))
   =>

@@ -1,10 +1,10 @@
-;;; The domain model, and who works in the workshop.
+;;; The domain model, and the robots and machines of the workshop.
 
 (deftemplate robot "A robot, and the goal that it works for."
-  (slot name (type SYMBOL))   ; in the domain; on the skill board the same as a string
+  (slot name (type SYMBOL))   ; the name in the domain; on the skill board the same as a string
   (slot goal (type SYMBOL) (default nil)))
 
-(deftemplate machine "A machine, and the order whose piece it is kept for."
+(deftemplate machine "A machine, and the order for which it is reserved."
   (slot name (type SYMBOL))
   (slot order (type SYMBOL) (default nil)))
 
@@ -16,7 +16,7 @@
   (assert (domain-loaded)))
 
 (defrule workshop-domain-facts
-  "The robots stand at their docks, the machines are empty."
+  "The robots are at their docks, the machines are empty."
   (executive-init)
   (domain-loaded)
   =>

@@ -1,4 +1,4 @@
-;;; The game: one goal that lasts as long as the referee says, with a sub-goal for each order.
+;;; The game: one goal until the end that the referee sets, with a sub-goal for each order.
 
 (deffunction workshop-words (?product)
   "A product such as oak+red+blue: its wood, then its coats."
@@ -8,7 +8,7 @@
   ?words)
 
 (defrule workshop-game-open
-  "The referee's words."
+  "Open the interface of the referee."
   (domain-facts-loaded)
   =>
   (blackboard-open-reading "GameInterface" "Game"))
@@ -20,14 +20,14 @@
   (assert (goal (id GAME) (class GAME))))
 
 (defrule workshop-game-goes-on
-  "Nothing is to be decided: it goes from one mode to the next until it is dispatched."
+  "The goal needs no decisions: advance it to its next mode until it is dispatched."
   ?goal <- (goal (class GAME) (mode ?mode&FORMULATED|SELECTED|EXPANDED|COMMITTED))
   =>
   (bind ?modes (create$ FORMULATED SELECTED EXPANDED COMMITTED DISPATCHED))
   (modify ?goal (mode (nth$ (+ 1 (member$ ?mode ?modes)) ?modes))))
 
 (defrule workshop-order-look
-  "As many interfaces as the game has orders: the referee fills them as time goes by."
+  "Open an interface for each order; the referee writes the orders during the game."
   (goal (id GAME) (mode DISPATCHED))
   (GameInterface (orders ?count))
   (not (workshop-orders ?count))
@@ -53,7 +53,7 @@
                         coats (rest$ ?words)))))
 
 (defrule workshop-game-over
-  "What is not delivered by then is lost."
+  "Fail the orders that are not delivered at the end."
   ?game <- (goal (id GAME) (mode DISPATCHED))
   (GameInterface (phase POST_GAME) (points ?points) (deliveries ?deliveries) (orders ?orders))
   (not (goal (parent GAME) (mode ~FORMULATED&~RETRACTED)))

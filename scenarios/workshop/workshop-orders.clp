@@ -1,11 +1,11 @@
-;;; Orders: which are made now, and the steps of each. A step is tried three times.
+;;; Orders: the choice of the next order, and its steps. A step has up to three tries.
 
 (deffunction workshop-step (?order ?priority ?goal)
-  "Hang a goal below its order; the greater the priority, the sooner its turn comes."
+  "Make the goal a sub-goal of its order; a higher priority is selected earlier."
   (goal-tree-update-child (goal-tree-assert-retry AUTOMATIC-SUBGOAL 3 ?goal) ?order ?priority))
 
 (defrule workshop-order-select
-  "The one that is due first. Two at once: there are two robots."
+  "Select the order that is due first; two at a time, because there are two robots."
   ?goal <- (goal (id ?id) (class ORDER) (mode FORMULATED) (priority ?priority))
   (not (goal (class ORDER) (mode FORMULATED) (priority ?p&:(> ?p ?priority))))
   (GameInterface (phase PRODUCTION))
@@ -46,7 +46,7 @@
   =>
   (modify ?goal (mode RETRACTED)))
 
-;; ---- what an order that failed leaves behind
+;; ---- cleaning up after a failed order
 
 (defrule workshop-clear-formulate
   (machine (name ?machine) (order ?id))

@@ -1,4 +1,4 @@
-;;; Plans for the steps, from what is true when they begin. The slot skiller says who executes an action.
+;;; Plans for the steps, from the state at their begin. The slot skiller names the executing robot.
 
 (deffunction workshop-action (?goal ?action ?who ?names ?values)
   "The next action of the goal's plan."
@@ -27,7 +27,7 @@
   (modify ?goal (mode EXPANDED)))
 
 (defrule workshop-plan-carry
-  "From where the robot is. One that has the piece already, since its last try failed, goes on from there."
+  "A plan from the place of the robot. A robot with the piece, after a failed try, skips the first actions."
   ?carry <- (workshop-carry ?id)
   (goal (id ?id) (params order ? piece ?piece from ?from to ?to))
   (workshop-chosen (goal ?id) (robot ?robot))

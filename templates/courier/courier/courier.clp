@@ -1,5 +1,5 @@
 (defrule courier-load-domain
-  "Once: the domain, and a skiller that obeys us."
+  "Load the domain once, and request control of the skiller."
   (executive-init)
   (not (domain-loaded))
   =>
@@ -30,7 +30,7 @@
   (modify ?goal (mode SELECTED)))
 
 (defrule courier-expand
-  "The planner expands the goal with a plan, or lets it fail."
+  "The planner expands the goal with a plan, or fails the goal."
   (goal (id ?id) (class DELIVER) (mode SELECTED))
   (not (planner-call (goal-id ?id)))
   =>

@@ -1,7 +1,7 @@
 ; domain-numbers.clp - numbers of the domain: comparisons in conditions, changes by effects
 ;
-; Loaded with the first domain that has functions. What a comparison and an effect say is computed
-; by the feature pddl-parser: domain-comparison-holds and domain-numbers-change.
+; Loaded with the first domain that has functions. The feature pddl-parser evaluates comparisons
+; and effects: domain-comparison-holds and domain-numbers-change.
 
 (defrule domain-numbers-begin
   (declare (salience ?*SALIENCE-DOMAIN-GROUND*))
@@ -10,7 +10,7 @@
   (assert (domain-numbers)))
 
 (defrule domain-numbers-changed
-  "Comparisons wait until all new values are there."
+  "Comparisons wait for all new values."
   (declare (salience (+ ?*SALIENCE-DOMAIN-CHECK* 10)))
   ?value <- (problem-function)
   ?numbers <- (domain-numbers (revision ?revision) (newest ?newest&:(< ?newest (fact-index ?value))))

@@ -1,14 +1,14 @@
-;;; The navigation graph as facts, and questions about them. See docs/features.md#navgraph.
+;;; The navigation graph as facts, and functions on them. See docs/features.md#navgraph.
 ;;; Positions are multifields (x y) in metres; properties are multifields (name value name value ...).
 
-(deftemplate navgraph "The graph that the facts are of." (slot name (type STRING)))
+(deftemplate navgraph "The navigation graph of the node and edge facts." (slot name (type STRING)))
 
 (deftemplate navgraph-node "A place."
   (slot name (type STRING))
   (multislot pos (type FLOAT) (cardinality 2 2))
   (multislot properties (type STRING)))
 
-(deftemplate navgraph-edge "A way; it leads both ways unless it is directed."
+(deftemplate navgraph-edge "A way between two nodes, in both directions unless it is directed."
   (slot from (type STRING)) (slot to (type STRING))
   (slot directed (type SYMBOL) (allowed-values FALSE TRUE))
   (multislot properties (type STRING)))
@@ -40,7 +40,7 @@
     (return (navgraph-closest-to ?node:pos)))
   FALSE)
 
-(deffunction navgraph-property "The value of a property; FALSE if it is not there." (?props ?prop)
+(deffunction navgraph-property "The value of a property; FALSE without this property." (?props ?prop)
   (loop-for-count (?pair (div (length$ ?props) 2))
     (if (eq (nth$ (- (* 2 ?pair) 1) ?props) ?prop) then (return (nth$ (* 2 ?pair) ?props))))
   FALSE)
@@ -59,7 +59,7 @@
 (deffunction navgraph-property-as-bool "Only the text true is true." (?props ?prop)
   (eq (navgraph-property ?props ?prop) "true"))
 
-(deffunction navgraph-cleanup "Retract what is known of the graph." ()
+(deffunction navgraph-cleanup "Retract all facts about the graph." ()
   (delayed-do-for-all-facts ((?fact navgraph-node)) TRUE (retract ?fact))
   (delayed-do-for-all-facts ((?fact navgraph-edge)) TRUE (retract ?fact))
   (delayed-do-for-all-facts ((?fact navgraph)) TRUE (retract ?fact)))

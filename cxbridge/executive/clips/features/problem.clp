@@ -1,7 +1,7 @@
-; problem.clp - what clients of PlanSys2 want, of the feature `problem-expert`.
+; problem.clp - goals of PlanSys2 clients, for the feature `problem-expert`.
 
 (deftemplate problem-goal
-  "What somebody wants: an event for rules, which make goals of it. Each has an id of its own."
+  "A goal that a client requests, with a unique id. Rules formulate goals for it and retract it."
   (slot id (type SYMBOL))
-  ; in PDDL, as planner-plan takes it
+  ; in PDDL, as an argument of planner-plan
   (slot formula (type STRING)))

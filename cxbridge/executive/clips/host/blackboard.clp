@@ -2,13 +2,13 @@
 
 (deftemplate blackboard-interface "An interface that this environment has opened."
   (slot id (type STRING)) (slot type (type STRING))
-  (slot uid (type STRING))     ; Type::id, what the other functions want
+  (slot uid (type STRING))     ; Type::id, the argument of other functions
   (slot hash (type STRING))    ; 32 hexadecimal digits
-  (slot serial (type STRING))  ; of our instance: how a writer knows us
+  (slot serial (type STRING))  ; the serial of the instance, which identifies this agent to a writer
   (slot writing
     (type SYMBOL) (allowed-values FALSE TRUE)))
 
-(deftemplate blackboard-interface-info "An interface of the blackboard, as (blackboard-get-info) saw it."
+(deftemplate blackboard-interface-info "An interface of the blackboard at the time of (blackboard-get-info)."
   (slot id (type STRING)) (slot type (type STRING))
   (slot hash (type STRING))
   (slot has-writer

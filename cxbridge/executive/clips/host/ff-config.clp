@@ -5,7 +5,7 @@
     (type STRING))
   (slot type
     (type SYMBOL) (allowed-values FLOAT UINT INT BOOL STRING))
-  (slot value)      ; when it is not a list
+  (slot value)      ; if the value is not a list
   (slot is-list
     (type SYMBOL) (allowed-values TRUE FALSE) (default FALSE))
   (multislot list-value))

@@ -1,32 +1,32 @@
 ;;; The search path for CLIPS files, and loading along it.
 ;;;
-;;; The values live in defglobals that are built anew on each change, so that they
-;;; survive a (reset).
+;;; The values are in defglobals that are built again at each change, so that (reset)
+;;; keeps them.
 
 (defglobal
   ?*FILE-SEARCH-PATH* = (create$)    ; folders, each ends with "/"
   ?*FF-PATH-SUBST-WHAT* = (create$)  ; patterns such as @BASEDIR@ ...
-  ?*FF-PATH-SUBST-BY* = (create$))   ; ... and what takes their place
+  ?*FF-PATH-SUBST-BY* = (create$))   ; ... and their replacements
 
-;; One fact a file that somebody asked for, loaded or not.
-(deftemplate path-info "What became of a request to load a file."
-  (slot file (type STRING))        ; as asked for
-  (slot path (type STRING))        ; where it was found
+;; A fact for each requested file, loaded or not.
+(deftemplate path-info "The outcome of a request to load a file."
+  (slot file (type STRING))        ; as requested
+  (slot path (type STRING))        ; the path of the found file
   (slot loaded (type SYMBOL)
     (allowed-values TRUE FALSE) (default FALSE))
   (slot error-msg (type STRING)))
 
 (deffunction path-set-global (?name ?values)
-  "Give a defglobal of this file a value that a (reset) brings back."
+  "Set a defglobal of this file to a value that (reset) keeps."
   (build (str-cat "(defglobal ?*" ?name "* = (create$ " (implode$ ?values) "))")))
 
 (deffunction path-reset ()
-  "Forget all folders and substitutions."
+  "Remove all folders and substitutions."
   (progn$ (?name (create$ FILE-SEARCH-PATH FF-PATH-SUBST-WHAT FF-PATH-SUBST-BY))
     (path-set-global ?name (create$))))
 
 (deffunction path-subst (?path)
-  "The path after the substitutions, in their order, the first occurrence of each."
+  "The path after the substitutions in their order, of the first occurrence each."
   (loop-for-count (?i (length$ ?*FF-PATH-SUBST-WHAT*))
     (bind ?path (str-replace ?path (nth$ ?i ?*FF-PATH-SUBST-WHAT*) (nth$ ?i ?*FF-PATH-SUBST-BY*))))
   ?path)
@@ -36,19 +36,19 @@
   ?*FILE-SEARCH-PATH*)
 
 (deffunction path-add-subst (?what ?by)
-  "From now on replace ?what by ?by in paths that are added."
+  "Replace ?what by ?by in paths that are added later."
   (path-set-global FF-PATH-SUBST-WHAT (create$ ?*FF-PATH-SUBST-WHAT* ?what))
   (path-set-global FF-PATH-SUBST-BY (create$ ?*FF-PATH-SUBST-BY* ?by)))
 
 (deffunction path-add ($?path)
-  "Search these folders too, after those that are known. Each must end with a slash."
+  "Add folders to the end of the search path. Each folder ends with a slash."
   (bind ?folders ?*FILE-SEARCH-PATH*)
   (progn$ (?folder ?path)
     (bind ?folders (create$ ?folders (path-subst ?folder))))
   (path-set-global FILE-SEARCH-PATH ?folders))
 
 (deffunction path-resolve (?file)
-  "The first <folder><file> that is a file and can be opened, or FALSE."
+  "The first <folder><file> that is a readable file, or FALSE."
   (progn$ (?folder ?*FILE-SEARCH-PATH*)
     (bind ?candidate (str-cat ?folder ?file))
     (printout debug "Trying CLIPS file " ?candidate " (looking for " ?file ")" crlf)
@@ -58,15 +58,15 @@
   FALSE)
 
 (deffunction path-string ()
-  "The folders with colons between them."
+  "The folders, separated by colons."
   (bind ?joined "")
   (progn$ (?folder ?*FILE-SEARCH-PATH*)
     (bind ?joined (str-cat ?joined (if (> ?folder-index 1) then ":" else "") ?folder)))
   ?joined)
 
 (deffunction path-apply (?loader ?verb ?file)
-  "Find the file, hand it to the loader (load, load*, batch or batch*), leave a
-   path-info fact. Returns what the loader returns, FALSE when there is no such file."
+  "Find the file, call the loader (load, load*, batch or batch*) with it, and assert a
+   path-info fact. Returns the value of the loader; FALSE if the file is missing."
   (bind ?found (path-resolve ?file))
   (if ?found then
     (bind ?loaded (funcall ?loader ?found))
@@ -85,7 +85,7 @@
   (path-apply load* "load" ?file))
 
 (deffunction path-batch (?file)
-  "CLIPS executes the file later, when it next reads a command."
+  "CLIPS executes the file later, when it reads its next command."
   (path-apply batch "batch load" ?file))
 
 (deffunction path-batch* (?file)

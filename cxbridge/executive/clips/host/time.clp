@@ -1,7 +1,7 @@
 ;;; Time: two integers, seconds and microseconds, as in (time 1700000000 250000).
 ;;;
-;;; The host asserts a (time SEC USEC) fact before each run when it is configured to; the
-;;; rule below removes it when every other rule has had its turn.
+;;; The host asserts a (time SEC USEC) fact before each run of the rules, if it is configured
+;;; to; the rule time-retract retracts the fact after all other rules.
 
 (defglobal ?*PRIORITY-TIME-RETRACT* = -10000)
 
@@ -18,24 +18,24 @@
   (+ (float (nth$ 1 ?diff)) (/ (nth$ 2 ?diff) 1000000.0)))
 
 (deffunction timeout (?now ?time ?timeout)
-  "TRUE when MORE than ?timeout seconds have passed since ?time."
+  "TRUE if MORE than ?timeout seconds have passed since ?time."
   (< ?timeout (time-diff-sec ?now ?time)))
 
 (deffunction time> (?t1 ?t2)
-  "TRUE when t1 is strictly later than t2."
+  "TRUE if t1 is strictly later than t2."
   (bind ?ahead (- (nth$ 1 ?t1) (nth$ 1 ?t2)))
   (or (> ?ahead 0)
       (and (= ?ahead 0) (> (nth$ 2 ?t1) (nth$ 2 ?t2)))))
 
 (deffunction time-trunc-ms (?time)
-  "The time in whole milliseconds; anything but two fields comes back as it is."
+  "The time in whole milliseconds; other arguments than two fields are returned unchanged."
   (if (<> 2 (length$ ?time)) then (return ?time))
   (bind ?micros (nth$ 2 ?time))
   (create$ (nth$ 1 ?time) (- ?micros (mod ?micros 1000))))
 
-;; For periodic work: match it with (timeout ?now ?t PERIOD) against the time fact,
-;; then modify its time (and seq, if somebody counts).
-(deftemplate timer "When something was done last, and how often."
+;; For periodic work: match the timer and the time fact with (timeout ?now ?t PERIOD),
+;; then modify the time of the timer (and seq, to count the periods).
+(deftemplate timer "The last time of periodic work, and the number of its repetitions."
   (slot name)
   (multislot time
     (type INTEGER) (cardinality 2 2) (default-dynamic (now)))
@@ -43,7 +43,7 @@
     (type INTEGER) (default 1)))
 
 (defrule time-retract
-  "The end of a run: the time is over."
+  "Retract the time fact at the end of a run."
   (declare (salience ?*PRIORITY-TIME-RETRACT*))
   ?time <- (time $?)
   =>

@@ -1,15 +1,15 @@
-;;; Small helpers for lists, sets, numbers and strings.
+;;; Functions for lists, sets, numbers and strings.
 ;;;
-;;; Every CLIPS environment has them, and user files call them by these names.
+;;; Every CLIPS environment has them, for files of users.
 
 (defglobal ?*DEBUG* = 2)  ; 0 none, 1 minimal, 2 more, 3 all: see (debug N)
 
 (deffunction debug-set-level (?level)
-  "Set how much (debug N) lets through."
+  "Set the greatest level for which (debug N) is TRUE."
   (bind ?*DEBUG* ?level))
 
 (deffunction debug (?level)
-  "TRUE when something of this level is to be told."
+  "TRUE if messages of this level are enabled."
   (>= ?*DEBUG* ?level))
 
 ;; ---- lists and sets (both are multifields)
@@ -30,7 +30,7 @@
   ?list)
 
 (deffunction set-eq (?a ?b)
-  "TRUE when each is a subset of the other."
+  "TRUE if each is a subset of the other."
   (and (subsetp ?b ?a) (subsetp ?a ?b)))
 
 (deffunction set-diff (?a ?b)
@@ -52,25 +52,25 @@
 ;; ---- strings
 
 (deffunction str-replace (?s ?search ?replace)
-  "s with the FIRST occurrence of search replaced. (CLIPS 6.4's own replaces all of
-   them and takes its arguments in the same order; the host removes it.)"
+  "s with the FIRST occurrence of search replaced. (The function of CLIPS 6.4 with this
+   name, which the host removes, replaces all occurrences.)"
   (bind ?at (str-index ?search ?s))
   (if (not ?at) then (return ?s))
   (bind ?rest (+ ?at (str-length ?search)))
   (str-cat (sub-string 1 (- ?at 1) ?s) ?replace (sub-string ?rest (str-length ?s) ?s)))
 
 (deffunction string> (?a ?b)
-  "TRUE when a comes after b: for (sort string> ...)."
+  "TRUE if a comes after b, for (sort string> ...)."
   (< 0 (str-compare ?a ?b)))
 
 (deffunction str-prefix (?prefix ?s)
-  "TRUE when s starts with prefix. Cost: the length of the prefix, not that of s."
+  "TRUE if s starts with prefix. The cost is the length of the prefix, not of s."
   (bind ?length (str-length ?prefix))
   (and (<= ?length (str-length ?s))
        (eq 0 (str-compare ?prefix (sub-string 1 ?length ?s)))))
 
 (deffunction str-split (?str ?sep)
-  "The parts of str between separators, as strings; empty parts are dropped."
+  "The non-empty parts of str between separators, as strings."
   (bind ?parts (create$))
   (bind ?skip (str-length ?sep))
   (while (bind ?at (str-index ?sep ?str))

@@ -1,32 +1,32 @@
-; calls.clp - plans being made, of the feature `planner`. Loaded when the feature is requested.
+; calls.clp - calls of planners, for the feature `planner`. Loaded when the feature is requested.
 
 (deftemplate planner-call
-  "A plan being made, or made, or not."
+  "A call of a planner, and its result."
   (slot id (type SYMBOL))
-  ; the goal it is for; nil: of no concern to goals.clp
+  ; the goal of the plan; nil: goals.clp ignores the call
   (slot goal-id (type SYMBOL))
   (slot status (type SYMBOL)
     (allowed-values RUNNING PLANNED NO-PLAN FAILED TIMEOUT CANCELLED INVALID))
-  ; who plans: what was asked for, then who did it
+  ; the requested planner, then the planner that has made the plan
   (slot planner (type SYMBOL))
-  ; id of the plan once PLANNED
+  ; id of the plan when the call is PLANNED
   (slot plan-id (type SYMBOL))
-  ; why there is no plan
+  ; the reason for a missing plan
   (slot message (type STRING))
-  ; with the planner auto: which other planners were left out or failed before, and why
+  ; with the planner auto: the planners that were skipped or failed before, and the reasons
   (slot why (type STRING))
   (slot seconds (type FLOAT)))
 
 (deftemplate plan-valid
-  "Whether what is left of a planner's plan holds in the world as it is. Checked when the world
-   or the plan's actions have changed; /planner/check-plans: false in the configuration: no check."
+  "Whether the rest of a planner's plan is valid in the present world. Checked after changes of the
+   world or of the plan's actions, unless /planner/check-plans is false in the configuration."
   (slot plan-id (type SYMBOL)) (slot goal-id (type SYMBOL))
   (slot valid (default TRUE) (type SYMBOL) (allowed-values TRUE FALSE))
-  ; the first step that cannot be done, and the condition that is false
+  ; the first step that is not executable, and its false condition
   (slot message (type STRING)))
 
 (deffunction planner-call-ended
-  "Note how a call ended. The feature does this."
+  "Set the result of a call; for the feature only."
   (?id ?status ?planner ?plan-id ?message ?seconds ?why)
   (do-for-fact ((?call planner-call)) (eq ?call:id ?id)
     (modify ?call (status ?status) (planner ?planner) (plan-id ?plan-id)

@@ -1,8 +1,8 @@
-; goals.clp - what a plan means to the goal that it was made for. Loaded by the feature
-; `planner` as soon as there are goals and plans.
+; goals.clp - the effect of a plan on its goal. Loaded by the feature `planner` with the
+; templates of goals and plans.
 
 (defrule planner-goal-expanded
-  "The goal has its plan."
+  "Expand the goal of a plan."
   ?call <- (planner-call (goal-id ?goal-id) (status PLANNED))
   ?goal <- (goal (id ?goal-id) (mode SELECTED))
   =>
@@ -10,7 +10,7 @@
   (cx-modify-goal ?goal (mode EXPANDED)))
 
 (defrule planner-goal-failed
-  "There is no plan: the goal cannot be pursued."
+  "Fail the goal of a call without plan."
   ?call <- (planner-call (goal-id ?goal-id) (status ?status&NO-PLAN|FAILED|TIMEOUT|INVALID) (message ?why))
   ?goal <- (goal (id ?goal-id) (mode SELECTED))
   =>
@@ -19,7 +19,7 @@
   (cx-modify-goal ?goal (mode FINISHED) (outcome FAILED) (error PLANNING ?status) (message ?why)))
 
 (defrule planner-goal-changed-its-mind
-  "Nobody waits for this plan any more."
+  "Cancel the call of a goal that has left the mode SELECTED."
   ?call <- (planner-call (id ?id) (goal-id ?goal-id&~nil) (status ?status))
   (not (goal (id ?goal-id) (mode SELECTED)))
   =>
@@ -27,7 +27,7 @@
   (retract ?call))
 
 (defrule planner-plan-checked-before-the-next-action
-  "An action is done: what is left is checked before another one is selected."
+  "After each action, check the rest of the plan before the next action is selected."
   (declare (salience ?*SALIENCE-HIGH*))
   (plan-valid (plan-id ?plan))
   (plan-action (plan-id ?plan) (state FINAL))
@@ -35,7 +35,7 @@
   (planner-check ?plan))
 
 (defrule planner-plan-gone
-  "Nobody asks any more whether this plan holds."
+  "Retract the check of a plan that was retracted."
   ?valid <- (plan-valid (plan-id ?plan))
   (not (plan (id ?plan)))
   =>

@@ -1,4 +1,4 @@
-;;; A plan for goals of the class PRINT. The original's file of temporal plans has one for TALK only.
+;;; A plan for goals of the class PRINT. The original file of temporal plans has only plans for TALK.
 
 (defrule print-plan
   (goal (id ?goal) (class PRINT) (mode SELECTED))

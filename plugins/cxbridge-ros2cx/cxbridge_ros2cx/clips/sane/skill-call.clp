@@ -1,14 +1,14 @@
-;;; The call of a skill for an agent.
+;;; Calls of skills for an agent.
 
 (deffunction skill-words (?values)
-  "The values as one text, separated by blanks."
+  "The values as a text, separated by blanks."
   (bind ?text "")
   (progn$ (?value ?values)
     (bind ?text (str-cat ?text (if (eq ?value-index 1) then "" else " ") ?value)))
   ?text)
 
 (deffunction skill-call (?name ?param-names ?param-values $?opt-agent-id)
-  "Have the agent (\"\" unless named) execute an action. Returns the id of the skill fact."
+  "Call the skill of an action for the agent (by default \"\"). Returns the id of the skill fact."
   (bind ?agent (if (eq ?opt-agent-id (create$)) then "" else (nth$ 1 ?opt-agent-id)))
   (bind ?text (map-action-skill ?name ?param-names ?param-values))
   (bind ?words (skill-words ?param-values))

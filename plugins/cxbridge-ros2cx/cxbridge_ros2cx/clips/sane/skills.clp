@@ -1,5 +1,5 @@
-;;; The original's skills.clp, but for the agent's id: its skill-call drops it.
-;;; The original lies in a folder called clips; this one does not.
+;;; Replaces the original's skills.clp, whose skill-call omits the agent's id. The original is
+;;; in a folder named clips, this file is not.
 
 (batch* (path-resolve "../clips/skills.clp"))
 (undeffunction skill-call)

@@ -1,4 +1,4 @@
-; Asks on /question, then switches the light on.
+; Publishes a question on /question, then switches the light on.
 (defrule open
   (not (ros-msgs-publisher))
   (not (executive-finalize))

@@ -1,4 +1,4 @@
-; Sends two goals: to 3, and to 100, which is cancelled at 5.
+; Sends two goals: count to 3, and count to 100, which it cancels at 5.
 (deffacts goals (goal 3) (goal 100))
 
 (defrule open

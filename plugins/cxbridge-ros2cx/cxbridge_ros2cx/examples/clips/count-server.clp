@@ -1,4 +1,4 @@
-; Counts up, a number each tick; refuses negative goals, and may be cancelled.
+; Counts to the goal, one number each tick; rejects negative goals, and accepts cancellation.
 (deftemplate counting (slot handle) (slot to) (multislot counted) (slot last (default 0.0)))
 
 (deffunction cxbridge-examples-count-handle-goal-callback (?server ?goal ?uuid)

@@ -1,4 +1,4 @@
-; Has pddl_manager read a problem, wants to be in the cellar, and prints the plan.
+; Requests a plan of pddl_manager for a problem file, with the robot in the cellar as goal, and prints it.
 (deffunction ask (?service ?type $?fields)
   (bind ?name (str-cat "/pddl_manager/" ?service))
   (bind ?request (ros-msgs-create-request (str-cat "cx_pddl_interfaces/srv/" ?type)))
