@@ -28,9 +28,6 @@ ACTION_TEMPLATES: Final = (
     "skiller-control",
 )
 
-# the values of the slot `skiller` of an action that any Skiller may execute
-_UNSET_SKILLER_VALUES: Final = ("", "nil")
-
 
 @dataclass(frozen=True, slots=True)
 class ActionDiagnosis:
@@ -60,12 +57,10 @@ def diagnose_action(find_facts: FactLookup, action_key: ActionKey) -> ActionDiag
     :param find_facts: finds the facts of :data:`ACTION_TEMPLATES`.
     :param action_key: the ids of the goal, the plan and the action.
     """
-    action = _find_fact(
-        find_facts(PLAN_ACTION), **dict(zip(("goal-id", "plan-id", "id"), action_key, strict=True))
-    )
+    goal_id, plan_id, action_id = action_key
+    action = _find_fact(find_facts(PLAN_ACTION), **{"goal-id": goal_id, "plan-id": plan_id, "id": action_id})
     if not action:
         return None
-    goal_id, plan_id, _ = action_key
     plan = _find_fact(find_facts("plan"), **{"id": plan_id, "goal-id": goal_id})
     # A failed skill comes first: after an execution, the effects of the action may make its precondition
     # false.
@@ -94,13 +89,14 @@ def _describe_failed_skill(find_facts: FactLookup, action: Mapping[str, str], ac
     """Return the failure of an action's skill; empty if the skill has not failed."""
     if action.get("state") != "EXECUTION-FAILED":
         return ""
-    error = unquote(action.get("error-msg", ""))
+    goal_id, plan_id, action_id = action_key
     execution = _find_fact(
         find_facts("skill-action-execinfo"),
-        **dict(zip(("goal-id", "plan-id", "action-id"), action_key, strict=True)),
+        **{"goal-id": goal_id, "plan-id": plan_id, "action-id": action_id},
     )
     skill = _find_fact(find_facts("skill"), id=execution.get("skill-id", "")) if execution else {}
     text = unquote(skill.get("skill-string", ""))
+    error = unquote(action.get("error-msg", ""))
     return ": ".join(filter(None, (f"skill {text} failed" if text else "", error)))
 
 
@@ -145,13 +141,12 @@ def _describe_missing_effects(
 def _describe_skiller_problem(find_facts: FactLookup, action: Mapping[str, str]) -> str:
     """Return why the Skiller of an action does not execute the action; empty if it can or does."""
     skiller = unquote(action.get("skiller", ""))
-    if skiller in _UNSET_SKILLER_VALUES:
+    if skiller in ("", "nil"):  # any Skiller may execute the action
         return ""
     # A Skiller takes skills only from the program that has its exclusive control.
     controls = find_facts("skiller-control")
     control = next((slots for slots in controls if unquote(slots.get("skiller", "")) == skiller), None)
     if control is None:
         return f'no fact (skiller-control (skiller "{skiller}")) asks for the control of its Skiller'
-    if control.get("acquired") != "TRUE":
-        return f"the executive does not have the control of the Skiller {skiller}"
-    return ""
+    is_acquired = control.get("acquired") == "TRUE"
+    return "" if is_acquired else f"the executive does not have the control of the Skiller {skiller}"

@@ -65,8 +65,7 @@ ENVIRONMENT_EVENT_TYPES: Final = (
     SkillStatus,
 )
 
-_SKILLER_TYPE = "SkillerInterface"
-_FEEDBACK_MESSAGE = "FeedbackMessage"
+_SKILLER_TYPE: Final = "SkillerInterface"
 
 
 class NoFactsError(TraceError):
@@ -150,7 +149,7 @@ class History:
             # An execution reports its progress many times, which explains nothing.
             if (
                 is_board_message(event)
-                and event.message != _FEEDBACK_MESSAGE
+                and event.message != "FeedbackMessage"
                 and message_agent(event) in ("", self.env)
             ):
                 self.steps.append(EvidenceStep(event, ()))
@@ -170,8 +169,9 @@ class History:
                 # A log may cut a fact short; then the fact shows no error.
                 with suppress(FactSyntaxError):
                     _, slots = parse_fact(event.text)
-                    error, skiller = unquote(slots.get("error", "")), unquote(slots.get("id", ""))
-                    self._record_skill_error(event, skiller, error)
+                    self._record_skill_error(
+                        event, unquote(slots.get("id", "")), unquote(slots.get("error", ""))
+                    )
             elif event.template == PLAN_ACTION and event.asserted:
                 # The transitions lack the Skiller and the arguments of the action, which the fact has.
                 self.steps.append(EvidenceStep(event, ()))
@@ -183,17 +183,16 @@ class History:
         """Record which rule asserted or retracted a fact."""
         rule = self._recent_rules[-1] if self._recent_rules else ""
         if event.asserted:
-            retracted = self._last_retracted
+            life = FactLife(event.index, event.template, event.text, event.time_us, rule)
             # CLIPS' modify retracts the fact and asserts the changed one, in the same firing.
-            is_modified = retracted is not None and retracted.template == event.template
-            replaced_index = retracted.index if retracted is not None and is_modified else -1
-            self.fact_lives[event.index] = FactLife(
-                event.index, event.template, event.text, event.time_us, rule, replaced_index
-            )
+            if self._last_retracted is not None and self._last_retracted.template == event.template:
+                life.replaced_index = self._last_retracted.index
+            self.fact_lives[event.index] = life
             if len(self.fact_lives) > MAX_FACT_LIVES:
                 del self.fact_lives[next(iter(self.fact_lives))]
-        elif (life := self.fact_lives.get(event.index)) is not None:
-            life.end_us, life.end_rule, self._last_retracted = event.time_us, rule, life
+        elif (known_life := self.fact_lives.get(event.index)) is not None:
+            known_life.end_us, known_life.end_rule = event.time_us, rule
+            self._last_retracted = known_life
 
     def _diagnose_failure(self, event: PlanActionTransition) -> ActionDiagnosis | None:
         """Return the diagnosis of an action in its first failed state; None for other states.
@@ -224,7 +223,7 @@ class Evidence(ABC):
     :param where: the source and the moment in words: ``test-scenario at 3.0 s``.
     :param start_us: the start of the run.
     :param now_us: the time of the moment.
-    :param history: the events before the moment; None if no events are known.
+    :param history: the events before the moment.
     :ivar ending: how the run ended, in a sentence; empty while it continues, and if unknown.
     :ivar has_executive: whether events of an executive are known, or may come after the moment.
     :ivar is_time_chosen: whether the user chose the time, so that a reused goal id means the goal at that
@@ -236,7 +235,7 @@ class Evidence(ABC):
     is_time_chosen = False
     ending = ""
 
-    def __init__(self, where: str, start_us: int, now_us: int, history: History | None) -> None:
+    def __init__(self, where: str, start_us: int, now_us: int, history: History) -> None:
         self.where = where
         self.start_us = start_us
         self.now_us = now_us
@@ -275,6 +274,5 @@ class Evidence(ABC):
 
     def find_rule_firings(self, rule: str) -> Sequence[RuleFired] | None:
         """Return the firings of a rule before the moment; None if firings are unknown."""
-        if self.history is None or not self.history.rules_known:
-            return None
-        return [event for event in self.history.firings if event.rule == rule]
+        firings = [event for event in self.history.firings if event.rule == rule]
+        return firings if self.history.rules_known else None

@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from functools import cached_property
+from itertools import islice
 from typing import Final
 
 from cxbridge.errors import ClipsError, CxbridgeError
@@ -19,7 +20,7 @@ from cxbridge_studio.agent.condition import find_patterns
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.action_diagnosis import FAILED_STATES, ActionDiagnosis, diagnose_action
 from cxbridge_studio.explain.evidence import Evidence
-from cxbridge_studio.explain.goal_rules import find_missing_rule, find_misspelt_rule
+from cxbridge_studio.explain.goal_rules import find_missing_rule, find_misspelt_rules
 from cxbridge_studio.explain.goals import Goals
 from cxbridge_studio.explain.rules.missing import MissingRule, find_refused_rules, find_unloaded_rules
 from cxbridge_studio.explain.rules.snapshot import Rulebook
@@ -33,7 +34,6 @@ _EXECUTION: Final = re.compile(r"\(state\s+(?:WAITING|RUNNING|EXECUTION-SUCCEEDE
 _ASSERTION: Final = re.compile(r"\(assert\s")
 
 _ACQUISITION: Final = re.compile(r"\(acquired-resources\s")  # a right-hand side that acquires resources
-_MAPPING_TEMPLATE: Final = "skill-action-mapping"
 
 _FALSE_ATOM: Final = re.compile(r"\((?P<name>[^\s()]+)(?P<values>(?:\s[^()]*)?)\) is false")
 
@@ -49,7 +49,7 @@ class RootCauseFinder:
     ) -> None:
         self._evidence = evidence
         self._goals = goals
-        self._facts = facts
+        self._find_facts = facts.__getitem__
         self._classes = frozenset(goal.goal_class for goal in goals.all)
 
     @cached_property
@@ -74,9 +74,8 @@ class RootCauseFinder:
         slots = {"class": goal.goal_class, "mode": goal.mode}
         if (rule := find_missing_rule(find_refused_rules(rulebook).values(), slots)) is not None:
             yield f"rule {rule.name} {rule.reason}"
-        misspelt = find_misspelt_rule(texts, slots, self._classes)
-        if misspelt is not None:
-            rule_name, misspelt_class = misspelt
+        # The first misspelt rule is enough: the others are often of the same file.
+        for rule_name, misspelt_class in islice(find_misspelt_rules(texts, slots, self._classes), 1):
             yield (
                 f"rule {rule_name} is for goals of class {misspelt_class}, but there has been no such goal: "
                 f"did you mean {goal.goal_class}?"
@@ -108,12 +107,10 @@ class RootCauseFinder:
                 for goal_id, slots in slots_by_goal.items()
                 if goal_id != goal.id and resource in slots.get("acquired-resources", "").split()
             ]
-            if holders:
-                yield f"resource {resource} is held by goal {', '.join(holders)}"
-            else:
-                yield f"resource {resource}{self._describe_missing_holder()}"
+            holder_text = f" is held by goal {', '.join(holders)}" if holders else self._describe_no_holder()
+            yield f"resource {resource}{holder_text}"
 
-    def _describe_missing_holder(self) -> str:
+    def _describe_no_holder(self) -> str:
         """Return why no goal holds a resource, as the end of a sentence."""
         _, texts = self._rules_and_texts
         if not texts or any(_ACQUISITION.search(text.partition("=>")[2]) for text in texts.values()):
@@ -124,12 +121,12 @@ class RootCauseFinder:
 
     def find_action_cause(self, goal: GoalRecord, action: PlanActionRecord) -> str:
         """Return why an action is not executed or has failed; empty if unknown."""
-        key = goal.id, action.plan, action.id
         # The facts of a failed action may have changed since: its diagnosis was made when it failed.
-        if action.state in FAILED_STATES:
-            diagnosis = self._goals.find_failure_diagnosis(action)
-        else:
-            diagnosis = diagnose_action(self._find_facts, key)
+        diagnosis = (
+            self._goals.find_failure_diagnosis(action)
+            if action.state in FAILED_STATES
+            else diagnose_action(self._find_facts, (goal.id, action.plan, action.id))
+        )
         if diagnosis is None:
             return ""
         states = [change.state for change in action.changes if change.state not in FAILED_STATES]
@@ -142,7 +139,7 @@ class RootCauseFinder:
     def _describe_end_of_atom(self, match: re.Match[str]) -> str:
         """Return a false atom with the time at which it became false, and the action that made it false."""
         text = f"(domain-fact (name {match['name']}) (param-values{match['values']}))"
-        lives = [*self._evidence.history.fact_lives.values()] if self._evidence.history is not None else []
+        lives = [*self._evidence.history.fact_lives.values()]
         life = next((life for life in reversed(lives) if life.text == text), None)
         if life is None or life.end_us is None:
             return match[0]
@@ -157,9 +154,6 @@ class RootCauseFinder:
             and {*match["values"].split()} <= {*action.params.strip("()").split()}
         ] or [f"by rule {life.end_rule}" if life.end_rule else "by no rule"]
         return f"{match[0]}, made false at {self._evidence.compute_seconds(life.end_us):.3f} s {makers[0]}"
-
-    def _find_facts(self, template: str) -> list[Mapping[str, str]]:
-        return self._facts.get(template, [])
 
 
 def _find_action_rules(
@@ -192,8 +186,9 @@ def _describe_missing_rule(texts: Mapping[str, str], diagnosis: ActionDiagnosis,
     if not texts:
         return ""
     match state:
-        case "FORMULATED" if not diagnosis.problem:
-            return _describe_missing_selection(texts, diagnosis)
+        case "FORMULATED" if not diagnosis.problem and not _find_action_rules(texts, state, _SELECTION):
+            file = f"action-selection/{diagnosis.plan_type.lower() or 'sequential'}.clp"
+            return f"no action selection is loaded: add {file} to the files of the spec"
         case "PENDING" if not diagnosis.problem:
             return _describe_missing_executor(texts, diagnosis)
         case "SENSED-EFFECTS-WAIT" if diagnosis.problem:
@@ -212,19 +207,10 @@ def _describe_rule_for_similar_action(
     :param template: the text, with places for the rule, the similar name and the action's name.
     """
     for rule, names in rules.items():
-        similar_names = nearest_names(
-            diagnosis.name, [name for name in names if name not in diagnosis.operators]
-        )
+        similar_names = nearest_names(diagnosis.name, set(names).difference(diagnosis.operators))
         if diagnosis.name not in names and similar_names:
             return template.format(rule, similar_names[0], diagnosis.name)
     return ""
-
-
-def _describe_missing_selection(texts: Mapping[str, str], diagnosis: ActionDiagnosis) -> str:
-    """Return which action selection the plan's type lacks; empty if a rule selects the action."""
-    rules = _find_action_rules(texts, "FORMULATED", _SELECTION)
-    file = f"action-selection/{diagnosis.plan_type.lower() or 'sequential'}.clp"
-    return "" if rules else f"no action selection is loaded: add {file} to the files of the spec"
 
 
 def _describe_missing_executor(texts: Mapping[str, str], diagnosis: ActionDiagnosis) -> str:
@@ -232,10 +218,11 @@ def _describe_missing_executor(texts: Mapping[str, str], diagnosis: ActionDiagno
     name = diagnosis.name
     rules = _find_action_rules(texts, "PENDING", _EXECUTION)
     # The core's rule for skills names no action either, but executes only those of the action mapping.
-    skill_rules = [rule for rule in rules if _MAPPING_TEMPLATE in texts[rule]]
-    if name in diagnosis.mappings and skill_rules:
-        return ""
-    if any(name in names or (not names and rule not in skill_rules) for rule, names in rules.items()):
+    skill_rules = [rule for rule in rules if "skill-action-mapping" in texts[rule]]
+    is_mapped = name in diagnosis.mappings and skill_rules
+    if is_mapped or any(
+        name in names or (not names and rule not in skill_rules) for rule, names in rules.items()
+    ):
         return ""
     text = "no rule executes it: rule {} executes '{}', not '{}'"
     if similar_rule_text := _describe_rule_for_similar_action(text, rules, diagnosis):

@@ -8,93 +8,70 @@ from dataclasses import asdict
 from itertools import takewhile
 from typing import Any, Final
 
-from cxbridge.errors import CxbridgeError
 from cxbridge.printing import format_count
 from cxbridge_studio.explain.cause import Cause
 from cxbridge_studio.explain.evidence import Evidence
-from cxbridge_studio.explain.goal_story import (
-    FACT_TEMPLATES,
-    RULES_THAT_COULD,
-    ActionStory,
-    GoalStory,
-    GoalStoryWriter,
-)
-from cxbridge_studio.explain.goals import Goals
+from cxbridge_studio.explain.explanation import Explanation
+from cxbridge_studio.explain.goal_story import RULES_THAT_COULD, GoalStory, GoalStoryWriter
 
-_MAX_WIDTH = 90  # limit of an event's text in columns, so that the rules to its right stay on a usual screen
-_TIME_WIDTH = 11  # the columns before an event's text: the time with 9 digits, and 2 blanks
-_COMPLETED = "COMPLETED"
+_MAX_WIDTH: Final = 90  # limit of an event's text in columns, so that the rules to its right stay on a screen
+_TIME_WIDTH: Final = 11  # the columns before an event's text: the time with 9 digits, and 2 blanks
 # The end of a cause before a deeper cause: the former outcomes, which have other causes, and the kind of the
 # missing rule. A headline omits this end, because the root cause says more.
 _OMITTED_END: Final = re.compile(r"(; before that, it was [^:]*?)?(, and waits.*)?$")
-_WHY_RULE = " ('cxbridge why RULE' explains each)"  # a hint that the page replaces by links
-_MAX_HEADLINE_CAUSES = 3  # limit of the causes in a headline, counted from the root cause
+_WHY_RULE: Final = " ('cxbridge why RULE' explains each)"  # a hint that the page replaces by links
+_MAX_HEADLINE_CAUSES: Final = 3  # limit of the causes in a headline, counted from the root cause
 
 
-def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
-    """Return the stories of the goals with a name: an id, a class, or ``CLASS#NUMBER``.
+def explain_goals(evidence: Evidence, name: str, rule_count: int) -> Explanation:
+    """Explain the goals with a name: an id, a class, or ``CLASS#NUMBER``.
 
-    :raises CxbridgeError: if there is no such goal, or the source has no goals.
+    :param rule_count: the number of rules to show before each step of a single goal.
+    :raises CxbridgeError: if there is no such goal.
     """
-    goals, writer = make_story_writer(evidence)
-    return tuple(
-        writer.write_goal_story(goal) for goal in goals.find_goals(name, latest_only=evidence.is_time_chosen)
+    writer = GoalStoryWriter(evidence)
+    goals = writer.goals.find_goals(name, latest_only=evidence.is_time_chosen)
+    stories = [writer.write_goal_story(goal) for goal in goals]
+    headline = _make_goals_headline(stories, evidence.where)
+    # Of several goals, each has one line: the user can ask for the story of one goal.
+    lines = (
+        _format_story(stories[0], evidence.where, rule_count)
+        if len(stories) == 1
+        else (f"{story.label}  {story.cause.text}" for story in stories)
+    )
+    return Explanation(
+        (headline, "", *lines),
+        {
+            "headline": headline,
+            "where": evidence.where,
+            "goals": [drop_root_marks(asdict(story)) for story in stories],
+            "notes": evidence.notes,
+        },
     )
 
 
-def explain_actions(evidence: Evidence, name: str) -> tuple[ActionStory, ...]:
-    """Return the stories of the plan-actions with a name: ``GOAL/ID``, or ``GOAL/ACTION``.
+def explain_actions(evidence: Evidence, name: str) -> Explanation:
+    """Explain the plan-actions with a name: ``GOAL/ID``, or ``GOAL/ACTION``.
 
-    :raises CxbridgeError: if there is no such plan-action, or the source has no goals.
+    :raises CxbridgeError: if there is no such plan-action.
     """
-    goals, writer = make_story_writer(evidence)
-    return tuple(writer.write_action_story(*goal_and_action) for goal_and_action in goals.find_actions(name))
-
-
-def make_story_writer(evidence: Evidence) -> tuple[Goals, GoalStoryWriter]:
-    """Return the goals of a run, and the writer of their stories.
-
-    :raises CxbridgeError: if the source has no goals.
-    """
-    if evidence.history is None:
-        raise CxbridgeError("the source has no data about goals")
-    facts = {template: evidence.read_fact_slots(template) for template in FACT_TEMPLATES}
-    goals = Goals(evidence.history)
-    return goals, GoalStoryWriter(evidence, goals, facts)
-
-
-def actions_to_json(stories: Sequence[ActionStory], evidence: Evidence) -> dict[str, Any]:
-    """Return the stories of plan-actions as JSON values."""
-    return {
-        # An id may be used again, so several plan-actions may have the name: the latest is the headline.
-        "headline": make_cause_headline(stories[-1].cause),
-        "where": evidence.where,
-        "actions": [drop_root_marks(asdict(story)) for story in stories],
-        "notes": evidence.notes,
-    }
-
-
-def format_actions(stories: Sequence[ActionStory], evidence: Evidence) -> Iterator[str]:
-    """Yield the text of the report about plan-actions."""
-    yield make_cause_headline(stories[-1].cause)
-    yield f"in {evidence.where}"
+    writer = GoalStoryWriter(evidence)
+    stories = [writer.write_action_story(*pair) for pair in writer.goals.find_actions(name)]
+    # An id may be used again, so several plan-actions may have the name: the latest is the headline.
+    lines = [_make_cause_headline(stories[-1].cause), f"in {evidence.where}"]
     for story in stories:
-        yield ""
-        yield f"action {story.action} of {story.goal}"
-        yield story.cause.text
-        yield from format_causes(story.cause.because, "")
-        yield from (f"{moment.seconds:9.3f}  {moment.text}" for moment in story.moments)
-    yield from (f"note: {note}" for note in evidence.notes)
-
-
-def goals_to_json(stories: Sequence[GoalStory], evidence: Evidence) -> dict[str, Any]:
-    """Return the stories of goals as JSON values."""
-    return {
-        "headline": make_goals_headline(stories, evidence),
-        "where": evidence.where,
-        "goals": [drop_root_marks(asdict(story)) for story in stories],
-        "notes": evidence.notes,
-    }
+        lines += ["", f"action {story.action} of {story.goal}", story.cause.text]
+        lines += format_causes(story.cause.because, "")
+        lines += [f"{moment.seconds:9.3f}  {moment.text}" for moment in story.moments]
+    return Explanation(
+        tuple(lines),
+        {
+            "headline": lines[0],
+            "where": evidence.where,
+            "actions": [drop_root_marks(asdict(story)) for story in stories],
+            "notes": evidence.notes,
+        },
+    )
 
 
 def drop_root_marks(value: Any) -> Any:
@@ -104,24 +81,22 @@ def drop_root_marks(value: Any) -> Any:
     return [drop_root_marks(inner) for inner in value] if isinstance(value, list | tuple) else value
 
 
-def make_goals_headline(stories: Sequence[GoalStory], evidence: Evidence) -> str:
+def _make_goals_headline(stories: Sequence[GoalStory], where: str) -> str:
     """Return the report in one line: the state of the goal and the root cause, or the number of goals."""
     if len(stories) == 1:
-        return make_goal_headline(stories[0])
-    summary = f"{format_count(len(stories), 'goal')} of class {stories[0].goal_class} in {evidence.where}"
-    troubled_story = next((story for story in stories if story.waits or story.outcome != _COMPLETED), None)
+        return _make_goal_headline(stories[0])
+    summary = f"{format_count(len(stories), 'goal')} of class {stories[0].goal_class} in {where}"
+    troubled_story = next((story for story in stories if not story.is_completed), None)
     return (
         summary
         if troubled_story is None
-        else f"{summary}; {troubled_story.label}: {make_goal_headline(troubled_story)}"
+        else f"{summary}; {troubled_story.label}: {_make_goal_headline(troubled_story)}"
     )
 
 
-def make_goal_headline(story: GoalStory) -> str:
+def _make_goal_headline(story: GoalStory) -> str:
     """Return the state of a goal and the root cause in one line."""
-    if story.outcome == _COMPLETED and not story.waits:
-        return story.cause.text
-    return make_cause_headline(story.cause)
+    return story.cause.text if story.is_completed else _make_cause_headline(story.cause)
 
 
 def make_blocker_headline(story: GoalStory) -> str:
@@ -129,10 +104,10 @@ def make_blocker_headline(story: GoalStory) -> str:
     path = [story.cause, *_find_cause_path(story.cause)]
     effects = [*takewhile(lambda cause: not cause.root, path)]
     is_blocked = story.waits and 1 < len(effects) < len(path)
-    return make_cause_headline(effects[-1]) if is_blocked else make_goal_headline(story)
+    return _make_cause_headline(effects[-1]) if is_blocked else _make_goal_headline(story)
 
 
-def make_cause_headline(cause: Cause) -> str:
+def _make_cause_headline(cause: Cause) -> str:
     """Return a cause in one line, with the causes that lead to its root."""
     path = [inner.text for inner in _find_cause_path(cause)]
     *effects, last = [cause.text, *path[-_MAX_HEADLINE_CAUSES:]]
@@ -145,25 +120,11 @@ def _find_cause_path(cause: Cause) -> list[Cause]:
     return [] if inner is None or (cause.root and not inner.certainty) else [inner, *_find_cause_path(inner)]
 
 
-def format_goals(stories: Sequence[GoalStory], evidence: Evidence, rule_count: int = 1) -> Iterator[str]:
-    """Yield the text of the report about goals.
-
-    :param rule_count: the number of rules to show before each step.
-    """
-    yield make_goals_headline(stories, evidence)
-    yield ""
-    if len(stories) > 1:  # one line for each goal: the user can ask for the story of one goal
-        yield from (f"{story.label}  {story.cause.text}" for story in stories)
-        return
-    yield from _format_story(stories[0], evidence, rule_count)
-    yield from (f"note: {note}" for note in evidence.notes)
-
-
-def _format_story(story: GoalStory, evidence: Evidence, rule_count: int) -> Iterator[str]:
+def _format_story(story: GoalStory, where: str, rule_count: int) -> Iterator[str]:
     sub_type = f", {story.sub_type}" if story.sub_type else ""
     parent = f", sub-goal of {story.parent}" if story.parent else ""
     yield f"goal {story.goal} ({story.label}{sub_type}){parent}"
-    yield f"in {evidence.where}"
+    yield f"in {where}"
     yield ""
     yield story.cause.text
     yield from format_causes(story.cause.because, "")

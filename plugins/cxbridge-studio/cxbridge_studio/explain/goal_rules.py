@@ -21,10 +21,7 @@ MAX_RULES: Final = 5  # limit of the listed rules
 
 # The weights of the slots that a pattern names: the class says more than all other slots together.
 _SLOT_WEIGHTS: Final = {"class": 4, "sub-type": 2, "mode": 1}
-_MODE_CHANGE: Final = "(mode "
 _MIN_LIKENESS: Final = 0.7  # the minimum similarity with which a class counts as a misspelling
-
-_GOAL_TEMPLATE: Final = "goal"
 
 
 def find_mode_changing_rules(texts: Mapping[str, str], slots: Mapping[str, str]) -> list[str]:
@@ -37,20 +34,13 @@ def find_mode_changing_rules(texts: Mapping[str, str], slots: Mapping[str, str])
     for name, text in texts.items():
         condition, _, actions = text.partition("=>")
         # Parsing is slow, and an agent has hundreds of rules: the search for words comes first.
-        if slots["mode"] not in condition or _MODE_CHANGE not in actions:
+        if slots["mode"] not in condition or "(mode " not in actions:
             continue
-        try:
-            ces = parse_rule(text).ces
-        except ClipsError:
-            continue  # a rule that cannot be parsed cannot be compared
-        # Only top-level patterns: the rule cannot modify a goal below `not` or `exists`.
-        specificities = [
-            specificity
-            for ce in ces
-            if isinstance(ce, PatternCE) and (specificity := _compute_specificity(ce, slots))
-        ]
-        if specificities:
-            rules.append((-max(specificities), name))
+        with suppress(ClipsError):  # a rule that cannot be parsed cannot be compared
+            # Only top-level patterns: the rule cannot modify a goal below `not` or `exists`.
+            patterns = (ce for ce in parse_rule(text).ces if isinstance(ce, PatternCE))
+            if specificity := max((_compute_specificity(ce, slots) for ce in patterns), default=0):
+                rules.append((-specificity, name))
     return [name for _, name in sorted(rules)][:MAX_RULES]
 
 
@@ -59,35 +49,41 @@ def find_missing_rule(rules: Iterable[MissingRule], slots: Mapping[str, str]) ->
 
     :param slots: the class and mode of the goal.
     """
-    for rule in rules:
-        if slots["class"] in rule.text and any(
-            _names_value(pattern, "class", slots["class"]) and _names_value(pattern, "mode", slots["mode"])
-            for pattern in _find_goal_patterns(rule.text)
-        ):
-            return rule
-    return None
+    return next(
+        (
+            rule
+            for rule in rules
+            if slots["class"] in rule.text
+            and any(
+                _names_value(pattern, "class", slots["class"])
+                and _names_value(pattern, "mode", slots["mode"])
+                for pattern in _find_goal_patterns(rule.text)
+            )
+        ),
+        None,
+    )
 
 
-def find_misspelt_rule(
+def find_misspelt_rules(
     texts: Mapping[str, str], slots: Mapping[str, str], classes: Collection[str]
-) -> tuple[str, str] | None:
-    """Return a rule for goals in this mode that misspells the class, and the misspelt class; or None.
+) -> Iterator[tuple[str, str]]:
+    """Yield the rules for goals in this mode that misspell the class, each with the misspelt class.
 
     :param texts: the defrules by name.
     :param slots: the class and mode of the goal.
     :param classes: the classes of existing goals, which are not misspelt.
     """
     for name, text in texts.items():
-        if _GOAL_TEMPLATE not in text or slots["mode"] not in text.partition("=>")[0]:
+        if "goal" not in text or slots["mode"] not in text.partition("=>")[0]:
             continue
         for pattern in _find_goal_patterns(text):
-            if _names_value(pattern, "mode", slots["mode"]) and not _names_value(
-                pattern, "class", slots["class"]
-            ):
-                for goal_class in sorted(pattern.slots.get("class", ())):
-                    if goal_class not in classes and likeness(goal_class, slots["class"]) >= _MIN_LIKENESS:
-                        return name, goal_class
-    return None
+            named_classes = pattern.slots.get("class", frozenset())
+            if _names_value(pattern, "mode", slots["mode"]) and slots["class"] not in named_classes:
+                yield from (
+                    (name, goal_class)
+                    for goal_class in sorted(named_classes.difference(classes))
+                    if likeness(goal_class, slots["class"]) >= _MIN_LIKENESS
+                )
 
 
 def find_formulating_rules(texts: Mapping[str, str], name: str) -> list[str]:
@@ -112,9 +108,7 @@ def _names_value(pattern: PatternCE, slot: str, value: str) -> bool:
 def _find_goal_patterns(text: str) -> Iterator[PatternCE]:
     """Yield the patterns of a rule that match goals; none if the rule cannot be parsed."""
     with suppress(ClipsError):
-        yield from (
-            pattern for pattern in find_patterns(parse_rule(text).ces) if pattern.template == _GOAL_TEMPLATE
-        )
+        yield from (pattern for pattern in find_patterns(parse_rule(text).ces) if pattern.template == "goal")
 
 
 def _compute_specificity(pattern: PatternCE, slots: Mapping[str, str]) -> int:
@@ -123,7 +117,7 @@ def _compute_specificity(pattern: PatternCE, slots: Mapping[str, str]) -> int:
     The sum is 0 if the pattern does not match the goal, or names no mode.
     """
     # A pattern without a fact variable cannot be the goal that the rule modifies.
-    if pattern.template != _GOAL_TEMPLATE or not pattern.variable:
+    if pattern.template != "goal" or not pattern.variable:
         return 0
     named_slots = _SLOT_WEIGHTS.keys() & pattern.slots
     if "mode" not in named_slots or not all(_names_value(pattern, slot, slots[slot]) for slot in named_slots):

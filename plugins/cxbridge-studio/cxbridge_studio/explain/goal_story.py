@@ -7,7 +7,7 @@ finds.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
 from typing import Final
@@ -16,7 +16,7 @@ from cxbridge.history.forest import NO_PARENT
 from cxbridge.history.linking import SkillLink
 from cxbridge.history.model import (
     DONE_STATES,
-    ActionChange,
+    PLAN_ACTION,
     GoalChange,
     GoalRecord,
     PlanActionRecord,
@@ -45,9 +45,6 @@ RULES_THAT_COULD: Final = "rules that could do so"
 
 # The limit of the copied facts of a deftemplate or of a rule: copying a fact stops the loop for about 10 us.
 MAX_COPIED_FACTS: Final = 10_000
-
-# The slots of facts by deftemplate, as CLIPS prints the values.
-FactsByTemplate = Mapping[str, list[Mapping[str, str]]]
 
 # The templates whose facts explain why a goal waits.
 FACT_TEMPLATES: Final = ("goal", *ACTION_TEMPLATES)
@@ -93,6 +90,11 @@ class GoalStory:
         """The class of the goal and its number within the class."""
         return f"{self.goal_class}#{self.number}"
 
+    @property
+    def is_completed(self) -> bool:
+        """Whether the goal has reached its aim, and is not tried again."""
+        return self.outcome == "COMPLETED" and not self.waits
+
 
 @dataclass(frozen=True, slots=True)
 class ActionStory:
@@ -111,29 +113,23 @@ class ActionStory:
 class GoalStoryWriter:
     """Writes the stories of a run's goals and plan-actions.
 
-    :param evidence: the evidence about the run; it must have a history.
-    :param facts: the facts of :data:`FACT_TEMPLATES`.
+    :ivar goals: the goals of the run.
     """
 
-    def __init__(self, evidence: Evidence, goals: Goals, facts: FactsByTemplate) -> None:
+    def __init__(self, evidence: Evidence) -> None:
+        self.goals = Goals(evidence.history)
         self._evidence = evidence
-        self._goals = goals
-        self._facts = facts
-        assert evidence.history is not None
-        self._are_rules_known = evidence.history.rules_known
-        self._root_cause_finder = RootCauseFinder(evidence, goals, facts)
-        outcomes = {
-            goal.id: self._describe_outcome(goal) for goal in goals.all if goal.end_change is not None
-        }
-        self._waiting_rules = WaitingRules(evidence, outcomes)
-        # The number of goals above the goal in question whose waits are being explained: a sub-goal that
-        # waits for its parent has the causes of the parent's wait.
-        self._parent_depth = 0
+        self._facts = {template: evidence.read_fact_slots(template) for template in FACT_TEMPLATES}
+        self._root_cause_finder = RootCauseFinder(evidence, self.goals, self._facts)
+        self._waiting_rules = WaitingRules(
+            evidence,
+            {goal.id: self._describe_outcome(goal) for goal in self.goals.all if goal.end_change is not None},
+        )
 
     def write_goal_story(self, goal: GoalRecord) -> GoalStory:
         """Return the story of a goal."""
         waits = self.is_waiting(goal)
-        parent = self._goals.parent(goal)
+        parent = self.goals.parent(goal)
         return GoalStory(
             goal.name,
             goal.goal_class,
@@ -142,7 +138,7 @@ class GoalStoryWriter:
             goal.mode,
             goal.outcome,
             goal.error,
-            self._goals.find_class_members(goal.goal_class).index(goal) + 1,
+            self.goals.find_class_members(goal.goal_class).index(goal) + 1,
             waits,
             Cause(self._describe_wait(goal), tuple(self._find_wait_causes(goal, 0)))
             if waits
@@ -160,14 +156,16 @@ class GoalStoryWriter:
         elif action.state == "FAILED":
             cause = self._find_action_failure_cause(goal, action)
         else:
-            link = self._goals.find_skill_link(action)
-            skill = () if link is None else (Cause(_describe_skill_end(link)),)
-            cause = Cause(self._describe_action_state(action), skill)
+            link = self.goals.find_skill_link(action)
+            skill_causes = () if link is None else (Cause(_describe_skill_end(link)),)
+            cause = Cause(self._describe_action_state(action), skill_causes)
         moments = tuple(
-            GoalMoment(self._compute_seconds(change), change.state, self._goals.rules_before(change))
+            GoalMoment(
+                self._compute_seconds(change.seq), change.state, self.goals.find_rules_before(change.seq)
+            )
             for change in action.changes
         )
-        if not cause.because and moments:
+        if not cause.because:
             decision_cause = self._make_decision_cause(moments[-1].rules, f"action {action.id}", action.state)
             cause = Cause(cause.text, (decision_cause,))
         return ActionStory(goal.title, action.id, cause, moments)
@@ -185,49 +183,52 @@ class GoalStoryWriter:
 
     def _is_retracted(self, goal: GoalRecord) -> bool:
         """Return whether the fact of a goal is retracted, as far as facts are known."""
-        facts = self._facts.get("goal")
-        if goal.replaced_seq is not None or facts is None or not self._evidence.has_facts("goal"):
+        if goal.replaced_seq is not None or not self._evidence.has_facts("goal"):
             return goal.replaced_seq is not None
+        facts = self._facts["goal"]
         # With as many facts as the limit, the goal may be among those that were not copied.
         return len(facts) < MAX_COPIED_FACTS and all(slots.get("id") != goal.id for slots in facts)
 
     # --- the life of a goal
 
-    def _list_goal_moments(self, goal: GoalRecord) -> Iterator[GoalMoment]:
-        """Yield the events of a goal, its actions and its sub-goals, in order."""
-        changes: list[tuple[GoalChange | ActionChange, str]] = [
-            (change, self._describe_goal_change(goal, index)) for index, change in enumerate(goal.changes)
+    def _list_goal_moments(self, goal: GoalRecord) -> list[GoalMoment]:
+        """Return the events of a goal, its actions and its sub-goals, in order."""
+        texts_by_seq = {
+            change.seq: self._describe_goal_change(goal, index) for index, change in enumerate(goal.changes)
+        }
+        texts_by_seq |= {
+            change.seq: self._describe_action_change(action, index)
+            for action in goal.actions
+            for index, change in enumerate(action.changes)
+        }
+        texts_by_seq |= {
+            change.seq: self._describe_child_change(child, index)
+            for child in self.goals.children(goal)
+            for index, change in enumerate(child.changes)
+        }
+        return [
+            GoalMoment(self._compute_seconds(seq), text, self.goals.find_rules_before(seq))
+            for seq, text in sorted(texts_by_seq.items())
+            if text
         ]
-        for action in goal.actions:
-            changes += [
-                (change, self._describe_action_change(action, index))
-                for index, change in enumerate(action.changes)
-            ]
-        for child in self._goals.children(goal):
-            changes += [
-                (change, self._describe_child_change(child, index))
-                for index, change in enumerate(child.changes)
-            ]
-        for change, text in sorted(changes, key=lambda item: item[0].seq):
-            if text:
-                yield GoalMoment(self._compute_seconds(change), text, self._goals.rules_before(change))
 
     @staticmethod
     def _describe_goal_change(goal: GoalRecord, index: int) -> str:
-        change, previous = goal.changes[index], goal.changes[index - 1]
+        change, previous_change = goal.changes[index], goal.changes[index - 1]
         # A rule may give a goal a parent after the goal was formulated.
-        if index and previous.mode == change.mode and previous.parent != change.parent:
+        if index and previous_change.mode == change.mode and previous_change.parent != change.parent:
             return f"becomes a sub-goal of {change.parent}"
-        outcome = "" if change.outcome == "UNKNOWN" or change.mode != "FINISHED" else f" {change.outcome}"
-        error = f", error: {change.error}" if change.error and change.mode == "FINISHED" else ""
-        return f"{change.mode}{outcome}{error}"
+        if change.mode != "FINISHED":
+            return change.mode
+        outcome = "" if change.outcome == "UNKNOWN" else f" {change.outcome}"
+        return f"{change.mode}{outcome}{_describe_error(change)}"
 
     def _describe_action_change(self, action: PlanActionRecord, index: int) -> str:
         state = action.changes[index].state
         is_last = index == len(action.changes) - 1
         if state not in _SHOWN_STATES and not (is_last and state != "FORMULATED"):
             return ""
-        detail, link = "", self._goals.find_skill_link(action)
+        detail, link = "", self.goals.find_skill_link(action)
         if link is not None and state == "RUNNING":
             detail = f", {link.guess_prefix}skill {link.call.skill_string}"
         elif link is not None and state in FAILED_STATES and link.call.error:
@@ -240,66 +241,65 @@ class GoalStoryWriter:
         if index and child.changes[index - 1].mode == change.mode:
             return ""
         if change.mode == "FINISHED":
-            error = f", error: {change.error}" if change.error else ""
-            return f"  sub-goal {child.title} {change.outcome}{error}"
+            return f"  sub-goal {child.title} {change.outcome}{_describe_error(change)}"
         # The other modes are steps within the sub-goal, which its own report shows.
         return f"  sub-goal {child.title} {change.mode}" if change.mode in ("SELECTED", "DISPATCHED") else ""
 
     # --- the cause of an outcome
 
-    def _compute_seconds(self, change: GoalChange | ActionChange) -> float:
-        return self._evidence.compute_seconds(self._goals.time_us(change.seq))
+    def _compute_seconds(self, seq: int) -> float:
+        """Return the time of an event of the history, in seconds since the start of the run."""
+        return self._evidence.compute_seconds(self.goals.time_us(seq))
 
-    def _format_time(self, change: GoalChange | ActionChange) -> str:
-        return f"{self._compute_seconds(change):.3f} s"
+    def format_time(self, seq: int) -> str:
+        """Return the time of an event of the history since the start of the run, as text."""
+        return f"{self._compute_seconds(seq):.3f} s"
 
     def _describe_outcome(self, goal: GoalRecord) -> str:
         change = goal.end_change
         if change is None:
             return f"{goal.title} was {goal.mode} when its fact was retracted"
-        error = f", error: {change.error}" if change.error else ""
-        former_outcomes = self._describe_former_outcomes(goal)
-        return f"{goal.title} {change.outcome} at {self._format_time(change)}{error}{former_outcomes}"
+        end = f"{change.outcome} at {self.format_time(change.seq)}{_describe_error(change)}"
+        return f"{goal.title} {end}{self._describe_former_outcomes(goal)}"
 
     def _describe_former_outcomes(self, goal: GoalRecord) -> str:
         """Return the outcomes of the goal before it was formulated again."""
-        ends = [f"{change.outcome} at {self._format_time(change)}" for change in goal.former_end_changes]
+        ends = [f"{change.outcome} at {self.format_time(change.seq)}" for change in goal.former_end_changes]
         return f"; before that, it was {', '.join(ends)}" if ends else ""
 
     def _find_outcome_causes(self, goal: GoalRecord, reported_names: set[str]) -> Iterator[Cause]:
-        """Yield the causes of a goal's outcome."""
+        """Yield the causes of a goal's outcome, then the rule that ended the goal.
+
+        :param reported_names: the names of the goals whose outcomes are already in the tree.
+        """
         change = goal.end_change
         if change is None:
             return
         if change.outcome == "COMPLETED":
-            yield from self._find_completion_causes(goal, change)
-            return
-        # The most certain causes first: the goals that the error names, then the failed actions, then the
-        # last sub-goal that failed before the goal ended.
-        culprits = [
-            culprit
-            for culprit in self._goals.find_goals_named_in_error(change, goal)
-            if culprit.name not in reported_names
-        ]
-        causes = [
-            Cause(self._describe_outcome(culprit), self._find_deeper_causes(culprit, reported_names))
-            for culprit in culprits
-            if culprit.end_change
-        ]
-        if not causes:
-            causes = [
-                self._find_action_failure_cause(goal, action)
-                for action in find_failed_actions(goal.last_actions)
-            ]
-        if not causes:
-            causes = [
-                Cause(self._describe_outcome(child), self._find_deeper_causes(child, reported_names))
-                for child in self._goals.children(goal)
-                if _failed_in_last_attempt(child, goal.former_seq, change)
-                and child.name not in reported_names
-            ][-1:]
-        yield from causes or _make_root_causes(self._root_cause_finder.find_planner_cause(goal))
-        yield self._make_goal_decision_cause(change, goal)
+            yield from self._find_completion_causes(goal)
+        else:
+            # The most certain causes first: the goals that the error names, then the failed actions, then the
+            # last sub-goal that failed before the goal ended.
+            yield from (
+                [
+                    Cause(self._describe_outcome(culprit), self._find_deeper_causes(culprit, reported_names))
+                    for culprit in self.goals.find_goals_named_in_error(change, goal)
+                    if culprit.name not in reported_names and culprit.end_change
+                ]
+                or [
+                    self._find_action_failure_cause(goal, action)
+                    for action in find_failed_actions(goal.last_actions)
+                ]
+                or [
+                    Cause(self._describe_outcome(child), self._find_deeper_causes(child, reported_names))
+                    for child in self.goals.children(goal)
+                    if _failed_in_last_attempt(child, goal.former_seq, change)
+                    and child.name not in reported_names
+                ][-1:]
+                or _make_root_causes(self._root_cause_finder.find_planner_cause(goal))
+            )
+        rules = self.goals.find_rules_before(change.seq)
+        yield self._make_decision_cause(rules, goal.name, change.outcome)
 
     def _find_deeper_causes(self, goal: GoalRecord, reported_names: set[str]) -> tuple[Cause, ...]:
         """Return the causes of a related goal's outcome.
@@ -310,42 +310,37 @@ class GoalStoryWriter:
             return ()
         return tuple(self._find_outcome_causes(goal, reported_names | {goal.name}))
 
-    def _make_goal_decision_cause(self, change: GoalChange, goal: GoalRecord) -> Cause:
-        """Return the rule that ended a goal."""
-        return self._make_decision_cause(self._goals.rules_before(change), goal.name, change.outcome)
-
     def _make_decision_cause(self, rules: Sequence[str], name: str, state: str) -> Cause:
         """Return the rule that set a state: no event names this rule, so the last rule that fired counts."""
         if rules:
             return Cause(f"rule {rules[-1]} set {name} to {state}")
-        if self._are_rules_known:
+        if self._evidence.history.rules_known:
             return Cause(f"no rule fired just before {name} became {state}")
         return Cause(NOT_RECORDED)
 
-    def _find_completion_causes(self, goal: GoalRecord, change: GoalChange) -> Iterator[Cause]:
-        """Yield the work that completed a goal, and the rule that ended it."""
-        actions = goal.last_actions
-        final_actions = [action for action in actions if action.state == "FINAL"]
-        if actions:
-            yield Cause(f"{len(final_actions)} of {len(actions)} actions are done")
-        for child in self._goals.children(goal):
+    def _find_completion_causes(self, goal: GoalRecord) -> Iterator[Cause]:
+        """Yield the work that completed a goal."""
+        if actions := goal.last_actions:
+            done_count = sum(action.state == "FINAL" for action in actions)
+            yield Cause(f"{done_count} of {len(actions)} actions are done")
+        for child in self.goals.children(goal):
             if child.end_change is not None:
                 yield Cause(self._describe_outcome(child))
-        yield self._make_goal_decision_cause(change, goal)
 
     def _find_action_failure_cause(self, goal: GoalRecord, action: PlanActionRecord) -> Cause:
         """Return the failure of an action, with the end of its skill or the root cause."""
         # The core sets EXECUTION-FAILED when the skill ends, and FAILED at a later firing.
-        failure_changes = [change for change in action.changes if change.state == "EXECUTION-FAILED"]
-        change = (failure_changes or action.changes)[-1]
-        text = f"{_describe_action(action)} failed at {self._format_time(change)}"
-        link = self._goals.find_skill_link(action)
-        if link is None:
-            return Cause(
-                text, tuple(_make_root_causes([self._root_cause_finder.find_action_cause(goal, action)]))
-            )
-        error = f": {link.call.error}" if link.call.error else ""
-        return Cause(text, (Cause(f"{_describe_skill_end(link)}{error}", root=CERTAIN_ROOT),))
+        skill_failures = [change for change in action.changes if change.state == "EXECUTION-FAILED"]
+        time_text = self.format_time((skill_failures or action.changes)[-1].seq)
+        link = self.goals.find_skill_link(action)
+        root_cause = (
+            self._root_cause_finder.find_action_cause(goal, action)
+            if link is None
+            else _describe_skill_end(link)
+        )
+        return Cause(
+            f"{_describe_action(action)} failed at {time_text}", tuple(_make_root_causes([root_cause]))
+        )
 
     def _find_retraction_wait_causes(self, goal: GoalRecord) -> Iterator[Cause]:
         """Yield why a goal with an outcome has not been retracted, with the rules that can retract it."""
@@ -369,22 +364,26 @@ class GoalStoryWriter:
     def _describe_mode(self, goal: GoalRecord) -> str:
         # The first change with the current mode: later changes of other slots repeat the mode.
         *_, first = takewhile(lambda change: change.mode == goal.mode, reversed(goal.changes))
-        begin, former_outcomes = self._format_time(first), self._describe_former_outcomes(goal)
+        begin, former_outcomes = self.format_time(first.seq), self._describe_former_outcomes(goal)
         return f"{goal.title} has been {goal.mode} since {begin}{former_outcomes}"
 
     def _describe_wait(self, goal: GoalRecord) -> str:
         return f"{self._describe_mode(goal)}, and waits {_WAIT_REASONS.get(goal.mode, 'for a rule')}"
 
-    def _find_wait_causes(self, goal: GoalRecord, depth: int) -> Iterator[Cause]:
+    def _find_wait_causes(self, goal: GoalRecord, depth: int, parent_depth: int = 0) -> Iterator[Cause]:
         """Yield the causes of a goal's wait other than the usual cause of its mode.
 
         :param depth: the number of levels below the goal in question.
+        :param parent_depth: the number of levels above the goal in question.
         """
         mode = goal.mode
-        parent = self._goals.parent(goal)
+        parent = self.goals.parent(goal)
         if mode == "FORMULATED" and parent is not None and depth == 0:
-            yield Cause(self._describe_mode(parent), tuple(self._find_parent_wait_causes(parent)))
-            for sibling in self._goals.children(parent):
+            # A sub-goal that waits for its parent has the causes of the parent's wait.
+            is_followed = parent.mode == "FORMULATED" and parent_depth < _MAX_LEVELS
+            causes = self._find_wait_causes(parent, 0, parent_depth + 1) if is_followed else ()
+            yield Cause(self._describe_mode(parent), tuple(causes))
+            for sibling in self.goals.children(parent):
                 if sibling is not goal and sibling.mode not in ("FORMULATED", *ENDED_MODES):
                     yield Cause(f"its sibling {self._describe_mode(sibling)}")
         # A dispatched goal waits for its actions and sub-goals; the selection of a sub-goal is up to the
@@ -393,7 +392,7 @@ class GoalStoryWriter:
         if mode != "DISPATCHED" and not waits_for_parent:
             yield from _make_root_causes(self._root_cause_finder.find_wait_causes(goal))
             # A sub-goal that is not selected waits for the rules of its parent.
-            if not self._parent_depth and (not depth or mode != "FORMULATED"):
+            if not parent_depth and (not depth or mode != "FORMULATED"):
                 yield from self._find_rule_causes(goal)
         if mode in ("EXPANDED", "COMMITTED", "DISPATCHED"):
             yield from self._find_unfinished_work_causes(goal, depth)
@@ -403,20 +402,15 @@ class GoalStoryWriter:
         open_actions = [action for action in goal.last_actions if action.state not in DONE_STATES]
         if goal.mode == "DISPATCHED" and open_actions:
             yield self._find_open_action_cause(goal, open_actions[0], len(open_actions) - 1)
-        causes = [
-            self._find_open_child_cause(child, depth)
-            for child in self._goals.children(goal)
-            if child.mode != "RETRACTED" and depth < _MAX_LEVELS and not self._is_retracted(child)
-        ]
         # A blocked action is more certain than a goal that may wait for the end of another goal.
-        yield from sorted(causes, key=lambda cause: -cause.certainty)
-
-    def _find_parent_wait_causes(self, goal: GoalRecord) -> Iterator[Cause]:
-        """Yield why a parent goal has not been selected."""
-        if goal.mode == "FORMULATED" and self._parent_depth < _MAX_LEVELS:
-            self._parent_depth += 1
-            yield from self._find_wait_causes(goal, 0)
-            self._parent_depth -= 1
+        yield from sorted(
+            (
+                self._find_open_child_cause(child, depth)
+                for child in self.goals.children(goal)
+                if child.mode != "RETRACTED" and depth < _MAX_LEVELS and not self._is_retracted(child)
+            ),
+            key=lambda cause: -cause.certainty,
+        )
 
     def _find_open_child_cause(self, child: GoalRecord, depth: int) -> Cause:
         """Return why a sub-goal is not retracted."""
@@ -429,33 +423,33 @@ class GoalStoryWriter:
 
         :param count_after: the number of further unfinished actions of the plan.
         """
-        because = []
-        link = self._goals.find_skill_link(action)
+        link = self.goals.find_skill_link(action)
         is_started = action.state not in ("FORMULATED", "PENDING")
+        causes: list[Cause] = []
         if link is not None and is_started:
-            begin_s = self._evidence.compute_seconds(self._goals.time_us(link.call.begin[0]))
             subject = f"{link.guess_prefix}skill {link.call.skill_string} of {link.call.skiller}"
-            because.append(Cause(f"{subject} has been {link.call.status} since {begin_s:.3f} s"))
+            begin = self.format_time(link.call.begin.seq)
+            causes = [Cause(f"{subject} has been {link.call.status} since {begin}")]
         if action.state not in ("WAITING", "RUNNING"):
             roots = [*_make_root_causes([self._root_cause_finder.find_action_cause(goal, action)])]
-            because = [*roots, *(self._find_plan_cause(goal) if roots and not is_started else ()), *because]
-        if not because and not is_started and self._is_known_unexecutable(action):
-            because.append(Cause("it is not executable: its precondition does not hold"))
+            causes = [*roots, *(self._find_plan_cause(goal) if roots and not is_started else ()), *causes]
+        if not causes and not is_started and self._is_known_unexecutable(action):
+            causes = [Cause("it is not executable: its precondition does not hold")]
         further_text = f", {count_after} more after it" if count_after else ""
-        return Cause(self._describe_action_state(action) + further_text, tuple(because))
+        return Cause(self._describe_action_state(action) + further_text, tuple(causes))
 
     def _describe_action_state(self, action: PlanActionRecord) -> str:
         return (
             f"{_describe_action(action)} of {action.goal} has been {action.state} "
-            f"since {self._format_time(action.changes[-1])}"
+            f"since {self.format_time(action.changes[-1].seq)}"
         )
 
     def _find_plan_cause(self, goal: GoalRecord) -> Iterator[Cause]:
         """Yield the rule that made the present plan of a goal; none if firings are unknown."""
         return (
-            Cause(f"rule {rule} made the plan at {self._format_time(change)}")
+            Cause(f"rule {rule} made the plan at {self.format_time(change.seq)}")
             for change in [change for change in goal.changes if change.mode == "EXPANDED"][-1:]
-            for rule in self._goals.rules_before(change)[-1:]
+            for rule in self.goals.find_rules_before(change.seq)[-1:]
         )
 
     def _is_known_unexecutable(self, action: PlanActionRecord) -> bool:
@@ -463,7 +457,7 @@ class GoalStoryWriter:
         return any(
             slots.get("executable") == "FALSE"
             and read_assignment(slots)[0] == (action.goal, action.plan, action.id)
-            for slots in self._facts.get("plan-action", ())
+            for slots in self._facts[PLAN_ACTION]
         )
 
 
@@ -478,9 +472,15 @@ def _describe_action(action: PlanActionRecord) -> str:
 
 
 def _describe_skill_end(link: SkillLink) -> str:
-    return (
-        f"{link.guess_prefix}skill {link.call.skill_string} of {link.call.skiller} ended {link.call.status}"
-    )
+    """Return how the skill of an action ended, with the error of a failed skill."""
+    call = link.call
+    error = f": {call.error}" if call.error else ""
+    return f"{link.guess_prefix}skill {call.skill_string} of {call.skiller} ended {call.status}{error}"
+
+
+def _describe_error(change: GoalChange) -> str:
+    """Return the error of a goal's change, as the end of a text; empty without an error."""
+    return f", error: {change.error}" if change.error else ""
 
 
 def _failed_in_last_attempt(child: GoalRecord, begin_seq: int, end_of_parent: GoalChange) -> bool:

@@ -10,7 +10,6 @@ from cxbridge.events import PlannerCall
 from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.linking import SkillLink, find_skill_links
 from cxbridge.history.model import (
-    ActionChange,
     GoalChange,
     GoalRecord,
     PlanActionRecord,
@@ -41,11 +40,10 @@ class Goals:
         # The events are numbered by their position in this list, so the `seq` of a change is an index into
         # it.
         self._steps = list(history.steps)
-        run = RunHistory.from_events((step.event for step in self._steps), UNLIMITED)
-        self.all = run.goals
-        self._forest = goal_forest(run.goals)
-        self._run = run
-        self._links_by_action = {link.action.number: link for link in find_skill_links(run)}
+        self._run = RunHistory.from_events((step.event for step in self._steps), UNLIMITED)
+        self.all = self._run.goals
+        self._forest = goal_forest(self.all)
+        self._links_by_action = {link.action.number: link for link in find_skill_links(self._run)}
 
     def parent(self, goal: GoalRecord) -> GoalRecord | None:
         parent_number = self._forest.parents[goal.number]
@@ -65,9 +63,7 @@ class Goals:
     def find_open_skill_calls(self) -> Iterator[tuple[SkillExecution, PlanActionRecord | None]]:
         """Yield the skills that are executed now, each with its action; None if the action is unknown."""
         actions = {id(link.call): link.action for link in self._links_by_action.values()}
-        for call in self._run.calls:
-            if call.end is None:
-                yield call, actions.get(id(call))
+        return ((call, actions.get(id(call))) for call in self._run.calls if call.end is None)
 
     def find_open_planner_calls(self) -> list[PlannerExecution]:
         """Return the planner calls without an answer."""
@@ -89,9 +85,9 @@ class Goals:
             raise CxbridgeError(f"there is no plan-action '{name}'", hint="name its goal and its id: GOAL/ID")
         return matches
 
-    def rules_before(self, change: GoalChange | ActionChange) -> tuple[str, ...]:
-        """Return the rules that fired just before a change, the latest last."""
-        return self._steps[change.seq].rules
+    def find_rules_before(self, seq: int) -> tuple[str, ...]:
+        """Return the rules that fired just before a change with this number, the latest last."""
+        return self._steps[seq].rules
 
     def find_failure_diagnosis(self, action: PlanActionRecord) -> ActionDiagnosis | None:
         """Return the diagnosis that was made when an action failed; None if there is none."""
@@ -100,9 +96,7 @@ class Goals:
 
     def find_planner_calls(self, goal: GoalRecord) -> Iterator[PlannerCall]:
         """Yield the results of planner calls for the present attempt of a goal, in order."""
-        begin = max(goal.changes[0].seq, goal.former_seq)
-        end = len(self._steps) if goal.replaced_seq is None else goal.replaced_seq
-        for step in self._steps[begin:end]:
+        for step in self._steps[max(goal.changes[0].seq, goal.former_seq) : goal.replaced_seq]:
             event = step.event
             if isinstance(event, PlannerCall) and event.goal == goal.id and event.status != "started":
                 yield event
@@ -122,13 +116,10 @@ class Goals:
         stem = name.rpartition("#")[0]
         if not matches:
             known_names = dict.fromkeys(word for goal in self.all for word in (goal.id, goal.goal_class))
-            class_size = len(self.find_class_members(stem))
-            hint = (
-                f"the class has {format_count(class_size, 'goal')}"
-                if class_size
-                else did_you_mean(name, known_names)
-            )
-            raise UnknownGoalError(f"there is no goal '{name}'", hint=hint or None)
+            members = self.find_class_members(stem)
+            size_text = f"the class has {format_count(len(members), 'goal')}" if members else ""
+            hint = size_text or did_you_mean(name, known_names) or None
+            raise UnknownGoalError(f"there is no goal '{name}'", hint=hint)
         # Goals that share only the beginning of their ids have nothing in common: the user must choose.
         if not {matches[0].id, matches[0].goal_class} & {name, stem} and len(matches) > 1:
             listed_names = ", ".join(goal.name for goal in matches[:_MAX_LISTED])

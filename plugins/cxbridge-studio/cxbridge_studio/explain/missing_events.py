@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.clipstext.syntax import definitions
 from cxbridge.executive.executive import FINAL_ACTION_STATES
 from cxbridge.run.mistakes import own_files
 from cxbridge.run.stuck import read_interfaces
@@ -49,7 +48,12 @@ def _describe_causes(agent: Run, failed_rules: Iterable[str]) -> Iterator[str]:
         yield from _describe_control_requests(agent)
     elif not executive.goals.outcome_counts:
         yield "no goal has appeared"
-        yield from [*_describe_deffacts(agent)] or _describe_missing_fact(agent, positions)
+        # As in Fawkes, nothing resets the environment, and only a reset asserts deffacts.
+        yield from [
+            f"{position}: the facts of deffacts {name} do not exist, "
+            "because nothing resets the environment: assert them in a rule"
+            for name, position in positions.find_deffacts()
+        ] or _describe_missing_fact(agent, positions)
         yield from _describe_empty_spec(agent)
     else:
         yield "a skill or a rule had not ended"
@@ -76,12 +80,11 @@ def _describe_signals(agent: Run) -> Iterator[str]:
         if slots["state"] == "WAIT-FOR":
             signal = str(slots["wait-for"])
             positions = (
-                entry.location
+                f"{entry.location}: "
                 for entry in entries
-                if entry.path.endswith("/wait-for") and entry.text == signal
+                if entry.path.endswith("/wait-for") and entry.text == signal and entry.location
             )
-            position = next(filter(None, positions), "")
-            yield f"{position}{': ' if position else ''}{slots['name']} waits for the signal {signal}"
+            yield f"{next(positions, '')}{slots['name']} waits for the signal {signal}"
 
 
 def _describe_goals(agent: Run, positions: SourcePositions) -> Iterator[str]:
@@ -105,10 +108,9 @@ def _describe_actions(agent: Run, positions: SourcePositions) -> Iterator[str]:
     open_goals = agent.executive.goals.open_goals
     for _, _, slots in agent.executive.env.facts("plan-action"):
         if str(slots["goal-id"]) in open_goals and slots["state"] not in FINAL_ACTION_STATES:
-            values = slots["param-values"]
-            parameters = " ".join(map(str, values)) if isinstance(values, tuple) else ""
             position = _add_brackets(positions.find_action_position(str(slots["action-name"])))
-            yield f"action {slots['action-name']} {parameters}".rstrip() + f" is {slots['state']}{position}"
+            action = " ".join(map(str, (slots["action-name"], *slots["param-values"])))
+            yield f"action {action} is {slots['state']}{position}"
 
 
 def _describe_control_requests(agent: Run) -> Iterator[str]:
@@ -139,12 +141,16 @@ def _describe_unhandled_sub_types(agent: Run) -> dict[str, str]:
         name for rule in rules for name in sub_types.find_handled_sub_types(parse_rule_condition(rule))
     }
     files = sub_types.find_core_files(*agent.paths.override_dirs, agent.paths.core_dir)
-    texts = {}
-    for goal, sub_type in sub_types_by_goal.items():
-        if sub_type not in handled_sub_types:
-            hint = sub_types.make_hint(sub_type, handled_sub_types, files)
-            texts[goal] = f", and no rule handles its sub-type {sub_type}" + (f": {hint}" if hint else "")
-    return texts
+    hints = {
+        sub_type: sub_types.make_hint(sub_type, handled_sub_types, files)
+        for sub_type in {*sub_types_by_goal.values()} - handled_sub_types
+    }
+    return {
+        goal: f", and no rule handles its sub-type {sub_type}"
+        + (f": {hints[sub_type]}" if hints[sub_type] else "")
+        for goal, sub_type in sub_types_by_goal.items()
+        if sub_type in hints
+    }
 
 
 def _describe_empty_spec(agent: Run) -> Iterator[str]:
@@ -152,11 +158,8 @@ def _describe_empty_spec(agent: Run) -> Iterator[str]:
     config, base = agent.config, f"/clips-executive/specs/{agent.spec}"
     if any("/file" in value.path.removeprefix(base) for value in config.search(f"{base}/init")):
         return
-    spec = next(config.search(base), None)
-    if spec is None and config.exists("/clips-executive/spec"):
-        spec = config.get("/clips-executive/spec")
-    position = "" if spec is None else spec.location
-    yield f"the init of the spec {agent.spec} names no file{_add_brackets(position)}"
+    positions = (value.location for path in (base, "/clips-executive/spec") for value in config.search(path))
+    yield f"the init of the spec {agent.spec} names no file{_add_brackets(next(positions, ''))}"
 
 
 def _describe_missing_fact(agent: Run, positions: SourcePositions) -> list[str]:
@@ -167,24 +170,6 @@ def _describe_missing_fact(agent: Run, positions: SourcePositions) -> list[str]:
             hint = positions.make_similar_fact_hint(template)
             return [f"rule {rule} lacks a fact ({template}){position}", *([hint] if hint else [])]
     return []
-
-
-def _describe_deffacts(agent: Run) -> Iterator[str]:
-    """Yield the deffacts of the agent's files, whose facts are never asserted."""
-    # As in Fawkes, nothing resets the environment, and only a reset asserts deffacts.
-    for file in agent.executive.env.loader.files:
-        if file.is_relative_to(agent.paths.core_dir) or file.is_relative_to(agent.paths.library_dir):
-            continue
-        try:
-            text = file.read_text("utf-8", "surrogateescape")
-        except OSError:  # the file may have been removed since it was loaded
-            continue
-        for construct in definitions(text):
-            if construct.kind == "deffacts":
-                yield (
-                    f"{file}:{construct.line}: the facts of deffacts {construct.name} do not exist, "
-                    "because nothing resets the environment: assert them in a rule"
-                )
 
 
 def _find_rule_position(agent: Run, rule: str) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import Any, Final
+from typing import Any
 
 from cxbridge.clipstext.values import constants_of, show_alone
 from cxbridge.executive.pddl.ast import BlamedPart, TermComparison, Variable
@@ -19,8 +19,6 @@ from cxbridge_studio.explain.slot_values import parse_values
 
 # A function that returns the slots of a deftemplate's facts, as CLIPS prints the values.
 FactLookup = Callable[[str], Sequence[Mapping[str, str]]]
-
-_EQUALITY_PREDICATE: Final = "EQUALITY"  # the predicate of `=` in the facts of formulas
 
 Atom = tuple[str, ...]  # a predicate and its arguments
 
@@ -62,20 +60,19 @@ class Preconditions:
         condition = self._conditions.operator_condition(operator)
         if condition is None:
             return []
-        formulas = condition.walk()
-        variables = {
-            term.name for formula in formulas for term in formula.terms if isinstance(term, Variable)
+        bound_values = {
+            term.name: arguments.get(term.name, f"?{term.name}")
+            for formula in condition.walk()
+            for term in formula.terms
+            if isinstance(term, Variable)
         }
-        bound_values = {name: arguments.get(name, f"?{name}") for name in variables}
         # only quantifiers need objects, and the facts have no quantifiers
         state = KnownState({(name, tuple(values)) for name, *values in self._true_atoms}, {})
-        blamed_atoms = blamed_parts(condition, state, bound_values)
-        # Two branches of a condition may blame the same atom.
         texts = (
             self._describe(_ground_formula(blamed_part), expected_truth=blamed_part.required)
-            for blamed_part in blamed_atoms
+            for blamed_part in blamed_parts(condition, state, bound_values)
         )
-        return list(dict.fromkeys(texts))
+        return list(dict.fromkeys(texts))  # two branches of a condition may blame the same atom
 
     def _describe(self, atom: Atom, *, expected_truth: bool) -> str:
         """Return why an atom does not have the expected truth."""
@@ -85,13 +82,12 @@ class Preconditions:
         if not expected_truth:
             return f"{format_atom(atom)} is true"
         # A true atom that differs in one similar argument hints at a misspelling.
-        comparable_atoms = [
-            true_atom
-            for true_atom in self._true_atoms
-            if true_atom[0] == atom[0] and len(true_atom) == len(atom)
-        ]
         similarity, nearest_atom = max(
-            ((_compute_likeness(atom, true_atom), true_atom) for true_atom in comparable_atoms),
+            (
+                (_compute_likeness(atom, true_atom), true_atom)
+                for true_atom in self._true_atoms
+                if true_atom[0] == atom[0] and len(true_atom) == len(atom)
+            ),
             default=(0.0, atom),
         )
         similar_text = f" ({format_atom(nearest_atom)} is true)" if similarity > MIN_LIKENESS else ""
@@ -134,7 +130,8 @@ def ground_predicate(predicate: Mapping[str, str], arguments: Mapping[str, str])
         arguments.get(name, f"?{name}") if constant is None else constant
         for name, constant in zip(names, constants, strict=True)
     ]
-    return ("=" if name == _EQUALITY_PREDICATE else name, *terms)
+    # The facts of formulas have this predicate for `=`.
+    return ("=" if name == "EQUALITY" else name, *terms)
 
 
 def _compute_likeness(first: Atom, second: Atom) -> float:

@@ -28,7 +28,6 @@ from cxbridge_studio.explain.rules.recorded_facts import parse_rows
 from cxbridge_studio.explain.rules.snapshot import MAX_FACTS, Rulebook, Snapshot
 from cxbridge_studio.recorded_state import EnvironmentFacts
 
-_CONSTRUCT_ROLES = ("clips", "construct")  # the roles of the recorded sources with constructs
 # As in cxbridge.executive.executive, whose import would make `cxbridge why` slower by a third.
 EXECUTIVE_ENVIRONMENT: Final = "executive"
 MAX_DIAGNOSTICS: Final = 1000  # the limit of the kept diagnostics of each environment
@@ -42,34 +41,11 @@ _LOGGED_DIAGNOSTIC = re.compile(
 )
 
 
-class RecordedDiagnostics:
-    """The loader's messages about CLIPS files, from the log lines of a recording: no other event has them."""
-
-    def __init__(self) -> None:
-        self._diagnostics_by_environment: dict[str, list[Diagnostic]] = {}
-
-    def add_line(self, event: LogLine) -> None:
-        """Keep a log line if it is a diagnostic of the loader."""
-        component_match = _LOG_COMPONENT.fullmatch(event.component)
-        diagnostic_match = (
-            _LOGGED_DIAGNOSTIC.fullmatch(event.text) if event.level in (Level.WARN, Level.ERROR) else None
-        )
-        if component_match is None or diagnostic_match is None:
-            return
-        diagnostics = self._diagnostics_by_environment.setdefault(component_match[1], [])
-        if len(diagnostics) < MAX_DIAGNOSTICS:
-            file, line, construct, message, code = diagnostic_match.groups()
-            diagnostics.append(Diagnostic(file, int(line) if line else None, construct or "", code, message))
-
-    def find_diagnostics(self, env: str) -> list[Diagnostic]:
-        """Return the diagnostics about the files of an environment."""
-        return self._diagnostics_by_environment.get(env, [])
-
-
 class _PastEvents:
     """The events of a recording up to one moment, by environment.
 
     :param at_s: the seconds since the start of the run; None for its end.
+    :ivar diagnostics: the loader's messages about CLIPS files, from log lines: no other event has them.
     :ivar has_later_events: whether the recording continues after the moment.
     :raises TraceError: if the recording cannot be read, or has no events.
     """
@@ -77,7 +53,7 @@ class _PastEvents:
     def __init__(self, run: Run, at_s: float | None) -> None:
         self.histories: dict[str, History] = {}
         self.facts = EnvironmentFacts()
-        self.diagnostics = RecordedDiagnostics()
+        self.diagnostics: dict[str, list[Diagnostic]] = {}
         self.has_later_events = False
         # A recording may lack its start or its end: then the first or the last event counts.
         start_us, now_us = run.start_us, None
@@ -91,8 +67,7 @@ class _PastEvents:
             self._add_event(event)
         if start_us is None or now_us is None:
             raise TraceError("this recording has no events", file=run.path)
-        self.start_us: int = start_us
-        self.now_us: int = now_us
+        self.start_us, self.now_us = start_us, now_us
 
     def _add_event(self, event: Event) -> None:
         if isinstance(event, FactChange):
@@ -103,11 +78,23 @@ class _PastEvents:
                 self.histories[event.env] = History(event.env, find_facts=find_facts)
             self.histories[event.env].add_event(event)
         elif isinstance(event, LogLine):
-            self.diagnostics.add_line(event)
+            self._add_diagnostic(event)
         elif isinstance(event, InterfaceWrite | InterfaceMessage):
             # The transitions show which environment a Skiller serves, so every history gets the event.
             for history in self.histories.values():
                 history.add_event(event)
+
+    def _add_diagnostic(self, event: LogLine) -> None:
+        """Keep a log line if it is a message of the loader about a CLIPS file."""
+        component_match = _LOG_COMPONENT.fullmatch(event.component)
+        is_problem = event.level in (Level.WARN, Level.ERROR)
+        line_match = _LOGGED_DIAGNOSTIC.fullmatch(event.text) if component_match and is_problem else None
+        if component_match is None or line_match is None:
+            return
+        diagnostics = self.diagnostics.setdefault(component_match[1], [])
+        if len(diagnostics) < MAX_DIAGNOSTICS:
+            file, line, construct, message, code = line_match.groups()
+            diagnostics.append(Diagnostic(file, int(line) if line else None, construct or "", code, message))
 
 
 class RecordedEvidence(Evidence):
@@ -123,17 +110,12 @@ class RecordedEvidence(Evidence):
     def __init__(
         self, run: Run, at_s: float | None, env: str | None, constructs: Constructs | None = None
     ) -> None:
-        past_events = _PastEvents(run, at_s)
-        self.env = env = _choose_environment(env, set(past_events.histories), run.path)
-        self.has_executive = bool(past_events.histories) or past_events.has_later_events
-        self._environment_facts = past_events.facts
-        self._facts = past_events.facts.by_env.get(env)
-        self._templates_with_facts = past_events.facts.templates.get(env, set())
-        self._path = run.path
-        self._constructs = constructs
+        self._past_events = past_events = _PastEvents(run, at_s)
+        self._env = _choose_environment(env, set(past_events.histories), run.path)
         self._run = run
-        self._diagnostics = past_events.diagnostics
-        history = past_events.histories.setdefault(env, History(env))
+        self._constructs = constructs
+        self.has_executive = bool(past_events.histories) or past_events.has_later_events
+        history = past_events.histories.setdefault(self._env, History(self._env))
         end_s = (past_events.now_us - past_events.start_us) / MICROSECONDS
         has_later_events = past_events.has_later_events and at_s is not None
         time_text = f"at {at_s:.3f} s" if has_later_events else f"at its end, {end_s:.3f} s"
@@ -153,21 +135,19 @@ class RecordedEvidence(Evidence):
         :raises TraceError: if the recording has no CLIPS files.
         """
         if self._constructs is None:
-            steps = find_building_steps(self._run, self.env, self.now_us)
-            texts = ((step.name, step.data) for step in steps if step.role in _CONSTRUCT_ROLES)
             files = [
-                TextFile(name, data.decode("utf-8", "surrogateescape"))
-                for name, data in texts
-                if data is not None
+                TextFile(step.name, data.decode("utf-8", "surrogateescape"))
+                for step in find_building_steps(self._run, self._env, self.now_us)
+                if step.role in ("clips", "construct") and (data := step.data) is not None
             ]
             if not files:
                 raise TraceError(
                     "this recording contains no CLIPS files, so its rules are unknown",
-                    file=self._path,
+                    file=self._run.path,
                     hint="name the scenario that was run, or with --fawkes-dir the checkout of the Fawkes "
                     "that wrote the log",
                 )
-            self._constructs = Constructs(files, self._diagnostics.find_diagnostics(self.env))
+            self._constructs = Constructs(files, self._past_events.diagnostics.get(self._env, ()))
         return self._constructs
 
     def read_rulebook(self) -> Rulebook:
@@ -175,26 +155,30 @@ class RecordedEvidence(Evidence):
 
     def take_snapshot(self, rule: str) -> Snapshot:
         """Return a rule with the facts of the moment."""
-        if self._facts is None:
+        recorded_facts = self._past_events.facts.by_env.get(self._env)
+        if recorded_facts is None:
             raise NoFactsError(
                 "this recording has no facts",
-                file=self._path,
+                file=self._run.path,
                 hint="record with --trace-level facts; Fawkes needs clips-executive/debug/enable",
             )
-        snapshot = self._load_constructs().take_snapshot(rule, self.env, self.now_us)
+        snapshot = self._load_constructs().take_snapshot(rule, self._env, self.now_us)
         names = {pattern.template for pattern in find_patterns(parse_rule(snapshot.text).ces)}
-        facts = [fact for fact in self._facts.values() if snapshot.needs_all_facts or fact.template in names]
-        for name in sorted(names - self._templates_with_facts):
-            self.notes.append(f"no fact of '{name}' was recorded: there was none, or it was not watched")
+        facts = [
+            fact for fact in recorded_facts.values() if snapshot.needs_all_facts or fact.template in names
+        ]
+        self.notes += [
+            f"no fact of '{name}' was recorded: there was none, or it was not watched"
+            for name in sorted(names)
+            if not self.has_facts(name)
+        ]
         if len(facts) > MAX_FACTS:
             return replace(snapshot, uncopied_count=len(facts))
         templates, rows = parse_rows(facts, snapshot.templates)
         if not snapshot.needs_all_facts:
             templates = {name: template for name, template in templates.items() if name in names}
-        if len(rows) < len(facts):
-            self.notes.append(
-                f"{format_count(len(facts) - len(rows), 'fact')} of the recording cannot be read"
-            )
+        if unreadable_count := len(facts) - len(rows):
+            self.notes.append(f"{format_count(unreadable_count, 'fact')} of the recording cannot be read")
         return replace(snapshot, templates=templates, facts=tuple(rows))
 
     def read_rule_texts(self) -> Mapping[str, str]:
@@ -205,10 +189,10 @@ class RecordedEvidence(Evidence):
 
     def has_facts(self, template: str) -> bool:
         """Return whether facts of a deftemplate were recorded."""
-        return template in self._templates_with_facts
+        return template in self._past_events.facts.templates.get(self._env, ())
 
     def read_fact_slots(self, template: str) -> list[Mapping[str, str]]:
-        return self._environment_facts.read_slots(self.env, template)
+        return self._past_events.facts.read_slots(self._env, template)
 
 
 def _describe_ending(run: Run) -> str:
@@ -230,6 +214,9 @@ def _choose_environment(env: str | None, names: set[str], path: Path) -> str:
     if env is None:
         return next(iter(names)) if len(names) == 1 else EXECUTIVE_ENVIRONMENT
     if env not in names:
-        hint = f"there are: {', '.join(sorted(names)) or 'none'}"
-        raise TraceError(f"the recording has no CLIPS environment '{env}'", file=path, hint=hint)
+        raise TraceError(
+            f"the recording has no CLIPS environment '{env}'",
+            file=path,
+            hint=f"there are: {', '.join(sorted(names)) or 'none'}",
+        )
     return env

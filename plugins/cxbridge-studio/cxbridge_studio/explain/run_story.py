@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from typing import Any, Final
 
-from cxbridge.history.model import GoalRecord
+from cxbridge.history.model import GoalRecord, PlannerExecution, SkillExecution
+from cxbridge.printing import format_count
 from cxbridge_studio.explain.cause import CERTAIN_ROOT, Cause
 from cxbridge_studio.explain.evidence import Evidence
-from cxbridge_studio.explain.goal_report import (
-    drop_root_marks,
-    format_causes,
-    make_blocker_headline,
-    make_story_writer,
-)
-from cxbridge_studio.explain.goal_story import NOT_RECORDED
+from cxbridge_studio.explain.explanation import Explanation
+from cxbridge_studio.explain.goal_report import drop_root_marks, format_causes, make_blocker_headline
+from cxbridge_studio.explain.goal_story import NOT_RECORDED, GoalStoryWriter
 
 # The limit of sentences in a section. The last sentence of a longer section counts those that are left out.
 MAX_SENTENCES: Final = 12
@@ -23,45 +20,30 @@ MAX_SENTENCES: Final = 12
 _FAILURE_OUTCOMES: Final = ("FAILED", "REJECTED")
 
 
-@dataclass(frozen=True, slots=True)
-class RunStory:
-    """The story of a run up to one moment.
-
-    Each field of causes is a section of sentences.
-
-    :param headline: the outcome and its reason, the work under way, or the reason of the wait.
-    :param wanted: the goals without a parent.
-    :param now: the skills and actions that are under way.
-    :param wrong: the failures and waits, each with its reasons.
-    :param overcome: failures below a goal that has completed, or may still complete.
-    :param unknown: the missing data, each with the option that records it.
-    """
-
-    headline: str
-    where: str
-    wanted: tuple[Cause, ...]
-    now: tuple[Cause, ...]
-    wrong: tuple[Cause, ...]
-    overcome: tuple[Cause, ...]
-    unknown: tuple[str, ...]
-    notes: tuple[str, ...]
-
-
-# The fields of a story with sentences, and their headings in the text.
+# The sections of sentences in a story, by their keys in the JSON values, with their headings in the text.
 SECTIONS: Final = {
-    "wanted": "Wanted",
-    "now": "Now",
-    "wrong": "Went wrong",
-    "overcome": "Failed on the way",
+    "wanted": "Wanted",  # the goals without a parent
+    "now": "Now",  # the skills and planners that are under way
+    "wrong": "Went wrong",  # the failures and waits, each with its reasons
+    "overcome": "Failed on the way",  # failures below a goal that has completed, or may still complete
 }
 
 
-def tell_run(evidence: Evidence) -> RunStory:
-    """Return the story of a run.
-
-    :raises CxbridgeError: if the source has no goals.
-    """
-    return _RunStoryWriter(evidence).write_story()
+def explain_run(evidence: Evidence) -> Explanation:
+    """Explain a run up to one moment: its outcome, the work under way, or the reason of its wait."""
+    writer = _RunStoryWriter(evidence)
+    headline, sections = writer.write_story()
+    missing_data = list(writer.describe_missing_data())
+    lines = [headline, f"in {evidence.where}"]
+    for key, heading in SECTIONS.items():
+        lines += ["", heading] if sections[key] else []
+        for sentence in sections[key]:
+            lines += [f"  {sentence.text}", *format_causes(sentence.because, "  ")]
+    if missing_data:
+        lines += ["", "Not known", *(f"  {text}" for text in missing_data)]
+    data: dict[str, Any] = {"headline": headline, "where": evidence.where}
+    data |= {key: [drop_root_marks(asdict(cause)) for cause in causes] for key, causes in sections.items()}
+    return Explanation(tuple(lines), data | {"unknown": missing_data, "notes": evidence.notes})
 
 
 class _RunStoryWriter:
@@ -69,10 +51,12 @@ class _RunStoryWriter:
 
     def __init__(self, evidence: Evidence) -> None:
         self._evidence = evidence
-        self._goals, self._story_writer = make_story_writer(evidence)
+        self._story_writer = GoalStoryWriter(evidence)
+        self._goals = self._story_writer.goals
         self._root_goals = [goal for goal in self._goals.all if self._goals.parent(goal) is None]
 
-    def write_story(self) -> RunStory:
+    def write_story(self) -> tuple[str, dict[str, tuple[Cause, ...]]]:
+        """Return the headline, and the sentences of each section by its key in :data:`SECTIONS`."""
         root_goals = self._root_goals
         failed_goals = [
             goal for goal in root_goals if goal.end_change is not None and goal.outcome in _FAILURE_OUTCOMES
@@ -86,42 +70,36 @@ class _RunStoryWriter:
             (self._story_writer.write_goal_story(goal) for goal in troubled_goals[:MAX_SENTENCES]),
             key=lambda story: -story.cause.certainty if story.waits else -CERTAIN_ROOT - 1,
         )
+        headline = (
+            make_blocker_headline(stories[0]) if stories else self._make_untroubled_headline(open_goals, work)
+        )
         overcome_goals = self._find_overcome_failures(failed_goals)
         # The reason why the run ended comes first, and does not count as a goal.
         ending = [Cause(self._evidence.ending)] if self._evidence.ending else []
-        return RunStory(
-            make_blocker_headline(stories[0])
-            if stories
-            else self._make_untroubled_headline(open_goals, work),
-            self._evidence.where,
-            _limit_sentences(
+        return headline, {
+            "wanted": _limit_sentences(
                 [Cause(self._summarize_goal(goal)) for goal in root_goals[:MAX_SENTENCES]], len(root_goals)
             ),
-            _limit_sentences(work, len(work)),
-            _limit_sentences(
+            "now": _limit_sentences(work, len(work)),
+            "wrong": _limit_sentences(
                 [*ending, *(_drop_missing_firings(story.cause) for story in stories)], len(troubled_goals)
             ),
-            _limit_sentences(
+            "overcome": _limit_sentences(
                 [
                     _drop_missing_firings(self._story_writer.find_outcome_cause(goal))
                     for goal in overcome_goals[:MAX_SENTENCES]
                 ],
                 len(overcome_goals),
             ),
-            tuple(self._describe_missing_data()),
-            tuple(self._evidence.notes),
-        )
+        }
 
     def _make_untroubled_headline(self, open_goals: Sequence[GoalRecord], work: Sequence[Cause]) -> str:
         """Return the headline of a run without a failed goal, and without a goal that waits for no work."""
         if open_goals:
             further_count = len(open_goals) - 1
-            goals = (
-                f" and {further_count} more goal{'s' if further_count > 1 else ''} are"
-                if further_count
-                else " is"
-            )
-            return f"{open_goals[0].title}{goals} under way: {work[0].text}"
+            others = f" and {further_count} more {'goals' if further_count > 1 else 'goal'} are"
+            subject = open_goals[0].title + (others if further_count else " is")
+            return f"{subject} under way: {work[0].text}"
         if not self._root_goals:
             return (
                 "no goal has been formulated"
@@ -135,24 +113,23 @@ class _RunStoryWriter:
     def _summarize_goal(self, goal: GoalRecord) -> str:
         """Return a goal, the number of its sub-goals, and its outcome."""
         count = self._goals.count_sub_goals(goal)
-        sub_goals = f", with {count} sub-goal{'s' if count > 1 else ''}" if count else ""
+        sub_goals = f", with {format_count(count, 'sub-goal')}" if count else ""
         outcome = "" if goal.end_change is None else f": {goal.outcome}"
         return f"{goal.title}{sub_goals}{outcome}"
 
     def _describe_work(self) -> Iterator[Cause]:
         """Yield a sentence about each running skill and planner call."""
         for call, action in self._goals.find_open_skill_calls():
-            begin_seq, _ = call.begin
-            begin_s = self._evidence.compute_seconds(self._goals.time_us(begin_seq))
             purpose = f" for action {action.id} {action.name} of {action.goal}" if action is not None else ""
-            yield Cause(f"{call.skiller} executes {call.skill_string}{purpose}, begun at {begin_s:.3f} s")
+            yield self._describe_begun(call, f"{call.skiller} executes {call.skill_string}{purpose}")
         for planner_call in self._goals.find_open_planner_calls():
-            begin_seq, _ = planner_call.begin
-            begin_s = self._evidence.compute_seconds(self._goals.time_us(begin_seq))
-            yield Cause(
-                f"planner {planner_call.name} looks for a plan for {planner_call.goal}, "
-                f"begun at {begin_s:.3f} s"
+            yield self._describe_begun(
+                planner_call, f"planner {planner_call.name} looks for a plan for {planner_call.goal}"
             )
+
+    def _describe_begun(self, call: SkillExecution | PlannerExecution, text: str) -> Cause:
+        """Return a sentence about a running call, with the time of its begin."""
+        return Cause(f"{text}, begun at {self._story_writer.format_time(call.begin.seq)}")
 
     def _find_overcome_failures(self, failed_goals: Sequence[GoalRecord]) -> list[GoalRecord]:
         """Return the topmost failed goals in each tree whose root has not failed."""
@@ -168,9 +145,8 @@ class _RunStoryWriter:
                 pending_goals += reversed(self._goals.children(goal))
         return overcome_goals
 
-    def _describe_missing_data(self) -> Iterator[str]:
+    def describe_missing_data(self) -> Iterator[str]:
         """Yield a sentence about each kind of missing data, with the option that records it."""
-        assert self._evidence.history is not None
         if not self._evidence.has_executive:
             yield "goals and rules: record a run or a daemon with --trace; 'trace record' records interfaces"
             return
@@ -191,12 +167,14 @@ def _has_failed(goal: GoalRecord) -> bool:
 
 def _drop_missing_firings(cause: Cause) -> Cause:
     """Return a cause without the inner causes :data:`NOT_RECORDED`: the story says this once."""
-    inner = tuple(
-        _drop_missing_firings(inner_cause)
-        for inner_cause in cause.because
-        if inner_cause.text != NOT_RECORDED
+    return replace(
+        cause,
+        because=tuple(
+            _drop_missing_firings(inner_cause)
+            for inner_cause in cause.because
+            if inner_cause.text != NOT_RECORDED
+        ),
     )
-    return replace(cause, because=inner)
 
 
 def _limit_sentences(sentences: Sequence[Cause], total: int) -> tuple[Cause, ...]:
@@ -207,28 +185,3 @@ def _limit_sentences(sentences: Sequence[Cause], total: int) -> tuple[Cause, ...
     if total <= MAX_SENTENCES:
         return tuple(sentences)
     return (*sentences[: MAX_SENTENCES - 1], Cause(f"and {total - MAX_SENTENCES + 1} more"))
-
-
-def to_json(story: RunStory) -> dict[str, Any]:
-    """Return a story as JSON values."""
-    values: dict[str, Any] = drop_root_marks(asdict(story))
-    return values
-
-
-def format_report(story: RunStory) -> Iterator[str]:
-    """Yield the text of a story."""
-    yield story.headline
-    yield f"in {story.where}"
-    for field, heading in SECTIONS.items():
-        sentences: tuple[Cause, ...] = getattr(story, field)
-        if sentences:
-            yield ""
-            yield heading
-        for sentence in sentences:
-            yield f"  {sentence.text}"
-            yield from format_causes(sentence.because, "  ")
-    if story.unknown:
-        yield ""
-        yield "Not known"
-        yield from (f"  {text}" for text in story.unknown)
-    yield from (f"note: {note}" for note in story.notes)

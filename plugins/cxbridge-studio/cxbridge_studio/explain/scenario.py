@@ -36,7 +36,7 @@ class EnvironmentEvidence(Evidence):
         self,
         where: str,
         times_us: tuple[int, int],
-        history: History | None,
+        history: History,
         env: ClipsEnvironment,
         folders: tuple[object, ...],
     ) -> None:
@@ -91,13 +91,12 @@ def collect_scenario_evidence(
             run.loop.run(lambda: _is_done(run, interrupt, end_us))
             interrupt.check()
         now_us = run.clock.now_us()
-        elapsed_s = (now_us - start_us) / MICROSECONDS
-        time_text = f"at its end, {elapsed_s:.3f} s" if run.is_over else f"at {elapsed_s:.3f} s"
+        time_text = f"{'at its end,' if run.is_over else 'at'} {(now_us - start_us) / MICROSECONDS:.3f} s"
         evidence = EnvironmentEvidence(
             f"{agent.spec} {time_text}",
             (start_us, now_us),
             history,
-            find_environment(agent, env),
+            agent.manager.find(name),
             agent.paths.clips_dirs,
         )
         evidence.is_time_chosen = at_s is not None
@@ -113,37 +112,18 @@ def _find_agent(run: Run | Team, env: str | None) -> Run:
         return run.agents[0]
     agent = next((agent for agent in run.agents if agent.name == env), None)
     if agent is None:
+        problem = "this scenario has several agents" if env is None else f"there is no agent '{env}'"
         names = ", ".join(agent.name for agent in run.agents)
-        raise CxbridgeError(
-            "this scenario has several agents; choose one of them"
-            if env is None
-            else f"there is no agent '{env}'",
-            hint=f"--env NAME, one of: {names}",
-        )
+        raise CxbridgeError(problem, hint=f"choose an agent with --env NAME, one of: {names}")
     return agent
 
 
 def _is_done(run: Run | Team, interrupt: Interrupt, end_us: int) -> bool:
     """Return whether the run is over, was interrupted, or has reached the end of the time."""
-    if (
+    return (
         interrupt.is_signalled
         or run.is_over
         or all(agent.executive.env.quit_requested for agent in run.agents)
-    ):
-        return True
-    # the run is also done if its next loop would begin after the end
-    return run.clock.now_us() + run.loop.period_us > end_us
-
-
-def find_environment(agent: Run, env: str | None) -> ClipsEnvironment:
-    """Return an environment by name; None for the executive's.
-
-    :raises CxbridgeError: if there is no such environment.
-    """
-    if env is None:
-        return agent.executive.env
-    environment = agent.manager.environments.get(env)
-    if environment is None:
-        names = ", ".join(sorted(agent.manager.environments))
-        raise CxbridgeError(f"there is no CLIPS environment '{env}'", hint=f"there are: {names}")
-    return environment
+        # the run is also done if its next loop would begin after the end
+        or run.clock.now_us() + run.loop.period_us > end_us
+    )

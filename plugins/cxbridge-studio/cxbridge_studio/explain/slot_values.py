@@ -4,9 +4,18 @@ from __future__ import annotations
 
 import re
 
-from cxbridge.clipstext.facts import starts_field
 from cxbridge.clipstext.values import FactRef, Symbol, Value
 
+# A string or a word. CLIPS 6.30 prints the quotes in a string without escapes, so a string ends only at a
+# quote before the end of the text, before another string, or before a word without a quote. A string that is
+# cut off extends to the end of the text.
+_FIELD = re.compile(
+    r"""
+    "(?P<string>.*?)(?:"(?=\Z|[ ]"|[ ][^\s()"]++(?!"))|\Z)
+    |(?P<word>[^ "][^ ]*)
+    """,
+    re.DOTALL | re.VERBOSE,
+)
 _INTEGER = re.compile(r"[+-]?[0-9]+")
 _FLOAT = re.compile(r"[+-]?(?:[0-9]+\.[0-9]*|\.?[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _FACT_ADDRESS = re.compile(r"<Fact-([0-9]{1,18})>")
@@ -16,33 +25,13 @@ _MAX_DIGITS = 100
 
 
 def parse_values(text: str) -> tuple[Value, ...]:
-    """Return the values in a slot of a printed fact; blanks separate the values.
-
-    A string may contain quotes without escapes: it ends at a quote before the end of the text or before a new
-    value.
-    """
-    values: list[Value] = []
-    position = 0
-    while position < len(text):
-        if text[position] == " ":
-            position += 1
-        elif text[position] == '"':
-            end = position
-            while (end := text.find('"', end + 1)) >= 0:
-                if end + 1 == len(text) or starts_field(text, end + 1):
-                    break
-            end = len(text) if end < 0 else end
-            values.append(text[position + 1 : end])
-            position = end + 1
-        else:
-            end = text.find(" ", position)
-            end = len(text) if end < 0 else end
-            values.append(_parse_unquoted_value(text[position:end]))
-            position = end
-    return tuple(values)
+    """Return the values in a slot of a printed fact; blanks separate the values."""
+    return tuple(
+        _parse_word(match["word"]) if match["word"] else match["string"] for match in _FIELD.finditer(text)
+    )
 
 
-def _parse_unquoted_value(text: str) -> Value:
+def _parse_word(text: str) -> Value:
     """Return the value of a text without quotes: a number, a fact address or a symbol."""
     if len(text) <= _MAX_DIGITS and _INTEGER.fullmatch(text) and abs(int(text)) < _FIRST_EXCESS_INTEGER:
         return int(text)

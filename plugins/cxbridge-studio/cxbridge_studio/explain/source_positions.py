@@ -73,6 +73,11 @@ class SourcePositions:
             return f"did you mean ({name}), which {position} asserts?"
         return ""
 
+    def find_deffacts(self) -> Iterator[tuple[str, str]]:
+        """Yield the name and the position of each deffacts."""
+        for mention in self._model.find_definitions_of_kind(NameKind.FACTS):
+            yield mention.mention.name.text, _format_position(mention)
+
     def find_goal_asserting_rules(self) -> list[str]:
         """Return the rules that assert goals."""
         goal_template = Name(NameKind.TEMPLATE, "goal")

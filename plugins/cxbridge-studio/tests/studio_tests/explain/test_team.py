@@ -18,7 +18,6 @@ from tests.run.test_team import write
 def test_each_can_be_asked_why(tmp_path: Path, name: str) -> None:
     folder = write(tmp_path)
     with collect_scenario_evidence(RunOptions(scenario=folder), 1, name) as evidence:
-        assert evidence.history is not None
         assert evidence.history.env == name
         said = "\n".join(explain(evidence, "G", "goal").lines)
         assert "DISPATCHED" in said

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from cxbridge_studio.explain.goal_story import GoalStoryWriter
-from cxbridge_studio.explain.goals import Goals
 from cxbridge_studio.explain.recorded import RecordedEvidence
 from tests.history import test_board_linking as board
 from tests.history.runs import ENV, ListRun, goal
@@ -14,8 +13,7 @@ def test_why_names_the_reason():
     evidence = RecordedEvidence(
         ListRun([*run.events, goal(9, "g0", "FINISHED", "FAILED", "ACTION-FAILED")]), None, ENV
     )
-    assert evidence.history is not None
-    goals = Goals(evidence.history)
-    story = GoalStoryWriter(evidence, goals, {}).write_goal_story(goals.find_goals("g0")[0])
+    writer = GoalStoryWriter(evidence)
+    story = writer.write_goal_story(writer.goals.find_goals("g0")[0])
     texts = [cause.text for cause in story.cause.because[0].because]
     assert texts == ["probably skill move to=place0 of robot1 of robot1-arm ended S_FAILED: door closed"]

@@ -31,7 +31,6 @@ def asked(evidence: Evidence, mistake: Mistake) -> Explanation:
 def copied(evidence: EnvironmentEvidence, mistake: Mistake) -> Evidence:
     """Return a daemon's copy for the question."""
     kind, _, name = mistake.question.rpartition(" ")
-    assert evidence.history is not None
     times_us = evidence.start_us, evidence.now_us
     return copy_evidence(evidence.env, evidence.folders, name, kind, "a daemon", times_us, evidence.history)
 

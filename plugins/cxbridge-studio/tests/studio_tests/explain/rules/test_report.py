@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from cxbridge.errors import CxbridgeError
-from cxbridge_studio.explain.evidence import Evidence
+from cxbridge_studio.explain.evidence import Evidence, History
 from cxbridge_studio.explain.rules.environment import read_rulebook, take_snapshot
 from cxbridge_studio.explain.rules.report import (
     explain_rule,
@@ -22,13 +22,12 @@ from studio_tests.explain.worlds import world
 class WorldEvidence(Evidence):
     """Evidence from an environment."""
 
-    def __init__(self, env, history=None, folders=()):
-        super().__init__("a world", 0, 0, history)
+    def __init__(self, env):
+        super().__init__("a world", 0, 0, History("world"))
         self.env = env
-        self.folders = folders
 
     def read_rulebook(self):
-        return read_rulebook(self.env, self.folders)
+        return read_rulebook(self.env)
 
     def take_snapshot(self, rule):
         return take_snapshot(self.env, rule)
