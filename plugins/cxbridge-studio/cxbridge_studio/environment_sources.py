@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from pathlib import Path
+
+from cxbridge.errors import TraceError
+from cxbridge.suggestions import did_you_mean
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import RunSource, run_sources
 
@@ -17,7 +22,7 @@ def find_building_steps(run: Run, owner: str, until_us: int | None = None) -> li
     :raises TraceError: if the recording cannot be read.
     """
     steps: list[RunSource] = []
-    step_indices: dict[str, int] = {}
+    step_indices: dict[str, int] = {}  # the indices of the files by name
     for source in run_sources(run, "environment", "clips", "construct", "function", "feature", owner=owner):
         if until_us is not None and source.time_us > until_us:
             break
@@ -34,3 +39,12 @@ def find_building_steps(run: Run, owner: str, until_us: int | None = None) -> li
         if source.role == "clips":
             step_indices[source.name] = index
     return steps
+
+
+def make_unknown_environment_error(env: str, names: Collection[str], path: Path) -> TraceError:
+    """Return the error about a CLIPS environment that a recording lacks.
+
+    :param names: the names of the recording's environments.
+    """
+    hint = did_you_mean(env, names, f"there are: {', '.join(sorted(names)) or 'none'}")
+    return TraceError(f"the recording has no CLIPS environment '{env}'", file=path, hint=hint)

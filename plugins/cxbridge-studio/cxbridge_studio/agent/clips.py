@@ -31,10 +31,10 @@ _OBJECT_FUNCTIONS: Final = re.compile(r".*-instances?p?")
 
 # Words that begin a list but are not functions: the branches of a switch.
 _SWITCH_BRANCHES: Final = frozenset({"case", "default"})
-# Words that begin the definition of a slot: `field` and `multifield` are old.
-_SLOT_KEYWORDS: Final = frozenset({"slot", "multislot", "field", "multifield"})
+# Words that begin the definition of a slot, and whether it is a multislot: `field` and `multifield` are old.
+SLOT_KEYWORDS: Final = {"slot": False, "field": False, "multislot": True, "multifield": True}
 # Functions that change a fact; the loader rewrites `modify` in the built-in core to `cx-modify-goal`.
-_CHANGE_FUNCTIONS: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
+CHANGE_FUNCTIONS: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
 _LOOP_FUNCTIONS: Final = frozenset({"foreach", "progn$", "loop-for-count"})
 
 # The kinds of the names that constructs define. `defglobal` is missing, because it defines several names.
@@ -85,13 +85,12 @@ def read_clips(path: str, text: str, previous: SourceFile | None = None) -> Sour
     :param previous: the previous version of the file; the pieces of unchanged constructs are reused.
     """
     pieces = {} if previous is None else {placed.piece.text: placed.piece for placed in previous.pieces}
-    lists = split_top_level_lists(text)
     return SourceFile(
         path,
         text,
         tuple(
             PlacedPiece(top_list.start, _read_piece(top_list, pieces.get(top_list.text)))
-            for top_list in lists
+            for top_list in split_top_level_lists(text)
         ),
     )
 
@@ -104,22 +103,18 @@ def _read_piece(top_list: TopLevelList, previous: Piece | None) -> Piece:
     # The same text may be a whole list in one version, and cut off by a new construct in the other version.
     if previous is not None and previous.is_closed is top_list.is_closed:
         return previous
-    nodes = read(top_list.text, close=True)
-    if not nodes:
-        return Piece("", None, top_list.text, (), is_closed=top_list.is_closed)
+    node = read(top_list.text, close=True)[0]
     reader = _ConstructReader()
     try:
-        reader.read_top_level(nodes[0])
+        reader.read_top_level(node)
     except RecursionError:  # CLIPS rejects text that is nested so deeply
         reader.mentions.clear()
     mentions = tuple(sorted(reader.mentions, key=lambda mention: mention.start))
-    kind = CONSTRUCT_KINDS.get(nodes[0].head)
+    kind = CONSTRUCT_KINDS.get(node.head)
     defined_names = (
         mention.name for mention in mentions if mention.use is Use.DEFINED and mention.name.kind is kind
     )
-    return Piece(
-        nodes[0].head, next(defined_names, None), top_list.text, mentions, is_closed=top_list.is_closed
-    )
+    return Piece(node.head, next(defined_names, None), top_list.text, mentions, is_closed=top_list.is_closed)
 
 
 def _is_variable(node: SyntaxNode) -> bool:
@@ -133,7 +128,7 @@ def _find_rebound_variables(construct: SyntaxNode) -> Iterator[str]:
             variable, value = node.arguments[:2]
             # A changed fact has the same template: (bind ?f (modify ?f ...)).
             keeps_template = (
-                value.head in _CHANGE_FUNCTIONS
+                value.head in CHANGE_FUNCTIONS
                 and value.arguments
                 and value.arguments[0].text == variable.text
             )
@@ -191,30 +186,24 @@ class _ConstructReader:
         self._read_definition(node)
         condition, actions = split_rule(node)
         declared = (entry for item in condition if item.head == "declare" for entry in item.arguments)
-        for entry in declared:
-            for item in entry.arguments:
-                self._read_expression(item)
+        self._read_expressions(item for entry in declared for item in entry.arguments)
         self._read_conditions(parse_elements(condition))
-        for item in actions:
-            self._read_expression(item)
+        self._read_expressions(actions)
 
     def _read_template(self, node: SyntaxNode) -> None:
         slots = self._read_definition(node)
         owner = without_module(node.arguments[0].text)
         for slot in slots:
-            if slot.head in _SLOT_KEYWORDS and slot.arguments:
+            if slot.head in SLOT_KEYWORDS and slot.arguments:
                 self._add_mention(NameKind.SLOT, slot.arguments[0], Use.DEFINED, owner)
-                for facet in slot.arguments[1:]:
-                    for value in facet.arguments:
-                        self._read_expression(value)
+                self._read_expressions(value for facet in slot.arguments[1:] for value in facet.arguments)
 
     def _read_facts(self, node: SyntaxNode) -> None:
         for fact in self._read_definition(node):
             self._read_fact(fact)
 
     def _read_function(self, node: SyntaxNode) -> None:
-        for item in self._read_definition(node):
-            self._read_expression(item)
+        self._read_expressions(self._read_definition(node))
 
     def _read_globals(self, node: SyntaxNode) -> None:
         """Read ``(defglobal [MODULE] ?*NAME* = VALUE ...)``."""
@@ -230,8 +219,7 @@ class _ConstructReader:
             if isinstance(ce, GroupCE):
                 self._read_conditions(ce.items)
             elif isinstance(ce, TestCE):
-                for item in ce.node.arguments:
-                    self._read_expression(item)
+                self._read_expressions(ce.node.arguments)
             elif ce.node.items and ce.node.items[0].items is None:
                 self._read_slots(ce.node, Use.MATCHED)
                 if ce.variable:
@@ -269,9 +257,9 @@ class _ConstructReader:
             for value in filter(literal, values):
                 self._add_mention(NameKind.PARAMETER, value, use)
         elif (template, slot) == ("wm-fact", "key"):
-            key_words = [value.text for value in values[:2]]
-            if key_words == ["domain", "fact"] and len(values) > len(key_words) and literal(values[2]):
-                self._add_mention(NameKind.PREDICATE, values[2], use)
+            is_domain_key = [value.text for value in values[:2]] == ["domain", "fact"]
+            for value in filter(literal, values[2:3] if is_domain_key else ()):
+                self._add_mention(NameKind.PREDICATE, value, use)
 
     def _record_template(self, variable: str, template: str) -> None:
         """Record the template of the fact that a variable holds."""
@@ -289,8 +277,11 @@ class _ConstructReader:
             if first.items is None and not _is_variable(first):
                 self._read_call(node, first)
             else:
-                for item in node.items:
-                    self._read_expression(item)
+                self._read_expressions(node.items)
+
+    def _read_expressions(self, nodes: Iterable[SyntaxNode]) -> None:
+        for node in nodes:
+            self._read_expression(node)
 
     def _read_variable(self, node: SyntaxNode) -> None:
         """Record a global variable, or the slot in ``?fact:slot``."""
@@ -310,7 +301,7 @@ class _ConstructReader:
         if first.text == "assert":
             for fact in arguments:
                 self._read_fact(fact)
-        elif first.text in _CHANGE_FUNCTIONS and arguments:
+        elif first.text in CHANGE_FUNCTIONS and arguments:
             self._read_expression(arguments[0])
             template = self._templates_by_variable.get(arguments[0].text, "")
             for slot in arguments[1:]:
@@ -348,10 +339,9 @@ class _ConstructReader:
             for template in templates:
                 self._add_mention(NameKind.TEMPLATE, template, Use.QUERIED)
             if member.items:
-                template_name = without_module(templates[0].text) if len(templates) == 1 else ""
-                self._templates_by_variable[member.items[0].text] = template_name
-        for item in arguments[1:]:
-            self._read_expression(item)
+                names = [without_module(template.text) for template in templates]
+                self._templates_by_variable[member.items[0].text] = names[0] if len(names) == 1 else ""
+        self._read_expressions(arguments[1:])
         self._templates_by_variable = outer_templates
 
     def _read_fact(self, node: SyntaxNode) -> None:
@@ -364,8 +354,7 @@ class _ConstructReader:
 
     def _add_mention(self, kind: NameKind, node: SyntaxNode, use: Use, owner: str = "") -> None:
         """Add a mention of the name in a node, without quotes, the marks of variables, and the module."""
-        text = node.text
-        start, end = node.start, node.end
+        text, start, end = node.text, node.start, node.end
         if text.startswith('"'):
             text, start, end = text.strip('"'), start + 1, max(end - 1, start + 1)
             if kind is NameKind.INTERFACE:  # TYPE::ID: the type is the interface

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
 from math import inf
 
 from msgspec import Struct
@@ -190,8 +191,7 @@ class PatternCE(Struct, frozen=True, dict=True):
         """
         restrictive_parts = []
         for part in self.parts:
-            if not part.is_open(bound):
-                restrictive_parts.append(part)
+            restrictive_parts += [] if part.is_open(bound) else [part]
             bound |= part.bound_variables
         return restrictive_parts
 
@@ -205,21 +205,22 @@ class PatternCE(Struct, frozen=True, dict=True):
         :param foreign_variables: the variables that earlier CEs bind.
         """
         required_variables = (selected.used_variables | selected.bound_variables) - foreign_variables
+        earlier_parts = self.parts[: self.parts.index(selected)]
         texts = []
-        is_before_selected = True
         for part in self.parts:
             if part is selected:
-                is_before_selected = False
                 texts.append(part.join_fields([field.text for field in part.fields]))
-            elif is_before_selected and part.bound_variables & required_variables:
-                fields = [
-                    field.binder if field.name in required_variables else field.wildcard
-                    for field in part.fields
-                ]
-                texts.append(part.join_fields(fields))
             # Slots can be omitted, but the fields of an ordered fact must stay at their positions.
-            elif not part.slot:
-                texts.append(part.join_fields([field.wildcard for field in part.fields]))
+            elif not part.slot or (part in earlier_parts and part.bound_variables & required_variables):
+                bound_variables = required_variables if part in earlier_parts else frozenset()
+                texts.append(
+                    part.join_fields(
+                        [
+                            field.binder if field.name in bound_variables else field.wildcard
+                            for field in part.fields
+                        ]
+                    )
+                )
         return f"({' '.join([self.template, *texts])})"
 
 
@@ -346,20 +347,19 @@ def parse_field_constraints(nodes: tuple[SyntaxNode, ...]) -> Iterator[FieldCons
 def _make_field_constraint(nodes: list[SyntaxNode]) -> FieldConstraint:
     """Return the constraint that the nodes of a field express."""
     text = one_line("".join(node.text for node in nodes))
-    first = nodes[0].text
-    binder = first if first.startswith(("?", "$?")) and not _GLOBAL.match(first) else ""
+    first, *marks = (node.text for node in nodes[:2])
+    is_variable = first.startswith(("?", "$?")) and not _GLOBAL.match(first)
     # `?x|red` does not bind ?x, but compares the field with its value.
-    if binder and len(nodes) > 1 and nodes[1].text == "|":
-        binder = ""
+    binder = first if is_variable and marks != ["|"] else ""
     # The binder and the `&` after it do not restrict the field.
     constraint_nodes = nodes[2:] if binder else nodes
-    alternatives: list[list[list[SyntaxNode]]] = [[[]]]
-    for node in constraint_nodes:
-        if node.text == "|":
-            alternatives.append([[]])
-        elif node.text == "&":
-            alternatives[-1].append([])
-        else:
-            alternatives[-1][-1].append(node)
-    terms_by_alternative = tuple(tuple(tuple(term) for term in terms if term) for terms in alternatives)
-    return FieldConstraint(binder, tuple(terms for terms in terms_by_alternative if terms), text)
+    alternatives = tuple(
+        tuple(_split_at_mark("&", alternative)) for alternative in _split_at_mark("|", constraint_nodes)
+    )
+    return FieldConstraint(binder, tuple(filter(None, alternatives)), text)
+
+
+def _split_at_mark(mark: str, nodes: Iterable[SyntaxNode]) -> Iterator[tuple[SyntaxNode, ...]]:
+    """Yield the nodes between the occurrences of a mark."""
+    groups = groupby(nodes, lambda node: node.text == mark)
+    return (tuple(group) for is_mark, group in groups if not is_mark)

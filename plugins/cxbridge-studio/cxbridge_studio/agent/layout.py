@@ -9,8 +9,8 @@ from __future__ import annotations
 from itertools import takewhile
 from typing import Final
 
-from cxbridge.clipstext.syntax import PARENTHESIS, TOKEN, blank
-from cxbridge_studio.agent.top_level import split_top_level_lists
+from cxbridge.clipstext.syntax import TOKEN
+from cxbridge_studio.agent.top_level import is_balanced
 
 _INDENT_STEP: Final = 2  # columns per level
 _BLANKS: Final = frozenset(" \t\n\r\f\v")
@@ -27,18 +27,6 @@ _BLOCK_HEADS: Final = frozenset(
 )
 
 _IF_KEYWORDS: Final = frozenset({"then", "else"})
-
-
-def is_balanced(text: str) -> bool:
-    """Return whether a text closes all its parentheses and strings, and has no surplus ``)``."""
-    if any(not top_list.is_closed for top_list in split_top_level_lists(text)):
-        return False
-    depth = 0
-    for match in PARENTHESIS.finditer(blank(text)):
-        depth += 1 if match[0] == "(" else -1
-        if depth < 0:
-            return False
-    return depth == 0 and not any(match.lastgroup == "unclosed" for match in TOKEN.finditer(text))
 
 
 def indent_clips(text: str) -> str:

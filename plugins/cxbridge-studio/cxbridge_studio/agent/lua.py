@@ -43,8 +43,7 @@ def read_lua(path: str, text: str) -> SourceFile:
     for match in _CALLED_SKILL.finditer(text):
         add_mention(NameKind.SKILL, Use.CALLED, match)
     # A skill does not declare its arguments: only its documentation names them.
-    documentation_match = _DOCUMENTATION.search(text)
-    if documentation_match and skill:
+    if skill and (documentation_match := _DOCUMENTATION.search(text)):
         for match in _ARGUMENT.finditer(text, *documentation_match.span(2)):
             add_mention(NameKind.ARGUMENT, Use.DEFINED, match, skill)
     skill_name = Name(NameKind.SKILL, skill) if skill else None

@@ -28,7 +28,12 @@ SUFFIXES: Final = (".clp", *_READERS)  # the suffixes of an agent's files
 
 # The blackboard feature makes a deftemplate from each interface, so the definition of a template and its
 # slots may be an interface and its fields.
-_COUNTERPARTS: Final = {NameKind.TEMPLATE: NameKind.INTERFACE, NameKind.SLOT: NameKind.FIELD}
+_COUNTERPARTS: Final = {
+    NameKind.TEMPLATE: NameKind.INTERFACE,
+    NameKind.SLOT: NameKind.FIELD,
+    NameKind.INTERFACE: NameKind.TEMPLATE,
+    NameKind.FIELD: NameKind.SLOT,
+}
 
 
 def read_source(path: str, text: str, previous: SourceFile | None = None) -> SourceFile | None:
@@ -98,9 +103,7 @@ class AgentModel:
         names = find_name_variants(name)
         for file in self._files.values():
             positions = [position for variant in names for position in file.mentions_by_name.get(variant, ())]
-            if len(names) > 1:
-                positions.sort(key=lambda position: position[0])  # in the order of the pieces
-            for start, mention in positions:
+            for start, mention in sorted(positions, key=lambda position: position[0]):  # in the pieces' order
                 if not uses or mention.use in uses:
                     yield FileMention(file, mention.shifted(start))
 
@@ -144,9 +147,5 @@ class AgentModel:
 
 def find_name_variants(name: Name) -> tuple[Name, ...]:
     """Return a name in all its kinds: an interface is also a template, and its fields are slots."""
-    if name.kind in _COUNTERPARTS:
-        return name, Name(_COUNTERPARTS[name.kind], name.text, name.owner)
-    for template_kind, interface_kind in _COUNTERPARTS.items():
-        if name.kind is interface_kind:
-            return name, Name(template_kind, name.text, name.owner)
-    return (name,)
+    kind = _COUNTERPARTS.get(name.kind)
+    return (name,) if kind is None else (name, name._replace(kind=kind))

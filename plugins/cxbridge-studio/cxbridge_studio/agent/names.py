@@ -193,13 +193,9 @@ class SourceFile(Struct, frozen=True, dict=True):
         placed = self.piece_at(offset)
         if placed is None:
             return None
-        offset_in_piece = offset - placed.start
-        candidates = [
-            mention for mention in placed.piece.mentions if mention.start <= offset_in_piece <= mention.end
-        ]
+        candidates = (mention for mention in placed.mentions if mention.start <= offset <= mention.end)
         # If mentions overlap, the user means the shortest under the cursor: `f`, not `m.f`.
-        best = min(candidates, key=lambda mention: mention.end - mention.start, default=None)
-        return None if best is None else best.shifted(placed.start)
+        return min(candidates, key=lambda mention: mention.end - mention.start, default=None)
 
 
 def make_parse_problem(error: CxbridgeError) -> ParseProblem:
@@ -215,5 +211,5 @@ def make_single_piece_file(
     :param keyword: the keyword of the piece, such as ``skill``.
     :param name: the name that the file defines; None if the file defines none.
     """
-    ordered = tuple(sorted(mentions, key=lambda mention: mention.start))
-    return SourceFile(path, text, (PlacedPiece(0, Piece(keyword, name, text, ordered)),))
+    ordered_mentions = tuple(sorted(mentions, key=lambda mention: mention.start))
+    return SourceFile(path, text, (PlacedPiece(0, Piece(keyword, name, text, ordered_mentions)),))

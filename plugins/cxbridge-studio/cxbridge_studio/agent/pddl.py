@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from itertools import pairwise
 from typing import Final
 
 from msgspec.structs import replace
@@ -58,32 +59,29 @@ def read_pddl(path: str, text: str) -> SourceFile:
         )
     lines = Lines(text)
     sections = [
-        (section, _find_offset(lines, section.position))
+        section
         for define in items
         if isinstance(define, Group)
         for section in define.items[1:]
         if isinstance(section, Group)
     ]
-    ends = [*(start for _, start in sections[1:]), len(text)] if sections else []
+    bounds = pairwise([*(_find_offset(lines, section.position) for section in sections), len(text)])
     pieces = [
-        _read_piece(section, text, start, end) for (section, start), end in zip(sections, ends, strict=True)
+        _read_piece(section, text, start, end) for section, (start, end) in zip(sections, bounds, strict=True)
     ]
     return SourceFile(path, text, tuple(_restore_declared_case(pieces)))
 
 
 def _restore_declared_case(pieces: list[PlacedPiece]) -> Iterator[PlacedPiece]:
     """Yield the pieces with each name in the case of its declaration, because PDDL ignores case."""
-    declared_texts: dict[Name, str] = {}
-    for _, piece in pieces:
-        for mention in piece.mentions:
-            if mention.use is Use.DEFINED:
-                declared_texts.setdefault(_lower_name(mention.name), mention.name.text)
+    declared_names = {
+        _lower_name(mention.name): mention.name
+        for _, piece in reversed(pieces)  # the first declaration of a name counts
+        for mention in reversed(piece.definitions)
+    }
 
     def restore_case(mention: Mention) -> Mention:
-        text = declared_texts.get(_lower_name(mention.name), mention.name.text)
-        if text == mention.name.text:
-            return mention
-        return replace(mention, name=mention.name._replace(text=text))
+        return replace(mention, name=declared_names.get(_lower_name(mention.name), mention.name))
 
     for start, piece in pieces:
         yield PlacedPiece(start, replace(piece, mentions=tuple(map(restore_case, piece.mentions))))
@@ -95,8 +93,7 @@ def _lower_name(name: Name) -> Name:
 
 def _find_parsable_sections(text: str) -> Iterator[PlacedPiece]:
     """Yield the sections that can be parsed alone in a text with unbalanced brackets."""
-    starts = [match.start(1) for match in _SECTION.finditer(text)]
-    for start, end in zip(starts, [*starts[1:], len(text)], strict=True):
+    for start, end in pairwise([*(match.start(1) for match in _SECTION.finditer(text)), len(text)]):
         code = _blank_comments(text[start:end])
         missing_count = code.count("(") - code.count(")")
         # The last section also contains the bracket that closes the whole definition.

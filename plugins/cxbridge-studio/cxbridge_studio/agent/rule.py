@@ -24,12 +24,13 @@ class Prefix:
 
     :ivar texts: the texts of the conditional elements.
     :ivar fact_variables: the names of the fact variables, in the order of the patterns.
+    :ivar binding_ce_numbers: the number of the conditional element that binds each variable, from 1.
     """
 
     def __init__(self, ces: Sequence[CE]) -> None:
         self.texts: list[str] = []
         self.fact_variables: list[str] = []
-        self._binding_ce_numbers: dict[str, int] = {}  # the number of the binding element by variable
+        self.binding_ce_numbers: dict[str, int] = {}
         for number, ce in enumerate(ces, 1):
             if not isinstance(ce, PatternCE):
                 self.texts.append(ce.text)
@@ -38,16 +39,12 @@ class Prefix:
             self.texts.append(f"?{variable} <- {ce.text_without_variable()}")
             self.fact_variables.append(variable)
             for name in (*ce.bound_variables, *filter(None, [ce.variable])):
-                self._binding_ce_numbers.setdefault(name, number)
+                self.binding_ce_numbers.setdefault(name, number)
 
     @property
     def bound_variables(self) -> frozenset[str]:
         """The variables bound by these conditional elements."""
-        return frozenset(self._binding_ce_numbers)
-
-    def binding_ce_number(self, name: str) -> int:
-        """Return the number of the conditional element that binds a variable, from 1."""
-        return self._binding_ce_numbers[name]
+        return frozenset(self.binding_ce_numbers)
 
 
 @dataclass(frozen=True, slots=True)

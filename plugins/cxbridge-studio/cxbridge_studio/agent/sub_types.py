@@ -40,8 +40,7 @@ def _find_handled_by_ce(ce: CE) -> frozenset[str]:
     if not isinstance(ce, GroupCE) or ce.kind not in ("and", "or", "exists"):
         return frozenset()
     branches = [_find_handled_by_ce(item) for item in ce.items]
-    counts = ce.kind != "or" or all(branches)
-    return frozenset().union(*branches) if counts else frozenset()
+    return frozenset().union(*branches) if ce.kind != "or" or all(branches) else frozenset()
 
 
 @cache
@@ -54,8 +53,8 @@ def find_core_files(*folders: Path) -> Mapping[str, str]:
     for folder in reversed(folders):
         for file in sorted((folder / _SUB_TYPE_FOLDER).glob("*.clp")):
             for definition in definitions(file.read_text("utf-8", "surrogateescape")):
-                name = f"{_SUB_TYPE_FOLDER}/{file.name}"
-                files.update(dict.fromkeys(find_handled_sub_types(parse_condition(definition.node)), name))
+                sub_types = find_handled_sub_types(parse_condition(definition.node))
+                files |= dict.fromkeys(sub_types, f"{_SUB_TYPE_FOLDER}/{file.name}")
     return MappingProxyType(files)
 
 

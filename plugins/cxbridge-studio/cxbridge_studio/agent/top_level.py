@@ -39,19 +39,23 @@ def split_top_level_lists(text: str) -> tuple[TopLevelList, ...]:
     In text with unbalanced parentheses or quotes, each beginning of a construct at the start of a line begins
     a list.
     """
+    if not is_balanced(text):
+        return tuple(_split_at_constructs(text))
+    return tuple(
+        TopLevelList(start, text[start:end], is_closed=True) for start, end in top_level(blank(text))
+    )
+
+
+def is_balanced(text: str) -> bool:
+    """Return whether a text closes its lists and strings, without a surplus ``)`` or a nested construct."""
     code = blank(text)
-    lists = [TopLevelList(start, text[start:end], end is not None) for start, end in top_level(code)]
-    return tuple(lists if _is_balanced(text, code, lists) else _split_at_constructs(text))
-
-
-def _is_balanced(text: str, code: str, lists: list[TopLevelList]) -> bool:
-    """Return whether all lists are closed and no construct begins inside another construct."""
-    if any(not top_list.is_closed for top_list in lists) or code.count("(") != code.count(")"):
-        return False
-    starts = {top_list.start for top_list in lists}
-    if any(match.start(1) not in starts for match in _CONSTRUCT_BEGINNING.finditer(code)):
-        return False
-    return not any(match["unclosed"] for match in HIDDEN.finditer(text))
+    ends_by_start = dict(top_level(code))
+    return (
+        None not in ends_by_start.values()
+        and code.count("(") == code.count(")")
+        and all(match.start(1) in ends_by_start for match in _CONSTRUCT_BEGINNING.finditer(code))
+        and not any(match["unclosed"] for match in HIDDEN.finditer(text))
+    )
 
 
 def _split_at_constructs(text: str) -> Iterator[TopLevelList]:

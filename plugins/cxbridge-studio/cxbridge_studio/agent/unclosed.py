@@ -14,9 +14,9 @@ from typing import Final
 from msgspec import Struct
 
 from cxbridge.clipstext.syntax import HIDDEN, TOKEN, Lines, read
+from cxbridge_studio.agent.clips import SLOT_KEYWORDS
 
 _TAB_COLUMNS: Final = 2  # columns of a tab in Fawkes' files
-_SLOT_KEYWORDS: Final = frozenset({"slot", "multislot", "field", "multifield"})
 _BEGINNING: Final = re.compile(r"\((def\w+)\s+([^\s()\";]+)")
 
 
@@ -77,8 +77,8 @@ def _is_misplaced(head: str, open_lists: list[_OpenList], slots: Mapping[str, Co
     if len(open_lists) < 3:  # noqa: PLR2004 - the construct, the list around, and the list with the head
         return False
     outer, parent = open_lists[-3].head, open_lists[-2].head
-    if head in _SLOT_KEYWORDS:
-        return parent in _SLOT_KEYWORDS
+    if head in SLOT_KEYWORDS:
+        return parent in SLOT_KEYWORDS
     # A change does not name the template of its fact.
     templates = slots.values() if outer in ("modify", "duplicate") else [slots.get(outer, ())]
     return any(head in names and parent in names for names in templates)

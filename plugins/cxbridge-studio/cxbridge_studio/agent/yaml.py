@@ -63,10 +63,7 @@ class _ConfigurationReader:
                     self.read_node(value, (*path, *keys))
         elif isinstance(node, YamlList):
             for number, item in enumerate(node.items):
-                if isinstance(item, YamlScalar):
-                    self._record_value(item, path)
-                else:
-                    self.read_node(item, (*path, str(number)))
+                self.read_node(item, path if isinstance(item, YamlScalar) else (*path, str(number)))
         else:
             self._record_value(node, path)
 
@@ -109,12 +106,14 @@ class _ConfigurationReader:
         name = skill_match[1] if skill_match else value.text.strip()
         if skill_match:
             self.mentions.append(Mention(Name(NameKind.SKILL, name), Use.CALLED, *skill_match.span(1)))
-        for match in _ARGUMENT.finditer(self._text, start, end):
-            self.mentions.append(Mention(Name(NameKind.ARGUMENT, match[1], name), Use.NAMED, *match.span(1)))
-        for match in _PLACEHOLDER.finditer(self._text, start, end):
-            self.mentions.append(
-                Mention(Name(NameKind.PARAMETER, match[1], action), Use.READ, *match.span(1))
+        self.mentions += [
+            Mention(Name(kind, match[1], owner), use, *match.span(1))
+            for kind, owner, use, pattern in (
+                (NameKind.ARGUMENT, name, Use.NAMED, _ARGUMENT),
+                (NameKind.PARAMETER, action, Use.READ, _PLACEHOLDER),
             )
+            for match in pattern.finditer(self._text, start, end)
+        ]
 
     def _find_offset(self, mark: Mark) -> int:
         return self._lines.place(mark.line, mark.column)
@@ -135,11 +134,11 @@ def find_parent_keys(file: SourceFile, offset: int) -> Iterator[str]:
 
     Only the indentation counts, because the file is often not valid YAML while a user types.
     """
-    lines = file.text[: file.text.find("\n", offset) if "\n" in file.text[offset:] else None].split("\n")
-    indent = len(lines[-1]) - len(lines[-1].lstrip(" "))
-    if not lines[-1].strip():  # in an empty line, the cursor is the indentation
-        indent = len(lines[-1])
-    for line in reversed(lines[:-1]):
+    rest_of_line = file.text[offset:].partition("\n")[0]
+    *lines, last_line = (file.text[:offset] + rest_of_line).split("\n")
+    # In an empty line, the cursor is the indentation.
+    indent = len(last_line) - len(last_line.lstrip(" ")) if last_line.strip() else len(last_line)
+    for line in reversed(lines):
         match = re.match(r"( *)(?:- +)*([\w/-]+):", line)
         if match and (depth := match.start(2)) < indent:
             indent = depth

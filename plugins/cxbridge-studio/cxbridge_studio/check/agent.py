@@ -9,17 +9,23 @@ the rules: loading a file, opening an interface, which adds a deftemplate, and r
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.clipstext import syntax
-from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions, without_module
+from cxbridge.clipstext.syntax import (
+    Definition,
+    SyntaxNode,
+    definitions,
+    has_top_level_calls,
+    literal,
+    without_module,
+)
 from cxbridge.clock import VirtualClock
 from cxbridge.closing import Closing
 from cxbridge.config import Configuration, ConfigValue
-from cxbridge.errors import ClipsError
 from cxbridge.events import Sink, SourceRead
 from cxbridge.executive.executive import read_action_mapping
 from cxbridge.executive.host.loading import Diagnostic
@@ -31,7 +37,8 @@ from cxbridge.run.components.executive import make_executive, unasked_features
 from cxbridge.run.options import RunOptions
 from cxbridge.run.source import CLIPS_SUFFIX, source_of
 from cxbridge.run.specs import STAGES
-from cxbridge_studio.agent.model import AgentModel, read_source
+from cxbridge_studio.agent.clips import read_clips
+from cxbridge_studio.agent.model import AgentModel
 from cxbridge_studio.agent.names import NameKind, SourceFile
 from cxbridge_studio.check.findings import SourcePlace
 from cxbridge_studio.check.stubbed_environment import StubbedEnvironment
@@ -72,17 +79,9 @@ class ClipsFile:
         """The closed constructs, in order."""
         return tuple(definitions(self.text))
 
-    @cached_property
-    def lines(self) -> Lines:
-        return Lines(self.text)
-
     def place(self, node: SyntaxNode) -> SourcePlace:
         """Return the position of a node."""
-        return self.offset_place(node.start)
-
-    def offset_place(self, offset: int) -> SourcePlace:
-        """Return the position of an offset in the text."""
-        return SourcePlace.at(str(self.path), self.lines, offset)
+        return SourcePlace.at(str(self.path), self.source.lines, node.start)
 
     def find_calls(self, *names: str) -> Iterator[SyntaxNode]:
         """Yield the calls of functions, or other lists that begin with one of these words."""
@@ -95,14 +94,14 @@ class ClipsFile:
         return tuple((node.head, node) for node in nodes if node.head)
 
     @cached_property
-    def source(self) -> SourceFile | None:
-        """The file with its names; None for an unknown suffix."""
-        return read_source(str(self.path), self.text)
+    def source(self) -> SourceFile:
+        """The file with its names."""
+        return read_clips(str(self.path), self.text)
 
     @cached_property
     def all_constructs(self) -> tuple[Construct, ...]:
         """The constructs and commands, including unclosed constructs and the constructs after those."""
-        return () if self.source is None else make_constructs(self.source)
+        return make_constructs(self.source)
 
 
 @cache
@@ -146,26 +145,17 @@ class Agent(Closing):
         # No skill is executed, and the check continues after a mistake in one file.
         run_options = replace(options, skiller="none", strict=False)
         self.context = context = Run(run_options, base, is_inspection=True)
-        try:
+        with ExitStack() as cleanup:
+            cleanup.callback(context.release)
             self.manager, self.executive = make_executive(context, StubbedEnvironment)
+            cleanup.callback(self.close)
             assert isinstance(self.env, StubbedEnvironment)
             self.env.folders = self._search_folders = find_search_folders(options.scenario)
-            try:
-                self.executive.load_core()
-                for name in unasked_features(context):
-                    self._request_feature(name)
-                self._load_files()
-            except Exception:
-                self.close()
-                raise
-        except Exception:
-            context.release()
-            raise
-
-    @property
-    def is_lenient(self) -> bool:
-        """Whether a run starts the agent despite errors."""
-        return source_of(self.options).is_lenient
+            self.executive.load_core()
+            for name in unasked_features(context):
+                self._request_feature(name)
+            self._load_files()
+            cleanup.pop_all()  # the agent is ready, and its user closes it
 
     @property
     def config(self) -> Configuration:
@@ -203,8 +193,7 @@ class Agent(Closing):
         """The names in all files."""
         model = AgentModel()
         for file in self.files:
-            if file.source is not None:
-                model.add_file(file.source)
+            model.add_file(file.source)
         return model
 
     @cached_property
@@ -237,6 +226,14 @@ class Agent(Closing):
             for diagnostic in file.diagnostics
             for kind, _, name in [diagnostic.construct.partition(" ")]
         )
+
+    def is_loaded(self, construct: Construct) -> bool:
+        """Return whether CLIPS has the construct as its file defines it.
+
+        Another check reports a dropped construct, and the end of an unclosed construct is a guess.
+        """
+        key = construct.file.path, construct.keyword, construct.name
+        return construct.placed.piece.is_closed and key not in self.dropped_constructs
 
     def is_core_path(self, file: str) -> bool:
         """Return whether a path belongs to the built-in core or to Fawkes' core."""
@@ -279,22 +276,14 @@ class Agent(Closing):
         name = self._full_names[template]
         return frozenset(self.eval_words(f"(deftemplate-slot-allowed-values {name} {slot})"))
 
-    @property
-    def time_field_count(self) -> int:
-        """The number of fields in the executive's (time ...) facts."""
-        now = self.env.call("now")
-        return len(now) if isinstance(now, tuple) else 1
-
     def action_mappings(self) -> Iterator[tuple[str, str, SourcePlace | None]]:
         """Yield each mapped action, the template of its skill string, and the position of the mapping.
 
         The position is None if a plug-in defines the mapping, not a configuration file.
         """
-        base = f"/clips-executive/specs/{self.spec}/action-mapping"
         for action, template in read_action_mapping(self.config, self.spec).items():
-            key = f"{base}/{action}"
-            place = place_of(self.config.get(key)) if self.config.exists(key) else None
-            yield action, template, place
+            key = f"/clips-executive/specs/{self.spec}/action-mapping/{action}"
+            yield action, template, place_of(self.config.get(key)) if self.config.exists(key) else None
 
     def find_file(self, name: str) -> Path | None:
         """Resolve a file name as the agent does; return None if no folder has the file."""
@@ -347,15 +336,13 @@ class Agent(Closing):
 
     def _list_core_stage_files(self, stage: str) -> tuple[str, ...]:
         """Return the files that the core loads before the entries of a stage."""
-        if stage == STAGES[0]:
-            return (_BLACKBOARD_FILE,) if self.context.source.has_fawkes_configuration else ()
+        if stage == STAGES[0] and self.context.source.has_fawkes_configuration:
+            return (_BLACKBOARD_FILE,)
         if stage != STAGES[1]:
             return ()
-        try:
-            files = self.env.call("cx-stage2-files")
-        except ClipsError:  # Fawkes' core has a global variable in place of the function
-            files = self.env.eval("?*CX-STAGE2-FILES*")
-        return tuple(map(str, files)) if isinstance(files, tuple) else ()
+        # Fawkes' core has a global variable in place of the function.
+        has_function = self.env.has_deffunction("cx-stage2-files")
+        return tuple(self.eval_words("(cx-stage2-files)" if has_function else "?*CX-STAGE2-FILES*"))
 
     def _load_entry(self, stage: str, path: str) -> None:
         """Load the file and request the feature of an entry of a stage.
@@ -370,8 +357,7 @@ class Agent(Closing):
                 continue
             value = self.config.get(f"{path}/{key}")
             for file in value.items if value.is_list else (value.text,):
-                folders = self._search_folders
-                is_batch = bool(folders) and needs_batch(folders[0] / file)
+                is_batch = any(needs_batch(folder / file) for folder in self._search_folders[:1])
                 self._load_file(f"BATCH|{file}" if is_batch else file, place_of(value))
                 # In a run, a function of MAIN loads each file, so a file cannot leave another module current.
                 self._set_module(_MAIN_MODULE)
@@ -404,13 +390,13 @@ class Agent(Closing):
         diagnostic_count, file_count = len(loader.diagnostics), len(loader.files)
         (loader.batch if batch else loader.load)(str(path))
         diagnostics = loader.diagnostics[diagnostic_count:]
-        new_paths = dict.fromkeys((path, *loader.files[file_count:]))  # a batch file may load further files
+        known_paths = {file.path for file in self.files}
         new_files = [
             self._add_file(
                 new_path, tuple(diagnostic for diagnostic in diagnostics if diagnostic.file == str(new_path))
             )
-            for new_path in new_paths
-            if all(file.path != new_path for file in self.files)
+            for new_path in dict.fromkeys((path, *loader.files[file_count:]))  # a batch file may load others
+            if new_path not in known_paths
         ]
         # All new files are listed before the first request is carried out, so that a request for a new file
         # does not load the file again.
@@ -420,11 +406,11 @@ class Agent(Closing):
     def _carry_out_requests(self, file: ClipsFile) -> None:
         """Load the files, request the features and open the interfaces that a loaded file names."""
         for call in file.find_calls("ff-feature-request"):
-            self._request_feature(_read_first_argument(call))
+            self._request_feature(read_first_argument(call))
         for call in file.find_calls(*_INTERFACE_FUNCTIONS):
-            self._preload_interface(_read_first_argument(call))
+            self._preload_interface(read_first_argument(call))
         for call in file.find_calls(*_LOAD_FUNCTIONS, *_BATCH_FUNCTIONS):
-            if name := _read_first_argument(call):
+            if name := read_first_argument(call):
                 prefix = "BATCH|" if call.head in _BATCH_FUNCTIONS else ""
                 self._load_file(f"{prefix}{name}", file.place(call))
 
@@ -467,7 +453,7 @@ def find_search_folders(program: Path | None) -> tuple[Path, ...]:
 
 def needs_batch(file: Path) -> bool:
     """Return whether a file has commands outside of constructs, which CLIPS executes only with ``batch``."""
-    return is_readable_file(file) and syntax.has_top_level_calls(file.read_text("utf-8", "surrogateescape"))
+    return is_readable_file(file) and has_top_level_calls(file.read_text("utf-8", "surrogateescape"))
 
 
 def find_agent_names(options: RunOptions) -> list[str | None]:
@@ -477,15 +463,12 @@ def find_agent_names(options: RunOptions) -> list[str | None]:
     return [*agent_names(source_of(options).load_configuration()[0])] or [None]
 
 
-def _read_first_argument(call: SyntaxNode) -> str:
-    """Return the literal first argument of a call; empty for a computed argument."""
-    return literal_text(call.arguments[0]) if call.arguments else ""
+def read_first_argument(call: SyntaxNode) -> str:
+    """Return the literal first argument of a call; empty for a computed or missing argument.
 
-
-def literal_text(node: SyntaxNode) -> str:
-    """Return the value of a literal or of ``(path-resolve LITERAL)``; empty for a computed value."""
-    if node.head == "path-resolve":
-        return _read_first_argument(node)
-    if node.items is not None or node.text.startswith(("?", "$?")):
+    The argument may also be ``(path-resolve LITERAL)``.
+    """
+    if not call.arguments:
         return ""
-    return node.text[1:-1] if node.text.startswith('"') else node.text
+    argument = call.arguments[0]
+    return read_first_argument(argument) if argument.head == "path-resolve" else literal(argument)

@@ -11,12 +11,11 @@ from cxbridge.clipstext.syntax import SyntaxNode, literal
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.features.pddl_parser import reads_as_fawkes
 from cxbridge.executive.pddl import Domain, load_domain, pairs_of
-from cxbridge_studio.check.agent import Agent, ClipsFile, literal_text
+from cxbridge_studio.check.agent import Agent, ClipsFile, read_first_argument
 
 MIN_PREDICATE_LIKENESS: Final = 0.75
 """The minimum similarity with which a predicate counts as a misspelling of a declared predicate."""
 
-_PARSE_FUNCTION: Final = "parse-pddl-domain"
 _PLANNER_FUNCTIONS: Final = ("planner-plan", "planner-plan-with", "planner-plan-part")
 
 
@@ -46,18 +45,29 @@ def find_domain_calls(agent: Agent) -> Iterator[DomainCall]:
     """Yield the calls that parse a domain, each with its domain."""
     fawkes_compat = reads_as_fawkes(agent.config)
     for file in agent.own_files:
-        for node in file.find_calls(_PARSE_FUNCTION):
-            call = DomainCall(file, node, literal_text(node.arguments[0]) if node.arguments else "")
+        for node in file.find_calls("parse-pddl-domain"):
+            call = DomainCall(file, node, read_first_argument(node))
             call.path = agent.find_file(call.name) if call.name else None
-            if call.path is not None:
-                try:
+            try:
+                if call.path is not None:
                     call.domain = load_domain(
                         call.path, fawkes_compat=fawkes_compat, warn=call.warnings.append
                     )
-                except CxbridgeError as error:
-                    # Only the check of domains reports the error; the other checks skip such a domain.
-                    call.error = error
+            except CxbridgeError as error:
+                # Only the check of domains reports the error; the other checks skip such a domain.
+                call.error = error
             yield call
+
+
+def find_domain_files(agent: Agent) -> list[Path]:
+    """Return the existing files of the domains, each once."""
+    return list(dict.fromkeys(call.path for call in find_domain_calls(agent) if call.path is not None))
+
+
+def read_domains(agent: Agent) -> list[Domain]:
+    """Return the domains; empty if one of them cannot be read, which the check of domains reports."""
+    domains = [call.domain for call in find_domain_calls(agent)]
+    return [domain for domain in domains if domain is not None] if None not in domains else []
 
 
 def find_planner_goals(agent: Agent) -> Iterator[tuple[ClipsFile, SyntaxNode, str]]:
@@ -78,5 +88,5 @@ def find_objects(agent: Agent, domains: list[Domain]) -> set[str] | None:
         return None
     if any("objects-by-type" in file.text for file in agent.own_files):
         return None  # facts of the world model list objects
-    objects = {name for domain in domains for name, _ in pairs_of(domain.constants)}
-    return objects.union(*(fact.slots["name"] for fact in facts))
+    constants = {name for domain in domains for name, _ in pairs_of(domain.constants)}
+    return constants.union(*(fact.slots["name"] for fact in facts))

@@ -6,7 +6,7 @@ action that the analysis finds impossible is impossible.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from typing import Final, NamedTuple
 
 from cxbridge.executive.pddl.ast import (
@@ -22,7 +22,7 @@ from cxbridge.executive.pddl.ast import (
     TypedList,
 )
 from cxbridge.executive.pddl.printer import format_formula
-from cxbridge_studio.check.findings import Code, Severity
+from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
 
 FALSE_PREDICATE: Final = Code(
     "CX311",
@@ -82,24 +82,24 @@ def find_domain_doubts(domain: Domain, asserted_predicates: Collection[str] | No
     achieved_predicates = {name for action in domain.actions for name in _find_added_predicates(action)}
     for predicate in domain.predicates:
         if predicate.name not in achieved_predicates and predicate.name not in asserted_predicates:
-            message = (
-                f"({predicate.name}) is never true: no action has it as an effect, nothing else makes it"
+            yield Doubt(
+                FALSE_PREDICATE,
+                f"({predicate.name}) is never true: no action has it as an effect, nothing else makes it",
+                predicate.position,
             )
-            yield Doubt(FALSE_PREDICATE, message, predicate.position)
     yield from _find_impossible_actions(domain, asserted_predicates)
 
 
 def find_object_doubts(domain: Domain, objects: TypedList) -> Iterator[Doubt]:
     """Yield the objects without a type, if all parameters of actions have a type."""
     groups = [group for action in domain.actions for group in action.parameters]
-    if not groups or not all(group.types for group in groups):
+    # A parameter of type `object` takes any object.
+    if not groups or any(not group.types or "object" in group.types for group in groups):
         return
-    if any(type_ == "object" for group in groups for type_ in group.types):
-        return  # a parameter of type `object` takes any object
     for group in objects:
         if not group.types:
-            message = f"{', '.join(group.names)} has no type: no action takes it"
-            yield Doubt(UNTYPED_OBJECT, message, group.position)
+            text = f"{', '.join(group.names)} has no type: no action takes it"
+            yield Doubt(UNTYPED_OBJECT, text, group.position)
 
 
 def find_goal_doubts(domain: Domain, goal: Formula, asserted_predicates: Collection[str]) -> Iterator[Doubt]:
@@ -107,10 +107,11 @@ def find_goal_doubts(domain: Domain, goal: Formula, asserted_predicates: Collect
 
     :param asserted_predicates: the predicates of facts from rules and problems.
     """
-    declared_predicates = {predicate.name for predicate in domain.predicates}
-    achieved_predicates = {name for action in domain.actions for name in _find_added_predicates(action)}
+    unachieved_predicates = {predicate.name for predicate in domain.predicates}.difference(
+        asserted_predicates, *map(_find_added_predicates, domain.actions)
+    )
     for atom in _find_required_atoms(goal):
-        if atom.predicate in declared_predicates - achieved_predicates - set(asserted_predicates):
+        if atom.predicate in unachieved_predicates:
             yield Doubt(UNACHIEVED_GOAL, f"no action achieves {format_formula(atom)}", atom.position)
 
 
@@ -122,15 +123,15 @@ def _find_impossible_actions(domain: Domain, asserted_predicates: Collection[str
         action for action in blocked_actions if _find_needed_predicates(action) <= possible_predicates
     ]:
         blocked_actions = [action for action in blocked_actions if action not in ready_actions]
-        possible_predicates.update(
-            name for action in ready_actions for name in _find_added_predicates(action)
-        )
+        possible_predicates.update(*map(_find_added_predicates, ready_actions))
     for action in blocked_actions:
-        missing_text = ", ".join(
-            f"({name})" for name in sorted(_find_needed_predicates(action) - possible_predicates)
+        missing_predicates = sorted(_find_needed_predicates(action) - possible_predicates)
+        yield Doubt(
+            IMPOSSIBLE_ACTION,
+            f"the action {action.name} can never be done: "
+            f"nothing makes {', '.join(f'({name})' for name in missing_predicates)} true before it",
+            action.position,
         )
-        message = f"the action {action.name} can never be done: nothing makes {missing_text} true before it"
-        yield Doubt(IMPOSSIBLE_ACTION, message, action.position)
 
 
 def _find_needed_predicates(action: ActionSchema) -> set[str]:
@@ -146,15 +147,11 @@ def _find_required_atoms(formula: Formula | None) -> Iterator[Atom]:
         case And() | Timed() | Quantified(quantifier="exists"):
             for child in formula.children:
                 yield from _find_required_atoms(child)
-        case _:
-            return
 
 
 def _find_added_predicates(action: ActionSchema) -> Iterator[str]:
     """Yield the predicates that an action may make true."""
-    for atom, is_true, _ in _find_effect_literals(action.effect, ()):
-        if is_true:
-            yield atom.predicate
+    return (atom.predicate for atom, is_true, _ in _find_effect_literals(action.effect, ()) if is_true)
 
 
 def _find_effect_literals(
@@ -185,5 +182,14 @@ def _find_undone_effects(action: ActionSchema) -> Iterator[Doubt]:
     added_literals = {(atom, context) for atom, is_true, context in literals if is_true}
     for atom, is_true, context in literals:
         if not is_true and (atom, context) in added_literals:
-            message = f"the action {action.name} makes {format_formula(atom)} true and false at once"
-            yield Doubt(UNDONE_EFFECT, f"{message}: true wins", atom.position)
+            text = f"the action {action.name} makes {format_formula(atom)} true and false at once: true wins"
+            yield Doubt(UNDONE_EFFECT, text, atom.position)
+
+
+def make_findings(file: str, doubts: Iterable[Doubt]) -> Iterator[Finding]:
+    """Yield doubts about a domain or a problem as findings.
+
+    :param file: the path of the domain or of the problem.
+    """
+    for code, message, position in doubts:
+        yield Finding(code, SourcePlace(file, position.line, position.column), message)

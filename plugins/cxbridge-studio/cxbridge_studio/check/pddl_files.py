@@ -39,11 +39,11 @@ def check_pddl_file(file: Path, text: str | None = None, *, fawkes_compat: bool 
         if domain_reference is None:  # only problems refer to a domain, so the file is a domain
             domain = parse_domain(text, file, fawkes_compat=fawkes_compat, warn=warn)
             # Without a problem, any predicate may be true at the start.
-            return [*findings, *_make_findings(file, doubts.find_domain_doubts(domain))]
+            return [*findings, *doubts.make_findings(str(file), doubts.find_domain_doubts(domain))]
         path = _find_domain(file, domain_reference[1])
         if path is None:
-            message = f"there is no domain {domain_reference[1]} beside the problem"
-            return [Finding(MISSING_DOMAIN, SourcePlace(str(file)), message)]
+            text = f"there is no domain {domain_reference[1]} beside the problem"
+            return [Finding(MISSING_DOMAIN, SourcePlace(str(file)), text)]
         domain = load_domain(path, fawkes_compat=fawkes_compat)
         findings += _check_problem(file, parse_problem(text, domain, file, warn=warn), domain)
     except PddlError as error:
@@ -54,15 +54,11 @@ def check_pddl_file(file: Path, text: str | None = None, *, fawkes_compat: bool 
 def _check_problem(file: Path, problem: Problem, domain: Domain) -> Iterator[Finding]:
     """Yield the doubts about a problem, and about its domain with the facts of the problem."""
     initial_predicates = {atom.predicate for atom in problem.init}
-    yield from _make_findings(file, doubts.find_object_doubts(domain, problem.objects))
-    yield from _make_findings(Path(domain.file), doubts.find_domain_doubts(domain, initial_predicates))
-    yield from _make_findings(file, doubts.find_goal_doubts(domain, problem.goal, initial_predicates))
-
-
-def _make_findings(file: Path, file_doubts: Iterator[doubts.Doubt]) -> Iterator[Finding]:
-    for doubt in file_doubts:
-        place = SourcePlace(str(file), doubt.position.line, doubt.position.column)
-        yield Finding(doubt.code, place, doubt.message)
+    yield from doubts.make_findings(str(file), doubts.find_object_doubts(domain, problem.objects))
+    yield from doubts.make_findings(domain.file, doubts.find_domain_doubts(domain, initial_predicates))
+    yield from doubts.make_findings(
+        str(file), doubts.find_goal_doubts(domain, problem.goal, initial_predicates)
+    )
 
 
 def _find_domain(problem: Path, name: str) -> Path | None:

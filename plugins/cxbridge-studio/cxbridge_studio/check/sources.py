@@ -11,7 +11,7 @@ from cxbridge.events import Event, SourceRead
 from cxbridge.run.options import RunOptions
 from cxbridge.trace.sourcing import emit_configuration
 from cxbridge_studio.check.agent import Agent, find_agent_names
-from cxbridge_studio.check.domain_calls import find_domain_calls
+from cxbridge_studio.check.domain_calls import find_domain_files
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 
 
@@ -38,14 +38,9 @@ def read_scenario_sources(options: RunOptions) -> list[SourceRead]:
     No rule fires, so files whose names rules compute are missing.
     """
     options.check()
-    sources: list[SourceRead] = []
-
-    def keep_source(event: Event) -> None:
-        if isinstance(event, SourceRead):
-            sources.append(event)
-
-    with Agent(options, keep_source) as agent:
+    sources: list[Event] = []
+    with Agent(options, sources.append) as agent:
         emit_configuration(agent.context.bus, agent.config)
-        for path in dict.fromkeys(call.path for call in find_domain_calls(agent) if call.path is not None):
+        for path in find_domain_files(agent):
             agent.context.bus.emit_source("pddl", "", str(path), path.read_bytes(), kind="domain")
-    return sources
+    return [source for source in sources if isinstance(source, SourceRead)]

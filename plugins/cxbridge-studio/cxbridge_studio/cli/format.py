@@ -26,7 +26,8 @@ def format(  # noqa: A001 - the name of the command
 
     Example: cxbridge format --check agent
     """
-    from cxbridge_studio.agent.layout import indent_clips, is_balanced
+    from cxbridge_studio.agent.layout import indent_clips
+    from cxbridge_studio.agent.top_level import is_balanced
 
     changed_count = 0
     # read all files before the first change, so that after an unreadable file nothing has changed

@@ -70,10 +70,11 @@ class Explainer(Component):
         options = context.options
         is_recorded = options.trace is not None and options.trace_level != "transitions"
         is_on_page = not self._is_daemon and context.has_clients
+        has_facts = is_on_page or (is_recorded and options.trace_level == "facts")
         self._history.rules_known = is_recorded or options.log is not None or is_on_page
         types: list[type[Event]] = [*TRANSITION_TYPES, PlannerCall, InterfaceWrite]
         types += [RuleFired] if self._history.rules_known else []
-        types += [FactChange] if is_on_page or (is_recorded and options.trace_level == "facts") else []
+        types += [FactChange] if has_facts else []
         context.bus.subscribe(self._history.add_event, *types)
         self._thread: threading.Thread | None = None
         self._answer: str | None = None  # written by the thread
@@ -102,20 +103,21 @@ class Explainer(Component):
         self._context.board.close(self._interface)
 
     def _begin_answer(self, message: Any) -> None:
-        name, kind, rule_count = str(message.name), str(message.kind), int(message.rules)
         self._msgid, self._answer = message.id, None
         env = self._environment
         if env is None:
             error = CxbridgeError("the executive is not running now", hint="see 'cxbridge daemon status'")
             self._publish(_error_to_json(error))
             return
-        now_us = self._context.clock.now_us()
-        agent = f"{self._context.spec} in the daemon" if self._is_daemon else self._context.spec
-        where = f"{agent}, {(now_us - self._start_us) / MICROSECONDS:.3f} s after its start"
-        folders, times_us = self._context.paths.clips_dirs, (self._start_us, now_us)
-        evidence = copy_evidence(env, folders, name, kind, where, times_us, self._copy_history())
+        name, kind, context = str(message.name), str(message.kind), self._context
+        start_us, now_us = self._start_us, context.clock.now_us()
+        agent = f"{context.spec} in the daemon" if self._is_daemon else context.spec
+        where = f"{agent}, {(now_us - start_us) / MICROSECONDS:.3f} s after its start"
+        evidence = copy_evidence(
+            env, context.paths.clips_dirs, name, kind, where, (start_us, now_us), self._copy_history()
+        )
         self._thread = threading.Thread(
-            target=self._explain, args=(evidence, name, kind, rule_count), name="explain", daemon=True
+            target=self._explain, args=(evidence, name, kind, int(message.rules)), name="explain", daemon=True
         )
         self._thread.start()
 
@@ -140,9 +142,8 @@ class Explainer(Component):
         except CxbridgeError as error:
             self._answer = _error_to_json(error)
         except Exception as error:  # noqa: BLE001 - no question may end a daemon
-            self._answer = _error_to_json(
-                CxbridgeError(f"an internal error of cxbridge: {type(error).__name__}: {error}")
-            )
+            text = f"an internal error of cxbridge: {type(error).__name__}: {error}"
+            self._answer = _error_to_json(CxbridgeError(text))
 
     def _publish(self, text: str) -> None:
         if self._interface.valid:

@@ -21,7 +21,7 @@ from cxbridge.printing import format_count, short_path
 from cxbridge.trace.formats.base import Run
 from cxbridge_studio.agent.condition import find_patterns
 from cxbridge_studio.agent.rule import parse_rule
-from cxbridge_studio.environment_sources import find_building_steps
+from cxbridge_studio.environment_sources import find_building_steps, make_unknown_environment_error
 from cxbridge_studio.explain.evidence import ENVIRONMENT_EVENT_TYPES, Evidence, History, NoFactsError
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 from cxbridge_studio.explain.rules.recorded_facts import parse_rows
@@ -151,7 +151,7 @@ class RecordedEvidence(Evidence):
         return self._constructs
 
     def read_rulebook(self) -> Rulebook:
-        return self._load_constructs().read_rulebook()
+        return self._load_constructs().rulebook
 
     def take_snapshot(self, rule: str) -> Snapshot:
         """Return a rule with the facts of the moment."""
@@ -183,7 +183,7 @@ class RecordedEvidence(Evidence):
 
     def read_rule_texts(self) -> Mapping[str, str]:
         try:
-            return self._load_constructs().read_rule_texts()
+            return self._load_constructs().rule_texts
         except TraceError:
             return {}
 
@@ -214,9 +214,5 @@ def _choose_environment(env: str | None, names: set[str], path: Path) -> str:
     if env is None:
         return next(iter(names)) if len(names) == 1 else EXECUTIVE_ENVIRONMENT
     if env not in names:
-        raise TraceError(
-            f"the recording has no CLIPS environment '{env}'",
-            file=path,
-            hint=f"there are: {', '.join(sorted(names)) or 'none'}",
-        )
+        raise make_unknown_environment_error(env, names, path)
     return env

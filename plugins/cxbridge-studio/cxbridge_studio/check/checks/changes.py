@@ -40,30 +40,24 @@ def check(agent: Agent) -> Iterator[Finding]:
     """Yield a finding for each slot or value that the deftemplate of the changed or read fact lacks."""
     slots = agent.slots
     for construct in agent.usage.constructs:
-        piece = construct.placed.piece
-        key = construct.file.path, construct.keyword, construct.name
-        # Another check reports dropped constructs, and the end of an unclosed construct is a guess.
-        if key in agent.dropped_constructs or not piece.is_closed:
-            continue
-        for mention in piece.mentions:
-            owner = mention.name.owner  # empty if the template of the variable's fact is ambiguous
+        for mention in construct.placed.piece.mentions if agent.is_loaded(construct) else ():
+            name, owner = mention.name.text, mention.name.owner  # without owner if the fact is ambiguous
             if (
                 mention.name.kind is not NameKind.SLOT
                 or mention.use not in _VARIABLE_USES
                 or owner not in slots
             ):
                 continue
-            if mention.name.text not in slots[owner]:
-                yield _make_unknown_slot_finding(construct, mention, slots[owner])
+            if name not in slots[owner]:
+                text = f"the deftemplate '{owner}' has no slot '{name}'"
+                yield Finding(
+                    UNKNOWN_SLOT,
+                    construct.place(mention.start),
+                    f"{_format_construct(construct)}{text}",
+                    did_you_mean(name, slots[owner], f"it has: {', '.join(sorted(slots[owner]))}"),
+                )
             elif mention.use is Use.CHANGED:
                 yield from _find_forbidden_values(agent, construct, mention)
-
-
-def _make_unknown_slot_finding(construct: Construct, mention: Mention, slots: set[str]) -> Finding:
-    name, owner = mention.name.text, mention.name.owner
-    hint = did_you_mean(name, slots) or f"it has: {', '.join(sorted(slots))}"
-    message = f"{_format_construct(construct)}the deftemplate '{owner}' has no slot '{name}'"
-    return Finding(UNKNOWN_SLOT, construct.place(mention.start), message, hint)
 
 
 def _find_forbidden_values(agent: Agent, construct: Construct, mention: Mention) -> Iterator[Finding]:
@@ -74,11 +68,13 @@ def _find_forbidden_values(agent: Agent, construct: Construct, mention: Mention)
     # The parenthesis before the slot's name begins the list with the values.
     list_start = text.rfind("(", 0, mention.start)
     for value in read(text[list_start:], close=True)[0].arguments if allowed else ():
-        word = literal(value)
-        if word and word not in allowed:
-            message = f"{_format_construct(construct)}the slot '{slot}' of '{template}' cannot be {word}"
-            hint = did_you_mean(word, allowed) or f"it can be: {', '.join(sorted(allowed))}"
-            yield Finding(FORBIDDEN_VALUE, construct.place(list_start + value.start), message, hint)
+        if (word := literal(value)) and word not in allowed:
+            yield Finding(
+                FORBIDDEN_VALUE,
+                construct.place(list_start + value.start),
+                f"{_format_construct(construct)}the slot '{slot}' of '{template}' cannot be {word}",
+                did_you_mean(word, allowed, f"it can be: {', '.join(sorted(allowed))}"),
+            )
 
 
 def _format_construct(construct: Construct) -> str:

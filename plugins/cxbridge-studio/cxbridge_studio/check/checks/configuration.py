@@ -8,7 +8,7 @@ from typing import Final
 
 from cxbridge.config import ConfigType, ConfigValue
 from cxbridge.run.paths import SCENARIO_FILE
-from cxbridge.run.source import CLIPS_SUFFIX
+from cxbridge.run.source import CLIPS_SUFFIX, source_of
 from cxbridge.run.specs import check_spec, find_key_mistakes
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.check.agent import Agent, place_of
@@ -73,8 +73,7 @@ _LOCATED_WARNING = re.compile(
     r"(?P<file>[^\n:]+):(?P<line>\d+)(?::(?P<column>\d+))?: (?P<text>.*)", re.DOTALL
 )
 _QUOTED_NAME: Final = re.compile(r"'([^']+)'")
-_EXECUTIVE_PATH: Final = "/clips-executive"
-_TIME_PATH: Final = f"{_EXECUTIVE_PATH}/assert-time-each-loop"
+_TIME_PATH: Final = "/clips-executive/assert-time-each-loop"
 
 
 def check(agent: Agent) -> Iterator[Finding]:
@@ -84,14 +83,15 @@ def check(agent: Agent) -> Iterator[Finding]:
     """
     reported_places: set[SourcePlace] = set()
     misspelt_keys: set[str] = set()
-    for error in () if agent.is_lenient else find_key_mistakes(agent.config, agent.spec):
+    is_lenient = source_of(agent.options).is_lenient
+    for error in () if is_lenient else find_key_mistakes(agent.config, agent.spec):
         finding = make_error_finding(error, MISTAKEN_KEY)
         reported_places.add(finding.place)
         misspelt_keys.update(_QUOTED_NAME.findall(finding.message))
         yield finding
     for text in (*map(str, agent.config.warnings), *check_spec(agent.config, agent.spec)):
-        match = _LOCATED_WARNING.match(text)
         place = SourcePlace(str(agent.context.paths.config_file))
+        match = _LOCATED_WARNING.match(text)
         if match:
             place = SourcePlace(match["file"], int(match["line"]), int(match["column"] or 0))
         # A second warning at the same position is a consequence of the first.
@@ -108,13 +108,16 @@ def _check_time(agent: Agent) -> Iterator[Finding]:
     """Yield a finding if the configuration turns time facts off, or has them only by default."""
     config = agent.config
     value = config.get(_TIME_PATH) if config.exists(_TIME_PATH) else None
-    place = SourcePlace(str(agent.context.paths.config_file))
-    if value is not None and value.file:
-        place = place_of(value)
+    config_file = SourcePlace(str(agent.context.paths.config_file))
+    place = place_of(value) if value is not None and value.file else config_file
     if not config.get_bool(_TIME_PATH, default=False):
         state = "absent" if value is None else "false"
-        message = f"assert-time-each-loop is {state}: nothing is read, no time passes"
-        yield Finding(NO_TIME_FACTS, place, message, "set assert-time-each-loop: true below clips-executive")
+        yield Finding(
+            NO_TIME_FACTS,
+            place,
+            f"assert-time-each-loop is {state}: nothing is read, no time passes",
+            "set assert-time-each-loop: true below clips-executive",
+        )
     # A value without a line is the default of scenarios. A CLIPS program is no scenario, and gets no note.
     elif not place.line and not place.file.endswith(CLIPS_SUFFIX):
         yield Finding(
@@ -125,11 +128,15 @@ def _check_time(agent: Agent) -> Iterator[Finding]:
 
 
 def _check_spec_name(agent: Agent) -> Iterator[Finding]:
-    key = f"{_EXECUTIVE_PATH}/spec"
+    key = "/clips-executive/spec"
     if agent.config.exists(key) and (value := agent.config.get(key)).type is not ConfigType.STRING:
         type_text = {ConfigType.BOOL: "a Boolean", ConfigType.FLOAT: "a number"}.get(value.type, "an integer")
-        message = f"the name of the spec, '{value.text}', must be a string, not {type_text}"
-        yield Finding(WRONG_SPEC_NAME, place_of(value), message, "choose another name, such as my-spec")
+        yield Finding(
+            WRONG_SPEC_NAME,
+            place_of(value),
+            f"the name of the spec, '{value.text}', must be a string, not {type_text}",
+            "choose another name, such as my-spec",
+        )
 
 
 # ---- keys
@@ -151,26 +158,21 @@ def _check_keys(
         if unknown_name is None or not value.file or (value.file, value.line) in lines:
             continue
         index, known_names = unknown_name
-        if path[index] in misspelt_keys:
+        name, parents = path[index], path[:index]
+        key = "/".join((*parents, name))
+        if name in misspelt_keys or key in reported_keys or _is_read(agent, value, index):
             continue
-        key = "/".join(path[: index + 1])
-        hint = did_you_mean(path[index], known_names)
-        if key in reported_keys or _is_read(agent, value, index):
-            continue
+        hint = did_you_mean(name, known_names)
         # A scenario belongs to cxbridge, so any unknown key counts, except for top-level sections, which may
         # belong to other programs. A Fawkes configuration has the keys of many programs, so only likely
         # misspellings in the sections of the executive count.
-        is_likely = (
-            bool(hint or index)
-            if is_scenario_file
-            else bool(hint) and _is_executive_path(agent, path[:index])
-        )
-        if is_likely:
+        if (hint and _is_executive_path(agent, parents)) or (is_scenario_file and (hint or parents)):
             reported_keys.add(key)
-            below_text = f" below {'/'.join(path[:index])}" if index else ""
-            message = f"'{path[index]}' is never read{below_text}"
             yield Finding(
-                UNKNOWN_KEY, place_of(value), message, hint or f"known: {', '.join(sorted(known_names))}"
+                UNKNOWN_KEY,
+                place_of(value),
+                f"'{name}' is never read" + (f" below {'/'.join(parents)}" if parents else ""),
+                hint or f"known: {', '.join(sorted(known_names))}",
             )
 
 

@@ -16,7 +16,6 @@ from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.condition import OBJECT, find_patterns, parse_condition
 from cxbridge_studio.agent.names import NameKind, Use
-from cxbridge_studio.agent.top_level import split_top_level_lists
 from cxbridge_studio.agent.unclosed import describe_unclosed
 from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
@@ -97,8 +96,6 @@ _CODES_BY_CLIPS_CODE: Final = {
     UNCLOSED_CODE: UNCLOSED_CONSTRUCT,
 }
 
-_FORBIDDEN_LITERAL = "CSTRNCHK1"  # CLIPS' error code for a literal that its slot does not allow
-
 _QUOTED_NAME = re.compile(r"'([^']+)'")
 _VARIABLE = re.compile(r"\$?\?[\w*-]+")
 
@@ -138,43 +135,38 @@ def _make_finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Find
     construct = _find_construct(file, diagnostic)
     code = _CODES_BY_CLIPS_CODE.get(diagnostic.code, UNREADABLE_CONSTRUCT)
     prefix = f"{diagnostic.construct}: " if diagnostic.construct else ""
-    unknown_pattern = _find_unknown_template(agent, construct) if construct is not None else None
-    if unknown_pattern is not None:
-        hint = did_you_mean(unknown_pattern.head, _find_defined_names(agent, "deftemplate"))
-        message = f"{prefix}there is no deftemplate '{unknown_pattern.head}'"
-        return Finding(UNKNOWN_TEMPLATE, file.place(unknown_pattern), message, hint)
-    if construct is not None and code is UNREADABLE_CONSTRUCT:
-        explain_mistake = (
-            _explain_forbidden_literal if diagnostic.code == _FORBIDDEN_LITERAL else _explain_missing_slots
+    word: SyntaxNode | None = None
+    if construct is not None:
+        if (pattern := _find_unknown_template(agent, construct)) is not None:
+            hint = did_you_mean(pattern.head, _find_defined_names(agent, "deftemplate"))
+            text = f"{prefix}there is no deftemplate '{pattern.head}'"
+            return Finding(UNKNOWN_TEMPLATE, file.place(pattern), text, hint)
+        if code is UNREADABLE_CONSTRUCT:
+            # The code is that of a literal that its slot does not allow.
+            is_forbidden_literal = diagnostic.code == "CSTRNCHK1"
+            explain = _explain_forbidden_literal if is_forbidden_literal else _explain_missing_slots
+            if (finding := explain(agent, file, construct, prefix)) is not None:
+                return finding
+        word = (
+            _find_unknown_global(agent, construct)
+            if code is UNKNOWN_GLOBAL
+            else _find_word(construct, diagnostic)
         )
-        finding = explain_mistake(agent, file, construct, prefix)
-        if finding is not None:
-            return finding
-    word = (
-        _find_unknown_global(agent, construct)
-        if code is UNKNOWN_GLOBAL
-        else _find_word(construct, diagnostic)
-    )
-    # CLIPS reports an undefined global variable in a condition as a variable without a value.
-    if code is UNBOUND_VARIABLE and word is not None and word.text.startswith("?*"):
-        code = UNKNOWN_GLOBAL
     place = SourcePlace(str(file.path), diagnostic.line or 0) if word is None else file.place(word)
     text = "" if word is None else word.text
+    # CLIPS reports an undefined global variable in a condition as a variable without a value.
+    if code is UNKNOWN_GLOBAL or (code is UNBOUND_VARIABLE and text.startswith("?*")):
+        message = f"{prefix}there is no global variable {text}"
+        return Finding(UNKNOWN_GLOBAL, place, message, _make_global_hint(agent, text))
     if code is UNKNOWN_FUNCTION:
-        return Finding(
-            code, place, f"{prefix}there is no function '{text}'", _make_function_hint(agent, text)
-        )
-    if code is UNKNOWN_GLOBAL:
-        return Finding(
-            code, place, f"{prefix}there is no global variable {text}", _make_global_hint(agent, text)
-        )
+        message = f"{prefix}there is no function '{text}'"
+        return Finding(code, place, message, _make_function_hint(agent, text))
     if code is UNKNOWN_SLOT:
         # Some messages of CLIPS quote fewer names: the missing names are empty.
         slot, template = [*_QUOTED_NAME.findall(diagnostic.message), "", ""][:2]
         names = agent.eval_words(f"(deftemplate-slot-names {template})") if template else []
-        hint = did_you_mean(slot, names) or f"it has: {', '.join(names)}"
         message = f"{prefix}the deftemplate '{template or '?'}' has no slot '{slot or '?'}'"
-        return Finding(code, place, message, hint)
+        return Finding(code, place, message, did_you_mean(slot, names, f"it has: {', '.join(names)}"))
     # A code of cxbridge, such as LIMIT, has no digits, and users look up the codes of CLIPS only.
     clips_code = "" if diagnostic.code.isalpha() else f" [{diagnostic.code}]"
     return Finding(code, place, f"{prefix}{diagnostic.message}{clips_code}")
@@ -191,8 +183,8 @@ def _explain_forbidden_literal(
             for value in slot.arguments if allowed else ():
                 if (word := literal(value)) and word not in allowed:
                     hint = f"{did_you_mean(word, allowed)} it can be: {', '.join(sorted(allowed))}"
-                    message = f"{prefix}the slot '{slot.head}' of '{template}' cannot be {word}"
-                    return Finding(UNREADABLE_CONSTRUCT, file.place(value), message, hint.strip())
+                    text = f"{prefix}the slot '{slot.head}' of '{template}' cannot be {word}"
+                    return Finding(UNREADABLE_CONSTRUCT, file.place(value), text, hint.strip())
     return None
 
 
@@ -204,12 +196,6 @@ def _find_facts(construct: Definition) -> list[SyntaxNode]:
     return sorted(facts, key=lambda node: node.start)
 
 
-def _defines_template(file: ClipsFile, template: str) -> bool:
-    return any(
-        (definition.kind, definition.name) == ("deftemplate", template) for definition in file.constructs
-    )
-
-
 def _explain_missing_slots(
     agent: Agent, file: ClipsFile, construct: Definition, prefix: str
 ) -> Finding | None:
@@ -217,11 +203,19 @@ def _explain_missing_slots(
     for fact in _find_facts(construct):
         name = without_module(fact.head)
         if name in agent.deftemplates and any(argument.items is None for argument in fact.arguments):
-            hint = f"write ({name} (SLOT VALUE) ...)"
-            if any(source.is_core and _defines_template(source, name) for source in agent.files):
-                hint = "it is a deftemplate of the CX core: use another name"
-            message = f"{prefix}the deftemplate '{name}' has slots, but these fields are not in slots"
-            return Finding(UNREADABLE_CONSTRUCT, file.place(fact), message, hint)
+            is_of_core = any(
+                source.is_core and (definition.kind, definition.name) == ("deftemplate", name)
+                for source in agent.files
+                for definition in source.constructs
+            )
+            return Finding(
+                UNREADABLE_CONSTRUCT,
+                file.place(fact),
+                f"{prefix}the deftemplate '{name}' has slots, but these fields are not in slots",
+                "it is a deftemplate of the CX core: use another name"
+                if is_of_core
+                else f"write ({name} (SLOT VALUE) ...)",
+            )
     return None
 
 
@@ -244,18 +238,13 @@ def _find_construct(file: ClipsFile, diagnostic: Diagnostic) -> Definition | Non
     return matches[-1] if matches else None
 
 
-def _find_word(construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNode | None:
+def _find_word(construct: Definition, diagnostic: Diagnostic) -> SyntaxNode:
     """Return the node of the word that a message quotes, or of the construct if it quotes no word."""
-    if construct is None:
-        return None
     words = _QUOTED_NAME.findall(diagnostic.message)[:1] or _VARIABLE.findall(diagnostic.message)[:1]
     # CLIPS' messages about conditions name a global without the asterisks.
     words += [f"?*{word[1:]}*" for word in words if word.startswith("?")]
-    construct_node = construct.node
-    inner_nodes = (
-        node for node in construct_node.walk() if node.items is None and node.start > construct_node.start
-    )
-    return next((node for node in inner_nodes if node.text in words), construct_node)
+    inner_nodes = (node for node in construct.node.walk() if node.items is None)
+    return next((node for node in inner_nodes if node.text in words), construct.node)
 
 
 # ---- parentheses
@@ -263,12 +252,12 @@ def _find_word(construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNo
 
 def _find_unclosed(agent: Agent, file: ClipsFile) -> Iterator[Finding]:
     """Yield a finding for each unclosed construct, at the list that is probably left open."""
-    for top_list in split_top_level_lists(file.text):
-        if top_list.is_closed:
-            continue
-        description = describe_unclosed(top_list.text, top_list.start, file.lines, file.text, agent.slots)
-        place = file.offset_place(description.start)
-        yield Finding(UNCLOSED_CONSTRUCT, place, description.message, description.hint)
+    for start, piece in file.source.pieces:
+        if not piece.is_closed:
+            lines = file.source.lines
+            description = describe_unclosed(piece.text, start, lines, file.text, agent.slots)
+            place = SourcePlace.at(str(file.path), lines, description.start)
+            yield Finding(UNCLOSED_CONSTRUCT, place, description.message, description.hint)
 
 
 def _find_unclosed_line(file: ClipsFile) -> int | None:
@@ -280,9 +269,11 @@ def _find_unclosed_line(file: ClipsFile) -> int | None:
 def _find_swallowed_names(file: ClipsFile) -> Iterator[str]:
     """Yield the names of the unclosed construct and of all later constructs in the file."""
     line = _find_unclosed_line(file)
-    if line is not None:
-        named_constructs = (construct for construct in file.all_constructs if construct.name)
-        yield from (construct.name for construct in named_constructs if construct.place().line >= line)
+    return (
+        construct.name
+        for construct in file.all_constructs
+        if line is not None and construct.name and construct.place().line >= line
+    )
 
 
 # ---- consequences of other mistakes
@@ -317,10 +308,8 @@ def _make_function_hint(agent: Agent, name: str) -> str:
     return did_you_mean(name, _find_defined_names(agent, *functions, "defmethod"))
 
 
-def _find_unknown_global(agent: Agent, construct: Definition | None) -> SyntaxNode | None:
+def _find_unknown_global(agent: Agent, construct: Definition) -> SyntaxNode:
     """Return the first undefined global variable of a construct: CLIPS' message does not name it."""
-    if construct is None:
-        return None
     defined_globals = set(map(without_module, agent.eval_words("(get-defglobal-list *)")))
     globals_ = (node for node in construct.node.walk() if node.text.startswith(("?*", "$?*")))
     return next((node for node in globals_ if node.text.strip("$?*") not in defined_globals), construct.node)

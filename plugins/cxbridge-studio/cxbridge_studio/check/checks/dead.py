@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.clipstext.syntax import SyntaxNode, literal
+from cxbridge.printing import format_count
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent import sub_types
+from cxbridge_studio.agent.clips import CHANGE_FUNCTIONS
 from cxbridge_studio.agent.names import Name, NameKind, Use
-from cxbridge_studio.check.agent import Agent
+from cxbridge_studio.check.agent import Agent, read_first_argument
 from cxbridge_studio.check.findings import Code, Finding, Severity
 from cxbridge_studio.check.usage import PROGRAM_TEMPLATES, Construct, FactUse, Usage
 
@@ -78,14 +79,10 @@ CODES: Final = (
 
 # The facts that CLIPS 6.30 asserts at the start, and CLIPS 6.4 does not.
 _INITIAL_FACTS: Final = ("initial-fact", "initial-object")
-_TIME_TEMPLATE: Final = "time"
-_CLASS_SLOT: Final = "class"
 # The defaults of the slots by which rules choose the goals that they expand.
 _SLOT_DEFAULTS: Final = {"sub-type": "nil", "type": "ACHIEVE"}
-_GOAL_TEMPLATE: Final = "goal"
 _SELECTING_SLOTS: Final = frozenset({"class", "type", "sub-type"})
 _MODES_AFTER_EXPANDED: Final = ("COMMITTED", "DISPATCHED", "FINISHED")  # modes that can follow EXPANDED
-_CHANGE_FUNCTIONS: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
 # Functions whose call does not change a goal.
 _HARMLESS_FUNCTIONS: Final = frozenset(
     {"printout", "format", "println", "bind", "str-cat", "sym-cat", "create$"}
@@ -95,13 +92,7 @@ _HARMLESS_FUNCTIONS: Final = frozenset(
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the unused rules, facts, goal classes and functions."""
     usage = agent.usage
-    # Another check reports dropped constructs, and the end of an unclosed construct is a guess.
-    own_constructs = [
-        construct
-        for construct in agent.own_constructs
-        if construct.placed.piece.is_closed
-        and (construct.file.path, construct.keyword, construct.name) not in agent.dropped_constructs
-    ]
+    own_constructs = [construct for construct in agent.own_constructs if agent.is_loaded(construct)]
     yield from _check_rules(agent, usage, own_constructs)
     yield from _check_facts(agent, usage, own_constructs)
     yield from _check_goals(agent, usage, own_constructs)
@@ -115,24 +106,22 @@ def _check_rules(agent: Agent, usage: Usage, own_constructs: list[Construct]) ->
     """Yield the rules with a pattern that no fact can match."""
     for construct in own_constructs:
         for pattern in construct.patterns:
-            problem = _find_pattern_problem(agent, usage, pattern)
-            if problem is not None:
+            if (problem := _find_pattern_problem(agent, usage, pattern)) is not None:
                 reason, hint = problem
-                message = f"defrule {construct.name} can never match: {reason}"
-                yield Finding(UNMATCHED_RULE, construct.place(pattern.start), message, hint)
+                text = f"defrule {construct.name} can never match: {reason}"
+                yield Finding(UNMATCHED_RULE, construct.place(pattern.start), text, hint)
                 break  # a single unmatched pattern disables the rule
 
 
 def _find_pattern_problem(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str, str] | None:
     """Return the reason why no fact can match a pattern, and a hint; None if a fact may match."""
     name = pattern.template
-    if name not in usage.asserted_facts and name in _INITIAL_FACTS:
-        return (
-            f"CLIPS 6.4 has no '{name}'",
-            f"omit ({name}): a rule without a pattern fires at the start",
-        )
-    if name not in usage.asserted_facts and not usage.is_made_elsewhere(name):
-        return f"nothing asserts a fact '{name}'", did_you_mean(name, set(usage.asserted_facts) - {name})
+    if name not in usage.asserted_facts:
+        if name in _INITIAL_FACTS:
+            hint = f"omit ({name}): a rule without a pattern fires at the start"
+            return f"CLIPS 6.4 has no '{name}'", hint
+        if not usage.is_made_elsewhere(name):
+            return f"nothing asserts a fact '{name}'", did_you_mean(name, set(usage.asserted_facts) - {name})
     counts = _count_fields(agent, usage, name)
     if pattern.field_counts is None or not counts:
         return None
@@ -140,12 +129,10 @@ def _find_pattern_problem(agent: Agent, usage: Usage, pattern: FactUse) -> tuple
     if any(minimum <= most_fields and fewest_fields <= maximum for fewest_fields, most_fields in counts):
         return None
     field_counts = " or ".join(str(fewest_fields) for fewest_fields, _ in sorted(set(counts)))
-    plural = "" if minimum == 1 else "s"
-    expected_fields = f"{minimum} or more fields" if maximum > minimum else f"{minimum} field{plural}"
-    example = f"({name}{' ?' * counts[0][0]})"
+    needed = f"{minimum} or more fields" if maximum > minimum else format_count(minimum, "field")
     return (
-        f"({name} ...) needs {expected_fields}, but facts '{name}' have {field_counts}",
-        f"write {example}, or $? for any number of fields",
+        f"({name} ...) needs {needed}, but facts '{name}' have {field_counts}",
+        f"write ({name}{' ?' * counts[0][0]}), or $? for any number of fields",
     )
 
 
@@ -161,8 +148,9 @@ def _count_fields(agent: Agent, usage: Usage, template: str) -> list[tuple[int, 
     ]
     if template in agent.deftemplates or template in usage.templates_in_strings:
         return []
-    if template == _TIME_TEMPLATE:
-        return [*assertion_counts, (agent.time_field_count, agent.time_field_count)]
+    if template == "time":
+        time_field_count = len(agent.eval_words("(now)")) or 1
+        return [*assertion_counts, (time_field_count, time_field_count)]
     return [] if usage.is_made_elsewhere(template) else assertion_counts
 
 
@@ -185,9 +173,9 @@ def _check_facts(agent: Agent, usage: Usage, own_constructs: list[Construct]) ->
             if not agent.model.is_defined(Name(NameKind.TEMPLATE, name)) and name in agent.deftemplates:
                 continue  # a feature defines the deftemplate, and may read the facts
             reported_names.add(name)
-            message = f"no rule matches the fact '{name}'"
+            hint = did_you_mean(name, read_templates - {name})
             yield Finding(
-                UNREAD_FACT, construct.place(fact.start), message, did_you_mean(name, read_templates - {name})
+                UNREAD_FACT, construct.place(fact.start), f"no rule matches the fact '{name}'", hint
             )
 
 
@@ -203,22 +191,21 @@ def _check_goals(agent: Agent, usage: Usage, own_constructs: list[Construct]) ->
     yield from findings_by_goal.values()
     for construct in own_constructs:
         for pattern in construct.patterns:
+            names = pattern.slots.get("class", ()) if pattern.template == "goal" else ()
             # Each class of a constraint such as (class A|B) needs a goal.
-            for name in sorted(
-                pattern.slots.get(_CLASS_SLOT, ()) if pattern.template == _GOAL_TEMPLATE else ()
-            ):
-                if name not in words_in_use | reported_names:
-                    reported_names.add(name)
-                    asserted_goals = usage.asserted_facts.get(_GOAL_TEMPLATE, ())
-                    classes = {word for _, goal in asserted_goals for word in goal.slots.get(_CLASS_SLOT, ())}
-                    message = (
-                        f"nothing formulates a goal of class {name}, which defrule {construct.name} needs"
-                    )
-                    place = construct.place(pattern.start)
-                    yield Finding(UNFORMULATED_GOAL, place, message, did_you_mean(name, classes))
+            for name in sorted({*names} - words_in_use - reported_names):
+                reported_names.add(name)
+                asserted_goals = usage.asserted_facts.get("goal", ())
+                classes = {word for _, goal in asserted_goals for word in goal.slots.get("class", ())}
+                yield Finding(
+                    UNFORMULATED_GOAL,
+                    construct.place(pattern.start),
+                    f"nothing formulates a goal of class {name}, which defrule {construct.name} needs",
+                    did_you_mean(name, classes),
+                )
         for fact in construct.facts:
-            name = next(iter(fact.slots.get(_CLASS_SLOT, ())), "")
-            if fact.template == _GOAL_TEMPLATE and name and name not in reported_names:
+            name = next(iter(fact.slots.get("class", ())), "")
+            if fact.template == "goal" and name and name not in reported_names:
                 reported_names.add(name)
                 if (construct, fact.start) not in findings_by_goal:
                     yield from _check_life_cycle(agent, usage, construct, fact, name)
@@ -230,8 +217,11 @@ def _check_life_cycle(
     """Yield a finding if an asserted goal is never selected, or never expanded after its selection."""
     if "mode" in fact.slots and "FORMULATED" not in fact.slots["mode"]:
         return  # the rule that asserts the goal has done the steps up to this mode
-    functions = (construct for construct in usage.constructs if construct.keyword == "deffunction")
-    setter_functions = {function.name for function in functions if function.sets_mode("SELECTED")}
+    setter_functions = {
+        construct.name
+        for construct in usage.constructs
+        if construct.keyword == "deffunction" and construct.sets_mode("SELECTED")
+    }
     if not any(
         _can_advance(rule, fact, "FORMULATED", "SELECTED", setter_functions) for rule in usage.constructs
     ):
@@ -278,19 +268,19 @@ def _can_advance(
         return False
     return any(
         _matches_goal(pattern, goal, mode)
-        and (not needs_class or _CLASS_SLOT in pattern.slots.keys() & goal.slots)
+        and (not needs_class or "class" in pattern.slots.keys() & goal.slots)
         for pattern in rule.patterns
     )
 
 
 def _matches_goal(pattern: FactUse, goal: FactUse, mode: str) -> bool:
     """Return whether a pattern matches a goal with these slots in a mode."""
-    if pattern.template != _GOAL_TEMPLATE or mode not in pattern.slots.get("mode", {mode}):
+    if pattern.template != "goal" or mode not in pattern.slots.get("mode", {mode}):
         return False
     # A computed sub-type may be any word; an omitted sub-type has the default value.
     defaults = _SLOT_DEFAULTS if "sub-type" not in goal.slot_names else {"type": _SLOT_DEFAULTS["type"]}
     slots = {slot: words for slot, words in pattern.slots.items() if slot in _SELECTING_SLOTS}
-    return FactUse(_GOAL_TEMPLATE, 0, slots, pattern.slot_names).can_match(goal, defaults)
+    return FactUse("goal", 0, slots, pattern.slot_names).can_match(goal, defaults)
 
 
 # ---- sub-types
@@ -320,8 +310,8 @@ def _find_unhandled_sub_types(
                 for mode in _MODES_AFTER_EXPANDED
             )
             if not is_handled:
-                message = f"no rule handles goals of the sub-type {name}"
-                yield (construct, start), Finding(UNHANDLED_SUB_TYPE, construct.place(start), message, hint)
+                text = f"no rule handles goals of the sub-type {name}"
+                yield (construct, start), Finding(UNHANDLED_SUB_TYPE, construct.place(start), text, hint)
 
 
 def _find_sub_type_uses(
@@ -340,32 +330,27 @@ def _find_sub_type_uses(
     # A `modify` does not name its template. The slot tells that a goal is modified only if no other template
     # has a slot of this name.
     is_goal_slot = not any(
-        sub_types.SUB_TYPE_SLOT in agent.slots[name] for name in agent.slots.keys() - {_GOAL_TEMPLATE}
+        sub_types.SUB_TYPE_SLOT in slots for name, slots in agent.slots.items() if name != "goal"
     )
     for construct in own_constructs:
         for fact in construct.facts:
-            if fact.template == _GOAL_TEMPLATE and sub_types.SUB_TYPE_SLOT in fact.slots:
+            if fact.template == "goal" and sub_types.SUB_TYPE_SLOT in fact.slots:
                 yield construct, fact, fact.start
         for node in construct.action_nodes:
-            if node.head in _CHANGE_FUNCTIONS and is_goal_slot:
+            if node.head in CHANGE_FUNCTIONS and is_goal_slot:
                 slots = {
                     argument.head: frozenset({name})
                     for argument in node.arguments
-                    if argument.head == sub_types.SUB_TYPE_SLOT and (name := _read_first_word(argument))
+                    if argument.head == sub_types.SUB_TYPE_SLOT and (name := read_first_argument(argument))
                 }
             elif node.head in core_functions:
                 slots = {sub_types.SUB_TYPE_SLOT: core_functions[node.head]}
-                if name := _read_first_word(node):
-                    slots[_CLASS_SLOT] = frozenset({name})
+                if name := read_first_argument(node):
+                    slots["class"] = frozenset({name})
             else:
                 continue
             if slots:
-                yield construct, FactUse(_GOAL_TEMPLATE, node.start, slots, frozenset(slots)), node.start
-
-
-def _read_first_word(node: SyntaxNode) -> str:
-    """Return the first argument of a list; empty if it is missing, computed or a list."""
-    return literal(node.arguments[0]) if node.arguments else ""
+                yield construct, FactUse("goal", node.start, slots, frozenset(slots)), node.start
 
 
 # ---- functions

@@ -88,9 +88,6 @@ CODES: Final = (
     DOUBTFUL_PLACEHOLDER,
 )
 
-_OPERATOR_TEMPLATE: Final = "domain-operator"
-_ACTION_TEMPLATE: Final = "plan-action"
-
 
 @dataclass
 class _KnownActions:
@@ -136,16 +133,15 @@ def _check_domain(call: DomainCall, actions: _KnownActions) -> Iterator[Finding]
 def _add_operators(usage: Usage, actions: _KnownActions) -> None:
     """Add the operators that rules assert or match; their parameters are unknown."""
     operators: set[str] = set()
-    for _, fact in usage.asserted_facts.get(_OPERATOR_TEMPLATE, ()):
+    for _, fact in usage.asserted_facts.get("domain-operator", ()):
         operators |= fact.slots.get("name", frozenset())
         if "name" in fact.slot_names and "name" not in fact.slots:
             actions.is_complete = False  # the operator's name is computed at run time
     for construct in usage.constructs:
         for ce in find_patterns(construct.condition):
             operators |= _find_operators(construct, ce)
-    # `setdefault` keeps the known parameters of actions in a domain.
-    for name in operators:
-        actions.parameters.setdefault(name, None)
+    # The known parameters of actions in a domain are kept.
+    actions.parameters = dict.fromkeys(operators) | actions.parameters
 
 
 def _find_operators(construct: Construct, ce: PatternCE) -> frozenset[str]:
@@ -154,9 +150,9 @@ def _find_operators(construct: Construct, ce: PatternCE) -> frozenset[str]:
     A rule executes an action without an operator if it matches the plan-action by name, without the slot
     ``executable``, which only an operator sets, and changes the state of the plan-action.
     """
-    if ce.template == _OPERATOR_TEMPLATE:
+    if ce.template == "domain-operator":
         return ce.slots.get("name", frozenset())
-    if ce.template != _ACTION_TEMPLATE or "executable" in {constraint.slot for constraint in ce.parts}:
+    if ce.template != "plan-action" or "executable" in {constraint.slot for constraint in ce.parts}:
         return frozenset()
     changes_state = any(
         node.head == "modify"
@@ -172,10 +168,8 @@ def _check_plan_actions(files: list[ClipsFile], actions: _KnownActions) -> Itera
     for action in find_source_actions(files):
         name = literal(action.name)
         if name not in actions.parameters:
-            hint = did_you_mean(name, actions.parameters)
-            yield Finding(
-                UNKNOWN_ACTION, action.file.place(action.name), f"no domain has an action '{name}'", hint
-            )
+            place, hint = action.file.place(action.name), did_you_mean(name, actions.parameters)
+            yield Finding(UNKNOWN_ACTION, place, f"no domain has an action '{name}'", hint)
 
 
 def _check_mapping(agent: Agent, actions: _KnownActions) -> Iterator[Finding]:
@@ -187,12 +181,11 @@ def _check_mapping(agent: Agent, actions: _KnownActions) -> Iterator[Finding]:
                 hint = did_you_mean(action, actions.parameters)
                 yield Finding(UNUSED_MAPPING, place, f"no domain has an action '{action}'", hint)
             continue
-        parameters = actions.parameters[action]
-        for part in parse_template(template) if parameters is not None else ():
-            if isinstance(part, Placeholder) and part.name not in (parameters or ()):
-                name, names = part.name, parameters or ()
-                hint = did_you_mean(name, names) or f"it has: {', '.join(names) or 'none'}"
-                yield Finding(UNKNOWN_PARAMETER, place, f"'{action}' has no parameter '{name}'", hint)
+        names = actions.parameters[action]
+        for part in parse_template(template):
+            if names is not None and isinstance(part, Placeholder) and part.name not in names:
+                hint = did_you_mean(part.name, names, f"it has: {', '.join(names) or 'none'}")
+                yield Finding(UNKNOWN_PARAMETER, place, f"'{action}' has no parameter '{part.name}'", hint)
         for suspected in find_suspected_placeholders(template):
             text = f"'{suspected}' is not a placeholder: write {PLACEHOLDER_FORM}"
             yield Finding(DOUBTFUL_PLACEHOLDER, place, text)
@@ -202,7 +195,6 @@ def _check_skill_string(action: str, template: str, place: SourcePlace) -> Itera
     """Yield the error of a template that makes neither a skill string nor Lua, which Fawkes evaluates."""
     if not template.strip() or find_suspected_placeholders(template):
         return  # an empty mapping, or a doubtful placeholder, has another finding
-    errors: list[SkillError] = []
     # A value without quotes may be a number or a word.
     for sample in ("1", "a"):
         values = {"s": f'"{sample}"', "S": f'"{sample}"'}
@@ -213,11 +205,14 @@ def _check_skill_string(action: str, template: str, place: SourcePlace) -> Itera
         try:
             parse_skill_string(text)
         except SkillError as error:
-            errors.append(error)
-            if LuaCompiler().find_error(text.encode("utf-8")) is None:
-                return
+            reason = re.sub(r"^column \d+: ", "", error.message)
         else:
             return
-    reason = re.sub(r"^column \d+: ", "", errors[0].message)
-    hint = "write a call such as goto{place=?(to)s}"
-    yield Finding(UNREADABLE_TEMPLATE, place, f"the skill string of '{action}' is wrong: {reason}", hint)
+        if LuaCompiler().find_error(text.encode("utf-8")) is None:
+            return
+    yield Finding(
+        UNREADABLE_TEMPLATE,
+        place,
+        f"the skill string of '{action}' is wrong: {reason}",
+        "write a call such as goto{place=?(to)s}",
+    )

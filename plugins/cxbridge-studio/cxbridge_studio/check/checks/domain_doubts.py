@@ -13,12 +13,9 @@ from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.check import doubts
 from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.domain_calls import MIN_PREDICATE_LIKENESS, find_domain_calls, find_planner_goals
-from cxbridge_studio.check.findings import Finding, SourcePlace
+from cxbridge_studio.check.findings import Finding
 
 CODES: Final = doubts.CODES
-
-_FACT_TEMPLATE: Final = "domain-fact"
-_FACT_ID_PREFIX: Final = "domain/fact/"
 
 
 def check(agent: Agent) -> Iterator[Finding]:
@@ -32,19 +29,19 @@ def check(agent: Agent) -> Iterator[Finding]:
         predicates = None  # another check reports the misspelt predicate, and doubts would be consequences
     for domain in domains:
         # With several domains, the facts of one domain say nothing about another domain.
-        for doubt in doubts.find_domain_doubts(domain, predicates if len(domains) == 1 else None):
-            place = SourcePlace(domain.file, doubt.position.line, doubt.position.column)
-            yield Finding(doubt.code, place, doubt.message)
+        yield from doubts.make_findings(
+            domain.file, doubts.find_domain_doubts(domain, predicates if len(domains) == 1 else None)
+        )
     if len(domains) == 1 and predicates is not None:
         yield from _check_goals(agent, domains[0], predicates)
 
 
 def _find_asserted_predicates(agent: Agent) -> frozenset[str] | None:
     """Return the predicates of the facts that the agent asserts; None if any predicate is possible."""
-    facts = agent.own_facts(_FACT_TEMPLATE)
+    facts = agent.own_facts("domain-fact")
     if not facts or any("name" not in fact.slots for fact in facts):
         return None
-    if any(_FACT_ID_PREFIX in file.text for file in agent.own_files):
+    if any("domain/fact/" in file.text for file in agent.own_files):
         return None  # rules assert such facts by ids of the world model, which they may compute
     names = {word for fact in facts for word in fact.slots["name"]}
     return frozenset(names | agent.model.find_names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED))

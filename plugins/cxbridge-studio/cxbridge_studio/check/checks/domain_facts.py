@@ -11,7 +11,7 @@ from cxbridge.executive.pddl import names_of
 from cxbridge.suggestions import did_you_mean, nearest_names
 from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.check.agent import Agent
-from cxbridge_studio.check.domain_calls import MIN_PREDICATE_LIKENESS, find_domain_calls
+from cxbridge_studio.check.domain_calls import MIN_PREDICATE_LIKENESS, read_domains
 from cxbridge_studio.check.findings import Code, Finding, Severity
 from cxbridge_studio.check.plan_actions import ValueNodes, count_values
 from cxbridge_studio.check.usage import Construct
@@ -27,7 +27,6 @@ WRONG_FACT: Final = Code(
 
 CODES: Final = (WRONG_FACT,)
 
-_KEY_START: Final = ("domain", "fact")
 _COMPARISONS: Final = frozenset({"eq", "neq", "member$"})
 _SYMBOL: Final = re.compile(r"[A-Za-z][\w-]*")
 
@@ -47,40 +46,31 @@ class _Fact(NamedTuple):
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the wrong facts; none if a domain cannot be read, which another check reports."""
-    calls = list(find_domain_calls(agent))
-    domains = [call.domain for call in calls if call.domain is not None]
-    if not domains or len(domains) < len(calls):
-        return
+    domains = read_domains(agent)
+    if not domains or agent.own_facts("domain-predicate"):
+        return  # rules with such facts declare predicates
     parameter_counts = {
-        predicate.name: len(names_of(predicate.parameters))
+        declaration.name: len(names_of(declaration.parameters))
         for domain in domains
-        for predicate in domain.predicates
-    }
-    parameter_counts |= {
-        function.name: len(names_of(function.parameters))
-        for domain in domains
-        for function in domain.functions
+        for declaration in (*domain.predicates, *domain.functions)
     }
     matched_names = agent.model.find_names(NameKind.PREDICATE, Use.MATCHED, Use.CHANGED)
     names_in_rules = matched_names | _find_compared_words(agent)
-    if agent.own_facts("domain-predicate"):
-        return  # rules declare predicates
     for construct in agent.own_constructs:
-        reported_names = set()
+        reported_names = set(names_in_rules)
         for fact in _find_facts(construct):
-            name = literal(fact.name)
-            if name not in parameter_counts:
+            name, place = literal(fact.name), construct.place(fact.name.start)
+            count, expected_count = count_values(fact.values), parameter_counts.get(name)
+            if expected_count is None:
                 # The world model may have facts that the domain lacks: only a likely misspelling counts.
                 is_likely = fact.is_pddl or nearest_names(name, parameter_counts, MIN_PREDICATE_LIKENESS)
-                if is_likely and name not in names_in_rules and name not in reported_names:
+                if is_likely and name not in reported_names:
                     reported_names.add(name)
-                    message = f"no domain has a predicate '{name}'"
-                    yield _make_finding(construct, fact.name, message, did_you_mean(name, parameter_counts))
-                continue
-            count = count_values(fact.values)
-            if count is not None and count != (expected_count := parameter_counts[name]):
-                message = f"the predicate '{name}' has {expected_count} parameters, but this fact has {count}"
-                yield _make_finding(construct, fact.name, message, "")
+                    hint = did_you_mean(name, parameter_counts)
+                    yield Finding(WRONG_FACT, place, f"no domain has a predicate '{name}'", hint)
+            elif count not in (None, expected_count):
+                text = f"the predicate '{name}' has {expected_count} parameters, but this fact has {count}"
+                yield Finding(WRONG_FACT, place, text)
 
 
 def _find_compared_words(agent: Agent) -> set[str]:
@@ -89,10 +79,6 @@ def _find_compared_words(agent: Agent) -> set[str]:
     return {
         word for node in nodes if node.head in _COMPARISONS for word in map(literal, node.arguments) if word
     }
-
-
-def _make_finding(construct: Construct, node: SyntaxNode, message: str, hint: str) -> Finding:
-    return Finding(WRONG_FACT, construct.place(node.start), message, hint)
 
 
 def _find_facts(construct: Construct) -> Iterator[_Fact]:
@@ -104,7 +90,7 @@ def _find_facts(construct: Construct) -> Iterator[_Fact]:
         if node.head == "domain-fact" and len(names := slots.get("name", ())) == 1 and literal(names[0]):
             yield _Fact(names[0], slots.get("param-values", ()), is_pddl=True)
         key = slots.get("key", ())
-        is_domain_key = count_values(key) and tuple(map(literal, key[:2])) == _KEY_START
+        is_domain_key = count_values(key) and list(map(literal, key[:2])) == ["domain", "fact"]
         has_no_list = all(item.text != "[" for item in key)  # an argument may be a list, [ VALUE ... ]
         if node.head == "wm-fact" and is_domain_key and has_no_list and any(map(literal, key[2:3])):
             # (key domain fact NAME args? PARAMETER VALUE ...)

@@ -34,14 +34,11 @@ def check(agent: Agent) -> Iterator[Finding]:
     """Yield the missing files and the hidden files."""
     folders = agent.context.paths.rule_dirs
     for missing_file in agent.missing_files:
-        searched_folders = ", ".join(map(str, folders))
-        reasons = (
-            (path, why_unreadable(path)) for path in (folder / missing_file.name for folder in folders)
-        )
-        problem = next((f"{path} {reason}" for path, reason in reasons if reason != ABSENT), "")
+        paths = [folder / missing_file.name for folder in folders]
+        problems = (f"{path} {reason}" for path in paths if (reason := why_unreadable(path)) != ABSENT)
         # The user more likely means an unreadable file of this name than a file of a similar name.
-        hint = problem or did_you_mean(
-            missing_file.name, _find_clips_files(folders), f"searched: {searched_folders}"
+        hint = next(problems, "") or did_you_mean(
+            missing_file.name, _find_clips_files(folders), f"searched: {', '.join(map(str, folders))}"
         )
         yield Finding(MISSING_FILE, missing_file.place, f"there is no file {missing_file.name}", hint)
     for requested_file in agent.requested_files:
@@ -49,9 +46,11 @@ def check(agent: Agent) -> Iterator[Finding]:
         candidates = (folder / requested_file.name for folder in agent.context.paths.clips_dirs)
         hidden_file = next((path for path in candidates if path.is_file()), None)
         if hidden_file is not None and core_file.is_file() and not hidden_file.samefile(core_file):
-            message = f"{requested_file.name} is the core's file, not {hidden_file}"
             yield Finding(
-                SHADOWED_FILE, requested_file.place, message, "give the file of the agent another name"
+                SHADOWED_FILE,
+                requested_file.place,
+                f"{requested_file.name} is the core's file, not {hidden_file}",
+                "give the file of the agent another name",
             )
 
 

@@ -20,15 +20,13 @@ MISSING_IDENTITY: Final = Code(
 CODES: Final = (MISSING_IDENTITY,)
 
 _SET_IDENTITY: Final = "cx-identity-set"
-_IDENTITY_FACT: Final = "/cx/identity"  # the id of the fact that `cx-identity-set` asserts
-_RESOURCES_SLOT: Final = "required-resources"
 _LOCK_FUNCTIONS: Final = ("mutex-try-lock-async", "mutex-lock-async", "mutex-try-lock")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield a finding for the first lock in each file, if nothing sets the identity."""
-    # A rule may also assert the fact without the function.
-    if any(_IDENTITY_FACT in construct.placed.piece.text for construct in agent.own_constructs):
+    # A rule may also assert the fact of the function, with this id, without the function.
+    if any("/cx/identity" in construct.placed.piece.text for construct in agent.own_constructs):
         return
     calls = agent.model.find_mentions(Name(NameKind.FUNCTION, _SET_IDENTITY), Use.CALLED)
     if any(not agent.is_core_path(call.file.path) for call in calls):
@@ -38,10 +36,13 @@ def check(agent: Agent) -> Iterator[Finding]:
         lock_starts = [
             node.start
             for node in construct.action_nodes
-            if (node.head == _RESOURCES_SLOT and node.arguments) or node.head in _LOCK_FUNCTIONS
+            if (node.head == "required-resources" and node.arguments) or node.head in _LOCK_FUNCTIONS
         ]
         if lock_starts and construct.file.path not in reported_files:
             reported_files.add(construct.file.path)
-            hint = f'call ({_SET_IDENTITY} "NAME") in a rule for (executive-init)'
-            message = f"no rule calls {_SET_IDENTITY}: no lock is ever acquired"
-            yield Finding(MISSING_IDENTITY, construct.place(lock_starts[0]), message, hint)
+            yield Finding(
+                MISSING_IDENTITY,
+                construct.place(lock_starts[0]),
+                f"no rule calls {_SET_IDENTITY}: no lock is ever acquired",
+                f'call ({_SET_IDENTITY} "NAME") in a rule for (executive-init)',
+            )

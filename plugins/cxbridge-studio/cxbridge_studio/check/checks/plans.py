@@ -13,7 +13,12 @@ from cxbridge.run.specs import find_key_mistakes
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.check.agent import Agent
-from cxbridge_studio.check.domain_calls import DomainCall, find_domain_calls, find_objects, find_planner_goals
+from cxbridge_studio.check.domain_calls import (
+    find_domain_calls,
+    find_objects,
+    find_planner_goals,
+    read_domains,
+)
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge_studio.check.plan_actions import SourceAction, count_values, find_source_actions
 from cxbridge_studio.check.usage import Construct
@@ -78,16 +83,15 @@ CODES: Final = (
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the mismatches; none if a domain cannot be read, which another check reports."""
-    calls = list(find_domain_calls(agent))
-    domains = [call.domain for call in calls if call.domain is not None]
-    if not domains or len(domains) < len(calls):
+    domains = read_domains(agent)
+    if not domains:
         return
     for domain in domains:
         yield from _check_expressible(domain)
     yield from _check_predicates(agent, domains)
     yield from _check_types(agent, domains)
     yield from _check_parameters(agent, domains)
-    yield from _check_executors(agent, calls)
+    yield from _check_executors(agent, domains)
     yield from _check_formulas(agent, domains)
 
 
@@ -102,9 +106,9 @@ def _check_expressible(domain: Domain) -> Iterator[Finding]:
 
 def _find_predicates(agent: Agent, domains: list[Domain]) -> set[str]:
     """Return the predicates and functions of the domains, and the predicates of facts that rules make."""
-    predicates = {predicate.name for domain in domains for predicate in domain.predicates}
-    functions = {function.name for domain in domains for function in domain.functions}
-    return predicates | functions | agent.model.find_names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED)
+    return {
+        declaration.name for domain in domains for declaration in (*domain.predicates, *domain.functions)
+    } | agent.model.find_names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED)
 
 
 def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
@@ -123,13 +127,16 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         for mention in construct.placed.piece.mentions:
             name = mention.name.text
             is_matched = mention.name.kind is NameKind.PREDICATE and mention.use is Use.MATCHED
-            if not is_matched or name in predicates | reported_names:
+            # A rule may make the fact of the world model by its id.
+            if (
+                not is_matched
+                or name in predicates | reported_names
+                or any(f"domain/fact/{name}" in file.text for file in agent.files)
+            ):
                 continue
             reported_names.add(name)
-            if any(f"domain/fact/{name}" in file.text for file in agent.files):
-                continue  # a rule makes the fact of the world model by its id
-            message, hint = f"no domain has a predicate '{name}'", did_you_mean(name, predicates)
-            yield Finding(UNKNOWN_PREDICATE, construct.place(mention.start), message, hint)
+            place, hint = construct.place(mention.start), did_you_mean(name, predicates)
+            yield Finding(UNKNOWN_PREDICATE, place, f"no domain has a predicate '{name}'", hint)
 
 
 def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
@@ -141,23 +148,14 @@ def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         for node in (node for top_node in read(text, close=True) for node in top_node.walk()):
             if not node.head or node.head in _CONNECTIVES or node.head.startswith("?"):
                 continue
-            if node.head not in predicates:
-                hint = did_you_mean(node.head, predicates)
-                yield Finding(
-                    UNKNOWN_GOAL_NAME,
-                    place,
-                    f"the planner's goal has the unknown predicate '{node.head}'",
-                    hint,
-                )
-            for object_name in map(literal, node.arguments):
-                if object_name and objects is not None and object_name not in objects:
-                    hint = did_you_mean(object_name, objects)
-                    yield Finding(
-                        UNKNOWN_GOAL_NAME,
-                        place,
-                        f"the planner's goal has the unknown object '{object_name}'",
-                        hint,
-                    )
+            used_objects = set(map(literal, node.arguments)) - {""}
+            for kind, names, known_names in (
+                ("predicate", {node.head}, predicates),
+                ("object", used_objects, used_objects if objects is None else objects),
+            ):
+                for name in sorted(names - known_names):
+                    message = f"the planner's goal has the unknown {kind} '{name}'"
+                    yield Finding(UNKNOWN_GOAL_NAME, place, message, did_you_mean(name, known_names))
 
 
 def _check_types(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
@@ -172,8 +170,8 @@ def _check_types(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     for construct, fact in asserted_facts.get("domain-object", ()):
         name = next(iter(fact.slots.get("type", ())), "")
         if name and name not in types and not agent.is_core_path(construct.file.path):
-            place = construct.place(fact.start)
-            yield Finding(UNKNOWN_TYPE, place, f"no domain has a type '{name}'", did_you_mean(name, types))
+            place, hint = construct.place(fact.start), did_you_mean(name, types)
+            yield Finding(UNKNOWN_TYPE, place, f"no domain has a type '{name}'", hint)
 
 
 # ---- plan-actions
@@ -196,20 +194,19 @@ def _check_plan_action(action: SourceAction, parameter_names: list[str]) -> Iter
     name, file = literal(action.name), action.file
     parameters_text = f"it has: {', '.join(parameter_names) or 'none'}"
     for node in action.names or ():
-        parameter = literal(node)
-        if parameter and parameter not in parameter_names:
-            message = f"the action '{name}' has no parameter '{parameter}'"
+        if (parameter := literal(node)) and parameter not in parameter_names:
+            text = f"the action '{name}' has no parameter '{parameter}'"
             hint = did_you_mean(parameter, parameter_names, parameters_text)
-            yield Finding(WRONG_PARAMETERS, file.place(node), message, hint)
+            yield Finding(WRONG_PARAMETERS, file.place(node), text, hint)
             return
     for slot, values in (("param-names", action.names), ("param-values", action.values)):
         count = None if values is None else count_values(values)
-        if count is not None and count != len(parameter_names):
-            message = (
-                f"the action '{name}' has {len(parameter_names)} parameters, but {slot} has {count} values"
-            )
+        if count not in (None, len(parameter_names)):
             yield Finding(
-                WRONG_PARAMETERS, file.place(values[0] if values else action.node), message, parameters_text
+                WRONG_PARAMETERS,
+                file.place(values[0] if values else action.node),
+                f"the action '{name}' has {len(parameter_names)} parameters, but {slot} has {count} values",
+                parameters_text,
             )
             return
 
@@ -217,15 +214,16 @@ def _check_plan_action(action: SourceAction, parameter_names: list[str]) -> Iter
 # ---- executors
 
 
-def _check_executors(agent: Agent, calls: list[DomainCall]) -> Iterator[Finding]:
+def _check_executors(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     """Yield the actions in plans that neither a skill nor a rule executes."""
     if agent.context.skill_board is not None:
         return  # the executors of a skill board announce their actions at run time
     mapped_actions = set(read_action_mapping(agent.config, agent.spec))
-    if not mapped_actions and find_key_mistakes(agent.config, agent.spec):
-        return  # the mapping may be below the misspelt key, which another check reports
-    if not mapped_actions and any(map(_executes_any_action, agent.own_constructs)):
-        return  # a rule executes all actions
+    # The mapping may be below a misspelt key, which another check reports, or a rule may execute all actions.
+    if not mapped_actions and (
+        find_key_mistakes(agent.config, agent.spec) or any(map(_executes_any_action, agent.own_constructs))
+    ):
+        return
     # The actions that rules match or compare: such a rule may execute the action.
     handled_actions = {
         word
@@ -236,8 +234,7 @@ def _check_executors(agent: Agent, calls: list[DomainCall]) -> Iterator[Finding]
         for value in node.arguments
         if (word := literal(value)) and not any(node.start >= action.start for action in construct.actions)
     }
-    domain_actions = [(call, action.name) for call in calls if call.domain for action in call.domain.actions]
-    operators = {name for _, name in domain_actions}
+    operators = {action.name for domain in domains for action in domain.actions}
     reported_names = mapped_actions | handled_actions
     for construct in agent.own_constructs:
         for mention in construct.placed.piece.mentions:
@@ -245,18 +242,16 @@ def _check_executors(agent: Agent, calls: list[DomainCall]) -> Iterator[Finding]
             is_planned = mention.name.kind is NameKind.ACTION and mention.use in (Use.ASSERTED, Use.NAMED)
             if is_planned and name in operators - reported_names:
                 reported_names.add(name)
-                message, hint = (
-                    f"the action '{name}' has no executor",
-                    did_you_mean(name, mapped_actions - operators),
-                )
-                yield Finding(UNEXECUTED_ACTION, construct.place(mention.start), message, hint)
+                place, hint = construct.place(mention.start), did_you_mean(name, mapped_actions - operators)
+                yield Finding(UNEXECUTED_ACTION, place, f"the action '{name}' has no executor", hint)
     has_planner = next(find_planner_goals(agent), None) is not None
-    for call, name in domain_actions if has_planner else ():
-        if name not in reported_names:
+    for call in find_domain_calls(agent) if has_planner else ():
+        actions = () if call.domain is None else call.domain.actions
+        for name in sorted({action.name for action in actions} - reported_names):
             reported_names.add(name)
-            message = f"the action '{name}', which a planner may plan, has no executor"
+            text = f"the action '{name}', which a planner may plan, has no executor"
             hint = did_you_mean(name, mapped_actions - operators)
-            yield Finding(UNEXECUTED_ACTION, call.file.place(call.node), message, hint)
+            yield Finding(UNEXECUTED_ACTION, call.file.place(call.node), text, hint)
 
 
 def _executes_any_action(construct: Construct) -> bool:

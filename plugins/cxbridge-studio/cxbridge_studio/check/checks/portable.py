@@ -10,14 +10,14 @@ from collections.abc import Iterator
 from contextlib import suppress
 from typing import Final
 
-from cxbridge.clipstext.syntax import Lines, SyntaxNode, literal
+from cxbridge.clipstext.syntax import Lines
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.host.shims import ADDED, CLIPS630_NAMES
 from cxbridge.executive.pddl import load_domain
 from cxbridge.resources import shipped_dir
 from cxbridge_studio.agent.names import Name, NameKind, Use
-from cxbridge_studio.check.agent import Agent, ClipsFile
-from cxbridge_studio.check.domain_calls import find_domain_calls
+from cxbridge_studio.check.agent import Agent, ClipsFile, read_first_argument
+from cxbridge_studio.check.domain_calls import find_domain_files
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, make_error_finding
 
 REFUSED_CALL: Final = Code(
@@ -86,10 +86,7 @@ CODES: Final = (
 )
 
 _ADDED_FEATURES: Final = ("planner", "problem-expert", "skill-board")  # features that Fawkes lacks
-_CHANGE_FUNCTIONS: Final = ("modify", "duplicate")
-_MULTI_ARGUMENT_FUNCTIONS: Final = ("max", "min")
 _READING_FUNCTIONS: Final = ("blackboard-open", "blackboard-open-reading")
-_WRITING_FUNCTIONS: Final = ("blackboard-open-writing",)
 _UID_FUNCTIONS: Final = ("blackboard-write", "blackboard-set", "blackboard-set-multifield")
 _UID: Final = re.compile(r"[a-zA-Z0-9]+::[a-zA-Z0-9 _/.-]+")
 # The code, the pattern and the hint of each mistake in Lua files.
@@ -125,32 +122,41 @@ def check(agent: Agent) -> Iterator[Finding]:
 
 def _check_expressions(file: ClipsFile) -> Iterator[Finding]:
     """Yield the calls with arguments that CLIPS 6.30 refuses."""
-    for call in file.find_calls(*_CHANGE_FUNCTIONS):
+    for call in file.find_calls("modify", "duplicate"):
         fact = call.arguments[0] if call.arguments else None
         if fact is not None and (fact.items is not None or fact.text.isdecimal()):
             argument = fact.text if fact.items is None else "(...)"
-            message = f"CLIPS 6.30 refuses ({call.head} {argument} ...)"
-            hint = f"first bind the fact to a variable: (bind ?fact {argument}) ({call.head} ?fact ...)"
-            yield Finding(REFUSED_CALL, file.place(fact), message, hint)
-    for call in file.find_calls(*_MULTI_ARGUMENT_FUNCTIONS):
+            yield Finding(
+                REFUSED_CALL,
+                file.place(fact),
+                f"CLIPS 6.30 refuses ({call.head} {argument} ...)",
+                f"first bind the fact to a variable: (bind ?fact {argument}) ({call.head} ?fact ...)",
+            )
+    for call in file.find_calls("max", "min"):
         if len(call.arguments) == 1:
-            message = f"CLIPS 6.30 refuses ({call.head} ...) with one argument"
-            yield Finding(REFUSED_CALL, file.place(call), message, "give it two numbers or more")
+            text = f"CLIPS 6.30 refuses ({call.head} ...) with one argument"
+            yield Finding(REFUSED_CALL, file.place(call), text, "give it two numbers or more")
 
 
 def _check_names(file: ClipsFile) -> Iterator[Finding]:
     """Yield the functions with the name of a built-in function, and the wrong names of interfaces."""
     for construct in file.constructs:
         if construct.kind == "deffunction" and construct.name in CLIPS630_NAMES:
-            place = file.place(construct.node.arguments[0])
             yield Finding(
-                REDEFINED_FUNCTION, place, f"CLIPS 6.30 has a function '{construct.name}'", "rename it"
+                REDEFINED_FUNCTION,
+                file.place(construct.node.arguments[0]),
+                f"CLIPS 6.30 has a function '{construct.name}'",
+                "rename it",
             )
     for call in file.find_calls(*_UID_FUNCTIONS):
-        uid = literal(call.arguments[0]) if call.arguments else ""
+        uid = read_first_argument(call)
         if uid and not _UID.fullmatch(uid):
-            message = f"'{uid}' is not the name of an interface"
-            yield Finding(WRONG_INTERFACE_NAME, file.place(call.arguments[0]), message, 'write "TYPE::ID"')
+            yield Finding(
+                WRONG_INTERFACE_NAME,
+                file.place(call.arguments[0]),
+                f"'{uid}' is not the name of an interface",
+                'write "TYPE::ID"',
+            )
 
 
 def _check_functions(agent: Agent) -> Iterator[Finding]:
@@ -160,39 +166,32 @@ def _check_functions(agent: Agent) -> Iterator[Finding]:
     defined_functions = agent.model.find_names(NameKind.FUNCTION, Use.DEFINED)
     for name in sorted((ADDED | features.keys()) - defined_functions):
         for call in agent.model.find_mentions(Name(NameKind.FUNCTION, name), Use.CALLED):
-            if agent.is_core_path(call.file.path):
-                continue
-            place = SourcePlace.at(call.file.path, call.file.lines, call.mention.start)
-            reason = (
-                f"only cxbridge has the feature {features[name]}"
-                if name in features
-                else "CLIPS 6.30 lacks it"
-            )
-            yield Finding(ADDED_FUNCTION, place, f"Fawkes has no function '{name}': {reason}")
+            if not agent.is_core_path(call.file.path):
+                place = SourcePlace.at(call.file.path, call.file.lines, call.mention.start)
+                feature_text = f"only cxbridge has the feature {features.get(name)}"
+                reason = feature_text if name in features else "CLIPS 6.30 lacks it"
+                yield Finding(ADDED_FUNCTION, place, f"Fawkes has no function '{name}': {reason}")
 
 
 def _check_opened_types(files: list[ClipsFile]) -> Iterator[Finding]:
     """Yield the interface types that the agent opens for reading and for writing."""
-    read_types = {name for file in files for name, _ in _find_opened_types(file, _READING_FUNCTIONS)}
+    read_types = {
+        read_first_argument(call) for file in files for call in file.find_calls(*_READING_FUNCTIONS)
+    } - {""}
     for file in files:
-        for name, node in _find_opened_types(file, _WRITING_FUNCTIONS):
-            if name in read_types:
-                message = f"interfaces of type {name} are opened for reading and for writing"
-                hint = "open it for writing in another environment or program"
-                yield Finding(READ_AND_WRITTEN_TYPE, file.place(node), message, hint)
-
-
-def _find_opened_types(file: ClipsFile, functions: tuple[str, ...]) -> Iterator[tuple[str, SyntaxNode]]:
-    """Yield the literal interface types in calls of these functions, with their nodes."""
-    for call in file.find_calls(*functions):
-        name = literal(call.arguments[0]) if call.arguments else ""
-        if name:
-            yield name, call.arguments[0]
+        for call in file.find_calls("blackboard-open-writing"):
+            if (name := read_first_argument(call)) in read_types:
+                yield Finding(
+                    READ_AND_WRITTEN_TYPE,
+                    file.place(call.arguments[0]),
+                    f"interfaces of type {name} are opened for reading and for writing",
+                    "open it for writing in another environment or program",
+                )
 
 
 def _check_domains(agent: Agent) -> Iterator[Finding]:
     """Yield the valid domains that Fawkes' parser rejects."""
-    for path in dict.fromkeys(call.path for call in find_domain_calls(agent) if call.path is not None):
+    for path in find_domain_files(agent):
         with suppress(CxbridgeError):
             load_domain(path)  # an invalid domain is a finding of another check
             try:
@@ -207,5 +206,5 @@ def _check_lua(path: str, text: str) -> Iterator[Finding]:
     text_without_comments, lines = _LUA_COMMENT.sub(lambda match: " " * len(match[0]), text), Lines(text)
     for code, pattern, hint in _LUA_MISTAKES:
         for match in pattern.finditer(text_without_comments):
-            place = SourcePlace.at(path, lines, match.start())
-            yield Finding(code, place, code.title.removeprefix("not in Fawkes: "), hint)
+            text = code.title.removeprefix("not in Fawkes: ")
+            yield Finding(code, SourcePlace.at(path, lines, match.start()), text, hint)

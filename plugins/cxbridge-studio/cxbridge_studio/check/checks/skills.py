@@ -100,9 +100,9 @@ def check(agent: Agent) -> Iterator[Finding]:
     for action, template, place in agent.action_mappings():
         match = _SKILL_NAME.match(template)
         if match is not None and match[1] not in skills and place is not None:
+            text = f"'{action}' is mapped to the skill '{match[1]}', which does not exist"
             hint = did_you_mean(match[1], skills, f"there are: {', '.join(sorted(skills))}")
-            message = f"'{action}' is mapped to the skill '{match[1]}', which does not exist"
-            yield Finding(UNKNOWN_SKILL, place, message, hint)
+            yield Finding(UNKNOWN_SKILL, place, text, hint)
 
 
 def _check_files(agent: Agent, reported_file: str = "") -> Iterator[Finding]:
@@ -125,15 +125,13 @@ def _check_files(agent: Agent, reported_file: str = "") -> Iterator[Finding]:
 def _check_texts(agent: Agent, skills: Mapping[str, Path | None]) -> Iterator[Finding]:
     """Yield the mistakes in the texts of Lua skills that name an interface, a method or a state."""
     for path in filter(None, skills.values()):
-        text = path.read_text("utf-8", "surrogateescape")
-        lines = Lines(text)
-        find_schema = agent.context.registry.schema
+        text, find_schema = path.read_text("utf-8", "surrogateescape"), agent.context.registry.schema
         for code, mistakes in (
             (BROKEN_SKILL, find_load_mistakes(text, find_schema)),
             (UNKNOWN_METHOD, find_unknown_methods(text, find_schema)),
         ):
             for offset, message, hint in mistakes:
-                yield Finding(code, SourcePlace.at(str(path), lines, offset), message, hint)
+                yield Finding(code, SourcePlace.at(str(path), Lines(text), offset), message, hint)
 
 
 def _check_executors(agent: Agent) -> Iterator[Finding]:
@@ -148,28 +146,29 @@ def _check_executors(agent: Agent) -> Iterator[Finding]:
 
 def _check_arguments(agent: Agent, skills: Mapping[str, Path | None]) -> Iterator[Finding]:
     """Yield the named arguments that a Lua skill does not have."""
-    documented_skills = {name: _read_skill(path) for name, path in skills.items() if path is not None}
+    skill_files = {
+        name: read_lua(str(path), path.read_text("utf-8", "surrogateescape"))
+        for name, path in skills.items()
+        if path is not None
+    }
     for _, template, place in agent.action_mappings():
         match = _SKILL_NAME.match(template)
-        if match is None or match[1] not in documented_skills or place is None:
+        if match is None or match[1] not in skill_files or place is None:
             continue
-        documented_arguments, text = documented_skills[match[1]]
+        file = skill_files[match[1]]
+        documented_arguments = {
+            mention.name.text for mention in file.mentions if mention.name.kind is NameKind.ARGUMENT
+        }
         for name in _SKILL_ARGUMENT.findall(template[match.end(1) :]):
             # The skill may read an argument without documentation, but only if its text contains the name.
-            if name not in documented_arguments and not re.search(rf"\b{name}\b", text):
-                arguments_text = f"it has: {', '.join(sorted(documented_arguments)) or 'none'}"
-                hint = did_you_mean(name, documented_arguments, arguments_text)
+            if name not in documented_arguments and not re.search(rf"\b{name}\b", file.text):
+                names_text = f"it has: {', '.join(sorted(documented_arguments)) or 'none'}"
                 yield Finding(
-                    UNKNOWN_ARGUMENT, place, f"the skill '{match[1]}' has no argument '{name}'", hint
+                    UNKNOWN_ARGUMENT,
+                    place,
+                    f"the skill '{match[1]}' has no argument '{name}'",
+                    did_you_mean(name, documented_arguments, names_text),
                 )
-
-
-def _read_skill(path: Path) -> tuple[set[str], str]:
-    """Return the documented arguments and the text of a Lua skill."""
-    file = read_lua(str(path), path.read_text("utf-8", "surrogateescape"))
-    return {
-        mention.name.text for mention in file.mentions if mention.name.kind is NameKind.ARGUMENT
-    }, file.text
 
 
 def _find_skills(agent: Agent) -> dict[str, Path | None] | None:
@@ -179,10 +178,10 @@ def _find_skills(agent: Agent) -> dict[str, Path | None] | None:
     """
     context = agent.context
     board = context.skill_board
-    if agent.options.skiller != "lua" or not context.source.has_fawkes_configuration:
+    # Executors in other processes announce their skills at run time.
+    is_known = agent.options.skiller == "lua" and (board is None or board.in_process)
+    if not is_known or not context.source.has_fawkes_configuration:
         return None
-    if board is not None and not board.in_process:
-        return None  # executors in other processes announce their skills at run time
     skill_files: dict[str, Path | None] = {}
     for member in () if board is None else board.agents:
         for executor in member.executors:

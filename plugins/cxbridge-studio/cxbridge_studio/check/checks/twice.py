@@ -38,16 +38,14 @@ def check(agent: Agent) -> Iterator[Finding]:
             # A forward declaration, which functions that call each other need, may be replaced.
             constructs_by_key[*key, module] = construct
             continue
-        file = construct.file
-        if (
-            earlier_construct is construct
-            or agent.is_core_path(file.path)
-            or (file.path, *key) in agent.dropped_constructs
-        ):
+        file, earlier_file = construct.file, earlier_construct.file
+        if earlier_construct is construct or agent.is_core_path(file.path) or not agent.is_loaded(construct):
             continue
-        earlier_place = (
-            "line" if earlier_construct.file is file else f"{Path(earlier_construct.file.path).name}, line"
+        file_text = "" if earlier_file is file else f"{Path(earlier_file.path).name}, "
+        yield Finding(
+            DUPLICATE_CONSTRUCT,
+            construct.place(),
+            f"{construct.keyword} {construct.name} replaces the definition in {file_text}"
+            f"line {earlier_construct.place().line}",
+            "rename or remove one of them",
         )
-        line = earlier_construct.place().line
-        message = f"{construct.keyword} {construct.name} replaces the definition in {earlier_place} {line}"
-        yield Finding(DUPLICATE_CONSTRUCT, construct.place(), message, "rename or remove one of them")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from itertools import pairwise
@@ -16,12 +16,12 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.clipstext.syntax import SyntaxNode, definitions
-from cxbridge.errors import TraceError
 from cxbridge.events import GoalTransition, PlanActionTransition, RuleFired, SkillStatus, SourceRead
-from cxbridge.suggestions import did_you_mean
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import RunSource, run_sources
-from cxbridge_studio.environment_sources import find_building_steps
+from cxbridge_studio.agent.names import NameKind, Use
+from cxbridge_studio.agent.pddl import read_pddl
+from cxbridge_studio.environment_sources import find_building_steps, make_unknown_environment_error
 from cxbridge_studio.explain.rules.constructs import TextFile
 
 # The modes of a goal, in the order of its life.
@@ -36,9 +36,6 @@ MODES: Final = (
     "RETRACTED",
 )
 
-# PDDL ignores case.
-_PDDL_ACTION = re.compile(r"\(\s*:(?:durative-)?action\s+([^\s()]+)", re.IGNORECASE)
-_PDDL_COMMENT = re.compile(r";[^\n]*")
 # The start of a skill string, `NAME{...}`.
 _SKILL_NAME = re.compile(r"\s*([A-Za-z_][\w-]*)")
 # Rules that fire in each loop, so recordings omit their firings.
@@ -84,7 +81,12 @@ class AgentSources:
         self.texts[file.name] = file.text
         for definition in definitions(file.text):
             if definition.kind == "defrule":
-                lines = tuple(_find_code_lines(definition.node.text, definition.line))
+                # the lines with more than blanks and comments
+                lines = tuple(
+                    number
+                    for number, line in enumerate(definition.node.text.split("\n"), definition.line)
+                    if line.strip() and not line.lstrip().startswith(";")
+                )
                 self.rules[definition.name] = RuleLines(definition.name, file.name, lines)
             self.goal_classes.update(_find_goal_class_names(definition.node))
 
@@ -106,27 +108,24 @@ class AgentSources:
     def add_domain(self, text: str) -> None:
         """Add the operators of a PDDL domain."""
         self.operators.update(
-            match[1].lower() for match in _PDDL_ACTION.finditer(_PDDL_COMMENT.sub("", text))
+            mention.name.text.lower()
+            for mention in read_pddl("", text).mentions
+            if mention.name.kind is NameKind.ACTION and mention.use is Use.DEFINED
         )
-
-
-def _find_code_lines(text: str, first: int) -> Iterable[int]:
-    """Yield the numbers of lines with more than blanks and comments."""
-    for number, line in enumerate(text.split("\n"), first):
-        if line.strip() and not line.lstrip().startswith(";"):
-            yield number
 
 
 def _find_goal_class_names(construct: SyntaxNode) -> Iterable[str]:
     """Yield the goal classes that a construct names."""
-    for node in construct.walk():
-        slots = node.arguments if node.head == "goal" else ()
-        for slot in slots:
-            if slot.items is not None and slot.head == "class":
-                for previous, word in pairwise(slot.items):
-                    # A class after `~` is excluded, not named.
-                    if _CLASS_NAME.match(word.text) and previous.text != "~":
-                        yield word.text
+    return (
+        word.text
+        for node in construct.walk()
+        if node.head == "goal"
+        for slot in node.arguments
+        if slot.head == "class"
+        for previous, word in pairwise(slot.items or ())
+        # A class after `~` is excluded, not named.
+        if _CLASS_NAME.match(word.text) and previous.text != "~"
+    )
 
 
 @dataclass(slots=True)
@@ -163,23 +162,26 @@ class RecordedUse:
         last_statuses: dict[str, tuple[str, str]] = {}  # the skill string and the status by Skiller
         envs = {source.name for source in run_sources(run, "environment")}
         for event in run:
-            if name := getattr(event, "env", ""):
-                envs.add(name)
-            if isinstance(event, RuleFired) and event.env == env:
-                self.firings[event.rule] += 1
-            elif isinstance(event, GoalTransition) and event.env == env:
-                self._count_goal(event, last_modes)
-            elif isinstance(event, PlanActionTransition) and event.env == env:
-                if event.state == "RUNNING":
+            event_env = getattr(event, "env", "")
+            envs.update({event_env} - {""})
+            if event_env != env:
+                continue
+            match event:
+                case RuleFired():
+                    self.firings[event.rule] += 1
+                case GoalTransition():
+                    self._count_goal(event, last_modes)
+                case PlanActionTransition(state="RUNNING"):
                     self.actions[event.action.lower()] += 1
-            elif isinstance(event, SkillStatus) and event.env == env:
-                status = event.skill_string, event.status
-                # A Skiller reports its status again with each change of another field.
-                if event.status == "S_RUNNING" and last_statuses.get(event.skiller) != status:
-                    match = _SKILL_NAME.match(event.skill_string)
-                    self.skills[match[1] if match else event.skill_string] += 1
-                last_statuses[event.skiller] = status
-        check_environment(env, envs, run.path)
+                case SkillStatus():
+                    status = event.skill_string, event.status
+                    # A Skiller reports its status again with each change of another field.
+                    if event.status == "S_RUNNING" and last_statuses.get(event.skiller) != status:
+                        match = _SKILL_NAME.match(event.skill_string)
+                        self.skills[match[1] if match else event.skill_string] += 1
+                    last_statuses[event.skiller] = status
+        if envs and env not in envs:
+            raise make_unknown_environment_error(env, envs, run.path)
         # A run of an agent fires rules, so a recording without firings has not recorded them.
         if self.firings.total() == firings_before:
             self.runs_without_firings.append(str(run.path))
@@ -193,16 +195,6 @@ class RecordedUse:
         self.modes.setdefault(event.goal_class, Counter())[event.mode] += 1
         if event.mode == "FINISHED":
             self.outcomes.setdefault(event.goal_class, Counter())[event.outcome] += 1
-
-
-def check_environment(env: str, names: Collection[str], path: Path) -> None:
-    """Check that a recording has a CLIPS environment with a name. A recording without environments passes.
-
-    :raises TraceError: if the recording has other environments only.
-    """
-    if names and env not in names:
-        hint = did_you_mean(env, names, f"there are: {', '.join(sorted(names))}")
-        raise TraceError(f"the recording has no CLIPS environment '{env}'", file=path, hint=hint)
 
 
 def add_recorded_agent(agent: AgentSources, run: Run, env: str, *, include_core: bool) -> bool:
@@ -288,7 +280,8 @@ def compute_coverage(agent: AgentSources, recorded_use: RecordedUse, globs: tupl
     """
     rules_by_file: dict[str, list[tuple[RuleLines, int | None]]] = {}
     for rule in agent.rules.values():
-        if not globs or _matches_any_glob(rule.file, globs):
+        names = rule.file, Path(rule.file).name
+        if not globs or any(fnmatchcase(name, glob) for name in names for glob in globs):
             firings = recorded_use.firings.get(rule.name, 0)
             # An unwatched rule without recorded firings may have fired.
             count = None if not firings and rule.name in _LOOP_RULES else firings
@@ -297,33 +290,31 @@ def compute_coverage(agent: AgentSources, recorded_use: RecordedUse, globs: tupl
         FileCoverage(file, tuple(sorted(rules, key=lambda item: item[0].lines[0])))
         for file, rules in sorted(rules_by_file.items())
     )
-    notes = [f"{run}: no firings recorded (level rules)" for run in recorded_use.runs_without_firings]
+    missing_modes = {
+        name: tuple(mode for mode in MODES if not counts[mode])
+        for name, counts in sorted(recorded_use.modes.items())
+    }
     return Coverage(
         recorded_use.run_count,
         files,
         # A goal that was formulated before the recording began counts once.
         _compare_names(
-            {name: recorded_use.modes[name]["FORMULATED"] or 1 for name in recorded_use.modes},
+            {name: counts["FORMULATED"] or 1 for name, counts in recorded_use.modes.items()},
             agent.goal_classes,
         ),
-        tuple(
-            (name, tuple(mode for mode in MODES if not recorded_use.modes[name][mode]))
-            for name in sorted(recorded_use.modes)
-            if any(not recorded_use.modes[name][mode] for mode in MODES)
-        ),
+        tuple((name, modes) for name, modes in missing_modes.items() if modes),
         tuple(
             (name, tuple(sorted(counts.items()))) for name, counts in sorted(recorded_use.outcomes.items())
         ),
         _compare_names(recorded_use.actions, agent.operators),
         _compare_names(recorded_use.skills, ()),
-        (*recorded_use.notes, *notes),
+        (
+            *recorded_use.notes,
+            *(f"{run}: no firings recorded (level rules)" for run in recorded_use.runs_without_firings),
+        ),
     )
 
 
 def _compare_names(used: dict[str, int], defined: Iterable[str]) -> NameCoverage:
     """Return the used names, and the defined names without a use."""
     return NameCoverage(tuple(sorted(used.items())), tuple(sorted(set(defined) - used.keys())))
-
-
-def _matches_any_glob(file: str, globs: tuple[str, ...]) -> bool:
-    return any(fnmatchcase(file, glob) or fnmatchcase(Path(file).name, glob) for glob in globs)

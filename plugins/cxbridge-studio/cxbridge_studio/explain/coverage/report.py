@@ -53,18 +53,14 @@ def _list_unfired_rules(coverage: Coverage) -> Iterator[str]:
         for rule, count in file.rules
         if count == 0
     ]
-    if unfired:
-        yield ""
-        yield "never fired:"
-        yield from unfired
+    yield from ("", "never fired:", *unfired) if unfired else ()
     unwatched = [rule.name for file in coverage.files for rule, count in file.rules if count is None]
     if unwatched:
         yield f"firings not recorded: {', '.join(unwatched)}"
 
 
 def _format_names(title: str, verb: str, names: NameCoverage) -> Iterator[str]:
-    total = len(names.used) + len(names.unused)
-    yield f"{title}: {len(names.used)} of {total} {verb}"
+    yield f"{title}: {len(names.used)} of {len(names.used) + len(names.unused)} {verb}"
     if names.unused:
         yield f"  never: {', '.join(names.unused)}"
 

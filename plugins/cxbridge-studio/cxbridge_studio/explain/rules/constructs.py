@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cxbridge.clipstext.syntax import Definition, SyntaxNode, definitions, one_line
+from cxbridge.clipstext.syntax import Definition, definitions, one_line
 from cxbridge.errors import ClipsError
+from cxbridge.executive.host.facts.copying import FactTemplate
 from cxbridge.executive.host.loading import Diagnostic
+from cxbridge_studio.agent.clips import SLOT_KEYWORDS
 from cxbridge_studio.agent.rule import find_dependencies, parse_rule
-from cxbridge_studio.explain.rules.snapshot import FactTemplate, Rulebook, Snapshot
-
-_MULTI_SLOTS = ("multislot", "multifield")
-_SINGLE_SLOTS = ("slot", "field")
+from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,25 +31,24 @@ class Constructs:
     :param files: the files in loading order; of two constructs with the same name, the later counts.
     :param diagnostics: CLIPS' messages about the files; the constructs that CLIPS refused are left out.
     :param folders: the folders with further files of the agent.
+    :ivar rule_texts: the defrules by name, as the files define them.
     """
 
     def __init__(
         self,
-        files: Iterable[TextFile],
+        files: Sequence[TextFile],
         diagnostics: Sequence[Diagnostic] = (),
         folders: Sequence[str] = (),
     ) -> None:
         self.templates: dict[str, FactTemplate] = {}
-        self._rules: dict[str, str] = {}
+        self.rule_texts: dict[str, str] = {}
         self._functions: dict[str, str] = {}
         self._globals: dict[str, str] = {}
         positions: dict[str, tuple[str, int]] = {}
         refused_rules: dict[str, str] = {}
-        names: list[str] = []
         # Only the diagnostics tell whether CLIPS has refused a construct.
         refused_constructs = {(diagnostic.file, diagnostic.construct) for diagnostic in diagnostics}
         for file in files:
-            names.append(file.name)
             for definition in definitions(file.text):
                 is_rule = definition.kind == "defrule"
                 if (file.name, f"{definition.kind} {definition.name}") not in refused_constructs:
@@ -58,17 +56,29 @@ class Constructs:
                     positions |= {definition.name: (file.name, definition.line)} if is_rule else {}
                 elif is_rule:
                     refused_rules[definition.name] = definition.node.text
-        self._rulebook = Rulebook(
-            frozenset(self._rules), tuple(names), tuple(diagnostics), tuple(folders), positions, refused_rules
+        self.rulebook = Rulebook(
+            frozenset(self.rule_texts),
+            tuple(file.name for file in files),
+            tuple(diagnostics),
+            tuple(folders),
+            positions,
+            refused_rules,
         )
 
     def _add_definition(self, definition: Definition) -> None:
         name, node = definition.name, definition.node
         match definition.kind:
             case "defrule":
-                self._rules[name] = node.text
+                self.rule_texts[name] = node.text
             case "deftemplate":
-                self.templates[name] = FactTemplate(name, tuple(_read_template_slots(node.arguments[1:])))
+                self.templates[name] = FactTemplate(
+                    name,
+                    tuple(
+                        (slot.arguments[0].text, SLOT_KEYWORDS[slot.head])
+                        for slot in node.arguments[1:]
+                        if slot.head in SLOT_KEYWORDS and slot.arguments
+                    ),
+                )
             case "deffunction":
                 self._functions[name] = node.text
             case "defglobal":
@@ -78,20 +88,14 @@ class Constructs:
                     if sign.text == "=":
                         self._globals[variable.text.strip("?*")] = one_line(expression.text)
 
-    def read_rulebook(self) -> Rulebook:
-        return self._rulebook
-
-    def read_rule_texts(self) -> Mapping[str, str]:
-        return self._rules
-
     def take_snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
         """Return a rule without facts.
 
         :raises ClipsError: if there is no such rule.
         """
-        if rule not in self._rules:
+        if rule not in self.rule_texts:
             raise ClipsError(f"there is no rule '{rule}'")
-        text = self._rules[rule]
+        text = self.rule_texts[rule]
         dependencies = find_dependencies(parse_rule(text), self._functions.get)
         return Snapshot(
             env,
@@ -104,10 +108,3 @@ class Constructs:
             global_texts=self._globals if dependencies.globals else {},
             needs_all_facts=dependencies.needs_all_facts,
         )
-
-
-def _read_template_slots(nodes: tuple[SyntaxNode, ...]) -> Iterator[tuple[str, bool]]:
-    """Yield the name of each slot of a deftemplate, and whether the slot is a multislot."""
-    for slot in nodes:
-        if slot.head in (*_MULTI_SLOTS, *_SINGLE_SLOTS) and slot.arguments:
-            yield slot.arguments[0].text, slot.head in _MULTI_SLOTS

@@ -15,7 +15,7 @@ from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, TestCE
 from cxbridge_studio.agent.rule import Condition, Prefix, parse_rule
 from cxbridge_studio.explain.rules.diagnosis import CECount, Count, Diagnosis, MatchFailure
 from cxbridge_studio.explain.rules.matcher import Matcher
-from cxbridge_studio.explain.rules.near_misses import find_nearest
+from cxbridge_studio.explain.rules.near_misses import FACT_VARIABLE, find_nearest
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 MAX_LISTED: Final = 3  # limit of the listed facts, values and near misses
@@ -77,29 +77,19 @@ class _Diagnoser:
                 except ClipsError as error:
                     joined_count = None
                     unknown_reason = f"condition {number} cannot be matched on a copy: {error.message}"
-            alone_count = self._count_alone(ces[: number - 1], ce)
-            elements.append(CECount(number, ce.text, alone_count, joined_count))
-        if unknown_reason:
-            return Diagnosis(
-                self._condition.salience,
-                tuple(elements),
-                errors=tuple(matcher.errors),
-                unknown=unknown_reason,
-            )
-        failure = (
-            self._explain_element(list(ces[: failing_number - 1]), ces[failing_number - 1])
-            if failing_number
-            else None
-        )
-        bases = () if failing_number else tuple(matcher.match_bases([ce.text for ce in ces], MAX_BASES))
+            elements.append(CECount(number, ce.text, self._count_alone(ces[: number - 1], ce), joined_count))
+        is_matched = not failing_number and not unknown_reason
         return Diagnosis(
             self._condition.salience,
             tuple(elements),
             failing_number,
-            failure,
-            None if failing_number else joined_count,
-            bases,
+            self._explain_element(list(ces[: failing_number - 1]), ces[failing_number - 1])
+            if failing_number
+            else None,
+            joined_count if is_matched else None,
+            tuple(matcher.match_bases([ce.text for ce in ces], MAX_BASES)) if is_matched else (),
             tuple(matcher.errors),
+            unknown_reason,
         )
 
     def _count_alone(self, previous_ces: Sequence[CE], ce: CE) -> Count | None:
@@ -115,12 +105,12 @@ class _Diagnoser:
         if variables & Prefix(previous_ces).bound_variables:
             return None
         try:
-            pattern = f"?cx-why-fact <- {inner.text_without_variable()}"
-            # A multislot can match in several ways, but the fact counts once.
-            matches = self._matcher.match_values([pattern], ["cx-why-fact"], limit=_UNLIMITED)
+            matches = self._matcher.match_values(
+                [f"?{FACT_VARIABLE} <- {inner.text_without_variable()}"], [FACT_VARIABLE], limit=_UNLIMITED
+            )
         except ClipsError:
             return None
-        return Count(len(set(matches)))
+        return Count(len(set(matches)))  # a multislot can match in several ways, but the fact counts once
 
     def _explain_element(self, previous_ces: list[CE], ce: CE) -> MatchFailure:
         """Explain why a CE has no match although all CEs before it match."""
@@ -147,10 +137,9 @@ class _Diagnoser:
 
     def _explain_test(self, prefix: Prefix, ce: TestCE) -> MatchFailure:
         names = sorted(ce.used_variables & prefix.bound_variables)
-        rows = self._matcher.match_values(prefix.texts, names, MAX_LISTED) if names else []
         values = dict.fromkeys(
             ", ".join(f"?{name} = {show_alone(value)}" for name, value in zip(names, row, strict=True))
-            for row in rows
+            for row in (self._matcher.match_values(prefix.texts, names, MAX_LISTED) if names else ())
         )
         return MatchFailure("test", ce.text, "it is false for every match so far", values=tuple(values))
 
@@ -171,8 +160,8 @@ class _Diagnoser:
             for row in rows
         )
         reason = "it must not match, but it does" if facts else "its content always matches"
-        listed_facts = [*list(facts)[:MAX_LISTED], *(["and more"] if len(facts) > MAX_LISTED else [])]
-        return MatchFailure("not", ce.text, reason, facts=tuple(listed_facts))
+        more = ("and more",) if len(facts) > MAX_LISTED else ()
+        return MatchFailure("not", ce.text, reason, facts=(*list(facts)[:MAX_LISTED], *more))
 
     def _explain_forall(self, previous_ces: list[CE], ce: GroupCE) -> MatchFailure:
         first, *requirements = ce.items

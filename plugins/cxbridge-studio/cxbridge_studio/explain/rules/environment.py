@@ -12,7 +12,7 @@ from cxbridge.clipstext.syntax import read
 from cxbridge.clipstext.values import FactRef, Value
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
-from cxbridge.executive.host.capi import NULL, CData, decode, encode
+from cxbridge.executive.host.capi import NULL, CData, decode, encode, items_of
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.copying import FactCopier, FactTemplate, template_of
 from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION
@@ -29,8 +29,6 @@ _SUCCINCT: Final = 1  # a macro in CLIPS' headers, which cffi does not import
 
 # The names in the source text, by the functions that replace them when the host loads a rule.
 _SOURCE_NAMES: Final = {MODIFY_FUNCTION: "modify", DUPLICATE_FUNCTION: "duplicate"}
-
-_LIST_FUNCTION: Final = "create$"
 
 
 def read_rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:
@@ -54,10 +52,10 @@ def read_fact_slots(
     return [{name: show(value) for name, value in slots.items()} for _, _, slots in facts]
 
 
-def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int | None = None) -> Snapshot:
+def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int = MAX_FACTS) -> Snapshot:
     """Copy a rule with its facts. Call this between runs of the rules, with the lock held.
 
-    :param max_facts: if there are more facts, none are copied; None for :data:`MAX_FACTS`.
+    :param max_facts: if there are more facts, none are copied.
     :raises ClipsError: if there is no such rule.
     """
     rule_pointer = lib.FindDefrule(env.c_env, encode(rule))
@@ -66,22 +64,17 @@ def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int | None = None
     text = decode(lib.DefrulePPForm(rule_pointer))
     condition = parse_rule(text)
     dependencies = find_dependencies(condition, lambda name: _read_function(env, name))
-    global_names = sorted(
-        name for name in dependencies.globals if lib.FindDefglobal(env.c_env, encode(name)) != NULL
-    )
-    names = (
+    templates = _find_templates(
+        env,
         None
         if dependencies.needs_all_facts
-        else {pattern.template for pattern in find_patterns(condition.ces)}
+        else {pattern.template for pattern in find_patterns(condition.ces)},
     )
-    templates = _find_templates(env, names)
-    limit = MAX_FACTS if max_facts is None else max_facts
     # Counting comes first: copying a fact stops the loop of a daemon for about 10 us.
-    fact_count = sum(1 for _ in islice(_iterate_facts(env, templates), limit + 1))
+    facts = list(islice(_iterate_facts(env, templates), max_facts + 1))
     copier = FactCopier(env, templates.__contains__)
-    if fact_count <= limit:
-        for fact in _iterate_facts(env, templates):
-            copier.add(fact)
+    for fact in facts if len(facts) <= max_facts else ():
+        copier.add(fact)
     return Snapshot(
         env.name,
         env.bus.clock.now_us(),
@@ -89,13 +82,17 @@ def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int | None = None
         templates,
         tuple(sorted(copier.copy.rows, key=lambda row: row.index)),
         dependencies.functions,
-        {name: detach_value(env.eval(f"?*{name}*")) for name in global_names},
+        {
+            name: detach_value(env.eval(f"?*{name}*"))
+            for name in sorted(dependencies.globals)
+            if lib.FindDefglobal(env.c_env, encode(name)) != NULL
+        },
         agenda=tuple(
             Activation(name, salience, basis)
             for salience, name, basis in islice(read_activations(env), MAX_AGENDA)
         ),
         clips_counts=_read_clips_counts(env, rule_pointer),
-        uncopied_count=fact_count if fact_count > limit else 0,
+        uncopied_count=len(facts) if len(facts) > max_facts else 0,
         needs_all_facts=dependencies.needs_all_facts,
     )
 
@@ -111,24 +108,17 @@ def _read_function(env: ClipsEnvironment, name: str) -> str | None:
 
 def _find_templates(env: ClipsEnvironment, names: set[str] | None) -> Mapping[str, FactTemplate]:
     """Return the existing deftemplates with these names, or all deftemplates for None."""
-    templates = {}
-    template_pointer = lib.GetNextDeftemplate(env.c_env, NULL)
-    while template_pointer != NULL:
-        name = decode(lib.DeftemplateName(template_pointer))
-        if names is None or name in names:
-            templates[name] = template_of(template_pointer)
-        template_pointer = lib.GetNextDeftemplate(env.c_env, template_pointer)
-    return templates
+    return {
+        name: template_of(pointer)
+        for pointer in items_of(lib.GetNextDeftemplate, env.c_env)
+        if (name := decode(lib.DeftemplateName(pointer))) and (names is None or name in names)
+    }
 
 
 def _iterate_facts(env: ClipsEnvironment, templates: Iterable[str]) -> Iterator[CData]:
     """Yield the pointers to the facts of deftemplates."""
     for name in templates:
-        template_pointer = lib.FindDeftemplate(env.c_env, encode(name))
-        fact = lib.GetNextFactInTemplate(template_pointer, NULL)
-        while fact != NULL:
-            yield fact
-            fact = lib.GetNextFactInTemplate(template_pointer, fact)
+        yield from items_of(lib.GetNextFactInTemplate, lib.FindDeftemplate(env.c_env, encode(name)))
 
 
 def detach_value(value: Value) -> Value:
@@ -173,7 +163,7 @@ def _restore_rule(text: str) -> str:
                 edits += [
                     (slot.start, value.items[0].end, f"({slot.text}")
                     for slot, value in pairwise(node.items[2:])
-                    if slot.items is None and value.head == _LIST_FUNCTION and value.items
+                    if slot.items is None and value.head == "create$" and value.items
                 ]
     for start, end, replacement in sorted(edits, reverse=True):  # from the end: earlier offsets stay valid
         text = text[:start] + replacement + text[end:]

@@ -10,29 +10,27 @@ import re
 from collections.abc import Sequence
 from contextlib import suppress
 from itertools import islice
-from types import TracebackType
-from typing import Final, Self
+from typing import Final
 
 from clips._clips import lib
 
 from cxbridge.clipstext.syntax import definitions
 from cxbridge.clipstext.values import FactRef
 from cxbridge.clock import VirtualClock
+from cxbridge.closing import Closing
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
 from cxbridge.executive.host.capi import NULL, encode
+from cxbridge.executive.host.facts.copying import FactRow
 from cxbridge.executive.host.source import check_parser_limits
 from cxbridge.executive.host.udf import UNBOUNDED
 from cxbridge.executive.host.values import FactAddress, Value, clips_value
 from cxbridge_studio.debugger.agenda import read_activations
 from cxbridge_studio.explain.rules.diagnosis import Count
 from cxbridge_studio.explain.rules.isolated import IsolatedEnvironment
-from cxbridge_studio.explain.rules.snapshot import FactRow, Snapshot
+from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 MAX_MATCHES: Final = 100_000  # limit of the counted matches: combinations of facts multiply
-
-# The function for `Matcher.evaluate` that returns the fact with an index of the snapshot.
-FACT_FUNCTION: Final = "cx-why-fact"
 
 _PROBE_RULE = "cx-why-probe"
 _MISSING_FUNCTION = re.compile(r"Missing function declaration for '([^']+)'")
@@ -41,7 +39,7 @@ _MISSING_FUNCTION = re.compile(r"Missing function declaration for '([^']+)'")
 _MESSAGE = re.compile(r"\[(?!DRIVE|PRCCODE4)[A-Z]+\d+\] [^\n]+")
 
 
-class Matcher:
+class Matcher(Closing):
     """An isolated environment with the facts of a snapshot.
 
     Use as a context manager, which frees the environment.
@@ -67,15 +65,10 @@ class Matcher:
         try:
             self._copy_snapshot(snapshot)
         except BaseException:
-            self._env.destroy()
+            self.close()
             raise
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def close(self) -> None:
         self._env.destroy()
 
     def _copy_snapshot(self, snapshot: Snapshot) -> None:
@@ -86,8 +79,8 @@ class Matcher:
         env = self._env
         env.define("cx-why-note", self._note_values, 0, UNBOUNDED)
         env.api.remove_udf("fact-index")
-        env.define("fact-index", self._find_original_index, 1)
-        env.define(FACT_FUNCTION, lambda index: self._to_copied_value(FactRef(index)), 1, types="l")
+        # Conditions compare indices, so they must be those of the snapshot.
+        env.define("fact-index", lambda fact: self._to_original_value(fact).index, 1, types="f")
         env.define("cx-why-global", lambda name: self._globals[name], 1, types="y")
         for name in snapshot.globals:
             env.build(f"(defglobal ?*{name}* = (cx-why-global {name}))")
@@ -143,12 +136,6 @@ class Matcher:
             return FactRef(self._original_indices.get(int(lib.FactIndex(value.pointer)), 0))
         return tuple(map(self._to_original_value, value)) if isinstance(value, tuple) else value
 
-    def _find_original_index(self, fact: Value) -> int:
-        """Return the index of a fact in the snapshot, as ``fact-index`` must: conditions compare indices."""
-        if not isinstance(fact, FactAddress):
-            raise ClipsError("fact-index needs a fact address")
-        return self._original_indices.get(int(lib.FactIndex(fact.pointer)), 0)
-
     def _note_values(self, *values: Value) -> None:
         """Keep the values of a match. The probe calls this function."""
         self._noted_values.append(tuple(map(self._to_original_value, values)))
@@ -174,11 +161,9 @@ class Matcher:
     def match_bases(self, ces: Sequence[str], limit: int) -> list[str]:
         """Return the facts of each match in the agenda's notation, with indices of the snapshot."""
         self._build_probe(ces, "")
-        match_bases = [
-            self._restore_indices(basis) for _, _, basis in islice(read_activations(self._env), limit)
-        ]
+        bases = [self._restore_indices(basis) for _, _, basis in islice(read_activations(self._env), limit)]
         self._remove_probe()
-        return match_bases
+        return bases
 
     def _restore_indices(self, basis: str) -> str:
         """Replace the indices of a basis such as ``f-1,*`` by those of the snapshot."""
@@ -186,9 +171,6 @@ class Matcher:
             f"f-{self._original_indices.get(int(item[2:]), 0)}" if item.startswith("f-") else item
             for item in basis.split(",")
         )
-
-    def evaluate(self, expression: str) -> Value:
-        return self._env.eval(expression)
 
     def _build_probe(self, ces: Sequence[str], action: str) -> None:
         """Define the probe with these conditional elements and this action.
@@ -217,8 +199,7 @@ class Matcher:
         return f"it calls '{name}', which {'a diagnosis must not do' if is_removed else 'only the run has'}"
 
     def _remove_probe(self) -> None:
-        rule = lib.FindDefrule(self._env.c_env, encode(_PROBE_RULE))
-        lib.Undefrule(rule, self._env.c_env)
+        lib.Undefrule(lib.FindDefrule(self._env.c_env, encode(_PROBE_RULE)), self._env.c_env)
 
     def _fire_probe(self, ces: Sequence[str], action: str, limit: int) -> Count:
         """Fire the probe for each match up to a limit, and return the number of matches."""

@@ -12,23 +12,15 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from cxbridge.clipstext.syntax import definitions, rule_lines
 from cxbridge.executive.host.loading import UNCLOSED
 from cxbridge.printing import short_path
 from cxbridge_studio.explain.rules.snapshot import Rulebook
 
-_RULE_PREFIX = "defrule "  # the start of the construct in a diagnostic about a rule
-
-
-@dataclass(frozen=True, slots=True)
-class SourceLine:
-    """The position of a construct."""
-
-    file: str
-    line: int
-
-    def __str__(self) -> str:
-        return f"{short_path(self.file)}:{self.line}"
+SourceLine = tuple[str, int]
+"""The file and the line of a construct."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,23 +41,23 @@ def find_refused_rules(rulebook: Rulebook) -> dict[str, MissingRule]:
     missing_rules: dict[str, MissingRule] = {}
     read_rules = cache(lambda file: dict(_read_rules(file)))  # a file with many mistakes is read only once
     for diagnostic in rulebook.diagnostics:
-        name = diagnostic.construct.removeprefix(_RULE_PREFIX)
+        kind, _, name = diagnostic.construct.partition(" ")
         # A file may define a rule again after CLIPS refused the first definition.
-        if not diagnostic.construct.startswith(_RULE_PREFIX) or name in rulebook.rules:
-            continue
-        text = rulebook.refused_texts.get(name) or read_rules(diagnostic.file).get(name, "")
-        position = short_path(diagnostic.file) + ("" if diagnostic.line is None else f":{diagnostic.line}")
-        reason = f"was refused when its file was loaded: {position}: {diagnostic.message} [{diagnostic.code}]"
-        missing_rules[name] = MissingRule(name, text, reason)
+        if kind == "defrule" and name not in rulebook.rules:
+            text = rulebook.refused_texts.get(name) or read_rules(diagnostic.file).get(name, "")
+            mistake = replace(diagnostic, file=short_path(diagnostic.file), construct="")
+            missing_rules[name] = MissingRule(name, text, f"was refused when its file was loaded: {mistake}")
     return missing_rules
 
 
 def find_unloaded_rules(rulebook: Rulebook) -> Iterator[MissingRule]:
     """Yield the rules in the agent's folders whose files are not loaded."""
-    for file in _find_unloaded_files(rulebook):
-        for name, text in _read_rules(file):
-            if name not in rulebook.rules:
-                yield MissingRule(name, text, f"is in {short_path(file)}, which the spec does not load")
+    return (
+        MissingRule(name, text, f"is in {short_path(file)}, which the spec does not load")
+        for file in _find_unloaded_files(rulebook)
+        for name, text in _read_rules(file)
+        if name not in rulebook.rules
+    )
 
 
 def explain_missing_rule(rule: str, rulebook: Rulebook) -> str:
@@ -76,15 +68,19 @@ def explain_missing_rule(rule: str, rulebook: Rulebook) -> str:
             return f"it was refused when its file was loaded: {diagnostic}"
     if swallowed_reason := _explain_swallowed_rule(rule, rulebook):
         return swallowed_reason
-    position = find_rule(rule, rulebook.files)
-    if position is not None:
-        messages = [
-            str(diagnostic) for diagnostic in rulebook.diagnostics if diagnostic.file == position.file
-        ]
-        reason = messages[0] if messages else "it was undefined later, or is not loaded yet"
-        return f"{position} defines it, but it is gone: {reason}"
-    position = find_rule(rule, _find_unloaded_files(rulebook))
-    return "" if position is None else f"{position} defines it, but the spec does not load that file"
+    if (position := find_rule(rule, rulebook.files)) is not None:
+        file, _ = position
+        messages = (str(diagnostic) for diagnostic in rulebook.diagnostics if diagnostic.file == file)
+        reason = next(messages, "it was undefined later, or is not loaded yet")
+        return f"{format_position(position)} defines it, but it is gone: {reason}"
+    if (position := find_rule(rule, _find_unloaded_files(rulebook))) is not None:
+        return f"{format_position(position)} defines it, but the spec does not load that file"
+    return ""
+
+
+def format_position(position: SourceLine) -> str:
+    file, line = position
+    return f"{short_path(file)}:{line}"
 
 
 def find_rule(rule: str, files: Iterable[str]) -> SourceLine | None:
@@ -94,7 +90,7 @@ def find_rule(rule: str, files: Iterable[str]) -> SourceLine | None:
         text = _read_text(file)
         # Parsing is slow, and most files lack the rule: the search for the word comes first.
         if rule in text and (line := rule_lines(text).get(rule)):
-            position = SourceLine(file, line)
+            position = file, line
     return position
 
 
@@ -113,17 +109,21 @@ def _explain_swallowed_rule(rule: str, rulebook: Rulebook) -> str:
 def _find_unloaded_files(rulebook: Rulebook) -> Iterator[str]:
     """Yield the CLIPS files in the agent's folders that are not loaded."""
     loaded_files = {str(Path(file).resolve()) for file in rulebook.files}
-    for folder in rulebook.folders:
-        for path in sorted(Path(folder).rglob("*.clp")):
-            if str(path.resolve()) not in loaded_files:
-                yield str(path)
+    return (
+        str(path)
+        for folder in rulebook.folders
+        for path in sorted(Path(folder).rglob("*.clp"))
+        if str(path.resolve()) not in loaded_files
+    )
 
 
 def _read_rules(file: str) -> Iterator[tuple[str, str]]:
     """Yield the name and the text of each rule in a file."""
-    for definition in definitions(_read_text(file)):
-        if definition.kind == "defrule":
-            yield definition.name, definition.node.text
+    return (
+        (definition.name, definition.node.text)
+        for definition in definitions(_read_text(file))
+        if definition.kind == "defrule"
+    )
 
 
 def _read_text(file: str) -> str:

@@ -26,7 +26,8 @@ MAX_NEAR: Final = 3  # limit of the listed facts
 # A variable before the constraint, as in `?x&red`: it takes any value, so the report omits it.
 _LEADING_VARIABLE = re.compile(r"^\?[^\s&|~:]+&(?!:)")
 
-_FACT_VARIABLE = "cx-why-fact"
+FACT_VARIABLE: Final = "cx-why-fact"
+"""The variable of the fact that a pattern in question matches."""
 
 _MatchKey = tuple[FactRef, ...]  # the facts of a partial match
 
@@ -123,14 +124,13 @@ def _compare_slot(
     :param constraint_index: the index of the slot's constraint.
     :param satisfied_slots: receives the index for each pair that satisfies the slot.
     """
-    ces = [
-        *sample.texts,
-        f"?{_FACT_VARIABLE} <- {pattern.restricted_text(constraint, sample.prefix.bound_variables)}",
-    ]
+    text = pattern.restricted_text(constraint, sample.prefix.bound_variables)
     try:
-        # A multislot may match in several ways for one pair, hence more matches than pairs.
         matches = matcher.match_values(
-            ces, [*sample.prefix.fact_variables, _FACT_VARIABLE], limit=10 * MAX_PAIRS
+            [*sample.texts, f"?{FACT_VARIABLE} <- {text}"],
+            [*sample.prefix.fact_variables, FACT_VARIABLE],
+            # A multislot may match in several ways for one pair, hence more matches than pairs.
+            limit=10 * MAX_PAIRS,
         )
     except ClipsError:  # the slot calls a function that only the run has
         return False
@@ -151,19 +151,15 @@ def _describe_wanted(
     :param matches: the values of the variables in the nearest partial matches.
     """
     text = _LEADING_VARIABLE.sub("", constraint.text)
-    if text[:1] == "?" and text[1:] in matches[0]:
-        values = sorted({show_alone(match[text[1:]]) for match in matches})
+    variable, nearest_values = text.removeprefix("?"), matches[0]
+    if variable != text and variable in nearest_values:
+        values = sorted({show_alone(match[variable]) for match in matches})
         return " or ".join([*values[:MAX_NEAR], *(["another"] if len(values) > MAX_NEAR else [])]), ()
-    return text, tuple(_format_bound_values(constraint, prefix, matches[0]))
-
-
-def _format_bound_values(constraint: SlotConstraint, prefix: Prefix, values: dict[str, Value]) -> list[str]:
-    """Return the values of the variables in a slot that other CEs bind."""
-    return [
-        f"?{name} = {show_alone(values[name])} (condition {prefix.binding_ce_number(name)})"
+    return text, tuple(
+        f"?{name} = {show_alone(nearest_values[name])} (condition {prefix.binding_ce_numbers[name]})"
         for name in sorted(constraint.used_variables | constraint.bound_variables)
-        if name in values
-    ]
+        if name in nearest_values
+    )
 
 
 class _Sample:

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Mapping
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clipstext.values import NIL, Value
 from cxbridge.events import FactChange
+from cxbridge.executive.host.facts.copying import FactRow, FactTemplate
 from cxbridge.history.transitions import unquote
-from cxbridge_studio.explain.rules.snapshot import FactRow, FactTemplate
 from cxbridge_studio.explain.slot_values import parse_values
 
 _ORDERED_FIELDS = ""  # the key for the fields of an ordered fact, in place of the name of a slot
@@ -22,21 +22,23 @@ def parse_rows(
     changes: Iterable[FactChange], templates: Mapping[str, FactTemplate]
 ) -> tuple[dict[str, FactTemplate], list[FactRow]]:
     """Return the parsable facts and their templates. Unknown templates are derived from the facts."""
-    parsed_facts: list[tuple[FactChange, Mapping[str, tuple[Value, ...]]]] = []
+    parsed_facts = [
+        (change, slots)
+        for change in changes
+        if (slots := _parse_slots(change, templates.get(change.template))) is not None
+    ]
     # whether a slot is a multislot, by template and slot
     multislots_by_template: dict[str, dict[str, bool]] = {}
-    for change in changes:
-        slots = _parse_slots(change, templates.get(change.template))
-        if slots is not None:
-            parsed_facts.append((change, slots))
-            is_multislot_by_slot = multislots_by_template.setdefault(change.template, {})
-            for slot, values in slots.items():
+    for change, slots in parsed_facts:
+        is_multislot_by_slot = multislots_by_template.setdefault(change.template, {})
+        for slot, values in slots.items():
+            if slot != _ORDERED_FIELDS:
                 # A slot that has no value or several values in any fact is a multislot.
                 is_multislot_by_slot[slot] = is_multislot_by_slot.get(slot, False) or len(values) != 1
-    all_templates = dict(templates)
-    for name, is_multislot_by_slot in multislots_by_template.items():
-        is_multislot_by_slot.pop(_ORDERED_FIELDS, None)
-        all_templates.setdefault(name, FactTemplate(name, tuple(is_multislot_by_slot.items()) or None))
+    all_templates = {
+        name: FactTemplate(name, tuple(is_multislot_by_slot.items()) or None)
+        for name, is_multislot_by_slot in multislots_by_template.items()
+    } | dict(templates)
     rows = (_make_row(change, slots, all_templates[change.template]) for change, slots in parsed_facts)
     return all_templates, sorted(filter(None, rows), key=lambda row: row.index)
 
@@ -77,8 +79,13 @@ def _make_row(
         return FactRow(change.index, template.name, (slots.get(_ORDERED_FIELDS, ()),))
     if _ORDERED_FIELDS in slots:
         return None
-    values: list[Value] = []
-    for slot, is_multislot in template.slots:
-        slot_values = slots.get(slot, ())
-        values.append(slot_values if is_multislot else slot_values[0] if len(slot_values) == 1 else NIL)
+    values = (
+        slots.get(slot, ()) if is_multislot else _take_single(slots.get(slot, ()))
+        for slot, is_multislot in template.slots
+    )
     return FactRow(change.index, template.name, tuple(values))
+
+
+def _take_single(values: tuple[Value, ...]) -> Value:
+    """Return the value of a single slot; ``nil`` if the recording lacks it, or has several values."""
+    return values[0] if len(values) == 1 else NIL

@@ -12,7 +12,7 @@ from cxbridge.printing import format_count
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.explain.evidence import Evidence, NoFactsError
 from cxbridge_studio.explain.rules.diagnosis import CECount, Count, Diagnosis, MatchFailure
-from cxbridge_studio.explain.rules.missing import SourceLine, explain_missing_rule, find_rule
+from cxbridge_studio.explain.rules.missing import SourceLine, explain_missing_rule, find_rule, format_position
 from cxbridge_studio.explain.rules.sandbox import diagnose_in_sandbox
 from cxbridge_studio.explain.rules.snapshot import Activation, Snapshot
 
@@ -28,7 +28,6 @@ class RuleStory:
     :param where: the run and the time.
     :param position: the file and line of the rule; None if unknown.
     :param missing: why the rule does not exist; other fields are empty then.
-    :param activations: the number of its activations on the agenda; None if unknown.
     :param ahead: the activations before its first activation; None without an activation.
     :param firings: the time in seconds since the start of the run, and the facts, of each firing; None if
         unknown.
@@ -42,7 +41,6 @@ class RuleStory:
     missing: str = ""
     snapshot: Snapshot | None = None
     diagnosis: Diagnosis | None = None
-    activations: int | None = None
     ahead: tuple[Activation, ...] | None = None
     firings: tuple[tuple[float, str], ...] | None = None
     notes: tuple[str, ...] = ()
@@ -64,9 +62,7 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleStory:
     story = RuleStory(
         rule,
         evidence.where,
-        SourceLine(*rulebook.positions[rule])
-        if rule in rulebook.positions
-        else find_rule(rule, rulebook.files),
+        rulebook.positions.get(rule) or find_rule(rule, rulebook.files),
         firings=None
         if events is None
         else tuple((evidence.compute_seconds(event.time_us), event.basis) for event in events),
@@ -82,7 +78,6 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleStory:
         story,
         snapshot=snapshot,
         diagnosis=diagnose_in_sandbox(snapshot),
-        activations=None if snapshot.agenda is None else snapshot.activations,
         ahead=None if first_index is None else agenda[:first_index],
         notes=tuple(evidence.notes),  # copying the snapshot may have added notes
     )
@@ -90,14 +85,15 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleStory:
 
 def to_json(story: RuleStory) -> dict[str, Any]:
     """Return a story as JSON values."""
+    file, line = story.position or (None, None)
     result: dict[str, Any] = {
         "headline": make_headline(story),
         "rule": story.rule,
         "where": story.where,
         "exists": not story.missing,
         "missing": story.missing,
-        "file": story.position.file if story.position else None,
-        "line": story.position.line if story.position else None,
+        "file": file,
+        "line": line,
         "verdict": make_verdict(story),
         "notes": list(story.notes),
         "fired": None if story.firings is None else len(story.firings),
@@ -110,7 +106,7 @@ def to_json(story: RuleStory) -> dict[str, Any]:
         result |= {
             "env": story.snapshot.env,
             "clips_matches": list(story.snapshot.clips_counts),
-            "on_agenda": story.activations,
+            "on_agenda": story.snapshot.activations,
             "ahead_on_agenda": None
             if story.ahead is None
             else [asdict(activation) for activation in story.ahead],
@@ -122,22 +118,17 @@ def make_headline(story: RuleStory) -> str:
     """Return the report in one line: whether the rule has fired, and the cause."""
     if story.missing:
         return f"rule {story.rule}: {story.missing}"
-    diagnosis = story.diagnosis
-    failing = diagnosis.failing if diagnosis is not None else 0
-    if diagnosis is None or not failing or diagnosis.failure is None:
+    failure = None if story.diagnosis is None else story.diagnosis.failure
+    if story.diagnosis is None or failure is None:
         return f"rule {story.rule}: {make_verdict(story)}"
-    near = [miss for miss in diagnosis.failure.near if miss.deviations]
-    details = "; ".join(
-        [
-            *diagnosis.failure.facts[:1],
-            *diagnosis.failure.values[:1],
-            *(
-                f"{each.slot} is {each.value}, wanted {each.wanted}"
-                for each in (near[0].deviations if near else ())
-            ),
-        ]
-    )
-    reason = diagnosis.failure.reason + (f": {details}" if details else "")
+    near = [miss for miss in failure.near if miss.deviations]
+    deviations = [deviation for miss in near[:1] for deviation in miss.deviations]
+    details = [
+        *failure.facts[:1],
+        *failure.values[:1],
+        *(f"{deviation.slot} is {deviation.value}, wanted {deviation.wanted}" for deviation in deviations),
+    ]
+    reason = f"{failure.reason}: {'; '.join(details)}" if details else failure.reason
     if (shortage := find_shortage(story)) is not None:
         _, slot, wanted_values = shortage
         # The first word of a near miss is the index of the fact.
@@ -148,19 +139,20 @@ def make_headline(story: RuleStory) -> str:
         if story.firings
         else "has not fired"
     )
-    return f"rule {story.rule} {state}: condition {failing} {diagnosis.failure.text} has no match: {reason}"
+    subject = f"condition {story.diagnosis.failing} {failure.text}"
+    return f"rule {story.rule} {state}: {subject} has no match: {reason}"
 
 
 def find_shortage(story: RuleStory) -> tuple[str, str, list[str]] | None:
     """Return the template, the slot and the wanted values if only a fact with such a value is missing."""
-    failure = story.diagnosis.failure if story.diagnosis is not None else None
-    deviations = [each for miss in failure.near for each in miss.deviations] if failure is not None else []
-    wanted = {(each.slot, each.wanted) for each in deviations}
-    if failure is None or len(wanted) != 1 or re.search("[?~:&]", deviations[0].wanted):
+    near = story.diagnosis.failure.near if story.diagnosis and story.diagnosis.failure else ()
+    deviations = [deviation for miss in near for deviation in miss.deviations]
+    wanted = {(deviation.slot, deviation.wanted) for deviation in deviations}
+    if len(wanted) != 1 or re.search("[?~:&]", deviations[0].wanted):
         return None
     # A fact is `f-1 (TEMPLATE (SLOT VALUE) ...)`.
     return (
-        re.split(r"[\s()]+", failure.near[0].fact)[1],
+        re.split(r"[\s()]+", near[0].fact)[1],
         deviations[0].slot,
         re.split(r" or |\|", deviations[0].wanted),
     )
@@ -180,15 +172,17 @@ def make_verdict(story: RuleStory) -> str:
         return f"{fired}its condition does not match: condition {diagnosis.failing} has no match" + (
             " together with the conditions before" if diagnosis.failing > 1 else ""
         )
-    return _explain_matches(story, diagnosis)
+    return _explain_matches(story, diagnosis, snapshot.activations)
 
 
-def _explain_matches(story: RuleStory, diagnosis: Diagnosis) -> str:
-    """Return why the complete matches do not make the rule fire, in the same form as :func:`make_verdict`."""
+def _explain_matches(story: RuleStory, diagnosis: Diagnosis, activations: int | None) -> str:
+    """Return why the complete matches do not make the rule fire, in the same form as :func:`make_verdict`.
+
+    :param activations: the number of the rule's activations on the agenda; None if unknown.
+    """
     is_single = diagnosis.matches == Count(1)
     matches = "its condition matches" + (" in one way" if is_single else f" in {diagnosis.matches} ways")
-    if story.activations:
-        verb = "is" if story.activations == 1 else "are"
+    if activations:
         # `ahead` is None if more activations come first than a snapshot lists.
         turn_text = "it is the next to fire" if story.ahead == () else "many other activations come first"
         if story.ahead:
@@ -196,13 +190,14 @@ def _explain_matches(story: RuleStory, diagnosis: Diagnosis) -> str:
             turn_text = (
                 f"it comes after {len(story.ahead)} others, first {first.rule} (salience {first.salience})"
             )
-        return f"{matches}, {story.activations} of them {verb} on the agenda: {turn_text}"
-    if story.activations is None and story.firings is None:
+        verb = "is" if activations == 1 else "are"
+        return f"{matches}, {activations} of them {verb} on the agenda: {turn_text}"
+    if activations is None and story.firings is None:
         return f"{matches}; whether it has fired for them was not recorded (level rules)"
     # A recording has no agenda: there, the firings tell which matches are still to fire.
     fired_bases = {basis for _, basis in story.firings or ()}
     unfired_bases = [basis for basis in diagnosis.bases if basis not in fired_bases]
-    if unfired_bases and story.activations is None:
+    if unfired_bases and activations is None:
         return f"{matches}, and it had not fired for {len(unfired_bases)} of them, first {unfired_bases[0]}"
     return (
         f"{matches}, and it has fired for {'it' if is_single else 'all of them'}: "
@@ -215,19 +210,17 @@ def format_report(story: RuleStory) -> Iterator[str]:
     diagnosis, snapshot = story.diagnosis, story.snapshot
     yield make_headline(story)
     yield ""
-    details = [str(story.position)] if story.position else []
+    details = [format_position(story.position)] if story.position else []
     details += [f"salience {diagnosis.salience}"] if diagnosis is not None and diagnosis.salience else []
-    bracketed_details = f" ({', '.join(details)})" if details else ""
-    yield f"rule {story.rule}{bracketed_details}"
+    yield f"rule {story.rule} ({', '.join(details)})" if details else f"rule {story.rule}"
     yield f"in {story.where}"
     yield ""
     if story.firings is not None and not story.missing:
         yield _describe_firings(story.firings)
-    sentence = make_verdict(story)
-    yield f"{sentence[:1].upper()}{sentence[1:]}."
+    verdict = make_verdict(story)
+    yield f"{verdict[0].upper()}{verdict[1:]}."
     if diagnosis is not None and snapshot is not None:
         yield from _format_diagnosis(story, diagnosis, snapshot)
-    yield from (f"note: {note}" for note in story.notes)
 
 
 def _describe_firings(firings: tuple[tuple[float, str], ...]) -> str:
@@ -264,22 +257,16 @@ def _format_diagnosis(story: RuleStory, diagnosis: Diagnosis, snapshot: Snapshot
 
 def _format_table(elements: tuple[CECount, ...], failing: int) -> Iterator[str]:
     rows = [
-        (
-            str(element.number),
-            "" if element.alone is None else str(element.alone),
-            "" if element.joined is None else str(element.joined),
-            element.text,
-        )
+        (str(element.number), str(element.alone or ""), str(element.joined or ""), element.text)
         for element in elements
     ]
     widths = [
         max(len(title), *(len(row[column]) for row in rows)) for column, title in enumerate(_COLUMN_TITLES)
     ]
     yield "  " + "  ".join(title.rjust(width) for title, width in zip(_COLUMN_TITLES, widths, strict=True))
-    for row, element in zip(rows, elements, strict=True):
-        mark = ">" if element.number == failing else " "
-        cells = [cell.rjust(width) for cell, width in zip(row[:3], widths, strict=True)]
-        yield mark + " " + "  ".join([*cells, row[3]])
+    for (*counts, text), element in zip(rows, elements, strict=True):
+        cells = (cell.rjust(width) for cell, width in zip(counts, widths, strict=True))
+        yield "  ".join([f"{'>' if element.number == failing else ' '} {next(cells)}", *cells, text])
 
 
 def _format_failure(failure: MatchFailure, title: str, indent: str) -> Iterator[str]:

@@ -25,12 +25,8 @@ LIMIT_S: Final = 25.0  # the limit of real time for a diagnosis
 MAX_MEMORY_BYTES: Final = 2 << 30  # the limit of the child's address space, in bytes
 
 
-def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Diagnosis:
-    """Diagnose the condition of the snapshot's rule, like :func:`.diagnose`.
-
-    :param limit_s: the limit of real time; None for :data:`LIMIT_S`.
-    """
-    limit_s = LIMIT_S if limit_s is None else limit_s
+def diagnose_in_sandbox(snapshot: Snapshot) -> Diagnosis:
+    """Diagnose the condition of the snapshot's rule, like :func:`.diagnose`."""
     if snapshot.uncopied_count:
         # No process is needed: the facts were not copied, so nothing can be matched.
         return diagnose(snapshot)
@@ -46,10 +42,10 @@ def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Dia
     )
     with process:
         try:
-            output, _ = process.communicate(pickle.dumps(snapshot), limit_s)
+            output, _ = process.communicate(pickle.dumps(snapshot), LIMIT_S)
         except subprocess.TimeoutExpired:
             return make_unknown_diagnosis(
-                snapshot, f"its condition could not be matched within {limit_s:g} s"
+                snapshot, f"its condition could not be matched within {LIMIT_S:g} s"
             )
         finally:
             process.kill()  # without an effect on a process that has ended

@@ -11,11 +11,9 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from cxbridge.clipstext.facts import IMPLIED, fact_text
-from cxbridge.clipstext.values import FactRef, Value, show_alone
+from cxbridge.clipstext.values import Value, show_alone
 from cxbridge.executive.host.facts.copying import FactRow, FactTemplate
 from cxbridge.executive.host.loading import Diagnostic
-
-__all__ = ["MAX_FACTS", "Activation", "FactRef", "FactRow", "FactTemplate", "Rulebook", "Snapshot"]
 
 # The limit of copied facts; beyond it, only CLIPS' own counts are available.
 MAX_FACTS: Final = 50_000
@@ -68,11 +66,8 @@ class Snapshot:
     @property
     def activations(self) -> int | None:
         """The number of the rule's activations on the agenda; None if unknown."""
-        for line in self.clips_counts:
-            name, _, number = line.partition(": ")
-            if name == "Activations":
-                return int(number)
-        return None
+        counts = (line.rpartition("Activations: ") for line in self.clips_counts)
+        return next((int(number) for _, name, number in counts if name), None)
 
     def fact_text(self, row: FactRow, slot_names: Collection[str] = ()) -> str:
         """Return a fact with its index as text.

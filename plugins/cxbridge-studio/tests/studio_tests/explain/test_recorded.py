@@ -46,7 +46,7 @@ def test_what_is_told_of_them():
     assert story.diagnosis.failure is not None
     (miss,) = story.diagnosis.failure.near
     assert miss.fact == 'f-1 (robot (name "r") (at home) ...)'
-    assert str(story.position) == "/agent/agent.clp:1"
+    assert story.position == ("/agent/agent.clp", 1)
     assert story.where == "list.mcap at 1.500 s"
     assert "no fact of 'time' was recorded: there was none, or it was not watched" in story.notes
 

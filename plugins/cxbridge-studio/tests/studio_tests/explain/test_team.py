@@ -24,7 +24,7 @@ def test_each_can_be_asked_why(tmp_path: Path, name: str) -> None:
         assert "mini-dispatch" in said
         assert "mini-evaluate" in "\n".join(explain(evidence, "mini-evaluate", "rule").lines)
     rules = load_scenario_rules(RunOptions(scenario=folder), env=name)
-    assert "mini-begin" in rules.read_rule_texts()
+    assert "mini-begin" in rules.rule_texts
 
 
 @pytest.mark.parametrize("env", [None, "executive"])

@@ -10,9 +10,10 @@ import pytest
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_studio.check.sources import load_scenario_rules
-from cxbridge_studio.explain.answer import Explanation, explain
+from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.answering import copy_evidence
 from cxbridge_studio.explain.evidence import Evidence
+from cxbridge_studio.explain.explanation import Explanation
 from cxbridge_studio.explain.recorded import RecordedEvidence
 from cxbridge_studio.explain.scenario import EnvironmentEvidence, collect_scenario_evidence
 from studio_tests.explain.mistakes.agents import MISTAKES, Mistake

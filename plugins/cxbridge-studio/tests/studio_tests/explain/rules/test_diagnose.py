@@ -166,10 +166,9 @@ def test_errors_in_a_condition_are_told():
     assert any("low" in error or "expected argument" in error for error in found.errors)
 
 
-def test_too_many_facts_leave_clips_own_numbers(monkeypatch):
-    monkeypatch.setattr("cxbridge_studio.explain.rules.environment.MAX_FACTS", 2)
+def test_too_many_facts_leave_clips_own_numbers():
     with world(*GOALS, "(defrule it (goal (id ?i)) =>)") as env:
-        snapshot = take_snapshot(env, "it")
+        snapshot = take_snapshot(env, "it", max_facts=2)
         found = diagnose(snapshot)
     assert "too many" in found.unknown
     assert snapshot.clips_counts[0] == "Pattern 1: 3"

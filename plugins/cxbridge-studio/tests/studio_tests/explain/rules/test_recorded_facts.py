@@ -5,11 +5,12 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cxbridge.clipstext.values import FactRef
 from cxbridge.events import FactChange
+from cxbridge.executive.host.facts.copying import FactTemplate
 from cxbridge.executive.host.values import Symbol
 from cxbridge_studio.explain.rules.environment import take_snapshot
 from cxbridge_studio.explain.rules.recorded_facts import parse_rows
-from cxbridge_studio.explain.rules.snapshot import FactRef, FactTemplate
 from cxbridge_studio.explain.slot_values import parse_values
 from studio_tests.explain.worlds import world
 from tests.support import many
