@@ -223,7 +223,6 @@ def test_a_recording_that_does_not_say_it_is_guessed(tmp_path: Path):
     )
     assert {link.is_guessed for link in said} == {False}
     assert {link.is_guessed for link in guessed} == {True}
-    evidence = RecordedEvidence(ListRun(older), None, None)
     for before, after in pairwise(said):
         assert before.call.begin <= after.call.begin
 
