@@ -14,12 +14,13 @@ from cxbridge.clipstext.syntax import SyntaxNode, read
 from cxbridge.clipstext.values import FactRef, Value, quoted, show, show_alone
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import FactChange
+from cxbridge.executive.host.facts.copying import FactTemplate
 from cxbridge_studio.dap.agent import StoppedEnvironment
 from cxbridge_studio.dap.bindings import find_bindings, match_pattern
 from cxbridge_studio.dap.rule_lines import read_variable_name
 from cxbridge_studio.debugger.evaluating import evaluate as evaluate_text
 from cxbridge_studio.explain.rules.environment import take_snapshot
-from cxbridge_studio.explain.rules.snapshot import FactTemplate, Snapshot
+from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 _BINDERS: Final = ("bind", "foreach")  # the functions whose first argument is a variable that they bind
 
