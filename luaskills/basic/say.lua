@@ -16,11 +16,11 @@ Fails when there is nobody to speak, no text, when another text takes the place 
 
 skillenv.skill_module(_M)
 
-local PATIENCE = 60 -- loops of silence, 2 s, after which nobody will take the order
+local PATIENCE = 60 -- the loops (2 s) without a reaction after which the message counts as lost
 
--- The voice tells which order it works on by the id of the message and its text, and whether it is done by "final".
--- Ids count anew for each who orders: another client's order may have ours, and may be said before ours. What was
--- there before we ordered is not ours.
+-- The writer shows the id and the text of the message in execution, and its end by "final". Ids are unique for each
+-- sender only: the message of another client may have the same id, and may be spoken first. A state that was shown
+-- before our message does not belong to our message.
 function is_ours()
     return voice:msgid() == fsm.vars.order and voice:text() == fsm.vars.ordered
         and voice:timestamp():in_usec() ~= fsm.vars.before
@@ -47,7 +47,7 @@ function ORDER:init()
     local text = tostring(fsm.vars.text or fsm.vars[1])
     local message = voice.SayMessage:new(text)
     fsm.vars.before = voice:timestamp():in_usec()
-    fsm.vars.ordered = message:text() -- cut when it is too long
+    fsm.vars.ordered = message:text() -- truncated if too long
     fsm.vars.order = voice:msgq_enqueue_copy(message)
     fsm.vars.begun, fsm.vars.silence = false, 0
 end

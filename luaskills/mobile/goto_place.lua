@@ -25,12 +25,12 @@ local ERRORS = {
     [navigator.ERROR_PATH_GEN_FAIL] = "there is no path",
 }
 
--- Ids count anew for each who orders: if it was there before, only a navigator that drives has taken this one.
+-- Message ids are unique for each sender only: after an equal id of another sender, a moving navigator has accepted ours.
 function is_taken()
     return navigator:msgid() == fsm.vars.order and (fsm.vars.before ~= fsm.vars.order or not navigator:is_final())
 end
 
--- 0 is nobody's: the navigator has nothing to do.
+-- id 0: the navigator has no command
 function is_ours() return navigator:msgid() == fsm.vars.order or navigator:msgid() == 0 end
 
 function is_other() return not is_ours() and navigator:msgid() ~= fsm.vars.before end

@@ -1,8 +1,8 @@
--- Puts the engine together. Called once with the functions of the Python host, the texts of the other files and the
--- limits; returns the functions that the host calls.
+-- Builds the engine. The Python host calls this file once with its own functions, the texts of the other files and the
+-- limits; the file returns the functions that the host calls.
 --
--- The globals that Lua starts with are emptied: skill files and skill strings see the globals that modules.lua and
--- sandbox.lua give them, as in Fawkes.
+-- The table of Lua's globals is emptied: skill files and skill strings see only the globals of modules.lua and
+-- sandbox.lua, as in Fawkes.
 
 local host, sources, limits = ...
 
@@ -16,7 +16,7 @@ end
 
 string.dump = nil
 
--- The globals of the engine's own files
+-- The globals of the engine's files
 local globals = {
     assert = assert, error = error, getmetatable = getmetatable, ipairs = ipairs, next = next, pairs = pairs,
     pcall = pcall, rawequal = rawequal, rawget = rawget, rawset = rawset, select = select,
@@ -41,7 +41,7 @@ for _, library in pairs(copy(package.loaded)) do
 end
 setfenv(1, globals)
 
---- Run one of the engine's own files, once, and return what it returns.
+--- Run a file of the engine once, and return its value.
 local included = {}
 function core.include(name)
     if included[name] == nil then

@@ -1,20 +1,20 @@
--- Bounds what a piece of Lua may compute. The unit is the VM instruction: the same on every machine and every
--- clock, so that a run that fits on one fits on all. Some instructions do a lot of work, though (s .. s): therefore
--- processor time is bounded, too, far above what a sane skill needs.
+-- The budget of skills. The unit is the VM instruction, which is equal on all machines and clocks, so that a skill
+-- within its budget on one machine is within its budget on all. Some instructions take long (s .. s), so processor time
+-- has a limit, too, far above the needs of usual skills.
 
 local core = ...
 local sethook, getinfo, collectgarbage = core.sethook, core.getinfo, core.collectgarbage
 local limits = core.limits
 
--- Instructions between two looks at the budget, and such steps between two looks at the clock
+-- The number of instructions between two checks of the budget (a step), and of steps between two checks of the clock
 local STEP, STEPS_TO_CLOCK = 100, 10
--- Large values take long to copy, in one instruction. So there are fewer instructions in a step once the memory has grown
--- so much in one, and the clock is looked at in each step once it has grown so much in all.
+-- A single instruction may copy a large value. So steps have fewer instructions after a step in which the memory has grown
+-- by the first number, and each step checks the clock after a total growth by the second number.
 local FINE_STEP, LARGE_KIB, MUCH_KIB = 10, 32, 768
--- Of what a call gets that comes after one that used up everything: to reset skills, to tell why they failed.
+-- The budget of a call after an exhausted budget: enough to reset skills and to read the reasons of their failures.
 local LEAST = 0.1
 local LONGEST_MESSAGE = 4000
--- C walks through the whole stack for each function on it; of a stack deeper than this it shows only the top.
+-- For each function of a stack, C walks through the whole stack; of a deeper stack the traceback shows only the top.
 local DEEP, TOP = 200, 12
 
 local processor_time, match, sub, format = core.native.os.clock, core.native.string.match, core.native.string.sub,
@@ -24,8 +24,8 @@ local exhausted, began = false, nil
 
 local budget = {}
 
--- Once exhausted, every further instruction raises again: a pcall may catch the error, but whatever runs after
--- it is stopped at its first instruction, up to the call that armed the budget.
+-- With an exhausted budget each further instruction raises the error again: a pcall may catch the error, but the code
+-- after the pcall ends at its first instruction, up to the call that armed the budget.
 local function refuse()
     if getinfo(2, "f").func == budget.run then
         sethook()
@@ -34,7 +34,7 @@ local function refuse()
     end
 end
 
--- The innermost place in a skill's code; the engine's own files tell a user nothing.
+-- The innermost line of a skill's code, because lines of the engine's files do not help users.
 local function place()
     local level = 4
     while true do
@@ -53,7 +53,7 @@ local function exhaust()
     error(exhausted, 0)
 end
 
--- The clock is asked once there is something to measure: to ask takes longer than most calls do.
+-- The first check of the clock is late, because a check takes longer than most calls.
 local function is_late()
     local now = processor_time()
     if not began then
@@ -79,13 +79,13 @@ local function count()
     ticks = STEPS_TO_CLOCK
 end
 
---- Pay for work that the host does; its instructions are not counted.
+--- Charge the budget for work of the host, whose instructions are not counted.
 function core.charge(instructions)
     remaining = remaining - instructions
 end
 
---- As Lua's xpcall. Lua calls the handler where the error is raised. The error of an exhausted budget is raised in a
--- hook, where no hook is called: a handler that loops would never be stopped. So handlers do not see this error.
+--- Lua's xpcall, but handlers do not get the error of an exhausted budget. Lua calls a handler at the place of the error,
+-- which is here within a hook, where no hook is called: a handler with an endless loop would not end.
 function core.xpcall(fn, handler)
     return xpcall(fn, function(problem)
         if exhausted then return problem end
@@ -93,14 +93,14 @@ function core.xpcall(fn, handler)
     end)
 end
 
---- What an error says. A value that is not a text is not converted to one: a skill's code would run, or a table go to the host.
+--- Return the text of an error. Other values are not converted to texts, because the conversion could run a skill's code.
 local function text_of(problem)
     if type(problem) == "number" then problem = tostring(problem) end
     if type(problem) ~= "string" then return "(an error that is not a text but a " .. type(problem) .. ")" end
     return #problem > LONGEST_MESSAGE and sub(problem, 1, LONGEST_MESSAGE) or problem
 end
 
---- debug.traceback(message, level), in bounded time.
+--- debug.traceback(message, level) in bounded time.
 local function traceback(message, level)
     if message ~= nil and type(message) ~= "string" and type(message) ~= "number" then return message end
     level = (tonumber(level) or 1) + 1
@@ -119,7 +119,7 @@ local function with_traceback(problem)
     return traceback(text_of(problem), 2)
 end
 
--- xpcall of Lua 5.1 passes no arguments on.
+-- because xpcall of Lua 5.1 passes no arguments
 local pending = {}
 local function call_pending()
     return pending[1](pending[2], pending[3], pending[4], pending[5])
@@ -127,7 +127,7 @@ end
 
 local left_instructions, left_seconds = limits.instructions_per_loop, limits.seconds_per_loop
 
---- Begin a loop: what runs from now on shares the budget of one loop.
+--- Begin a loop: all calls until the next loop share a budget.
 function budget.renew()
     left_instructions, left_seconds = limits.instructions_per_loop, limits.seconds_per_loop
 end
@@ -140,7 +140,7 @@ local function arm(instructions, seconds, fn, a, b, c, d)
     deadline, began = seconds, nil
 end
 
---- Call fn with up to four arguments and what is left of the loop's budget.
+--- Call fn with up to four arguments and the rest of the loop's budget.
 -- @return as pcall, but an error is a text with its traceback; three results at most
 function budget.run(fn, a, b, c, d)
     local instructions = math.max(left_instructions, limits.instructions_per_loop * LEAST)
@@ -155,7 +155,7 @@ function budget.run(fn, a, b, c, d)
     return ok, first, second, third
 end
 
---- As run, with the budget to load a skill space; later calls get a new one.
+--- As run, with the budget for the loading of a skill space; later calls get a new budget.
 function budget.run_to_load(fn, a)
     left_instructions, left_seconds = limits.instructions_to_load, limits.seconds_to_load
     local ok, problem = budget.run(fn, a)

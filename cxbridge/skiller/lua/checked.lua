@@ -1,4 +1,4 @@
--- Results of host functions: true and values, or false and what is wrong, which becomes a Lua error.
+-- Results of host functions: true and values, or false and the text of an error, which becomes a Lua error.
 
 local core = ...
 local charge = core.charge

@@ -5,7 +5,7 @@ local checked, host = core.include("checked"), core.host
 
 local config = {}
 
---- Get a value for one of the functions below; an error is told with the place that called that function.
+--- Return a value for the functions below; an error names the line that has called the function.
 local function value(path, kind)
     local ok, result = host.config_get(path, kind)
     core.charge(20)
@@ -17,7 +17,7 @@ function config:exists(path) return checked(host.config_exists(path)) end
 
 for _, kind in ipairs {"float", "uint", "int", "bool", "string"} do
     config["get_" .. kind] = function(_, path)
-        local result = value(path, kind) -- no tail call: the place that called must stay on the stack
+        local result = value(path, kind) -- no tail call, which would remove the calling line from the stack
         return result
     end
     config["is_" .. kind] = function(_, path) return checked(host.config_is(path, kind)) end

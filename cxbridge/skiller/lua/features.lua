@@ -1,4 +1,4 @@
--- What a run may or may not have; skills see nil where it has not.
+-- The optional objects of a run; skills see nil for a missing object.
 
 local core = ...
 

@@ -33,7 +33,7 @@ function FSM.is_instance(value)
     return false
 end
 
--- What changed, and what was done
+-- Changes, and the trace
 
 --- Whether the graph changed since the last call.
 function FSM:changed()
@@ -48,7 +48,7 @@ function FSM:set_changed(changed) self.state_changed = changed == nil or changed
 
 function FSM:set_debug(debug) self.debug = debug end
 
---- Set the error text and tell it; nil counts as no error.
+--- Set the error text and log it; nil means no error.
 function FSM:set_error(text)
     self.error = text
     if text and text ~= "" then log.warn("FSM %s: %s", self.name, text) end
@@ -63,17 +63,17 @@ local function select_traces(fsm, wanted)
     return next(found) ~= nil, found
 end
 
---- Whether a state was left or reached, and the entries of the trace by index.
+--- Whether a state was left or entered, and its entries of the trace by index.
 function FSM:traced_state(state)
     return select_traces(self, function(entry) return entry.from == state or entry.to == state end)
 end
 
---- Whether a transition was taken, and the entries of the trace by index.
+--- Whether a transition was taken, and its entries of the trace by index.
 function FSM:traced_trans(transition)
     return select_traces(self, function(entry) return entry.transition == transition end)
 end
 
---- Whether a state (or its name) was left or a transition was taken, and the entries of the trace by index.
+--- Whether a state (or its name) was left or a transition was taken, and its entries of the trace by index.
 function FSM:traced(what)
     if type(what) == "string" then what = self.states[what] end
     return select_traces(self, function(entry) return entry.from == what or entry.transition == what end)
@@ -97,7 +97,7 @@ function FSM:graph() return core.include("graph").fsm(self) end
 local function protected(state, step)
     state.tested_at = nil
     return xpcall(function() return state[step](state) end, function(problem)
-        -- A condition that is a text has no line of its own: it is that of its transition.
+        -- A condition in a text has the line of its transition.
         if state.tested_at and type(problem) == "string" and string.find(problem, "condition '", 1, true) == 1 then
             problem = state.tested_at .. problem
         end
@@ -107,7 +107,7 @@ end
 
 local function note_transition(fsm, target)
     if fsm.tracing then
-        -- The first transitions are the interesting ones: a full trace loses its newest entry.
+        -- A full trace replaces its newest entry, because the first transitions are the interesting ones.
         if #fsm.trace > fsm.max_num_traces then table.remove(fsm.trace) end
         table.insert(fsm.trace, {from = fsm.current, transition = fsm.current:last_transition(), to = target})
     end
@@ -120,7 +120,7 @@ local function note_transition(fsm, target)
     end
 end
 
---- Go to target, and on from there for as long as entering a state leads to another one.
+--- Enter target, and further states as long as the entry of a state leads to a transition.
 function FSM:trans(target)
     while target do
         note_transition(self, target)
@@ -153,7 +153,7 @@ local function start(fsm)
     fsm.state_changed = true
 end
 
--- A machine that fails without saying why is given the label of the transition that led to the failure.
+-- A machine that fails without an error text gets the label of the transition to the fail state.
 local function explain_failure(fsm)
     if (fsm.error or "") ~= "" or not fsm.previous then return end
     local last = fsm.previous:last_transition()
@@ -174,11 +174,11 @@ function FSM:loop()
     self:trans(result)
 end
 
---- Leave the current state and forget everything but persistent_vars.
+--- Leave the current state and clear all variables except persistent_vars.
 function FSM:reset()
     if self.current then self.current:do_exit() end
     for _, state in pairs(self.states) do state:reset() end
-    -- String conditions hold on to this very table.
+    -- Conditions in texts refer to this table, so it is emptied, not replaced.
     for name in pairs(self.vars) do self.vars[name] = nil end
     if not self.prepared then
         for _, state in pairs(self.states) do state:prepare() end

@@ -1,5 +1,5 @@
--- The types of fawkes.tf: vectors, quaternions, transforms, and their stamped kin, with the methods that Fawkes
--- exports to Lua. Whatever returns a new value leaves its operands as they are; set... and normalize change theirs.
+-- The types of fawkes.tf: vectors, quaternions, transforms and stamped values, with the methods that Fawkes exports to
+-- Lua. Methods that return a new value do not change their operands; set... and normalize do.
 
 local core = ...
 local Time = core.include("time").Time
@@ -92,7 +92,7 @@ end
 
 function Vector3:setInterpolate3(v0, v1, ratio) self:construct(v0:lerp(v1, ratio)) end
 
--- Axes count from 0. Of equal ones the later is the least and the earlier the greatest.
+-- Axes count from 0. Of equal axes, the last is the least and the first is the greatest, as in Fawkes.
 function Vector3:minAxis()
     if self[1] < self[2] then return self[1] < self[3] and 0 or 2 end
     return self[2] < self[3] and 1 or 2
@@ -192,7 +192,7 @@ function Quaternion:getAxis()
     return vector(self[1] / s, self[2] / s, self[3] / s)
 end
 
---- The rotation at a ratio of the shorter way to another one.
+--- The rotation at a ratio of the shorter way to another rotation.
 function Quaternion:slerp(q, ratio)
     local product = self:dot(q) / math.sqrt(self:length2() * q:length2())
     local sign = product < 0 and -1 or 1
@@ -315,7 +315,7 @@ for _, name in ipairs {"Quaternion", "Vector3", "Point", "Pose"} do
     function class:set_data(value) parent.construct(self, value) end
 end
 
---- The name of a value's type in C++, as tolua.type() tells it.
+--- The name of a value's type in C++, as of tolua.type().
 function geometry.type_of(value)
     return type(value) == "table" and type(value.__type) == "string" and value.__type or type(value)
 end

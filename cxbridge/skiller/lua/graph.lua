@@ -1,5 +1,5 @@
--- State machines in the dot language, as Fawkes draws them, to the byte: nodes, edges and attributes come in the
--- order of Lua's tables, so they are put into tables in Fawkes' order. (Lua 5.1 orders equal tables equally.)
+-- State machines in the dot language, byte for byte as Fawkes: nodes, edges and attributes have the order of Lua's
+-- tables, so they are inserted into tables in Fawkes' order. (Lua 5.1 orders equal tables equally.)
 
 local core = ...
 
@@ -7,7 +7,7 @@ local graph = {direction = "TB", coloured = true}
 
 -- The dot language
 
--- The same texts come again in every graph of a machine, and quoting is most of the work.
+-- A cache, because the graphs of a machine repeat the same texts, and quoting is most of the work.
 local function remembering(fn)
     local known, count = {}, 0
     return function(text)
@@ -25,7 +25,7 @@ end
 local quote = remembering(function(text)
     text = tostring(text)
     local quoted = string.format("%q", text)
-    -- \n in labels is dot's, so backslashes stay single, unless they would swallow a quote.
+    -- \n in labels belongs to dot, so a backslash is doubled only before a quote.
     if text:find('\\"', 1, true) or text:sub(-1) == "\\" then return quoted end
     return (quoted:gsub("\\\\", "\\"))
 end)
@@ -114,7 +114,7 @@ local function as_text(drawing)
     return table.concat(out, "\n") .. "\n"
 end
 
--- What was done, by states and by transitions: one look at the trace for all of them.
+-- The entries of the trace by state and by transition, from one pass over the trace.
 
 local function traces(fsm)
     local states, transitions = {}, {}
@@ -129,7 +129,7 @@ local function traces(fsm)
     return {states = states, transitions = transitions}
 end
 
--- What a state looks like
+-- Attributes of states
 
 local function is_end(fsm, name)
     return name == fsm.exit_state or name == fsm.fail_state or name == fsm.recover_state
@@ -156,7 +156,7 @@ local function look_of_state(fsm, traced, state, attr, label)
     merge(attr, state.dotattr)
     if label then attr.label = label end
     if is_end(fsm, name) then
-        -- one after the other: several at once come into the table in another order
+        -- one after the other, because a constructor would insert them in another order
         attr.shape = "doubleoctagon"
         attr.style = "solid,filled"
         attr.penwidth = "1.0"
@@ -176,7 +176,7 @@ local function look_of_state(fsm, traced, state, attr, label)
     end
 end
 
--- What a transition looks like
+-- Attributes of transitions
 
 local function look_of_transition(fsm, traced, from, transition, attr)
     if transition.description then attr.label = tostring(transition.description) end
@@ -220,7 +220,7 @@ local function draw_inner_machine(drawing, prefix, state, counter)
     end
 end
 
--- Machines in a list are drawn; those with names are not, as in Fawkes.
+-- Machines in a list are drawn, machines with names are not, as in Fawkes.
 local function draw_inner_machines(drawing, prefix, state, counter)
     local hub = prefixed("g" .. counter.n, "RUN_SUBFSMS")
     local cluster = add_cluster(drawing, "cluster_" .. counter.n, state.name, "#f8f8ff")
@@ -251,7 +251,7 @@ local function shown_states(fsm)
     return shown
 end
 
--- The start state first, which is what puts it on top.
+-- The start state first, so that dot draws it at the top.
 function draw(fsm, drawing, prefix, counter)
     merge(drawing.attr, fsm.dotattr)
     local first = assert(fsm.states[fsm.start], "FSM grapher: No start node set for FSM or start node not created")
@@ -289,7 +289,7 @@ function graph.fsm(fsm)
     return as_text(drawing)
 end
 
---- The graph of which skill uses which; skills that use none share a rank.
+--- The graph of the dependencies of skills; skills without dependencies share a rank.
 function graph.dependencies(skills)
     local drawing = new_drawing("digraph", "skill_dependencies")
     set(drawing.attr, "rankdir", "LR", "penwidth", "1.0", "compound", "true")

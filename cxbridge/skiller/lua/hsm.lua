@@ -14,7 +14,7 @@ end
 
 function HSM:new_state() error("Only jump states can be created for a HSM") end
 
--- Give a state the default transitions that it does not have yet.
+-- Add the missing default transitions to a state.
 local function apply_defaults(hsm, state)
     if state.name == hsm.exit_state or state.name == hsm.fail_state then return end
     for i, default in ipairs(hsm.default_transitions) do
@@ -74,7 +74,7 @@ function HSM:new_jump_state(name, transitions, vars, export_to)
     return state
 end
 
---- Add a transition to every state, also to those that are defined later.
+--- Add a transition to every state, even to states that are defined later.
 function HSM:add_default_transition(target, condition, description)
     table.insert(self.default_transitions, {state = target, jumpcond = condition, description = description})
     for _, state in pairs(self.states) do apply_defaults(self, state) end

@@ -1,12 +1,12 @@
 -- Interfaces of the blackboard as Lua objects: i:f(), i:set_f(v), i.CONSTANT, i.XMessage:new(...), queues.
--- What a type has is asked for once; methods are made when they are first used.
+-- The host describes each type once; methods are made at their first use.
 
 local core = ...
 local log, checked, host = core.include("log"), core.include("checked"), core.host
 
 local interfaces = {}
 
--- To Lua an interface is a userdata, as tolua makes them: nothing can be put into it or taken out of it.
+-- An interface is a userdata, as with tolua, so that skills cannot change its table.
 local handles = setmetatable({}, {__mode = "k"})
 
 local function handle_of(interface)
@@ -109,7 +109,7 @@ local function queue_methods(wrappers)
     function methods:msgq_remove(message)
         checked(host.queue_remove(handle_of(self), type(message) == "table" and message:id() or message))
     end
-    -- One thread runs all Lua, and nothing comes in between: there is nothing to lock.
+    -- These methods do nothing, because a single thread runs all Lua.
     function methods:msgq_lock() end
     function methods:msgq_try_lock() return true end
     function methods:msgq_unlock() end
@@ -156,7 +156,7 @@ local function make_class(type_name)
     return class
 end
 
--- A function that makes userdata with an index that nothing can be put into, as with tolua
+-- A function that makes userdata with a read-only index, as with tolua
 local function new_userdata_of(class)
     local prototype = core.newproxy(true)
     local metatable = getmetatable(prototype)
@@ -175,7 +175,7 @@ function interfaces.class(type_name)
     return classes[type_name].class
 end
 
--- Opened interfaces, shared by all skills: one for reading and one for writing a uid
+-- Opened interfaces, shared by all skills: for each uid at most a reader and a writer
 
 local reading, writing = {}, {}
 
@@ -195,7 +195,7 @@ local function open_shared(type_name, id, for_writing)
     return opened[uid]
 end
 
---- Open what a skill depends on and make it visible under its variable.
+--- Open the interfaces of a skill, and set its variables to them.
 function interfaces.inject(module, visible)
     local wanted = module.depends_interfaces or {}
     assert(type(wanted) == "table", "Type of dependencies not table")
@@ -210,12 +210,12 @@ function interfaces.inject(module, visible)
     end
 end
 
---- Bring the data of all interfaces that skills read up to date.
+--- Read the data of all interfaces of skills.
 function interfaces.read_all()
     if next(reading) then checked(host.read_all()) end
 end
 
---- Publish what skills changed.
+--- Publish the interfaces that skills have changed.
 function interfaces.write_changed()
     if next(writing) then checked(host.write_changed()) end
 end

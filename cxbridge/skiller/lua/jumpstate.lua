@@ -1,7 +1,7 @@
--- States that are left by transitions with conditions.
+-- States with transitions that have conditions.
 --
 -- A transition is a table: state (target, or its name until prepare), jumpcond, description, error, and pre or
--- post: whether it is tested before the state's init or after init and in each loop.
+-- post: whether its condition is tested before the state's init, or after init and in each loop.
 
 local core = ...
 local log, clock = core.include("log"), core.include("time")
@@ -28,7 +28,7 @@ function JumpState:new(definition)
     return setmetatable(definition, self)
 end
 
---- Whether a value is a state of this class or of one made from it.
+--- Whether a value is a state of this class or of a derived class.
 function JumpState.is_instance(value)
     local class = getmetatable(value)
     while class do
@@ -106,7 +106,7 @@ function JumpState:add_new_transition(...) return add(self, self:create_transiti
 --- Add a transition that is tested before init.
 function JumpState:add_new_precondition(...) return add(self, self:create_transition(...), "pre") end
 
---- Add a transition that was made before; or, in the old style, one to a state.
+--- Add a transition, or in the old style a transition to a state.
 function JumpState:add_transition(transition, condition, ...)
     if condition ~= nil then return self:add_new_transition(transition, condition, ...) end
     add(self, transition, "post")
@@ -143,7 +143,7 @@ function JumpState:get_transition(target)
     return found
 end
 
--- Timeouts: one duration a state, in seconds; it starts when the state is entered.
+-- Timeouts: a duration in seconds for each state, from its entry.
 
 function JumpState:init_timeout() self.timeout_start = clock.now_msec() end
 
@@ -162,9 +162,9 @@ function JumpState:set_timeout(seconds, target, message, description)
     self.timeout_transition.dotattr = {style = "dashed"}
 end
 
--- What the state machine calls
+-- Methods that the state machine calls
 
---- Resolve targets that were given by name.
+--- Replace the names of targets by states.
 function JumpState:prepare()
     for _, transition in ipairs(self.transitions) do
         if type(transition.state) == "string" then
@@ -186,7 +186,7 @@ local function fire(state, transition)
     return transition.state
 end
 
---- Return the target of the first transition that fires, nil to stay.
+--- Return the target of the first transition whose condition is true; nil without such a transition.
 -- @param before_init true to test the preconditions, else the others
 function JumpState:try_transitions(before_init)
     local phase = before_init and "pre" or "post"

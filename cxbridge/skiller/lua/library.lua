@@ -1,5 +1,5 @@
--- The standard library as skills see it: copies, so that no skill can change what the engine works with.
--- Left out is whatever loads code, touches files or processes, or looks into other functions.
+-- The standard library for skills: copies of its tables, so that skills cannot change the engine's tables. Without
+-- the functions that load code, access files or processes, or inspect other functions.
 
 local core = ...
 local native, host = core.native, core.host
@@ -15,7 +15,7 @@ end
 
 library.string, library.table, library.math = copy(native.string), copy(native.table), copy(native.math)
 
--- Random numbers are the run's own: a run with the same seed repeats.
+-- Random numbers come from the generator of the run, so that a run with the same seed repeats.
 function library.math.random(low, high)
     if low == nil then return host.random() end
     if high == nil then low, high = 1, low end
@@ -25,7 +25,7 @@ end
 
 function library.math.randomseed(seed) host.randomseed(seed) end
 
--- All times are those of the run's clock.
+-- All times are times of the run's clock.
 local function now_or(value) return value or time.now_sec() end
 
 library.os = {
@@ -39,7 +39,7 @@ local os = library.os
 library.sandbox_os = {date = os.date, getenv = os.getenv, time = os.time, difftime = os.difftime}
 library.condition_os = {date = os.date, time = os.time, clock = os.clock, difftime = os.difftime}
 
--- What Fawkes adds to string, table and math
+-- The functions that Fawkes adds to string, table and math
 
 function library.string.join(delimiter, values)
     local texts = {}
@@ -47,7 +47,7 @@ function library.string.join(delimiter, values)
     return table.concat(texts, delimiter)
 end
 
---- Split at a pattern; an empty piece at the start is dropped.
+--- Split at a pattern, without an empty part at the start.
 function library.string.split(text, delimiter)
     local pieces, from = {}, 1
     while true do
@@ -91,12 +91,12 @@ function m.cart2polar2d(x, y) return math.atan2(y, x), m.vec_length(x, y) end
 
 function m.polar2cart2d(phi, distance) return distance * math.cos(phi), distance * math.sin(phi) end
 
---- Bring an angle in radians into [-pi, pi].
+--- Normalize an angle in radians to [-pi, pi].
 function m.normalize_mirror_rad(angle) return angle - 2 * math.pi * m.round(angle / (2 * math.pi)) end
 
 function m.angle_distance(a, b) return math.abs(m.normalize_mirror_rad(a - b)) end
 
---- Make a view of a table that cannot be changed.
+--- Make a read-only view of a table.
 function library.readonly(original)
     return setmetatable({}, {
         __index = original,

@@ -1,4 +1,4 @@
--- The printers of skills, on the host's logger.
+-- The print functions of skills, which write to the host's logger.
 
 local core = ...
 local send, charge = core.host.log, core.charge
@@ -17,7 +17,7 @@ end
 
 log.debug, log.info, log.warn, log.error = printer("debug"), printer("info"), printer("warn"), printer("error")
 
---- Print values as they are, separated by commas, as skill modules do.
+--- Print values, separated by commas, as print() of skill modules.
 function log.values(...)
     local texts = {}
     for i = 1, select("#", ...) do texts[i] = tostring((select(i, ...))) end
@@ -30,7 +30,7 @@ for _, level in ipairs {"debug", "info", "warn", "error"} do
     log.logger["log_" .. level] = function(_, text) emit(level, tostring(text)) end
 end
 
---- Put the printers into a module.
+--- Add the print functions to a module.
 function log.register(module)
     module.print_debug, module.print_info = log.debug, log.info
     module.print_warn, module.print_error = log.warn, log.error

@@ -1,12 +1,12 @@
--- Modules of skill spaces: module() and require() of Lua 5.1 in a world of their own, and the modules that skill
--- files expect from Fawkes, made of this engine's parts. Files come from the skill folders only.
+-- Modules of skill spaces: module() and require() of Lua 5.1 for the skill folders only, and the modules of Fawkes that
+-- skill files require, from parts of this engine.
 
 local core = ...
 local log, library, host = core.include("log"), core.include("library"), core.host
 local interfaces, time = core.include("interfaces"), core.include("time")
 local geometry, tf, features = core.include("geometry"), core.include("transforms"), core.include("features")
 
--- What ("text"):name() finds: no skill can change these, but it can add functions to its string table.
+-- The functions of ("text"):name(). Skills cannot change these, but can add functions to their string table.
 local methods = {}
 for name, method in pairs(library.string) do methods[name] = method end
 core.string_metatable.__index = setmetatable(methods, {__index = library.string})
@@ -30,7 +30,7 @@ world._G = world
 for name, value in pairs(library.module_functions) do world[name] = value end
 log.register(world)
 
---- Put the globals that are functions or tables into a module, and what else every skill expects.
+--- Add the globals that are functions or tables to a module, and the other fields that skills expect.
 function modules.import_globals(module)
     for name, value in pairs(world) do
         if type(value) == "function" or type(value) == "table" then module[name] = value end
@@ -41,7 +41,7 @@ end
 
 core.import_globals = modules.import_globals
 
---- Put all globals into a module.
+--- Add all globals to a module.
 local function import_everything(module)
     for name, value in pairs(world) do module[name] = value end
     log.register(module)
@@ -59,7 +59,7 @@ local function place_global(name, module)
     if rawget(at, last) == nil then rawset(at, last, module) end
 end
 
--- The main parts of skill files; and the modules that module() made of them.
+-- The main functions of skill files, and the modules that module() has made of the files.
 local files, made = setmetatable({}, {__mode = "k"}), setmetatable({}, {__mode = "k"})
 
 local function load_file(name)
@@ -89,10 +89,10 @@ function modules.require(name)
 end
 world.require, core.require = modules.require, modules.require
 
---- Make the calling file a module: its globals from here on are the module's fields.
+--- Make the calling file a module, whose fields are the later globals of the file.
 function world.module(name, ...)
     assert(type(name) == "string", "bad argument to 'module' (a module's name expected)")
-    -- Nothing else gets another environment: the functions of this engine can be made to call this one, too.
+    -- Only main functions of files get a new environment, because a skill could call this function from an engine function.
     local file = core.getinfo(2, "f").func
     assert(files[file], "module() is for the main part of a skill file")
     local module = loaded[name]
@@ -107,17 +107,17 @@ function world.module(name, ...)
     for _, option in ipairs {...} do option(module) end
 end
 
---- The module of the file that called the function some levels above the caller of this; nil when it is not a module.
+--- The module of the file of the function at a level of the stack; nil if the file is not a module.
 function core.calling_module(level)
     local at = core.getinfo(level + 1, "f")
     local environment = at and at.func and core.getfenv(at.func)
     return environment and made[environment] and environment or nil
 end
 
---- Where the skill file that led here does so: "LABEL:LINE: ", empty when none did.
+--- The innermost line of a skill file on the stack, as "LABEL:LINE: "; empty without a skill file.
 function core.place_in_skill()
     local level, at = 2, core.getinfo(2, "Sl")
-    while at and level < 40 do  -- those who recurse as deep as they can shall not wait for it
+    while at and level < 40 do  -- a limit, because the stack of a recursive skill may be deep
         if at.currentline > 0 and at.source:sub(1, 1) == "@" and at.source:sub(1, 10) ~= "@cxbridge/" then
             return at.source:sub(2) .. ":" .. at.currentline .. ": "
         end
@@ -127,8 +127,8 @@ function core.place_in_skill()
     return ""
 end
 
---- Compile the text of a condition, which sees an environment and nothing else.
--- @return the function, or nil and what is wrong
+--- Compile the text of a condition, with the environment as its globals.
+-- @return the function, or nil and the error
 function core.compile_condition(text, environment)
     assert(type(text) == "string" and type(environment) == "table", "a text and its environment expected")
     local condition, problem = core.loadstring("return " .. text, "=condition '" .. text .. "'")
@@ -136,7 +136,7 @@ function core.compile_condition(text, environment)
     return core.setfenv(condition, environment)
 end
 
--- A file may put modules of its own where require() finds them, but none in the place of another.
+-- A file may add its own modules for require(), but may not replace other modules.
 local loaded_view = setmetatable({}, {
     __index = loaded,
     __newindex = function(_, name, module)
@@ -163,7 +163,7 @@ local FSM, JumpState = core.include("fsm"), core.include("jumpstate")
 local SkillJumpState = core.include("skillstate")
 local skillenv = core.include("skillenv")
 
--- Parents first: a module's table is also where its sub-modules are found.
+-- Parents first, because a module's table contains its sub-modules.
 provide("fawkes.fsm", {FSM = FSM, JumpState = JumpState, State = JumpState})
 provide("fawkes.fsm.state", {State = JumpState})
 provide("fawkes.fsm.jumpstate", {JumpState = JumpState})

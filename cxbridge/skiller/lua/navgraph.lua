@@ -1,4 +1,4 @@
--- The object that skills call navgraph, where the run has a navigation graph.
+-- The object navgraph of skills, in runs with a navigation graph.
 
 local core = ...
 local checked, host = core.include("checked"), core.host
@@ -28,7 +28,7 @@ for _, kind in ipairs {"float", "int", "bool"} do
     end
 end
 
---- A vector of C++ as tolua shows it: its elements count from 0.
+--- A vector of C++ as of tolua: its elements count from 0.
 local function vector(list)
     list.size = function(self) return #self + (self[0] ~= nil and 1 or 0) end
     return list
@@ -75,8 +75,8 @@ for _, kind in ipairs {"float", "int", "bool"} do
     end
 end
 
---- Not in Fawkes: the nodes of the shortest way from one to another, from 1, and its length in metres.
--- nil when there is none
+--- Not in Fawkes: the nodes of the shortest way between two nodes, from index 1, and its length in metres.
+-- nil without a way
 function navgraph:search_path(from, to)
     local function collect(cost, ...)
         if not cost then return nil end

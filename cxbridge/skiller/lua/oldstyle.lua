@@ -1,5 +1,5 @@
--- What skill files of Fawkes' first years use, before define_states(): states that are made one by one and appear as
--- globals of the file, states that run one skill, and states that wait. Today's Fawkes loads no such file.
+-- The old style of Fawkes' skill files, before define_states(): single states that are globals of the file, states that
+-- run a skill, and states that wait. Today's Fawkes does not load such files.
 
 local core = ...
 local clock, log = core.include("time"), core.include("log")
@@ -7,7 +7,7 @@ local JumpState, SkillJumpState = core.include("jumpstate"), core.include("skill
 
 local oldstyle = {}
 
---- Make the states of a machine globals of the file that calls level functions up from here.
+--- Make the states of a machine globals of the file of the function at a level of the stack.
 local function export(fsm, level)
     local file = core.calling_module(level + 1)
     if not file then return end
@@ -39,7 +39,7 @@ function WaitState:jumpcond_waited()
     return clock.now_msec() - self.wait_start >= seconds * 1000
 end
 
--- A state that runs one skill: self.args are its arguments.
+-- A state that runs a skill with the arguments self.args.
 
 local OneSkillState = subclass(SkillJumpState)
 
@@ -56,7 +56,7 @@ oldstyle.WaitState = WaitState
 function oldstyle.extend(HSM)
     local new_jump_state = HSM.new_jump_state
 
-    --- new_jump_state(name), or with a skill, where to go when it is final and when it failed, and its arguments.
+    --- new_jump_state(name), or with a skill, the targets after its final status and its failure, and its arguments.
     function HSM:new_jump_state(name, skill, final_to, fail_to, args)
         local state
         if type(skill) == "table" and skill.__SKILLMODULE__ then
@@ -90,7 +90,7 @@ function oldstyle.extend(HSM)
         return state
     end
 
-    --- Make the states that transitions name, for a file that defines none itself.
+    --- Make the states that transitions name, for a file that does not define its states.
     function HSM:define_named_states(transitions)
         log.warn("%s: add_transitions() names states that define_states() did not define; they are made now",
                  self.name)

@@ -1,4 +1,4 @@
--- Predicate libraries: modules whose functions are predicates, computed at most once a loop and read like fields.
+-- Predicate libraries: modules whose functions are predicates, evaluated at most once in a loop and read like fields.
 
 local core = ...
 local interfaces = core.include("interfaces")
@@ -60,13 +60,13 @@ function predlib.get_predfunc(module, name)
     return metatable.predicates[name]
 end
 
---- Only checks: what a library depends on is opened where it says so.
+--- Check the interfaces of a library, which the library opens itself.
 function predlib.setup(module)
     if type(module) == "string" then module = core.require(module) end
     assert(getmetatable(module), "Predicate library not properly initialized using predlib.module_init")
 end
 
---- Forget the values: a new loop begins.
+--- Clear the values at the begin of a loop.
 function predlib.reset()
     for _, library in pairs(libraries) do
         for name in pairs(library.predicates) do rawset(library.module, name, nil) end

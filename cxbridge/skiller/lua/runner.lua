@@ -1,5 +1,5 @@
--- What the host calls. Every call has a bounded budget, so that nothing in a skill can hold up the main loop, and
--- answers with plain values: whatever the library and the skills made of theirs, the host gets no function and no table.
+-- The functions that the host calls. Each call has a budget, so that a skill cannot block the main loop, and returns
+-- plain values: the host never gets a function or a table of skills.
 
 local core = ...
 local budget = core.include("budget")
@@ -7,7 +7,7 @@ local modules, skillenv = core.include("modules"), core.include("skillenv")
 local interfaces, graph = core.include("interfaces"), core.include("graph")
 local predlib, new_sandbox = core.include("predlib"), core.include("sandbox")
 
--- Skills may replace what is in the library's tables; the host goes on with what was there before them.
+-- Copies, because skills may replace functions in the library's tables.
 local library = {}
 for name, value in pairs(skillenv) do library[name] = value end
 local read_all, write_changed, reset_predicates = interfaces.read_all, interfaces.write_changed, predlib.reset
@@ -25,7 +25,7 @@ local function plain(value, default)
     return default
 end
 
---- Make a function of the host that tells whether it went well, or what is wrong.
+--- Make a function for the host that returns true, or false and an error.
 local function attempt(name, fn)
     runner[name] = function(...)
         local ok, problem = budget.run(fn, ...)
@@ -33,7 +33,7 @@ local function attempt(name, fn)
     end
 end
 
---- Make a function of the host that gives a value, or a default where there is none or it has another type.
+--- Make a function for the host that returns a value, or a default for a value of another type.
 local function question(name, default, fn)
     runner[name] = function(...)
         local ok, value = budget.run(fn, ...)
@@ -43,15 +43,15 @@ local function question(name, default, fn)
 end
 
 --- Load a skill space.
--- @return true, or false and what is wrong
+-- @return true, or false and the error
 function runner.load(space)
     modules.set_global("SKILLSPACE", space)
     local ok, problem = budget.run_to_load(modules.require, "skills." .. space)
     return ok, ok and "" or problem
 end
 
---- Take calls of skills, to be made in each loop: a list of {name=, n=number of arguments, arguments...}.
--- @return true, or false and the number of the first call of a skill that is not there
+--- Set the calls of skills for each loop: a list of {name=, n=number of arguments, arguments...}.
+-- @return true, or false and the number of the first call of a missing skill
 function runner.prepare(calls)
     chunk = nil
     for i, call in ipairs(calls) do
@@ -62,8 +62,8 @@ function runner.prepare(calls)
     return true, 0
 end
 
---- Compile a skill string as Lua, to be run in a new sandbox.
--- @return true, or false and what is wrong
+--- Compile a skill string as Lua, for a new sandbox.
+-- @return true, or false and the error
 function runner.compile(text)
     chunk = nil
     if core.native.string.sub(text, 1, 1) == "\27" then return false, "precompiled Lua is not accepted" end
@@ -92,7 +92,7 @@ local function status_now()
 end
 
 --- Run the skill string once.
--- @return whether it ran through, the error if not, and the overall status
+-- @return whether it ran without error, the error, and the overall status
 function runner.run()
     budget.renew()
     local ok, result = budget.run(run_chunk)
@@ -103,10 +103,9 @@ end
 --- Reset the skills that were called.
 attempt("reset_all", library.reset_all)
 
---- Why the skill string failed, as far as a skill says so. An init of a start state that raised an error counts
--- most: such a state is looped nevertheless, as in Fawkes, and the error of its loop, which only follows, replaces
--- that of its init. Then the error text of the skill that was called first in the last loop, then that of the first
--- skill that failed, or the label of its last transition.
+--- Return the reason of a failed skill string. First the error in the init of a start state: such a state loops
+-- nevertheless, as in Fawkes, and its loop raises another error as a consequence. Then the error text of the first
+-- called skill of the last loop, then that of the first failed skill, or the label of its last transition.
 question("failure", "", function()
     local called = library.get_skill_fsm((library.get_active_skills()))
     local error = called and called.error
@@ -119,9 +118,9 @@ question("failure", "", function()
     return last and last.description
 end)
 
---- Draw the state machine of a skill, or of the skill that was called first.
--- @param always draw also what did not change since the last time
--- @return whether there is such a machine, and its graph ("" when it did not change)
+--- Draw the state machine of a skill, or of the first called skill.
+-- @param always whether to draw an unchanged machine
+-- @return whether the machine exists, and its graph ("" if unchanged)
 local function draw(name, direction, coloured, always)
     if name == "" then name = library.get_active_skills() end
     local fsm = library.get_skill_fsm(name)
@@ -139,13 +138,13 @@ end
 
 question("dependencies", "", function() return draw_dependencies(library.modules()) end)
 
---- End a loop: publish what the skills wrote.
+--- End a loop: publish the interfaces that the skills have written.
 attempt("finish_loop", function()
     library.run_callbacks("loop")
     write_changed()
 end)
 
---- Whether there is work to do in loops without a skill string.
+--- Whether loops without a skill string have work to do.
 function runner.has_callbacks()
     return next(preloop) ~= nil or next(loop) ~= nil
 end
@@ -159,7 +158,7 @@ end
 
 question("names", "", function() return table.concat(library.names(), "\n") end)
 
---- The documentation of a skill, "" when there is none of this name.
+--- The documentation of a skill; "" if the skill does not exist.
 question("documentation", "", function(name)
     local module = library.get_skill_module(name)
     return module and module.documentation

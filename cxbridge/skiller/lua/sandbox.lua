@@ -1,6 +1,6 @@
--- What a skill string sees that is run as Lua (/skiller/mode: fawkes). It may come from anybody, so it gets none of the
--- tables that skills and this engine work with, only stand-ins: they can be read and called, and what comes out of them is
--- a stand-in again; what goes in is copied. Nothing that a skill string does to what it sees outlives it.
+-- The globals of a skill string that is run as Lua (/skiller/mode: fawkes). Any client may send a skill string, so it gets
+-- no tables of skills and of this engine, only proxies. A proxy can be read and called; its values and results are
+-- proxies again, and its arguments are copied. No change by a skill string outlives the skill string.
 
 local core = ...
 local log, library, status = core.include("log"), core.include("library"), core.include("status")
@@ -8,12 +8,12 @@ local interfaces, time, skillenv = core.include("interfaces"), core.include("tim
 
 local DEEPEST = 50
 
--- What a stand-in stands for, and the stand-in of a thing
+-- The object of a proxy, and the proxy of an object
 local originals, stand_ins = setmetatable({}, {__mode = "k"}), setmetatable({}, {__mode = "kv"})
 
 local stand_in_for, call_original
 
---- What is passed in: plain data as a copy, stand-ins as what they stand for.
+--- The arguments of a call: copies of plain data, and the objects of proxies.
 local function taken(value, depth)
     local kind = type(value)
     if originals[value] ~= nil then return originals[value] end
@@ -71,7 +71,7 @@ function stand_in_for(value)
     return made
 end
 
--- Skills: their names, what they do, and how they are called
+-- Skills: their names, documentation and calls
 
 local names = setmetatable({}, {__mode = "k"})
 
@@ -127,7 +127,7 @@ end
 
 local common
 
---- Make the globals for one skill string, in front of what all of them see.
+--- Make the globals of a skill string, which come before the globals of all skill strings.
 return function()
     local skills = skillenv.names()
     if not common or common.count ~= #skills then common = {count = #skills, visible = make_common()} end

@@ -15,10 +15,10 @@ local exports = {
     SubFSMJumpState = core.include("substates").SubFSMJumpState,
 }
 
--- What the skill string called in this loop, in order of the calls.
+-- The calls of the skill string in this loop, in order.
 local counts, active
 
---- Forget what was called in this loop.
+--- Clear the calls of this loop.
 function skillenv.reset_status()
     counts = {running = {}, final = {}, failed = {}}
     active = {}
@@ -50,7 +50,7 @@ end
 --- The names of the skills called in this loop, in order.
 function skillenv.get_active_skills() return unpack(active) end
 
---- The names of the skills that failed in this loop.
+--- The names of the failed skills of this loop.
 function skillenv.get_failed_skills() return unpack(counts.failed) end
 
 function skillenv.get_skill_module(skill)
@@ -100,14 +100,14 @@ function skillenv.reset_skills(list)
     for _, name in ipairs(list) do reset_skill(name) end
 end
 
---- Reset what ran in the last loop.
+--- Reset the skills of the last loop.
 function skillenv.reset_all()
     local before = counts
     skillenv.reset_status()
     for _, list in ipairs {before.running, before.final, before.failed} do skillenv.reset_skills(list) end
 end
 
--- Callbacks, once a loop
+-- Callbacks in each loop
 
 local callbacks = {preloop = {}, loop = {}, finalize = {}}
 skillenv.callbacks = callbacks
@@ -130,7 +130,7 @@ end
 
 -- Calling skills
 
--- Arguments count at the first call after a reset only.
+-- Only the first call after a reset sets the arguments.
 local function take_arguments(vars, ...)
     if vars.__set__ then return end
     local first = ...
@@ -213,7 +213,7 @@ local function inject_skills(module, visible)
     end
 end
 
---- Check a skill's module and make visible to it what it depends on.
+--- Check a skill's module, and set its variables to its interfaces and skills.
 function skillenv.skill_module(module)
     if type(module) == "string" then module = core.require(module) end
     assert(type(module.name) == "string", "Skill name not set or not a string")
@@ -236,7 +236,7 @@ end
 
 function skillenv.has_skill(name) return by_name[name] ~= nil end
 
---- Call a skill as a skill string does: its result counts for the status of the whole.
+--- Call a skill as a skill string does: its result counts for the overall status.
 function skillenv.call_skill(name, ...) return call_from_skill_string(by_name[name], ...) end
 
 local function fresh(value)
@@ -246,7 +246,7 @@ local function fresh(value)
     return copy
 end
 
---- Make calls: {name=, count=, arguments...} each. The arguments are new in each loop, as those of Lua text are.
+--- Make calls {name=, count=, arguments...}. The arguments are new in each loop, as in a skill string that is run as Lua.
 function skillenv.run_calls(calls)
     for _, call in ipairs(calls) do
         if call.count == 1 then

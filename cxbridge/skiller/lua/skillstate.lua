@@ -1,4 +1,4 @@
--- States that run other skills: all of them in each loop, until all are final or one has failed.
+-- States that run other skills: all skills in each loop, until all are final or a skill has failed.
 
 local core = ...
 local log, library, status = core.include("log"), core.include("library"), core.include("status")
@@ -21,7 +21,7 @@ local function resolve(definition)
     end
 end
 
--- Labels of the state's own transitions: they come before all others.
+-- The labels of the state's own transitions, which precede all other transitions.
 function SkillJumpState:set_transition_labels()
     local some = #self.skills > 0
     self.skill_names = names(self, ", ")
@@ -70,7 +70,7 @@ function SkillJumpState:jumpcond_skill_done()
     return self:jumpcond_skill_final() or self:jumpcond_skill_failed()
 end
 
---- Stop the skills and forget what they were given.
+--- Stop the skills and clear their arguments.
 function SkillJumpState:skill_reset()
     for _, entry in ipairs(self.skills) do
         entry.__args, entry.status = nil, status.S_RUNNING
@@ -78,7 +78,7 @@ function SkillJumpState:skill_reset()
     end
 end
 
--- Arguments: the tables in the definition, then what init() put into self.args.
+-- Arguments: the tables in the definition, then the fields of self.args that init() has set.
 
 local function defaults_of(entry)
     local args = {}
@@ -117,7 +117,7 @@ local function describe(entry)
     return entry[1].name .. "{" .. table.concat(texts, ", ") .. "}"
 end
 
---- For heirs: what init() left in self.args can be brought into order here.
+--- For derived classes, which can convert self.args after init().
 function SkillJumpState:prepare_arguments() end
 
 function SkillJumpState:do_init()
@@ -140,7 +140,7 @@ function SkillJumpState:do_init()
     return self:try_transitions()
 end
 
--- Run each skill that still runs; the first failure ends the pass.
+-- Run each running skill; the first failure ends the pass.
 local function run_skills(state)
     local all_final = true
     for _, entry in ipairs(state.skills) do

@@ -1,4 +1,4 @@
--- States that run other machines: SubFSMJumpState one, MultiSubFSMJumpState several at once.
+-- States that run other machines: SubFSMJumpState a single machine, MultiSubFSMJumpState several at once.
 
 local core = ...
 local JumpState = core.include("jumpstate")
@@ -33,7 +33,7 @@ function SubFSMJumpState:jumpcond_fsm_done() return in_exit(self.subfsm) end
 
 function SubFSMJumpState:jumpcond_fsm_failed() return in_fail(self.subfsm) end
 
--- The machine inside has not run yet, so entering tests preconditions only.
+-- The entry tests only preconditions, because the inner machine has not run yet.
 function SubFSMJumpState:do_init()
     local target = self:try_transitions(true)
     if target then return target end

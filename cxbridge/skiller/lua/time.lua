@@ -12,7 +12,7 @@ function time.now_sec() return math.floor(now_usec() / 1000000) end
 local Time = {}
 Time.__index = Time
 
---- Time:new() is now; Time:new(sec, usec) that time; Time:new(other) a copy.
+--- Time:new() is the present time, Time:new(sec, usec) another time, Time:new(other) a copy.
 function Time:new(sec, usec)
     local us
     if type(sec) == "table" then
@@ -50,7 +50,7 @@ function Time:add(seconds) self.us = self.us + seconds * 1000000 end
 
 local function microseconds(value) return type(value) == "table" and value.us or value * 1000000 end
 
--- The difference of two times is a number of seconds.
+-- The difference of two times, in seconds
 function Time.__sub(a, b)
     if type(b) == "table" then return (a.us - b.us) / 1000000 end
     return Time:new(0, a.us - microseconds(b))

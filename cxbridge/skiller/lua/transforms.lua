@@ -1,4 +1,4 @@
--- The object that Fawkes calls tf: how frames lie to each other, from the host's buffer of transforms.
+-- The object tf of Fawkes: transforms between frames, from the host's buffer.
 
 local core = ...
 local checked, geometry, host = core.include("checked"), core.include("geometry"), core.host
@@ -18,7 +18,7 @@ end
 
 function tf:frame_exists(frame) return checked(host.tf_frame_exists(frame)) end
 
---- can_transform(target, source, time), or with a fixed frame and a time for each end.
+--- can_transform(target, source, time), or with a fixed frame and a time for each frame.
 function tf:can_transform(target, second, third, source_time, fixed)
     if fixed then
         return checked(host.tf_can_transform(target, fixed, microseconds(second))) and
@@ -27,7 +27,7 @@ function tf:can_transform(target, second, third, source_time, fixed)
     return checked(host.tf_can_transform(target, second, microseconds(third)))
 end
 
---- lookup_transform(target, source, [time,] into), or with a fixed frame and a time for each end.
+--- lookup_transform(target, source, [time,] into), or with a fixed frame and a time for each frame.
 function tf:lookup_transform(target, second, third, source_time, fixed, into)
     if fixed then
         return fill(into, target, third, checked(host.tf_lookup_via(

@@ -1,4 +1,4 @@
--- Small modules of Fawkes that skills require: transforms of plain tables, middles of laser lines, triggers.
+-- Small modules of Fawkes that skills require: transforms of plain tables, centres of laser lines, triggers.
 
 local core = ...
 local log, library = core.include("log"), core.include("library")
@@ -21,7 +21,7 @@ local function moved(name, pose, from, to)
     return out
 end
 
---- Transform {x, y, ori} from one frame to another; nil when that is not possible.
+--- Transform {x, y, ori} between frames; nil without a transform.
 function tfutils.transform(position, from, to)
     local rotation = geometry.create_quaternion_from_yaw(position.ori)
     local pose = geometry.Pose:new(rotation, geometry.Vector3:new(position.x, position.y, 0))
@@ -37,8 +37,8 @@ function tfutils.is_stamped_pose(value) return geometry.type_of(value):match("::
 
 function tfutils.is_pose(value) return geometry.type_of(value):match("::Pose$") ~= nil end
 
---- Transform {x, y, z, ori}, ori a quaternion or {x, y, z, w}; a Pose or a StampedPose. The result is of the same
--- kind, a StampedPose for a Pose; nil when that is not possible.
+--- Transform {x, y, z, ori} with ori a quaternion or {x, y, z, w}, a Pose or a StampedPose. The result has the same
+-- type, but for a Pose it is a StampedPose; nil without a transform.
 function tfutils.transform6D(position, from, to)
     if tfutils.is_stamped_pose(position) or tfutils.is_pose(position) then
         return moved("transform6D", position, from, to)
@@ -59,7 +59,7 @@ function tfutils.transform6D(position, from, to)
     }
 end
 
---- How many seconds ago the latest transform between two frames was.
+--- The age of the latest transform between two frames, in seconds.
 function tfutils.tf_age(from, to)
     local transform = geometry.StampedTransform:new()
     tf:lookup_transform(from, to, transform)
@@ -72,18 +72,18 @@ utilities.tfutils = tfutils
 
 local lines = {}
 
---- The middle between two points, turned to where the line is seen.
+--- The centre between two points, turned towards the side from which the line is seen.
 function lines.laser_lines_center(a, b, bearing)
     return {x = (a.x + b.x) / 2, y = (a.y + b.y) / 2, ori = library.math.normalize_mirror_rad(bearing)}
 end
 
---- The middle of a LaserLineInterface.
+--- The centre of a LaserLineInterface.
 function lines.center(line)
     return lines.laser_lines_center({x = line:end_point_1(0), y = line:end_point_1(1)},
                                     {x = line:end_point_2(0), y = line:end_point_2(1)}, line:bearing())
 end
 
---- The point at a distance before a middle, turned towards it.
+--- The point at a distance before a centre, turned towards it.
 function lines.point_in_front(center, distance)
     return {
         x = center.x - math.cos(center.ori) * distance, y = center.y - math.sin(center.ori) * distance,
@@ -116,7 +116,7 @@ function TriggerManager:remove_trigger(event, func)
     end
 end
 
---- Call what was added for an event with the event, the time and further arguments.
+--- Call the functions of an event with the event, the time and further arguments.
 function TriggerManager:trigger(event, ...)
     local now = library.os.time()
     for _, func in ipairs(self.triggers[event] or {}) do func(event, now, ...) end
