@@ -1,7 +1,6 @@
 """Functions for processes that fork, and for their forked copies.
 
-Windows cannot fork, so callers check :data:`HAS_FORK` first. Each function begins with an assertion about
-``sys.platform``, after which a type checker skips the calls that Windows lacks.
+Windows cannot fork, so callers check :data:`HAS_FORK` first.
 """
 
 from __future__ import annotations
@@ -9,14 +8,19 @@ from __future__ import annotations
 import os
 import signal
 import socket
-import sys
 import time
+from importlib import import_module
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from cxbridge.run import watchdog
 
 HAS_FORK: Final = hasattr(os, "fork")
+
+# The modules without types, since type checkers for Windows do not know all their attributes.
+_os: Any = os
+_signal: Any = signal
+_socket: Any = socket
 
 
 def fork() -> int:
@@ -25,22 +29,21 @@ def fork() -> int:
     :returns: the process id of the child; 0 in the child.
     :raises OSError: if the system lacks resources.
     """
-    assert sys.platform != "win32"
     # A copy has only the forking thread, and locks that other threads hold would stay locked in the copy.
     paused_threads = [*watchdog.running_watchdogs]
     for thread in paused_threads:
         thread.stop()
     try:
-        return os.fork()
+        pid: int = _os.fork()
     finally:
         for thread in paused_threads:
             thread.start()
+    return pid
 
 
 def has_ended(child_pid: int) -> bool:
     """Return whether a child has ended, without waiting. If it has ended, the system forgets the child."""
-    assert sys.platform != "win32"
-    return os.waitpid(child_pid, os.WNOHANG) != (0, 0)
+    return os.waitpid(child_pid, _os.WNOHANG) != (0, 0)
 
 
 def kill(pid: int) -> None:
@@ -48,41 +51,35 @@ def kill(pid: int) -> None:
 
     :raises ProcessLookupError: if the process has ended.
     """
-    assert sys.platform != "win32"
-    os.kill(pid, signal.SIGKILL)
+    os.kill(pid, _signal.SIGKILL)
 
 
 def make_local_socket() -> socket.socket:
     """Make a stream socket whose address is a path."""
-    assert sys.platform != "win32"
-    return socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    return socket.socket(_socket.AF_UNIX, socket.SOCK_STREAM)
 
 
 def reset_signals() -> None:
     """Let SIGTERM and SIGHUP end this process in place of inherited handlers, and ignore SIGINT."""
-    assert sys.platform != "win32"
     # the parent shares the inherited descriptor, and would handle the signals of this process
     signal.set_wakeup_fd(-1)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    signal.signal(_signal.SIGHUP, signal.SIG_DFL)
 
 
 def read_cpu_seconds(pid: int) -> float:
     """Return the processor time of a process. On systems without /proc, return the monotonic time instead."""
-    assert sys.platform != "win32"
     try:
         fields = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()
     except OSError:
         return time.monotonic()
-    ticks: int = os.sysconf("SC_CLK_TCK")
+    ticks: int = _os.sysconf("SC_CLK_TCK")
     return (int(fields[11]) + int(fields[12])) / ticks  # utime and stime of proc(5)
 
 
 def limit_cpu_seconds(seconds: int | None) -> None:
     """Let the system end this process after some seconds of processor time; None removes the limit."""
-    assert sys.platform != "win32"
-    import resource  # noqa: PLC0415 - Windows lacks the module
-
+    resource: Any = import_module("resource")  # imported here, since Windows lacks the module
     _, hard_limit = resource.getrlimit(resource.RLIMIT_CPU)
     resource.setrlimit(resource.RLIMIT_CPU, (hard_limit if seconds is None else seconds, hard_limit))

@@ -13,6 +13,7 @@ from multiprocessing.connection import Connection
 from msgspec import Struct
 from msgspec.msgpack import Decoder, encode
 
+from cxbridge_explore.forking import make_local_socket
 from cxbridge_explore.graph import Edge, Leaf
 from cxbridge_explore.use import UsedPart
 from cxbridge_explore.worlds.points import ChoicePoint, Step
@@ -102,6 +103,17 @@ Order = PlayOrder | ForkOrder | ContinueOrder | ExitOrder
 
 _report_decoder: Decoder[Report] = Decoder(Report)
 _order_decoder: Decoder[Order] = Decoder(Order)
+
+
+def connect(address: str) -> Connection:
+    """Open a connection to the coordinator.
+
+    :param address: the path of the coordinator's socket.
+    :raises OSError: if the coordinator is gone.
+    """
+    client_socket = make_local_socket()
+    client_socket.connect(address)
+    return Connection(client_socket.detach())
 
 
 def send(connection: Connection, message: Report | Order) -> None:

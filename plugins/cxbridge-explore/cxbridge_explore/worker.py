@@ -7,7 +7,6 @@ import os
 import random
 import sys
 import time
-from multiprocessing.connection import Client
 from typing import NoReturn
 
 from cxbridge.errors import CxbridgeError
@@ -25,6 +24,7 @@ from cxbridge_explore.wire import (
     PlayOrder,
     RefusalReport,
     StartReport,
+    connect,
     receive_order,
     send,
 )
@@ -44,7 +44,7 @@ class ExplorationProcess:
     def __init__(self, address: str) -> None:
         self._address = address
         self._copies: list[int] = []
-        self.connection = Client(address)
+        self.connection = connect(address)
         send(self.connection, StartReport(os.getpid()))
 
     def fork_copy(self, edge: Edge) -> bool:
@@ -54,7 +54,7 @@ class ExplorationProcess:
         """
         # the system keeps an ended copy until its parent has asked for its end
         self._copies = [pid for pid in self._copies if not forking.has_ended(pid)]
-        connection = Client(self._address)
+        connection = connect(self._address)
         send(connection, StartReport(0, edge))
         try:
             pid = forking.fork()

@@ -46,7 +46,6 @@ class SeedForkChooser:
         self.seed: int | None = None
         self._connection, self._job = connection, job
         self._chooser: Chooser  # of this child
-        self._row_sender: Connection  # from this child to the worker
         self._start_cpu_s = 0.0  # processor time of this child at the fork
 
     def choose(self, point: ChoicePoint) -> int | Option:
@@ -62,14 +61,21 @@ class SeedForkChooser:
         gc.collect()
         gc.freeze()  # later collections skip the present objects, whose memory pages the children share
         for seed in receive_seeds(self._connection):
-            row_receiver, self._row_sender = Pipe(duplex=False)
+            row_receiver, self._row_sender = Pipe(duplex=False)  # from the child to the worker
             child_pid = forking.fork()
             if child_pid == 0:
                 self._become_run(seed)
                 return
             self._row_sender.close()  # so that only the child has it open, and its end ends the pipe
             with row_receiver:
-                self._connection.send(_receive_row(row_receiver, child_pid, seed))
+                try:
+                    row = row_receiver.recv()
+                except EOFError:  # the child has died
+                    row = None
+            status = os.waitstatus_to_exitcode(os.waitpid(child_pid, 0)[1])
+            self._connection.send(
+                row or RunRow(seed, CRASHED, f"its process ended with {describe_exit(status)}")
+            )
         os._exit(0)
 
     def _become_run(self, seed: int) -> None:
@@ -85,17 +91,6 @@ class SeedForkChooser:
         cpu_seconds = time.process_time() - self._start_cpu_s
         self._row_sender.send(replace(row, seed=self.seed, cpu_seconds=cpu_seconds))
         os._exit(0)  # without cleanup, since the worker shares the resources of this child
-
-
-def _receive_row(row_receiver: Connection, child_pid: int, seed: int) -> RunRow:
-    """Return the row of a child, or a row that reports its death."""
-    try:
-        row: RunRow = row_receiver.recv()
-    except EOFError:
-        status = os.waitstatus_to_exitcode(os.waitpid(child_pid, 0)[1])
-        return RunRow(seed, CRASHED, f"its process ended with {describe_exit(status)}")
-    os.waitpid(child_pid, 0)
-    return row
 
 
 def run_worker(connection: Connection, job: SweepJob) -> None:
