@@ -18,6 +18,7 @@ MICROSECONDS = 1_000_000
 """The number of microseconds in a second."""
 
 _MAX_US = 2**63 - 1  # the largest time stamp of 64 bits
+_MIN_ASCTIME_S = 1_000_000_000  # Fawkes prints an earlier time as two numbers
 
 MIN_FACTOR, MAX_FACTOR = 1e-6, 1e6
 """The limits of a scaled clock's factor."""
@@ -35,6 +36,15 @@ def join_us(seconds: int, microseconds: int) -> int:
     """Join Fawkes' ``(seconds, microseconds)`` to microseconds, limited to a signed 64-bit integer."""
     # a writer may stamp an interface with any two numbers, and readers must not fail to pass them on
     return max(-_MAX_US, min(seconds * MICROSECONDS + microseconds, _MAX_US))
+
+
+def format_asctime(time_us: int) -> str:
+    """Return a time as Fawkes prints it: in the machine's time zone, before 2001-09-09 as two numbers."""
+    seconds, microseconds = split_us(time_us)
+    if seconds >= _MIN_ASCTIME_S:
+        with suppress(OverflowError, ValueError, OSError):  # a year beyond the range of the C library
+            return time.asctime(time.localtime(seconds))
+    return f"{seconds}:{microseconds}"
 
 
 class Clock(ABC):

@@ -7,6 +7,7 @@ explicit option (docs/security.md).
 from __future__ import annotations
 
 import ipaddress
+import socket
 from typing import Final
 from urllib.parse import urlsplit
 
@@ -28,6 +29,11 @@ def is_loopback(host: str) -> bool:
     # an IPv6 address may contain an IPv4 address, as in ::ffff:127.0.0.1
     ipv4_address = address.ipv4_mapped if isinstance(address, ipaddress.IPv6Address) else None
     return (ipv4_address or address).is_loopback
+
+
+def url_host(host: str) -> str:
+    """Return a host as URLs have it, an IPv6 address in brackets."""
+    return f"[{host}]" if ":" in host else host
 
 
 def is_abstract_socket(endpoint: str) -> bool:
@@ -66,3 +72,32 @@ def check_server_address(
     if not (is_local or is_restricted):
         reach = "by all users of" if is_abstract_socket(address) else "from beyond"
         raise error(f"{server} at {address} could be reached {reach} this machine", hint=hint)
+
+
+def listen(
+    server: str,
+    host: str,
+    port: int,
+    *,
+    hint: str,
+    backlog: int | None = None,
+    error_class: type[CxbridgeError] = CxbridgeError,
+) -> socket.socket:
+    """Return a listening TCP socket, for IPv4 clients, too, if the host is ``::``.
+
+    :param server: the server's name, for the error.
+    :param port: the port; 0 for any free port.
+    :param backlog: the number of connections that may wait to be accepted; None: the default of Python.
+    :raises CxbridgeError: of the class ``error_class`` if the address is unavailable.
+    """
+    try:
+        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+        listening_socket = socket.create_server(
+            (host, port), family=family, backlog=backlog, dualstack_ipv6=family == socket.AF_INET6
+        )
+    except OSError as error:
+        reason = str(error.strerror).partition(" (while")[0]  # `create_server` adds the address
+        raise error_class(f"{server} cannot listen on {host}:{port}: {reason}", hint=hint) from error
+    # accepted sockets inherit the option; Nagle's algorithm would delay answers by 40 ms
+    listening_socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return listening_socket

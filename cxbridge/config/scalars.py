@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable, Mapping
 from enum import Enum
 
 UINT_MAX = 2**32 - 1
@@ -112,14 +113,16 @@ def to_bool(text: str) -> bool | None:
     return None
 
 
+CONVERTERS: Mapping[ConfigType, Callable[[str], bool | int | float | str | None]] = {
+    ConfigType.UINT: to_uint,
+    ConfigType.INT: to_int,
+    ConfigType.FLOAT: to_float,
+    ConfigType.BOOL: to_bool,
+    ConfigType.STRING: str,
+}
+"""The conversion of a text to each type, in the order in which types are tried; None for other texts."""
+
+
 def scalar_type(text: str) -> ConfigType:
     """Return the first type to which a scalar's text converts."""
-    if to_uint(text) is not None:
-        return ConfigType.UINT
-    if to_int(text) is not None:
-        return ConfigType.INT
-    if to_float(text) is not None:
-        return ConfigType.FLOAT
-    if to_bool(text) is not None:
-        return ConfigType.BOOL
-    return ConfigType.STRING
+    return next(kind for kind, convert in CONVERTERS.items() if convert(text) is not None)

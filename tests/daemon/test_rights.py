@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, get_args
 
 import pytest
@@ -107,8 +106,7 @@ TALKATIVE = """
 def endpoints() -> tuple[Endpoint, ...]:
     from cxbridge_web.directory import make_directory
 
-    of_server: Any = SimpleNamespace(status=None, describe_navgraphs=None, describe_constructs=None)
-    return make_directory(of_server).endpoints
+    return make_directory().endpoints
 
 
 def right_of_request(method: str, path: str, rights: Rights | None = None) -> Right:

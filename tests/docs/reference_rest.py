@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any
-from unittest.mock import MagicMock
 
 
 @cache
@@ -14,7 +13,7 @@ def make_document() -> Mapping[str, Any]:
     """Return the OpenAPI document of a daemon."""
     from cxbridge_web import directory, openapi
 
-    return openapi.make_document(directory.make_directory(MagicMock()).endpoints)
+    return openapi.make_document(directory.make_directory().endpoints)
 
 
 def routes() -> Iterator[str]:

@@ -371,6 +371,14 @@ class ComponentManager:
             raise LifecycleError(f"there is no component '{name}' to change", hint=hint)
         return nodes[name]
 
+    def list_changeable(self) -> list[tuple[str, str, bool]]:
+        """Return the name, the description and the activity of each component that clients may stop."""
+        return [
+            (node.name, node.description, node.state is State.ACTIVE)
+            for node in self.nodes
+            if not node.steady
+        ]
+
     def watch(self) -> None:
         """Check all active components."""
         for node in self.nodes:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from cxbridge.daemon.daemon import Daemon
+from cxbridge.listening import url_host
 from cxbridge.run.components.component import Component
-from cxbridge.run.components.manager import State
 from cxbridge_fawkes.network.components.configuration import ConfigurationComponent
 from cxbridge_fawkes.network.components.logger import NetworkLogger
-from cxbridge_fawkes.network.components.plugins import Plugin, PluginManager
+from cxbridge_fawkes.network.components.plugins import PluginManager
 from cxbridge_fawkes.network.server import FawkesServer
 from cxbridge_fawkes.settings import FawkesSettings
 
@@ -26,7 +26,7 @@ class FawkesComponent(Component):
         settings = daemon.section("fawkes")
         assert isinstance(settings, FawkesSettings)
         components = (
-            PluginManager(self._list_plugins),
+            PluginManager(daemon.lifecycle.list_changeable),
             ConfigurationComponent(daemon.config),
             NetworkLogger(daemon.bus),
         )
@@ -40,16 +40,7 @@ class FawkesComponent(Component):
             rights=daemon.rights,
         )
         server.start()
-        host = f"[{server.host}]" if ":" in server.host else server.host
-        daemon.add_endpoints([f"fawkes://{host}:{server.port}"])
+        daemon.add_endpoints([f"fawkes://{url_host(server.host)}:{server.port}"])
 
     def deactivate(self) -> None:
         self._server.stop()
-
-    def _list_plugins(self) -> list[Plugin]:
-        """Return the components that clients of a daemon can stop, as plugins."""
-        return [
-            Plugin(component.name, component.description, component.state is State.ACTIVE)
-            for component in self._daemon.lifecycle.nodes
-            if not component.steady
-        ]

@@ -20,9 +20,11 @@ from starlette.responses import Response
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import RefusedError
 from cxbridge_web import openapi
-from cxbridge_web.endpoint import ApiCall, ApiError, Directory, Endpoint, Handler, Text, to_json
+from cxbridge_web.directory import make_directory
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Handler, Text, to_json
+from cxbridge_web.extensions.state import ServerState
 from cxbridge_web.host import WebHost
-from cxbridge_web.queue import QueueClosedError, RequestQueue, RequestQueueFullError
+from cxbridge_web.queue import RequestQueue
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -45,10 +47,11 @@ _NO_CACHE: Final = {"Cache-Control": "no-cache, no-store, must-revalidate, max-a
 class Api:
     """Serves the requests below ``/api``; an ASGI application."""
 
-    def __init__(self, host: WebHost, queue: RequestQueue, directory: Directory) -> None:
+    def __init__(self, host: WebHost, state: ServerState, queue: RequestQueue) -> None:
         self._host = host
+        self._state = state
         self._queue = queue
-        self._directory = directory
+        self._directory = make_directory()
         self._log = host.bus.logger("Web")
         self._threads = ThreadPoolExecutor(_THREAD_COUNT, "web-wait")
         self._waiting_count = 0
@@ -72,7 +75,7 @@ class Api:
         endpoint, path_values = self._directory.find(request.method, path.removeprefix("/api"))
         self._check_right(endpoint)
         body = await read_json_object(request) if endpoint.body else {}
-        call = ApiCall(self._host, path_values, dict(request.query_params), body)
+        call = ApiCall(self._host, self._state, path_values, dict(request.query_params), body)
         try:
             if endpoint.copy_facts is not None:
                 fact_copy = await self._run_in_loop(
@@ -145,10 +148,6 @@ class Api:
             result.add_done_callback(_retrieve_error)
             # several clients may wait for the same result: one disconnect must not cancel it
             return await asyncio.wait_for(asyncio.shield(result), timeout_s)
-        except RequestQueueFullError as error:
-            raise ApiError(503, "Too many requests are waiting for the main loop") from error
-        except QueueClosedError as error:
-            raise ApiError(503, "The daemon is stopping") from error
         except TimeoutError as error:
             stall_reason = self._host.stall_reason
             reason = f": {stall_reason}" if stall_reason else ""

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
 from msgspec import Struct
@@ -17,6 +17,9 @@ from cxbridge.plugins import package_hint
 from cxbridge.rights import Right, Rights
 from cxbridge_web.host import WebHost
 from cxbridge_web.models import Model, convert_unknown
+
+if TYPE_CHECKING:
+    from cxbridge_web.extensions.state import ServerState
 
 
 class ApiError(Exception):
@@ -38,6 +41,7 @@ class ApiError(Exception):
 class ApiCall:
     """A request to an endpoint.
 
+    :param server: the objects of the web server.
     :param path: the values of the names in the path.
     :param query: the first value of each parameter.
     :param body: the members of the body's JSON object; empty without a body.
@@ -45,6 +49,7 @@ class ApiCall:
     """
 
     host: WebHost
+    server: ServerState
     path: Mapping[str, str]
     query: Mapping[str, str]
     body: Mapping[str, Any] = field(default_factory=dict)

@@ -35,8 +35,8 @@ class WebHost(ABC):
     def __init__(self, run: Run | Team) -> None:
         self.bus: Final = run.bus
         self.config: Final = run.config
-        self._clock, self._loop = run.clock, run.loop
-        self._start_us: Final = run.clock.start_us
+        self._run = run
+        self._start_us: Final = run.clock.start_us  # the first access sets the start
         self._transforms: TransformListener | None = None
 
     @property
@@ -117,7 +117,7 @@ class WebHost(ABC):
 
         :param now_us: the time of the status; None for the current time of the clock.
         """
-        clock, loop = self._clock, self._loop
+        clock, loop = self._run.clock, self._run.loop
         return {
             "state": state,
             "version": __version__,

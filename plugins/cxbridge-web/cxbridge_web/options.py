@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from abc import abstractmethod
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar, Final
 
@@ -12,6 +13,7 @@ import typer
 
 from cxbridge.cli.console import say
 from cxbridge.errors import CxbridgeError
+from cxbridge.listening import LOOPBACK
 from cxbridge.numbers import parse_decimal
 from cxbridge.run.options import PluginOptions, RunOptions, Setting
 from cxbridge_web import FOXGLOVE_PORT
@@ -23,9 +25,9 @@ if TYPE_CHECKING:
 _MAX_PORT: Final = 65_535
 
 
-def has_desktop(platform: str = sys.platform, environ: Mapping[str, str] = os.environ) -> bool:
+def has_desktop() -> bool:
     """Return whether a browser opens in its own window; a text browser would occupy the terminal."""
-    return platform in {"darwin", "win32"} or bool(environ.get("DISPLAY") or environ.get("WAYLAND_DISPLAY"))
+    return sys.platform in {"darwin", "win32"} or any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY")))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,8 +60,9 @@ class WatchOptions(PluginOptions):
 
     @property
     def port_text(self) -> str | None:
-        """The value of the option; None without the option."""
-        raise NotImplementedError
+        """The value of the option, which the field of its name has; None without the option."""
+        text: str | None = getattr(self, self.name.removeprefix("--"))
+        return text
 
     @property
     def is_on(self) -> bool:
@@ -83,9 +86,9 @@ class WatchOptions(PluginOptions):
             )
         return port
 
+    @abstractmethod
     def make_server(self) -> RunServer:
         """Make the server of a run."""
-        raise NotImplementedError
 
     def servers(self) -> Sequence[RunServer]:
         return (self.make_server(),) if self.is_on else ()
@@ -129,10 +132,6 @@ class WebOptions(BrowserOptions, WatchOptions):
 
     name: ClassVar[str] = "--web"
 
-    @property
-    def port_text(self) -> str | None:
-        return self.web
-
     def make_server_settings(self) -> WebSettings:
         """Return the settings of a server on this machine."""
         from cxbridge_web.settings import DEFAULT_PORT, WebSettings  # noqa: PLC0415 - start-up time is a feature
@@ -173,10 +172,6 @@ class FoxgloveOptions(WatchOptions):
 
     name: ClassVar[str] = "--foxglove"
 
-    @property
-    def port_text(self) -> str | None:
-        return self.foxglove
-
     def make_server(self) -> RunServer:
         from cxbridge_web.foxglove.settings import FoxgloveSettings  # noqa: PLC0415 - start-up time is a feature
         from cxbridge_web.servers.foxglove import RunFoxglove  # noqa: PLC0415
@@ -193,11 +188,9 @@ def is_port_free(port: int) -> bool:
     """Return whether a server on this machine can listen at a port."""
     import socket  # noqa: PLC0415 - start-up time is a feature
 
-    with socket.socket() as listener:
+    try:
         # as the server does: a port with closing connections of an earlier server counts as free
-        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            listener.bind(("127.0.0.1", port))
-        except OSError:
-            return False
+        socket.create_server((LOOPBACK, port)).close()
+    except OSError:
+        return False
     return True

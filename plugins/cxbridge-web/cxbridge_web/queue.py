@@ -14,6 +14,8 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from cxbridge_web.endpoint import ApiError
+
 MAX_WAITING_REQUESTS: Final = 64  # number of waiting requests
 
 MAX_SHARE: Final = 0.1  # largest share of the main loop's time for the web server
@@ -22,14 +24,6 @@ MAX_SHARE: Final = 0.1  # largest share of the main loop's time for the web serv
 MAX_PAUSE_S: Final = 1.0
 
 MAX_ROUND_S: Final = 0.005  # time after which no further request is carried out in the same loop
-
-
-class QueueClosedError(Exception):
-    """The queue is closed and answers no requests."""
-
-
-class RequestQueueFullError(Exception):
-    """The limit of waiting requests is reached."""
 
 
 @dataclass(slots=True)
@@ -66,17 +60,16 @@ class RequestQueue:
         return value is the result.
 
         :param key: waiting requests with the same key share one call; None for a separate call.
-        :raises RequestQueueFullError: if too many requests wait.
-        :raises QueueClosedError: if the queue is closed.
+        :raises ApiError: if too many requests wait, or the queue is closed.
         """
         with self._lock:
             if self._is_closed:
-                raise QueueClosedError
+                raise _make_closed_error()
             shared_request = None if key is None else self._requests_by_key.get(key)
             if shared_request is not None:
                 return shared_request.result
             if len(self._requests) >= MAX_WAITING_REQUESTS:
-                raise RequestQueueFullError
+                raise ApiError(503, "Too many requests are waiting for the main loop")
             request = _QueuedRequest(function, key)
             self._requests.append(request)
             if key is not None:
@@ -109,7 +102,7 @@ class RequestQueue:
             if not self._is_closed:
                 self._requests.append(request)
                 return
-        request.result.set_exception(QueueClosedError())
+        request.result.set_exception(_make_closed_error())
 
     def close(self) -> None:
         """Reject waiting and later requests; repeated calls are harmless."""
@@ -121,7 +114,7 @@ class RequestQueue:
         for request in waiting_requests:
             # A request that has begun is marked as running already, and a future is marked only once.
             if request.pieces is not None or request.result.set_running_or_notify_cancel():
-                request.result.set_exception(QueueClosedError())
+                request.result.set_exception(_make_closed_error())
 
     def _take_next(self) -> _QueuedRequest | None:
         with self._lock:
@@ -131,6 +124,10 @@ class RequestQueue:
             if request.key is not None:
                 self._requests_by_key.pop(request.key, None)
             return request
+
+
+def _make_closed_error() -> ApiError:
+    return ApiError(503, "The daemon is stopping")
 
 
 def _carry_out(request: _QueuedRequest, is_late: Callable[[], bool]) -> bool:

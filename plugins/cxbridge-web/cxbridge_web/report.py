@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from pathlib import Path
+from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.file_access import write_file
 from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.linking import find_skill_links
 from cxbridge.run.explainers import explainer
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.formats.base import Run
 from cxbridge_web.pages import make_page
+
+MCAP: Final = "mcap"  # the format that the page reads without conversion
 
 MAX_EXPLANATIONS: Final = 20  # number of unfinished or failed goals whose explanations a report contains
 
@@ -25,10 +25,7 @@ def report(run: Run, title: str = "") -> str:
     :param title: the name of the run on the page; by default the name of its file.
     :raises TraceError: if the run cannot be read.
     """
-    if is_mcap(run.path):
-        data = run.path.read_bytes()
-    else:
-        data = b"".join(encode_with_kind(event) + b"\n" for event in run if event.KIND.name)
+    data = run.path.read_bytes() if run.format == MCAP else b"".join(encode_lines(run))
     name = title or run.path.name or "run"
     # before the use of `run.notes`, which reading the run fills
     history = RunHistory.from_events(run, UNLIMITED, run.start_us)
@@ -73,25 +70,9 @@ def document_page(kind: str, title: str, document: Mapping[str, Any]) -> str:
     return make_page(title, json.dumps(document).encode("utf-8"), {"kind": kind, "name": title})
 
 
-def write_report(run: Run, output: Path, title: str = "") -> int:
-    """Write the page with an embedded run to a file, and return the size of the file in bytes.
-
-    :raises CxbridgeError: if the run cannot be read or the file cannot be written.
-    """
-    text = report(run, title).encode("utf-8")
-    write_file(output, text)
-    return len(text)
-
-
-_MCAP: Final = b"\x89MCAP"
-
-
-def is_mcap(path: Path) -> bool:
-    """Return whether the page can read a file without conversion."""
-    if not path.is_file():
-        return False
-    with path.open("rb") as file:
-        return file.read(len(_MCAP)) == _MCAP
+def encode_lines(run: Run) -> Iterator[bytes]:
+    """Yield a run as JSON lines, like ``trace cat --json``."""
+    return (encode_with_kind(event) + b"\n" for event in run if event.KIND.name)
 
 
 def list_guessed_links(history: RunHistory) -> list[list[Any]]:

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import shutil
 import struct
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
 from heapq import merge
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from cxbridge.clock import MICROSECONDS
+from cxbridge.clock import MICROSECONDS, format_asctime
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event, InterfaceWrite
 from cxbridge.trace.formats.base import Run
@@ -41,7 +40,6 @@ _STAMP = struct.Struct("<qq")
 _MAX_READ_SIZE = 1 << 18  # in bytes
 _MAX_US = (1 << 63) // 1000  # the maximum of mcap, which counts nanoseconds
 _COUNT_MASK = 0xFFFFFFFF  # the count of a header has 32 bits and wraps, as in ffbblog
-_MIN_ASCTIME_S = 1_000_000_000  # on 2001-09-09: Fawkes prints earlier times as two numbers
 
 
 class Entry(NamedTuple):
@@ -134,7 +132,7 @@ class BBLoggerFile(Run):
             "scenario": header.scenario,
             "interface": header.uid,
             "interface hash": header.hash.hex().upper(),
-            "start time": format_start(header.start_us),
+            "start time": format_asctime(header.start_us),
         }
 
     def find_damage(self) -> tuple[list[str], Callable[[Path], object]]:
@@ -169,7 +167,7 @@ class BBLoggerFile(Run):
         yield ""
         yield f"Scenario:   {header.scenario}"
         yield f"Interface:  {header.uid} ({header.hash.hex().upper()})"
-        yield f"Start time: {format_start(header.start_us)}"
+        yield f"Start time: {format_asctime(header.start_us)}"
         if header.says_big_endian:
             yield "            (but the data are little endian; 'trace repair' mends the header)"
 
@@ -229,14 +227,3 @@ class BBLoggerFolder(Run):
         for run in self.file_runs():
             yield f"{run.path.name}:"
             yield from (f"  {line}".rstrip() for line in run.description())
-
-
-def format_start(time_us: int) -> str:
-    """Return a time as Fawkes prints it: in the machine's time zone, before 2001-09-09 as two numbers."""
-    seconds, microseconds = divmod(time_us, MICROSECONDS)
-    if seconds >= _MIN_ASCTIME_S:
-        try:
-            return time.asctime(time.localtime(seconds))
-        except (OverflowError, ValueError, OSError):
-            pass  # a year beyond the range of the C library
-    return f"{seconds}:{microseconds}"

@@ -1,4 +1,4 @@
-"""The addresses that may connect to the server for Fawkes' tools, and the address where it listens.
+"""The addresses that may connect to the server for Fawkes' tools.
 
 Fawkes' protocol has no login, so the address of a peer is the only check of its identity.
 """
@@ -6,12 +6,11 @@ Fawkes' protocol has no login, so the address of a peer is the only check of its
 from __future__ import annotations
 
 import ipaddress
-import socket
 from collections.abc import Iterable
 from typing import Final
 
 from cxbridge.errors import BlackBoardError
-from cxbridge.listening import check_server_address, is_loopback
+from cxbridge.listening import is_loopback
 
 _Network = ipaddress.IPv4Network | ipaddress.IPv6Network
 
@@ -39,33 +38,6 @@ class AllowedPeers:
         # dual-stack sockets report IPv4 peers as ::ffff:a.b.c.d
         address = getattr(address, "ipv4_mapped", None) or address
         return is_loopback(str(address)) or any(address in network for network in self._networks)
-
-
-def resolve_listen_address(
-    host: str, port: int, allowed: AllowedPeers
-) -> tuple[socket.AddressFamily, tuple[str, int]]:
-    """Return the address family and the address to listen on.
-
-    :raises BlackBoardError: if the host is not an address of this machine, or other machines can reach the
-        host and no peer is allowed.
-    """
-    try:
-        family, _, _, _, address = socket.getaddrinfo(
-            host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
-        )[0]
-    except OSError as error:
-        raise BlackBoardError(f"cannot listen on {host}: {error.strerror}") from None
-    ip = str(address[0])
-    check_server_address(
-        "the port for Fawkes' tools",
-        host,
-        is_local=is_loopback(ip),
-        is_restricted=bool(allowed),
-        hint="the protocol has no login: say which peers are allowed, e.g. 192.168.0.0/24, "
-        "or listen on 127.0.0.1",
-        error=BlackBoardError,
-    )
-    return family, (ip, port)
 
 
 def _parse_network(text: str) -> _Network:

@@ -21,8 +21,9 @@ from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.kit.server import BoardServer
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.events import EventBus
+from cxbridge.listening import check_server_address, is_loopback, listen
 from cxbridge.rights import ALL_RIGHTS, Rights
-from cxbridge_fawkes.network.allowed_peers import AllowedPeers, resolve_listen_address
+from cxbridge_fawkes.network.allowed_peers import AllowedPeers
 from cxbridge_fawkes.network.components.blackboard import BlackBoardNetworkHandler
 from cxbridge_fawkes.network.messages.frames import FawkesFrame
 from cxbridge_fawkes.network.session import FawkesSession, NetworkHandler
@@ -103,18 +104,23 @@ class FawkesServer(BoardServer):
         self._selector = selectors.DefaultSelector()
 
     def _listen(self, host: str, port: int) -> socket.socket:
-        family, address = resolve_listen_address(host, port, self._allowed)
-        listener = socket.socket(family, socket.SOCK_STREAM)
-        try:
-            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            listener.bind(address)
-            listener.listen(_MAX_BACKLOG)
-        except OSError as error:
-            listener.close()
-            raise BlackBoardError(
-                f"cannot listen on {host}:{port}: {error.strerror}",
-                hint="is Fawkes or another cxbridge running there already?",
-            ) from None
+        check_server_address(
+            "the port for Fawkes' tools",
+            host,
+            is_local=is_loopback(host),
+            is_restricted=bool(self._allowed),
+            hint="the protocol has no login: say which peers are allowed, e.g. 192.168.0.0/24, "
+            "or listen on 127.0.0.1",
+            error=BlackBoardError,
+        )
+        listener = listen(
+            "the server for Fawkes' tools",
+            host,
+            port,
+            hint="is Fawkes or another cxbridge running there already?",
+            backlog=_MAX_BACKLOG,
+            error_class=BlackBoardError,
+        )
         listener.setblocking(False)
         return listener
 

@@ -21,13 +21,15 @@ def report(
 
     Example: cxbridge trace report out/run.mcap -o out/run.html
     """
+    from cxbridge.file_access import write_file
     from cxbridge.trace.formats.registry import open_run
-    from cxbridge_web.report import write_report
+    from cxbridge_web.report import report as make_report
 
     run = open_run(file)
     if output.exists() and output.samefile(file):
         raise typer.BadParameter("the page would replace the recording", param_hint="--output")
-    size = write_report(run, output, title)
-    say(f"{output}: {size / 1e6:.1f} MB")
+    page = make_report(run, title).encode()
+    write_file(output, page)
+    say(f"{output}: {len(page) / 1e6:.1f} MB")
     for note in run.notes:
         say(f"{file}: {note}", err=True)

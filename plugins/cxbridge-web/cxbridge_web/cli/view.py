@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated
 
 import typer
 
@@ -12,8 +11,6 @@ from cxbridge.cli.console import ConsoleOptions
 from cxbridge.cli.entry import handle_signals
 from cxbridge.cli.option_groups import option_groups
 from cxbridge_web.options import BrowserOptions
-
-_CHECK_PERIOD_S: Final = 0.1  # time between two checks for Ctrl-C
 
 
 @option_groups
@@ -40,25 +37,17 @@ def view(
 
     Example: cxbridge view out/run.mcap
     """
-    from cxbridge.clock import RealClock
-    from cxbridge.events import EventBus, LogLine
-    from cxbridge.interrupt import Interrupt
+    from cxbridge.daemon.services.service import Service
     from cxbridge_web.guard import Guard
     from cxbridge_web.http.recordings import RecordingsApp
     from cxbridge_web.http.serving import HttpThread
     from cxbridge_web.settings import WebSettings
 
-    bus = EventBus(RealClock())
-    bus.subscribe(console.make_log(), LogLine)
-    settings = WebSettings(port=port)
-    recordings = RecordingsApp(runs)
-    server = HttpThread(settings, bus.logger("Web"))
-    with Interrupt(service=True) as interrupt:
-        try:
-            server.start(Guard(recordings, settings))
-            browser.announce(f"{server.url}{recordings.start_path}")
-            while not interrupt.is_signalled:
-                time.sleep(_CHECK_PERIOD_S)
-        finally:
-            server.stop()
+    settings, recordings = WebSettings(port=port), RecordingsApp(runs)
+    with Service(console.make_log()) as service:
+        server = HttpThread(settings, service.bus.logger("Web"))
+        service.callback(server.stop)
+        server.start(Guard(recordings, settings))
+        browser.announce(f"{server.url}{recordings.start_path}")
+        service.stopped.wait()
     return 0

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from msgspec import Struct
 
@@ -13,9 +11,6 @@ from cxbridge.rights import Right
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query, matches
 from cxbridge_web.fawkes.blackboard import InterfaceData, find_interface, read_all_data
 from cxbridge_web.models import Model
-
-if TYPE_CHECKING:
-    from cxbridge_web.extensions.state import ServerState
 
 _OWNER: Final = "cxbridge web"  # name of the reader that sends messages
 
@@ -41,11 +36,11 @@ class MessageId(Model, kw_only=True):
     msgid: int
 
 
-def _list_navgraphs(state: ServerState, _call: ApiCall) -> list[NavGraph]:
+def _list_navgraphs(call: ApiCall) -> list[NavGraph]:
     """Return the models of the loaded navigation graphs."""
     return [
         NavGraph(graph=event.graph, nodes=dict(event.nodes), edges=dict(event.edges))
-        for event in state.navgraphs.list_graphs()
+        for event in call.server.navgraphs.list_graphs()
     ]
 
 
@@ -78,36 +73,34 @@ def _send_message(call: ApiCall) -> MessageId:
         return MessageId(msgid=instance.msgq_enqueue(message))
 
 
-def make_endpoints(state: ServerState) -> Sequence[Endpoint]:
-    """Return the endpoints for the blackboard and navigation graphs."""
-    return (
-        Endpoint(
-            method="GET",
-            path="/cxbridge/navgraphs",
-            handler=partial(_list_navgraphs, state),
-            summary="The navigation graphs that skills and rules use. Positions of nodes are in metres.",
-            reply=list[NavGraph],
-            runs_in_thread=True,
-        ),
-        Endpoint(
-            method="GET",
-            path="/cxbridge/interfaces",
-            handler=_list_interfaces,
-            summary="The values of all interfaces.",
-            reply=list[InterfaceData],
-            query=(Query("type", "A pattern of the types."), Query("id", "A pattern of the ids.")),
-        ),
-        Endpoint(
-            method="POST",
-            path="/cxbridge/blackboard/{type}/{id+}/messages",
-            handler=_send_message,
-            summary="Send a message to the writer of an interface.",
-            reply=MessageId,
-            body=MessageText,
-            errors={
-                400: "The message or a field does not exist, or the interface has no writer",
-                404: "The interface does not exist",
-            },
-            right=Right.CONTROL,
-        ),
-    )
+ENDPOINTS: Final = (
+    Endpoint(
+        method="GET",
+        path="/cxbridge/navgraphs",
+        handler=_list_navgraphs,
+        summary="The navigation graphs that skills and rules use. Positions of nodes are in metres.",
+        reply=list[NavGraph],
+        runs_in_thread=True,
+    ),
+    Endpoint(
+        method="GET",
+        path="/cxbridge/interfaces",
+        handler=_list_interfaces,
+        summary="The values of all interfaces.",
+        reply=list[InterfaceData],
+        query=(Query("type", "A pattern of the types."), Query("id", "A pattern of the ids.")),
+    ),
+    Endpoint(
+        method="POST",
+        path="/cxbridge/blackboard/{type}/{id+}/messages",
+        handler=_send_message,
+        summary="Send a message to the writer of an interface.",
+        reply=MessageId,
+        body=MessageText,
+        errors={
+            400: "The message or a field does not exist, or the interface has no writer",
+            404: "The interface does not exist",
+        },
+        right=Right.CONTROL,
+    ),
+)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import UNSET
@@ -17,7 +15,6 @@ from cxbridge_web.rules import Rule, list_rules
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge_web.extensions.state import ServerState
 
 _ANSWER_TIMEOUT_S: Final = 10.0  # time limit of an explanation
 _MAX_NAME_BYTES: Final = 250  # size of a subject's name, which is sent in a message on the blackboard
@@ -55,17 +52,15 @@ def _copy_rules(call: ApiCall) -> tuple[str, list[Rule], tuple[str, ...]]:
         return env.name, rules, tuple(map(str, env.loader.files))
 
 
-def _describe_rules(
-    state: ServerState, _call: ApiCall, rules_and_files: tuple[str, list[Rule], tuple[str, ...]]
-) -> list[Rule]:
+def _describe_rules(call: ApiCall, rules_and_files: tuple[str, list[Rule], tuple[str, ...]]) -> list[Rule]:
     """Return the rules of :func:`_copy_rules` with their locations and firings."""
     env, rules, files = rules_and_files
-    constructs = state.constructs.find_constructs(files)
+    constructs = call.server.constructs.find_constructs(files)
     for rule in rules:
         if (construct := constructs.get(("defrule", rule.name))) is not None:
             rule.file, rule.line, rule.core = construct.file, construct.line, construct.core
-        if state.collector.counts_firings:
-            rule.firings = state.collector.firings[env, rule.name]
+        if call.server.collector.counts_firings:
+            rule.firings = call.server.collector.firings[env, rule.name]
     return rules
 
 
@@ -77,12 +72,10 @@ def _select_constructs(call: ApiCall) -> tuple[tuple[str, ...], str, str, bool]:
     return files, query.get("construct", ""), query.get("name", ""), query.get("text") == "true"
 
 
-def _describe_constructs(
-    state: ServerState, _call: ApiCall, selection: tuple[tuple[str, ...], str, str, bool]
-) -> list[Construct]:
+def _describe_constructs(call: ApiCall, selection: tuple[tuple[str, ...], str, str, bool]) -> list[Construct]:
     """Return the constructs that :func:`_select_constructs` selects."""
     files, kinds, names, includes_text = selection
-    constructs = state.constructs.find_constructs(files).values()
+    constructs = call.server.constructs.find_constructs(files).values()
     selected_constructs = [
         construct
         for construct in constructs
@@ -108,43 +101,41 @@ def _explain(call: ApiCall) -> Answer:
     return Answer(lines=explanation["lines"], data=explanation["data"])
 
 
-def make_endpoints(state: ServerState) -> Sequence[Endpoint]:
-    """Return the endpoints for rules, constructs and explanations."""
-    return (
-        Endpoint(
-            method="GET",
-            path="/cxbridge/rules",
-            handler=_copy_rules,
-            summary="All rules with their locations and the numbers of their activations.",
-            reply=list[Rule],
-            query=(_ENVIRONMENT_QUERY, Query("name", "A pattern of the names.")),
-            finish=partial(_describe_rules, state),
-            errors=_ENVIRONMENT_ERRORS,
+ENDPOINTS: Final = (
+    Endpoint(
+        method="GET",
+        path="/cxbridge/rules",
+        handler=_copy_rules,
+        summary="All rules with their locations and the numbers of their activations.",
+        reply=list[Rule],
+        query=(_ENVIRONMENT_QUERY, Query("name", "A pattern of the names.")),
+        finish=_describe_rules,
+        errors=_ENVIRONMENT_ERRORS,
+    ),
+    Endpoint(
+        method="GET",
+        path="/cxbridge/constructs",
+        handler=_select_constructs,
+        summary="The constructs of the loaded files with their locations, owners and texts.",
+        reply=list[Construct],
+        query=(
+            _ENVIRONMENT_QUERY,
+            Query("construct", "A pattern of the kinds: defrule, deftemplate ..."),
+            Query("name", "A pattern of the names."),
+            Query("text", "Whether to include the texts of the constructs.", bool),
         ),
-        Endpoint(
-            method="GET",
-            path="/cxbridge/constructs",
-            handler=_select_constructs,
-            summary="The constructs of the loaded files with their locations, owners and texts.",
-            reply=list[Construct],
-            query=(
-                _ENVIRONMENT_QUERY,
-                Query("construct", "A pattern of the kinds: defrule, deftemplate ..."),
-                Query("name", "A pattern of the names."),
-                Query("text", "Whether to include the texts of the constructs.", bool),
-            ),
-            finish=partial(_describe_constructs, state),
-            errors=_ENVIRONMENT_ERRORS,
-        ),
-        Endpoint(
-            method="GET",
-            path="/cxbridge/why",
-            handler=_explain,
-            summary="The reason why a rule has not fired, why a goal or an action has its outcome, or why a "
-            "fact exists; without a query, the story of the run.",
-            reply=Answer,
-            query=tuple(Query(kind, description) for kind, description in _WHY_KINDS.items()),
-            errors={400: "The query names more than one subject, or an unknown subject"},
-            runs_in_thread=True,
-        ),
-    )
+        finish=_describe_constructs,
+        errors=_ENVIRONMENT_ERRORS,
+    ),
+    Endpoint(
+        method="GET",
+        path="/cxbridge/why",
+        handler=_explain,
+        summary="The reason why a rule has not fired, why a goal or an action has its outcome, or why a "
+        "fact exists; without a query, the story of the run.",
+        reply=Answer,
+        query=tuple(Query(kind, description) for kind, description in _WHY_KINDS.items()),
+        errors={400: "The query names more than one subject, or an unknown subject"},
+        runs_in_thread=True,
+    ),
+)

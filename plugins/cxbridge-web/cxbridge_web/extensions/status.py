@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import partial
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from msgspec import UNSET, Meta, Struct, UnsetType
 
@@ -14,9 +12,6 @@ from cxbridge.rights import Right
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint
 from cxbridge_web.models import Model
 from cxbridge_web.rules import count_items
-
-if TYPE_CHECKING:
-    from cxbridge_web.extensions.state import ServerState
 
 State = Literal["STARTING", "RUNNING", "PAUSED", "DEGRADED", "STOPPING", "FINISHED"]
 
@@ -84,21 +79,21 @@ class Health(Model, kw_only=True):
     error: str
 
 
-def _get_status_without_environments(state: ServerState, call: ApiCall) -> Status:
+def _get_status_without_environments(call: ApiCall) -> Status:
     """Return the status without the environments, which only the main loop's thread can read."""
     return Status(
         **call.host.status(),
         remote_control=call.host.rights.control,
         remote_programs=call.host.rights.programs,
         environments=[],
-        web=WebState(state.streams.client_count),
+        web=WebState(call.server.streams.client_count),
         stalled=call.host.stall_reason,
     )
 
 
-def _get_status(state: ServerState, call: ApiCall) -> Status:
+def _get_status(call: ApiCall) -> Status:
     """Return the status with environments; called in the main loop's thread."""
-    status = _get_status_without_environments(state, call)
+    status = _get_status_without_environments(call)
     status.environments = [
         EnvironmentSize(name, **count_items(env)) for name, env in sorted(call.host.environments().items())
     ]
@@ -116,16 +111,16 @@ def _get_health(call: ApiCall) -> Health:
     return health
 
 
-def _interrupt_rules(state: ServerState, call: ApiCall) -> Status:
+def _interrupt_rules(call: ApiCall) -> Status:
     """Stop the running rules and return the status."""
     call.host.interrupt()
-    return _get_status_without_environments(state, call)
+    return _get_status_without_environments(call)
 
 
-def _make_command_endpoint(state: ServerState, verb: str, summary: str) -> Endpoint:
+def _make_command_endpoint(verb: str, summary: str) -> Endpoint:
     def run_command(call: ApiCall) -> Status:
         call.host.run_command(verb)
-        return _get_status(state, call)
+        return _get_status(call)
 
     return Endpoint(
         method="POST",
@@ -137,37 +132,35 @@ def _make_command_endpoint(state: ServerState, verb: str, summary: str) -> Endpo
     )
 
 
-def make_endpoints(state: ServerState) -> Sequence[Endpoint]:
-    """Return the endpoints for the daemon's status and commands."""
-    return (
-        Endpoint(
-            method="GET",
-            path="/cxbridge/status",
-            handler=partial(_get_status, state),
-            summary="The status of the daemon and its components. While the main loop is stuck, the list of "
-            "environments is empty.",
-            reply=Status,
-            stalled_handler=partial(_get_status_without_environments, state),
-        ),
-        Endpoint(
-            method="GET",
-            path="/cxbridge/health",
-            handler=_get_health,
-            summary="The state of the daemon; available even while the main loop is stuck.",
-            reply=Health,
-            errors={503: "The state is neither RUNNING nor PAUSED; the reply has the error"},
-            runs_in_thread=True,
-        ),
-        Endpoint(
-            method="POST",
-            path="/cxbridge/interrupt",
-            handler=partial(_interrupt_rules, state),
-            summary="Stop the rules that are running now, as an error in a rule does.",
-            reply=Status,
-            right=Right.CONTROL,
-            runs_in_thread=True,
-        ),
-        _make_command_endpoint(state, "pause", "Deactivate the active components."),
-        _make_command_endpoint(state, "resume", "Activate the inactive components."),
-        _make_command_endpoint(state, "reset", "Stop the active components and start them again."),
-    )
+ENDPOINTS: Final = (
+    Endpoint(
+        method="GET",
+        path="/cxbridge/status",
+        handler=_get_status,
+        summary="The status of the daemon and its components. While the main loop is stuck, the list of "
+        "environments is empty.",
+        reply=Status,
+        stalled_handler=_get_status_without_environments,
+    ),
+    Endpoint(
+        method="GET",
+        path="/cxbridge/health",
+        handler=_get_health,
+        summary="The state of the daemon; available even while the main loop is stuck.",
+        reply=Health,
+        errors={503: "The state is neither RUNNING nor PAUSED; the reply has the error"},
+        runs_in_thread=True,
+    ),
+    Endpoint(
+        method="POST",
+        path="/cxbridge/interrupt",
+        handler=_interrupt_rules,
+        summary="Stop the rules that are running now, as an error in a rule does.",
+        reply=Status,
+        right=Right.CONTROL,
+        runs_in_thread=True,
+    ),
+    _make_command_endpoint("pause", "Deactivate the active components."),
+    _make_command_endpoint("resume", "Activate the inactive components."),
+    _make_command_endpoint("reset", "Stop the active components and start them again."),
+)

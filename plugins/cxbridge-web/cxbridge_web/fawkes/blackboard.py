@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from typing import Any, Final
@@ -10,7 +9,7 @@ from typing import Any, Final
 from msgspec import UNSET, Struct, UnsetType
 
 from cxbridge.blackboard import InterfaceInfo as BoardInfo
-from cxbridge.clock import split_us
+from cxbridge.clock import format_asctime
 from cxbridge.errors import CxbridgeError, InterfaceError
 from cxbridge.interfaces.schema import FieldSchema
 from cxbridge.trace.codec import values_with_enum_names
@@ -18,7 +17,6 @@ from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint
 from cxbridge_web.models import Model
 
 OWNER: Final = "BlackboardRestApi"  # name of the reader, as in Fawkes
-_EPOCH_S: Final = 1_000_000_000  # as in Fawkes, earlier times are printed as numbers
 
 
 class InterfaceFieldType(Struct):
@@ -163,7 +161,7 @@ def _read_interface_data(call: ApiCall, info: BoardInfo) -> InterfaceData:
             writer=_find_writer_owner(info),
             readers=list(info.readers),
             data={field.name: _convert_value(field, values[field.name]) for field in instance.fields()},
-            timestamp=_format_timestamp(instance.timestamp_us),
+            timestamp=format_asctime(instance.timestamp_us),
         )
 
 
@@ -174,14 +172,6 @@ def _convert_value(field: FieldSchema, value: Any) -> Any:
     if field.is_array and field.runtime_length == 1 and isinstance(value, Sequence):
         return value[0]
     return value
-
-
-def _format_timestamp(time_us: int) -> str:
-    """Return a time as Fawkes prints it: small times, such as those of a virtual clock, as numbers."""
-    seconds, microseconds = split_us(time_us)
-    if seconds < _EPOCH_S:
-        return f"{seconds}:{microseconds}"
-    return time.asctime(time.localtime(seconds))
 
 
 # -- the graph

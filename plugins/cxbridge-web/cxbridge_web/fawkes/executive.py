@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import Annotated, Any, Final, TypeVar, cast
+from typing import Annotated, Any, Final, TypeAlias, TypeVar, cast
 
 import msgspec
 from msgspec import UNSET, Meta, Struct, UnsetType
@@ -52,16 +52,26 @@ def _make_goal_member(slot: GoalSlot) -> tuple[Any, ...]:
     return (name, member_type) if slot.name in _FAWKES_SLOTS else (name, member_type | UnsetType, UNSET)
 
 
-Goal: Final = cast(
-    "type[Model]",
-    msgspec.defstruct(
-        "Goal",
-        [("plans", list[str]), *map(_make_goal_member, GOAL_SLOTS)],
+def _define_model(name: str, docstring: str, members: Iterable[tuple[Any, ...]]) -> type[Model]:
+    """Return the model of the facts of a deftemplate.
+
+    :param members: the name, the type and, of an optional member, the default of each member.
+    """
+    model = msgspec.defstruct(
+        name,
+        members,
         bases=(Model,),
-        namespace={"__doc__": "A goal with its plans: all slots of the deftemplate."},
+        namespace={"__doc__": docstring},
         kw_only=True,
         rename="kebab",  # here and below: Fawkes' names of members have dashes
-    ),
+    )
+    return cast("type[Model]", model)
+
+
+Goal: Final = _define_model(
+    "Goal",
+    "A goal with its plans: all slots of the deftemplate.",
+    [("plans", list[str]), *map(_make_goal_member, GOAL_SLOTS)],
 )
 
 
@@ -78,29 +88,6 @@ class DomainOperator(Model, kw_only=True, rename="kebab"):
     name: str
     wait_sensed: bool
     parameters: list[DomainOperatorParameter]
-
-
-class DomainObject(Model, kw_only=True):
-    """An object of the domain."""
-
-    name: str
-    type: str
-
-
-class DomainPredicate(Model, kw_only=True, rename="kebab"):
-    """A predicate of the domain."""
-
-    name: str
-    sensed: bool
-    param_names: list[str]
-    param_types: list[str]
-
-
-class DomainFact(Model, kw_only=True, rename="kebab"):
-    """A fact of the domain."""
-
-    name: str
-    param_values: list[str]
 
 
 class PlanAction(Model, kw_only=True, rename="kebab"):
@@ -125,42 +112,6 @@ class Plan(Model, kw_only=True, rename="kebab"):
     goal_id: str
     cost: float
     actions: list[PlanAction]
-
-
-class PDDLFormula(Model, kw_only=True, rename="kebab"):
-    """A formula of PDDL."""
-
-    id: str
-    type: str
-    part_of: str
-
-
-class PDDLPredicate(Model, kw_only=True, rename="kebab"):
-    """An atom of PDDL."""
-
-    id: str
-    part_of: str
-    predicate: str
-    param_names: list[str]
-    param_constants: list[str]
-
-
-class GroundedPDDLFormula(Model, kw_only=True, rename="kebab"):
-    """Whether a formula is satisfied in a grounding."""
-
-    id: str
-    formula_id: str
-    grounding: str
-    is_satisfied: bool
-
-
-class GroundedPDDLPredicate(Model, kw_only=True, rename="kebab"):
-    """Whether an atom is satisfied in a grounding."""
-
-    id: str
-    predicate_id: str
-    grounding: str
-    is_satisfied: bool
 
 
 def _make_models(
@@ -199,11 +150,23 @@ def _list_goals(call: ApiCall) -> list[Model]:
 
 
 def _get_goal(call: ApiCall) -> Model:
-    goal_id = call.path["id"]
-    rows = (slots for slots in iterate_facts(call, "goal") if slots.get("id") == goal_id)
-    for goal in _make_models(call, "goal", rows, partial(_make_goal, _find_plan_ids(call))):
-        return goal
-    raise ApiError(400, f"Goal '{goal_id}' is unknown")
+    make_goal = partial(_make_goal, _find_plan_ids(call))
+    return _get_by_id(call, "goal", "goal", make_goal, "Goal '{}' is unknown")
+
+
+def _get_by_id(
+    call: ApiCall, noun: str, template: str, make_model: Callable[[Slots], Model], error: str
+) -> Model:
+    """Return the model of the fact whose slot `id` has the id of the path.
+
+    :param error: the text of the error, with a placeholder for the id.
+    :raises ApiError: if no fact has the id.
+    """
+    fact_id = call.path["id"]
+    rows = (slots for slots in iterate_facts(call, template) if slots.get("id") == fact_id)
+    for model in _make_models(call, noun, rows, make_model):
+        return model
+    raise ApiError(400, error.format(fact_id))
 
 
 # -- the domain
@@ -280,11 +243,7 @@ def _make_item_endpoint(path: str, model: type[Model], template: str, noun: str)
     """Return an endpoint that returns a fact of a deftemplate by its slot `id`."""
 
     def handler(call: ApiCall) -> Model:
-        fact_id = call.path["id"]
-        rows = (slots for slots in iterate_facts(call, template) if slots.get("id") == fact_id)
-        for first_model in _make_models(call, noun, rows, partial(read_model, model)):
-            return first_model
-        raise ApiError(400, f"No {noun} with ID '{fact_id}' found")
+        return _get_by_id(call, noun, template, partial(read_model, model), f"No {noun} with ID '{{}}' found")
 
     errors = {400: f"The {noun} does not exist"}
     return _make_endpoint(
@@ -316,12 +275,87 @@ _GOAL_TEMPLATES: Final = ("goal", "plan")
 _OPERATOR_TEMPLATES: Final = ("domain-operator", "domain-operator-parameter")
 _PLAN_TEMPLATES: Final = ("plan", "plan-action", *formulas.FORMULA_TEMPLATES)
 
-_PDDL_ENDPOINTS: Final[Sequence[tuple[str, type[Model], str, str]]] = (
+
+def _define_text_model(name: str, docstring: str, texts: str, **members: Any) -> type[Model]:
+    """Return the model of facts, most of whose slots are texts.
+
+    :param texts: the names of the members that are texts.
+    :param members: the types of the other members.
+    """
+    return _define_model(name, docstring, [*((text, str) for text in texts.split()), *members.items()])
+
+
+# path, model, deftemplate, and the noun for messages
+_ListRow: TypeAlias = tuple[str, type[Model], str, str]
+_DOMAIN_ENDPOINTS: Final[Sequence[_ListRow]] = (
+    (
+        "/domain-objects",
+        _define_text_model("DomainObject", "An object of the domain.", "name type"),
+        "domain-object",
+        "object",
+    ),
+    (
+        "/domain-predicates",
+        _define_text_model(
+            "DomainPredicate",
+            "A predicate of the domain.",
+            "name",
+            sensed=bool,
+            param_names=list[str],
+            param_types=list[str],
+        ),
+        "domain-predicate",
+        "predicate",
+    ),
+    (
+        "/domain-facts",
+        _define_text_model("DomainFact", "A fact of the domain.", "name", param_values=list[str]),
+        "domain-fact",
+        "fact",
+    ),
+)
+_PDDL_ENDPOINTS: Final[Sequence[_ListRow]] = (
     ("/pddl-groundings", PDDLGrounding, "pddl-grounding", "grounding"),
-    ("/pddl-predicates", PDDLPredicate, "pddl-predicate", "predicate"),
-    ("/pddl-formulas", PDDLFormula, "pddl-formula", "formula"),
-    ("/grounded-pddl-predicates", GroundedPDDLPredicate, "grounded-pddl-predicate", "grounded predicate"),
-    ("/grounded-pddl-formulas", GroundedPDDLFormula, "grounded-pddl-formula", "grounded formula"),
+    (
+        "/pddl-predicates",
+        _define_text_model(
+            "PDDLPredicate",
+            "An atom of PDDL.",
+            "id part_of predicate",
+            param_names=list[str],
+            param_constants=list[str],
+        ),
+        "pddl-predicate",
+        "predicate",
+    ),
+    (
+        "/pddl-formulas",
+        _define_text_model("PDDLFormula", "A formula of PDDL.", "id type part_of"),
+        "pddl-formula",
+        "formula",
+    ),
+    (
+        "/grounded-pddl-predicates",
+        _define_text_model(
+            "GroundedPDDLPredicate",
+            "Whether an atom is satisfied in a grounding.",
+            "id predicate_id grounding",
+            is_satisfied=bool,
+        ),
+        "grounded-pddl-predicate",
+        "grounded predicate",
+    ),
+    (
+        "/grounded-pddl-formulas",
+        _define_text_model(
+            "GroundedPDDLFormula",
+            "Whether a formula is satisfied in a grounding.",
+            "id formula_id grounding",
+            is_satisfied=bool,
+        ),
+        "grounded-pddl-formula",
+        "grounded formula",
+    ),
 )
 
 # All endpoints of the component in Fawkes' order.
@@ -337,9 +371,7 @@ ENDPOINTS: Final = (
         _list_operators,
         _OPERATOR_TEMPLATES,
     ),
-    _make_list_endpoint("/domain-objects", DomainObject, "domain-object", "object"),
-    _make_list_endpoint("/domain-predicates", DomainPredicate, "domain-predicate", "predicate"),
-    _make_list_endpoint("/domain-facts", DomainFact, "domain-fact", "fact"),
+    *(_make_list_endpoint(*row) for row in _DOMAIN_ENDPOINTS),
     _make_endpoint("/plans", list[Plan], "All plans with their actions.", _list_plans, _PLAN_TEMPLATES),
     _make_endpoint(
         "/plans/{goal-id}/{id}",

@@ -11,7 +11,7 @@ from typing import Any, Final, Literal
 from msgspec import UNSET, Struct, UnsetType
 
 from cxbridge.config import ConfigType, Configuration, ConfigValue
-from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint
+from cxbridge.config.scalars import CONVERTERS
 from cxbridge.config.secrets import mask_value
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import Right
@@ -77,20 +77,11 @@ class ImageInfo(Model, kw_only=True):
     mem_size: int
 
 
-_SCALAR_CONVERTERS: Final = {
-    ConfigType.UINT: to_uint,
-    ConfigType.INT: to_int,
-    ConfigType.FLOAT: to_float,
-    ConfigType.BOOL: to_bool,
-}
-
-
 # -- config
 
 
 def _convert_scalar(text: str, config_type: ConfigType) -> Any:
-    converter = _SCALAR_CONVERTERS.get(config_type)
-    value = text if converter is None else converter(text)
+    value = CONVERTERS[config_type](text)
     return text if value is None else value  # a text that does not fit its type stays a text
 
 
@@ -156,11 +147,7 @@ def _set_plugin(call: ApiCall) -> PluginOpResponse:
 # -- backends, images, transforms
 
 
-def _list_backends(_call: ApiCall) -> list[Backend]:
-    return []
-
-
-def _list_images(_call: ApiCall) -> list[ImageInfo]:
+def _list_nothing(_call: ApiCall) -> list[Model]:
     return []
 
 
@@ -215,14 +202,14 @@ ENDPOINTS: Final = (
     Endpoint(
         method="GET",
         path="/backends/?",
-        handler=_list_backends,
+        handler=_list_nothing,
         summary="The other webview servers; always empty.",
         reply=list[Backend],
     ),
     Endpoint(
         method="GET",
         path="/images/?",
-        handler=_list_images,
+        handler=_list_nothing,
         summary="The images in shared memory; always empty.",
         reply=list[ImageInfo],
     ),

@@ -11,7 +11,7 @@ from cxbridge.trace.codec import dump_json
 from cxbridge.trace.formats.base import CopyFormat
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge_web.foxglove.messages import make_foxglove_messages
-from cxbridge_web.foxglove.schemas import make_json_schema, make_schema_name
+from cxbridge_web.foxglove.schemas import make_json_schema
 
 
 class FoxgloveWriter(McapWriter):
@@ -20,7 +20,7 @@ class FoxgloveWriter(McapWriter):
     :param path: the file; an existing file is replaced.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, _registry: InterfaceRegistry) -> None:
         super().__init__(path)
         self._panel_channels: dict[str, int] = {}
         self._panel_schemas: dict[str, int] = {}
@@ -30,24 +30,19 @@ class FoxgloveWriter(McapWriter):
         for event in events:
             yield from super()._make_messages((event,))
             for message in make_foxglove_messages(event):
-                data = dump_json(message.data).encode("utf-8", "backslashreplace")
-                time_ns = event.time_us * 1000
-                yield self._get_channel(message.topic, message.schema), time_ns, data
+                channel = self._get_channel(message.topic, message.schema)
+                yield channel, event.time_us * 1000, message.encode()
 
     def _get_channel(self, topic: str, schema: str) -> int:
         """Return the channel of a topic. A missing channel is added with its schema."""
         if topic not in self._panel_channels:
             if schema not in self._panel_schemas:
-                text = dump_json(make_json_schema(schema)).encode()
+                json_schema = make_json_schema(schema)
                 self._panel_schemas[schema] = self._mcap.add_schema(
-                    make_schema_name(schema), "jsonschema", text
+                    json_schema["title"], "jsonschema", dump_json(json_schema).encode()
                 )
             self._panel_channels[topic] = self._mcap.add_channel(topic, "json", self._panel_schemas[schema])
         return self._panel_channels[topic]
 
 
-def open_copy(path: Path, _registry: InterfaceRegistry) -> FoxgloveWriter:
-    return FoxgloveWriter(path)
-
-
-COPIES = (CopyFormat("foxglove", 40, f"{__name__}:open_copy"),)  # rank 40: after the formats of cxbridge
+COPIES = (CopyFormat("foxglove", 40, f"{__name__}:FoxgloveWriter"),)  # rank 40: after the formats of cxbridge

@@ -14,7 +14,8 @@ from foxglove.websocket import ChannelView, Client, ServerListener
 from cxbridge.errors import CxbridgeError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, EventBus, LoopTime
-from cxbridge.trace.codec import dump_json, encode, event_json_schema
+from cxbridge.listening import url_host
+from cxbridge.trace.codec import encode, event_json_schema
 from cxbridge_web.foxglove.messages import FoxgloveMessage, make_foxglove_messages
 from cxbridge_web.foxglove.proxy import FoxgloveProxy, choose_hidden_host
 from cxbridge_web.foxglove.schemas import make_json_schema
@@ -27,7 +28,7 @@ _COMPONENT: Final = "Foxglove"
 _Encoder: TypeAlias = Callable[[], bytes]  # encodes a message when it is sent, which may be never
 
 
-class FoxgloveServer:
+class FoxgloveServer(ServerListener):
     """Sends the events of a bus and their messages for panels to all subscribed clients.
 
     The server receives events from its creation on. Any thread may emit events.
@@ -67,7 +68,7 @@ class FoxgloveServer:
                 host=inner_host,
                 port=0,
                 context=self._context,
-                server_listener=_SubscriptionListener(self._queue_topic),
+                server_listener=self,
             )
             self._proxy = FoxgloveProxy(self._settings, (inner_host, self._server.port))
         except (OSError, RuntimeError) as error:
@@ -76,8 +77,7 @@ class FoxgloveServer:
                 f"the Foxglove server cannot listen on {host}:{port}: {error}",
                 hint="choose another port; 0: any free port",
             ) from error
-        url_host = f"[{host}]" if ":" in host else host
-        self.url = f"ws://{url_host}:{self._proxy.port}"
+        self.url = f"ws://{url_host(host)}:{self._proxy.port}"
         log.info(f"Foxglove connects to {self.url}")
 
     def stop(self) -> None:
@@ -101,13 +101,13 @@ class FoxgloveServer:
             for time_us, encode_message in states:
                 self._channels[topic].log(encode_message(), log_time=time_us * 1000)
 
-    def _queue_topic(self, topic: str) -> None:
+    def on_subscribe(self, client: Client, channel: ChannelView) -> None:  # noqa: ARG002 - the SDK's signature
         """Queue the topic of a subscription, which is not active yet, for :meth:`serve_new_subscribers`.
 
         Called in a thread of the server.
         """
         with self._lock:
-            self._new_topics.add(topic)
+            self._new_topics.add(channel.topic)
 
     def _send_messages(self, event: Event) -> None:
         self._send_event(event)
@@ -126,7 +126,7 @@ class FoxgloveServer:
     def _send_panel_message(self, message: FoxgloveMessage, time_us: int) -> None:
         if message.topic not in self._channels:
             self._add_channel(message.topic, make_json_schema(message.schema))
-        self._send_and_store(message.topic, message.subject, time_us, partial(_encode_message, message))
+        self._send_and_store(message.topic, message.subject, time_us, message.encode)
 
     def _send_and_store(self, topic: str, subject: str, time_us: int, encode_message: _Encoder) -> None:
         """Send a message to subscribers, and keep a message about a state.
@@ -155,20 +155,3 @@ class FoxgloveServer:
         with self._lock:
             if topic not in self._channels:
                 self._channels[topic] = Channel(topic, schema=dict(schema), context=self._context)
-
-
-def _encode_message(message: FoxgloveMessage) -> bytes:
-    return dump_json(message.data).encode("utf-8", "backslashreplace")
-
-
-class _SubscriptionListener(ServerListener):
-    """Reports the subscriptions of clients.
-
-    :param on_topic: called with a topic in a thread of the server.
-    """
-
-    def __init__(self, on_topic: Callable[[str], None]) -> None:
-        self._on_topic = on_topic
-
-    def on_subscribe(self, client: Client, channel: ChannelView) -> None:  # noqa: ARG002 - the SDK's signature
-        self._on_topic(channel.topic)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from cxbridge.events import Event, InterfaceWrite, Level, LogLine, NavGraphRead
+from cxbridge.trace.codec import dump_json
 from cxbridge_web.foxglove.scenes import (
     is_number,
     make_navgraph_scene,
@@ -44,6 +45,10 @@ class FoxgloveMessage:
     schema: str
     data: Mapping[str, Any]
     subject: str = ""
+
+    def encode(self) -> bytes:
+        """Return the message as JSON."""
+        return dump_json(self.data).encode("utf-8", "backslashreplace")
 
 
 def make_foxglove_messages(event: Event) -> Iterator[FoxgloveMessage]:

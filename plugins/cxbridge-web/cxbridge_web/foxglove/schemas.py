@@ -62,17 +62,12 @@ _BASIC_SCHEMAS: Final[dict[str, dict[str, Any]]] = {
 }
 
 
-def make_schema_name(message: str) -> str:
-    """Return Foxglove's name of a message."""
-    return f"foxglove.{message}"
-
-
 @cache
 def make_json_schema(message: str) -> dict[str, Any]:
     """Return the JSON schema of a message such as ``Log``. Do not modify the cached result."""
     fields = dict(field.split(":") for field in _MESSAGE_FIELDS[message].split())
     return {
-        "title": make_schema_name(message),
+        "title": f"foxglove.{message}",
         "type": "object",
         "properties": {name: _make_field_schema(field_type) for name, field_type in fields.items()},
         "required": list(fields),

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from functools import lru_cache
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Final
@@ -24,11 +25,10 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.event_kinds import View
 from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.run.explainers import Explainer, explainer
-from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_web.pages import Page, make_icon_link, read_style
-from cxbridge_web.report import document_page, is_mcap, list_guessed_links
+from cxbridge_web.report import MCAP, document_page, encode_lines, list_guessed_links
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -44,10 +44,7 @@ _LIST_PAGE: Final = """<!doctype html>
 # The path of the page that compares two runs by their numbers: `/compare?a=0&b=1`.
 COMPARE_PATH: Final = "/compare"
 
-# The query for the guessed pairs of plan-actions and skill calls, which recordings lack.
-_LINKS_QUERY: Final = b"links"
-
-_WHY_PREFIX: Final = b"why&"  # prefix of a query for an explanation: `why&kind=goal&name=gen14&at=3.5`
+_NO_CACHE: Final = {"Cache-Control": "no-cache"}
 
 
 class RecordingsApp:
@@ -62,9 +59,8 @@ class RecordingsApp:
         # by address, the path of the recording's URL
         self._files = {f"{RUNS_PATH}{number}/{file.name or 'run'}": file for number, file in enumerate(files)}
         self._lock = Lock()  # several requests may explain at the same time
-        # The last explainer with its recording, time and environment. Kept, because a new explainer reads the
-        # whole recording.
-        self._explainer: tuple[tuple[Path, str, str], Explainer] | None = None
+        # kept, because a new explainer reads the whole recording
+        self._find_explainer = lru_cache(maxsize=1)(_make_explainer)
         self._page = Page([(quote(address), file.name) for address, file in self._files.items()])
 
     @property
@@ -84,29 +80,27 @@ class RecordingsApp:
         return f"/?run={quote(quote(address), safe='/')}"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        path = scope["path"]
+        path, query_text = scope["path"], scope["query_string"].decode("ascii", "replace")
+        query = dict(parse_qsl(query_text, keep_blank_values=True))
+        response: Response
         if path == COMPARE_PATH:
-            query = dict(parse_qsl(scope["query_string"].decode()))
             response = await run_in_threadpool(self._compare_runs, query)
-            await response(scope, receive, send)
         elif path.startswith(RUNS_PATH):
-            response = await run_in_threadpool(
-                self._serve_address, path, scope["method"], scope["query_string"]
-            )
-            await response(scope, receive, send)
+            response = await run_in_threadpool(self._serve_address, path, scope["method"], query)
         elif path.startswith("/api"):
-            text = "The API is not available for recorded runs\n"
-            await PlainTextResponse(text, 404)(scope, receive, send)
+            response = PlainTextResponse("The API is not available for recorded runs\n", 404)
         else:
             response = self._page.respond(scope)
-            query = dict(parse_qsl(scope["query_string"].decode("ascii", "replace")))
             if (address := unquote(query.get("run", ""))) in self._files:
                 # the browser loads the recording while it starts the page
                 response.headers["link"] = f"<{quote(address)}>; rel=preload; as=fetch; crossorigin"
-            await response(scope, receive, send)
+        await response(scope, receive, send)
 
-    def _serve_address(self, address: str, method: str, query: bytes) -> Response:
-        """Serve the list of recordings, a recording, or an explanation or the links of a recording."""
+    def _serve_address(self, address: str, method: str, query: Mapping[str, str]) -> Response:
+        """Serve the list of recordings, a recording, or an explanation or the links of a recording.
+
+        :param query: for an explanation ``why&kind=goal&name=gen14&at=3.5``, for the links ``links``.
+        """
         if method not in {"GET", "HEAD"}:
             return PlainTextResponse("Recordings can only be read\n", 405)
         if address == RUNS_PATH:
@@ -115,13 +109,11 @@ class RecordingsApp:
                 for number, (run_address, file) in enumerate(self._files.items())
             )
             page = _LIST_PAGE.format(style=read_style(), icon=make_icon_link(), items=items)
-            return HTMLResponse(page, headers={"Cache-Control": "no-cache"})
+            return HTMLResponse(page, headers=_NO_CACHE)
         file = self._files.get(address)
         if file is None:
             return PlainTextResponse("This run does not exist\n", 404)
-        if query.startswith(_WHY_PREFIX):
-            return self._explain(file, dict(parse_qsl(query.decode("ascii", "replace"))))
-        return _make_recording_response(file, links_only=query == _LINKS_QUERY)
+        return self._explain(file, query) if "why" in query else _serve_recording(file, query)
 
     def _make_list_item(self, number: int, address: str, file: Path) -> str:
         """Return the list item of a run, with a link to its comparison with the previous run."""
@@ -149,34 +141,30 @@ class RecordingsApp:
             page = make_comparison_page(self._files[first], self._files[second], view, order, page_links)
         except CxbridgeError as error:
             return PlainTextResponse(f"{error}\n", 400)
-        return HTMLResponse(page, headers={"Cache-Control": "no-cache"})
+        return HTMLResponse(page, headers=_NO_CACHE)
 
     def _explain(self, file: Path, query: Mapping[str, str]) -> Response:
         """Return the explanation of a part of a recording; status 400 if there is none."""
         try:
-            explain = self._get_explainer(file, query.get("at", ""), query.get("env", ""))
+            with self._lock:
+                explain = self._find_explainer(file, query.get("at", ""), query.get("env", ""))
             return JSONResponse(explain(query.get("kind", ""), query.get("name", "")))
         except CxbridgeError as error:
             return JSONResponse({"message": str(error)}, 400)
 
-    def _get_explainer(self, file: Path, at_text: str, env: str) -> Explainer:
-        """Return the explainer of a recording at a time. The last explainer is cached.
 
-        :param at_text: the seconds since the start; empty for the end of the recording.
-        :param env: the CLIPS environment; empty for the default.
-        :raises CxbridgeError: if the recording has no explanation, or the time is not a number.
-        """
-        key = (file, at_text, env)
-        with self._lock:
-            if self._explainer is None or self._explainer[0] != key:
-                try:
-                    at_s = float(at_text) if at_text else None
-                except ValueError:
-                    raise CxbridgeError(
-                        f"'{at_text}' is not a time", hint="give the seconds since the start"
-                    ) from None
-                self._explainer = key, explainer(open_run(file), at_s, env or None)
-            return self._explainer[1]
+def _make_explainer(file: Path, at_text: str, env: str) -> Explainer:
+    """Return the explainer of a recording at a time.
+
+    :param at_text: the seconds since the start; empty for the end of the recording.
+    :param env: the CLIPS environment; empty for the default.
+    :raises CxbridgeError: if the recording has no explanation, or the time is not a number.
+    """
+    try:
+        at_s = float(at_text) if at_text else None
+    except ValueError:
+        raise CxbridgeError(f"'{at_text}' is not a time", hint="give the seconds since the start") from None
+    return explainer(open_run(file), at_s, env or None)
 
 
 class _RecordingResponse(FileResponse):
@@ -185,17 +173,15 @@ class _RecordingResponse(FileResponse):
     chunk_size = 1 << 20
 
 
-def _make_recording_response(file: Path, *, links_only: bool) -> Response:
-    """Return a recording, or its guessed pairs of plan-actions and skill calls."""
-    headers = {"Cache-Control": "no-cache"}
-    if links_only:
-        run = open_run(file)
-        return JSONResponse(
-            list_guessed_links(RunHistory.from_events(run, UNLIMITED, run.start_us)), headers=headers
-        )
-    if is_mcap(file):
-        return _RecordingResponse(file, media_type="application/octet-stream", headers=headers)
-    return StreamingResponse(_encode_lines(file), media_type="application/x-ndjson", headers=headers)
+def _serve_recording(file: Path, query: Mapping[str, str]) -> Response:
+    """Return a recording; for the query ``links`` its guessed pairs of plan-actions and skill calls."""
+    run = open_run(file)
+    if "links" in query:
+        history = RunHistory.from_events(run, UNLIMITED, run.start_us)
+        return JSONResponse(list_guessed_links(history), headers=_NO_CACHE)
+    if run.format == MCAP:
+        return _RecordingResponse(file, media_type="application/octet-stream", headers=_NO_CACHE)
+    return StreamingResponse(encode_lines(run), media_type="application/x-ndjson", headers=_NO_CACHE)
 
 
 def make_comparison_page(a: Path, b: Path, view: View, order: Order, page_links: Mapping[str, str]) -> str:
@@ -217,10 +203,3 @@ def make_comparison_page(a: Path, b: Path, view: View, order: Order, page_links:
             side: explainer(run)("run", "")["data"]["headline"] for side, run in runs_by_side.items()
         }
     return document_page("comparison", f"{a.name} and {b.name}", document)
-
-
-def _encode_lines(file: Path) -> Iterator[bytes]:
-    """Yield a run as JSON lines, like ``trace cat --json``."""
-    for event in open_run(file):
-        if event.KIND.name:
-            yield encode_with_kind(event) + b"\n"

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
-from cxbridge.run.components.manager import State
 from cxbridge_web.host import WebHost
 from cxbridge_web.options import WebOptions
 from cxbridge_web.server import WebServer
@@ -96,11 +95,7 @@ class DaemonHost(WebHost):
         self._daemon.stalls.interrupt()
 
     def list_components(self) -> Sequence[tuple[str, str, bool]]:
-        return [
-            (component.name, component.description, component.state is State.ACTIVE)
-            for component in self._daemon.lifecycle.nodes
-            if not component.steady
-        ]
+        return self._daemon.lifecycle.list_changeable()
 
     def set_component_active(self, name: str, *, is_active: bool) -> None:
         lifecycle = self._daemon.lifecycle

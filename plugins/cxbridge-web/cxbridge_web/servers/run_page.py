@@ -34,7 +34,6 @@ class RunHost(WebHost):
 
     def __init__(self, run: Run | Team) -> None:
         super().__init__(run)
-        self._run = run
         self._agent = run.agents[0]
         self.is_paused = False
         self._result: dict[str, Any] | None = None
@@ -62,7 +61,12 @@ class RunHost(WebHost):
     def _list_component_rows(self) -> list[dict[str, Any]]:
         state = "ACTIVE" if self._result is None else "INACTIVE"
         return [
-            {"name": agent.name or "executive", "state": state, "since_us": self._start_us, "reason": ""}
+            {
+                "name": agent.name or "executive",
+                "state": state,
+                "since_us": self._start_us,
+                "reason": "",
+            }
             for agent in self._run.agents
         ]
 

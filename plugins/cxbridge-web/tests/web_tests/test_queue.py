@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge_web.queue import MAX_WAITING_REQUESTS, QueueClosedError, RequestQueue, RequestQueueFullError
+from cxbridge_web.endpoint import ApiError
+from cxbridge_web.queue import MAX_WAITING_REQUESTS, RequestQueue
 
 
 class Watch:
@@ -105,14 +106,14 @@ def test_pieces_that_fail_and_those_of_a_desk_that_closes_are_told():
     closed = queue.submit(lambda: in_pieces(watch, 0.01, 5, []))
     queue.poll()
     queue.close()
-    assert isinstance(closed.exception(0), QueueClosedError)
+    assert str(closed.exception(0)) == "The daemon is stopping"
 
 
 def test_not_too_many_may_wait():
     queue = RequestQueue(Watch())
     for _ in range(MAX_WAITING_REQUESTS):
         queue.submit(lambda: None)
-    with pytest.raises(RequestQueueFullError):
+    with pytest.raises(ApiError, match="Too many"):
         queue.submit(lambda: None)
 
 
@@ -120,6 +121,6 @@ def test_nobody_waits_for_ever_when_it_is_closed():
     queue = RequestQueue(Watch())
     answer = queue.submit(lambda: 1, "key")
     queue.close()
-    assert isinstance(answer.exception(0), QueueClosedError)
-    with pytest.raises(QueueClosedError):
+    assert str(answer.exception(0)) == "The daemon is stopping"
+    with pytest.raises(ApiError, match="stopping"):
         queue.submit(lambda: 1)

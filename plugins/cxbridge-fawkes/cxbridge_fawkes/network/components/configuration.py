@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import ClassVar, Final
 
 from cxbridge.config import Configuration, ConfigValue
-from cxbridge.config.scalars import ConfigType, to_bool, to_float, to_int, to_uint32
+from cxbridge.config.scalars import CONVERTERS, ConfigType, to_uint32
 from cxbridge.config.secrets import mask_value
 from cxbridge.errors import BlackBoardError
 from cxbridge_fawkes.network.errors import MalformedMessageError
@@ -18,7 +18,6 @@ from cxbridge_fawkes.network.messages.configuration import (
     ConfigKind,
     ConfigList,
     ConfigMessage,
-    Scalar,
     unpack_path,
 )
 from cxbridge_fawkes.network.messages.fields import MAX_ELEMENT_BYTES
@@ -80,17 +79,12 @@ def _make_value_message(path: str, value: ConfigValue) -> ConfigMessage:
         return ConfigMessage(ConfigKind.STRING_VALUE, path, ("",))
     texts = value.items if value.is_list else (value.text,)
     value_type = value.type
-    scalars = tuple(_VALUE_PARSERS[value_type](text) for text in texts)
+    scalars = tuple(_WIRE_CONVERTERS[value_type](text) for text in texts)
     if any(scalar is None for scalar in scalars):
         value_type, scalars = ConfigType.STRING, texts
     values = tuple(scalar for scalar in scalars if scalar is not None)
     return ConfigMessage(VALUE_KINDS[value_type], path, values, is_list=value.is_list)
 
 
-_VALUE_PARSERS: Final[dict[ConfigType, Callable[[str], Scalar | None]]] = {
-    ConfigType.UINT: to_uint32,
-    ConfigType.INT: to_int,
-    ConfigType.FLOAT: to_float,
-    ConfigType.BOOL: to_bool,
-    ConfigType.STRING: str,
-}
+# the wire has 32 bits for an unsigned integer
+_WIRE_CONVERTERS: Final = {**CONVERTERS, ConfigType.UINT: to_uint32}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from enum import IntEnum
-from typing import ClassVar, Final, NamedTuple
+from typing import ClassVar, Final
 
 from cxbridge.errors import BlackBoardError
 from cxbridge_fawkes.network.errors import MalformedMessageError
@@ -32,33 +32,26 @@ _REFUSALS: Final = {
 }
 
 
-class Plugin(NamedTuple):
-    """A component as a plugin of Fawkes; the description is a line of text."""
-
-    name: str
-    description: str
-    is_loaded: bool
-
-
 class PluginManager(NetworkHandler):
     """Lists plugins, and refuses to load and unload them.
 
-    :param list_plugins: returns the plugins in order of loading. Called in the server's thread.
+    :param list_plugins: returns name, description and whether it is loaded of each plugin, in order of
+        loading. Called in the server's thread.
     """
 
     COMPONENT: ClassVar[ComponentId] = ComponentId.PLUGIN_MANAGER
 
-    def __init__(self, list_plugins: Callable[[], Iterable[Plugin]]) -> None:
+    def __init__(self, list_plugins: Callable[[], Iterable[tuple[str, str, bool]]]) -> None:
         self._list_plugins: Final = list_plugins
 
     def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
         plugins = self._list_plugins()
         match frame.kind:
             case PluginKind.LIST_AVAIL:
-                texts = [text for plugin in plugins for text in (plugin.name, plugin.description)]
+                texts = [text for name, description, _ in plugins for text in (name, description)]
                 _send_list(session, PluginKind.AVAIL_LIST, texts)
             case PluginKind.LIST_LOADED:
-                names = [plugin.name for plugin in plugins if plugin.is_loaded]
+                names = [name for name, _, is_loaded in plugins if is_loaded]
                 _send_list(session, PluginKind.LOADED_LIST, names)
             case PluginKind.LOAD | PluginKind.UNLOAD as kind:
                 # the client waits for a reply with the name of its request

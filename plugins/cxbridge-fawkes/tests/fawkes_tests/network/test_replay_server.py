@@ -15,7 +15,7 @@ from cxbridge.events import EventBus
 from cxbridge.interfaces import default_registry
 from cxbridge.interfaces.instance import STAMP, Interface, Message
 from cxbridge_fawkes.network.components.logger import NetworkLogger
-from cxbridge_fawkes.network.components.plugins import Plugin, PluginManager
+from cxbridge_fawkes.network.components.plugins import PluginManager
 from cxbridge_fawkes.network.messages import blackboard as bb
 from cxbridge_fawkes.network.messages import codec
 from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
@@ -39,7 +39,7 @@ class Process:
         clock = RealClock()
         self.bus = EventBus(clock)
         self.board = LocalBlackBoard(default_registry(), clock, self.bus)
-        plugins = PluginManager(lambda: [Plugin("flite", "speech", True), Plugin("skiller", "skills", True)])
+        plugins = PluginManager(lambda: [("flite", "speech", True), ("skiller", "skills", True)])
         components = [NetworkLogger(self.bus), plugins]
         self.server = FawkesServer(self.board, port=0, components=components)
 

@@ -15,7 +15,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response, StreamingResponse
 from starlette.routing import Mount, Route
 
-from cxbridge_web.http.serving import listen
+from cxbridge.listening import LOOPBACK, listen
 from cxbridge_web.pages import Page
 
 if TYPE_CHECKING:
@@ -199,7 +199,7 @@ class Served:
 
     def __init__(self, daemon: FakeDaemon) -> None:
         self.daemon = daemon
-        self._listening = listen("127.0.0.1", 0)
+        self._listening = listen("the page", LOOPBACK, 0, hint="")
         self._port = self._listening.getsockname()[1]
         self.url = f"http://127.0.0.1:{self._port}/"
         self._server: uvicorn.Server | None = None
@@ -220,7 +220,7 @@ class Served:
             self._application, log_config=None, lifespan="off", ws="none", timeout_graceful_shutdown=1
         )
         if self._listening.fileno() == -1:
-            self._listening = listen("127.0.0.1", self._port)
+            self._listening = listen("the page", LOOPBACK, self._port, hint="")
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(target=self._server.run, args=([self._listening],), daemon=True)
         self._thread.start()

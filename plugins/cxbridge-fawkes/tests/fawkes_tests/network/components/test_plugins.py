@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge_fawkes.network.components.plugins import Plugin, PluginKind, PluginManager
+from cxbridge_fawkes.network.components.plugins import PluginKind, PluginManager
 from cxbridge_fawkes.network.messages.fields import unpack_list
 from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
 
-PLUGINS = [Plugin("skiller", "runs skills", True), Plugin("broken", "", False)]
+PLUGINS = [("skiller", "runs skills", True), ("broken", "", False)]
 
 
 @pytest.fixture
