@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 import struct
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 from urllib.parse import quote
@@ -26,8 +26,8 @@ MAGIC: Final = b"\xff\xbb\xff\xbb"
 VERSION: Final = b"\x00\x00\x00\x01"
 """The version of the file format."""
 
-ENTRY_HEADER_SIZE: Final = 8
-"""The number of bytes of an entry before its block."""
+ENTRY_HEADER: Final = struct.Struct("<II")
+"""The start of an entry: seconds and microseconds from the start of the logger to the logging."""
 
 MAX_BLOCK_SIZE: Final = 1 << 24
 """The maximal plausible size of a block in bytes."""
@@ -43,8 +43,6 @@ _SCENARIO_SIZE: Final = 32  # fixed sizes of Fawkes' C struct, in bytes
 _TYPE_SIZE: Final = 48
 _ID_SIZE: Final = 64
 _FIELDS: Final = struct.Struct(f"<II{_SCENARIO_SIZE}s{_TYPE_SIZE}s{_ID_SIZE}s16sIqq")
-_COUNT: Final = struct.Struct("<I")
-_ENTRY: Final = struct.Struct("<II")
 _UINT32: Final = 0xFFFFFFFF
 
 HEADER_SIZE: Final = FLAG_OFFSET + _FIELDS.size
@@ -84,7 +82,7 @@ class Header:
     @property
     def entry_size(self) -> int:
         """The number of bytes of an entry."""
-        return ENTRY_HEADER_SIZE + self.data_size
+        return ENTRY_HEADER.size + self.data_size
 
     @property
     def says_big_endian(self) -> bool:
@@ -130,34 +128,38 @@ def read_header(head: bytes, path: Path, registry: InterfaceRegistry) -> Header:
         )
     scenario, interface_type, interface_id = map(decode_padded_text, texts)
     start_us = seconds * MICROSECONDS + microseconds
-    flag = head[FLAG_OFFSET]
-    header = Header(flag, count, scenario, interface_type, interface_id, hash_, size, start_us, None, "")
-    return _add_schema(header, registry)
+    schema, problem = _find_schema(interface_type, hash_, size, registry)
+    return Header(
+        head[FLAG_OFFSET],
+        count,
+        scenario,
+        interface_type,
+        interface_id,
+        hash_,
+        size,
+        start_us,
+        schema,
+        problem,
+    )
 
 
-def _add_schema(header: Header, registry: InterfaceRegistry) -> Header:
-    """Return the header with the definition of its type, or with the reason for a missing definition."""
-    schema: InterfaceSchema | None = None
-    problem = ""
+def _find_schema(
+    interface_type: str, hash_: bytes, data_size: int, registry: InterfaceRegistry
+) -> tuple[InterfaceSchema | None, str]:
+    """Return the definition of a type, None if no definition fits, and the problem of the definition."""
+    undecoded = "; values are left as bytes (other definitions: --interface-dir)"
     try:
-        definition = registry.schema(header.interface_type)
+        schema = registry.schema(interface_type)
     except InterfaceError as error:
-        problem = error.message.split(". ")[0]  # the rest lists folders of definitions
-    else:
-        if header.data_size == definition.datasize:
-            schema = definition
-        else:
-            problem = (
-                f"the blocks of {header.interface_type} have {header.data_size} bytes, but"
-                f" {definition.datasize} by the definition: another version of the interface"
-            )
-    if problem:
-        problem += "; values are left as bytes (other definitions: --interface-dir)"
-    elif schema is not None and not accepts_hash(schema, header.hash):
-        problem = (
-            f"written with another version of {header.interface_type} of the same size: values may be wrong"
+        return None, error.message.split(". ")[0] + undecoded  # the rest lists folders of definitions
+    if data_size != schema.datasize:
+        return None, (
+            f"the blocks of {interface_type} have {data_size} bytes, but {schema.datasize} by the definition:"
+            f" another version of the interface{undecoded}"
         )
-    return replace(header, schema=schema, problem=problem)
+    if accepts_hash(schema, hash_):
+        return schema, ""
+    return schema, f"written with another version of {interface_type} of the same size: values may be wrong"
 
 
 def pack_header(
@@ -182,15 +184,15 @@ def pack_header(
 
 
 def pack_count(count: int) -> bytes:
-    """Return the bytes at :data:`COUNT_OFFSET`."""
-    return _COUNT.pack(count)
+    """Return the bytes at :data:`COUNT_OFFSET`. The count has 32 bits and wraps, as in ffbblog."""
+    return (count & _UINT32).to_bytes(4, "little")
 
 
 def pack_entry(since_us: int, block: bytes) -> bytes:
     """Return an entry with a block that was written ``since_us`` microseconds after the start."""
     seconds, microseconds = split_us(since_us)
     seconds &= _UINT32  # as in Fawkes' assignment in C: a virtual clock may advance by centuries
-    return _ENTRY.pack(seconds, microseconds) + block
+    return ENTRY_HEADER.pack(seconds, microseconds) + block
 
 
 def file_name(scenario: str, uid: str, start_us: int, *, utc: bool = False) -> str:
@@ -202,20 +204,15 @@ def file_name(scenario: str, uid: str, start_us: int, *, utc: bool = False) -> s
     :param utc: use UTC instead of the time zone of the machine, as in Fawkes.
     """
     interface_type, _, interface_id = uid.partition("::")
-    names = f"{_quote_name(scenario)}-{interface_type}-{_quote_name(interface_id)}"
-    return f"{names}-{_format_date(start_us, utc=utc)}.log"
+    second, _ = split_us(start_us)
+    date = time.strftime("%Y-%m-%d-%H-%M-%S", time.gmtime(second) if utc else time.localtime(second))
+    return f"{_quote_name(scenario)}-{interface_type}-{_quote_name(interface_id)}-{date}.log"
 
 
 def _quote_name(text: str) -> str:
     """Return a text for a file name, without characters special in shells and patterns."""
     # a text from CLIPS may have a lone surrogate, which is no UTF-8
     return quote(text, safe="", errors="backslashreplace")
-
-
-def _format_date(time_us: int, *, utc: bool) -> str:
-    """Return a time for a file name."""
-    second, _ = split_us(time_us)
-    return time.strftime("%Y-%m-%d-%H-%M-%S", time.gmtime(second) if utc else time.localtime(second))
 
 
 def _pack_text(text: str, size: int) -> bytes:

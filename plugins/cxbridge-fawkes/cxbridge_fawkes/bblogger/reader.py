@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
 from heapq import merge
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from cxbridge.clock import MICROSECONDS, format_asctime
 from cxbridge.errors import CxbridgeError, TraceError
@@ -23,7 +23,7 @@ from cxbridge.trace.formats.blocks import STAMP_SIZE, BlockDecoder, write_events
 from cxbridge.trace.formats.files import reading
 from cxbridge_fawkes.bblogger.header import (
     COUNT_OFFSET,
-    ENTRY_HEADER_SIZE,
+    ENTRY_HEADER,
     FLAG_OFFSET,
     HEADER_SIZE,
     Header,
@@ -35,22 +35,9 @@ from cxbridge_fawkes.bblogger.header import (
 RAW_FIELD = "block"
 """The only field of a write of an unknown interface: its block as hexadecimal digits, without time stamp."""
 
-_ENTRY = struct.Struct("<II")
 _STAMP = struct.Struct("<qq")
 _MAX_READ_SIZE = 1 << 18  # in bytes
 _MAX_US = (1 << 63) // 1000  # the maximum of mcap, which counts nanoseconds
-_COUNT_MASK = 0xFFFFFFFF  # the count of a header has 32 bits and wraps, as in ffbblog
-
-
-class Entry(NamedTuple):
-    """An entry of a file.
-
-    :param since_us: microseconds from the start of the logger to the logging of the entry.
-    :param block: the bytes of the interface.
-    """
-
-    since_us: int
-    block: memoryview
 
 
 class BBLoggerFile(Run):
@@ -71,14 +58,16 @@ class BBLoggerFile(Run):
             size = self.path.stat().st_size
             return read_header(file.read(HEADER_SIZE), self.path, self.registry), size
 
-    def entries(self) -> Iterator[Entry]:
-        """Yield the entries; a truncated entry is left out with a note.
+    def entries(self) -> Iterator[tuple[int, memoryview]]:
+        """Yield the entries: microseconds from the start of the logger to the logging, and the block.
+
+        A truncated entry is left out with a note.
 
         :raises TraceError: if the file cannot be read.
         """
         header = self.header
         size = header.entry_size
-        unpack_stamp = _ENTRY.unpack_from
+        unpack_time = ENTRY_HEADER.unpack_from
         count = partial_size = 0
         with reading(self.path), self.path.open("rb") as file:
             file.seek(HEADER_SIZE)
@@ -87,9 +76,9 @@ class BBLoggerFile(Run):
                 view = memoryview(data)
                 partial_size = len(data) % size
                 for offset in range(0, len(data) - partial_size, size):
-                    seconds, microseconds = unpack_stamp(data, offset)
+                    seconds, microseconds = unpack_time(data, offset)
                     since_us = seconds * MICROSECONDS + microseconds
-                    yield Entry(since_us, view[offset + ENTRY_HEADER_SIZE : offset + size])
+                    yield since_us, view[offset + ENTRY_HEADER.size : offset + size]
                 count += len(data) // size
         if partial_size:
             self.note("the file ends within an entry")
@@ -102,7 +91,7 @@ class BBLoggerFile(Run):
             self.note(header.problem)
         unpack_stamp = _STAMP.unpack_from
         has_stamp = header.data_size >= STAMP_SIZE
-        decode = self._make_block_decoder()
+        decode = _read_raw_block if header.schema is None else BlockDecoder(header.schema).decode
         uid, interface_type, start_us = header.uid, header.interface_type, header.start_us
         is_skiller = header.schema is not None and interface_type == "SkillerInterface"
         for since_us, block in self.entries():
@@ -117,13 +106,6 @@ class BBLoggerFile(Run):
                 yield from write_events(interface_type, uid, time_us, decode(block))
             else:
                 yield InterfaceWrite(time_us, uid, decode(block))
-
-    def _make_block_decoder(self) -> Any:
-        """Return a function that converts a block to values."""
-        header = self.header
-        if header.schema is not None:
-            return BlockDecoder(header.schema).decode
-        return lambda block: {RAW_FIELD: block[STAMP_SIZE:].hex()}
 
     def metadata(self) -> Mapping[str, str]:
         """Return scenario, interface and start from the header."""
@@ -154,7 +136,7 @@ class BBLoggerFile(Run):
                 if header.count
                 else f"FIXING: header of file {self.path} has 0 data items, setting to {count}."
             )
-            patches.append((COUNT_OFFSET, pack_count(count & _COUNT_MASK)))
+            patches.append((COUNT_OFFSET, pack_count(count)))
         return actions, partial(_copy_patched_start, self.path, size - extra, patches)
 
     def description(self) -> Iterator[str]:
@@ -170,6 +152,10 @@ class BBLoggerFile(Run):
         yield f"Start time: {format_asctime(header.start_us)}"
         if header.says_big_endian:
             yield "            (but the data are little endian; 'trace repair' mends the header)"
+
+
+def _read_raw_block(block: memoryview) -> dict[str, Any]:
+    return {RAW_FIELD: block[STAMP_SIZE:].hex()}
 
 
 def _copy_patched_start(source: Path, size: int, patches: Sequence[tuple[int, bytes]], target: Path) -> None:

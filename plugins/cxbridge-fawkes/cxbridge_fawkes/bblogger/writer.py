@@ -7,6 +7,7 @@ count the writer.
 from __future__ import annotations
 
 import os
+from contextlib import ExitStack
 from pathlib import Path
 
 from cxbridge.errors import TraceError
@@ -45,6 +46,7 @@ class BBLoggerWriter(RunWriter):
         self._start_us = start_us
         self._utc = utc
         self._files: dict[str, _InterfaceFile] = {}
+        self._open_files = ExitStack()
         if self.folder.exists() and not self.folder.is_dir():
             raise TraceError(
                 "this is not a folder", file=folder, hint="bblogger writes one file per interface"
@@ -73,23 +75,17 @@ class BBLoggerWriter(RunWriter):
             self._scenario, event.uid, _find_fawkes_hash(event), len(event.block), start_us=self._start_us
         )
         name = file_name(self._scenario, event.uid, self._start_us, utc=self._utc)
-        return _InterfaceFile(self.folder / name, header)
+        file = _InterfaceFile(self.folder / name, header)
+        self._open_files.callback(file.close)
+        return file
 
     def flush(self) -> None:
         """Do nothing: each entry is in its file already."""
 
     def close(self) -> None:
         """Write the numbers of entries and close the files."""
-        errors = []
-        # close all files even if one of them cannot be written, e.g. on a full disk
-        while self._files:
-            _, file = self._files.popitem()
-            try:
-                file.close()
-            except TraceError as error:
-                errors.append(error)
-        if errors:
-            raise errors[0]
+        self._open_files.close()  # closes all, even if one of them cannot be written, e.g. on a full disk
+        self._files.clear()
 
 
 class _InterfaceFile:

@@ -86,7 +86,7 @@ class Gateway(Observer, Closing):
         self._boards: Final = (left, right)
         self._patterns: Final = tuple(Pattern.parse(text) for text in patterns)
         self._board_names: Final = names
-        self._log: Final = None if bus is None else Logger(bus, COMPONENT)
+        self._log: Final = Logger(bus or EventBus(left.clock), COMPONENT)
         self._sweep_period_s = sweep_period_s
         self._mirrors: dict[Key, InterfaceMirror] = {}
         # the serials of closed proxies, see InterfaceMirror
@@ -187,7 +187,7 @@ class Gateway(Observer, Closing):
         mirror = self._mirrors.pop(key)
         self._on_end(uid, reason)
         mirror.close(f"{uid} of {self._board_names[mirror.side]} is lost: {reason}")
-        self._log_info(f"{uid} is no longer mirrored: {reason}")
+        self._log.info(f"{uid} is no longer mirrored: {reason}")
 
     def _list_interfaces(self, side: int) -> Listing | None:
         """Return the matching interfaces of a board; None if the board is unreachable."""
@@ -254,7 +254,7 @@ class Gateway(Observer, Closing):
             self._warn_once(key, f"cannot be mirrored: {error}")
             return
         self._last_warnings.pop(key, None)
-        self._log_info(f"{'::'.join(key)}: {self._board_names[side]} -> {self._board_names[1 - side]}")
+        self._log.info(f"{'::'.join(key)}: {self._board_names[side]} -> {self._board_names[1 - side]}")
 
     def _warn_once(self, subject: object, text: str) -> None:
         """Log a warning unless it repeats the last warning about its subject.
@@ -263,9 +263,4 @@ class Gateway(Observer, Closing):
         """
         if self._last_warnings.get(subject) != text:
             self._last_warnings[subject] = text
-            if self._log is not None:
-                self._log.warn(f"{'::'.join(subject)}: {text}" if isinstance(subject, tuple) else text)
-
-    def _log_info(self, text: str) -> None:
-        if self._log is not None:
-            self._log.info(text)
+            self._log.warn(f"{'::'.join(subject)}: {text}" if isinstance(subject, tuple) else text)

@@ -38,16 +38,15 @@ class StateTranslator:
         self._find_sender: Final = find_sender
         self._error_field: Final = schema.field("error") if schema.field("skill_string") is not None else None
         self._error_tracker = ErrorTracker()
-        # the sender's id by the id on the writer's board; 128 KiB, so allocated for the first message
-        self._sender_ids: array[int] | None = None
+        # the sender's id by the id on the writer's board: 128 KiB for an interface that shows ids
+        id_count = 0 if self._id_offset is None else MESSAGE_ID_MASK + 1
+        self._sender_ids = array("H", bytes(2 * id_count))
         self._work_ids: set[int] = set()  # the messages that start work, while the state is hidden
 
     def record_ids(self, message_type: str, writer_id: int, sender_id: int) -> None:
         """Record the ids of a sent message on the writer's board and on the sender's."""
         if self._id_offset is None:
             return
-        if self._sender_ids is None:
-            self._sender_ids = array("H", bytes(2 * (MESSAGE_ID_MASK + 1)))
         self._sender_ids[writer_id & MESSAGE_ID_MASK] = sender_id & MESSAGE_ID_MASK
         if self.hides_state and message_type not in (ACQUIRE_MESSAGE, RELEASE_MESSAGE):
             self._work_ids.add(writer_id)
@@ -59,9 +58,7 @@ class StateTranslator:
         message_id = read_id(block, self._id_offset)
         if self._controller_field is not None and self._error_field is not None:
             block = self._replace_stale_error(block, message_id, self._error_field)
-        sender_id = NO_MESSAGE
-        if self._sender_ids is not None and message_id <= MESSAGE_ID_MASK:
-            sender_id = self._sender_ids[message_id]
+        sender_id = self._sender_ids[message_id] if message_id <= MESSAGE_ID_MASK else NO_MESSAGE
         if self.hides_state:
             if message_id in self._work_ids:
                 # the writer works for a sender of this gateway, so that senders see its state from now on
@@ -72,11 +69,10 @@ class StateTranslator:
                 message_id = NO_MESSAGE
         if sender_id not in (NO_MESSAGE, message_id):
             block = replace_id(block, self._id_offset, sender_id)
-        return (
-            block
-            if self._controller_field is None
-            else self._translate_controller(block, self._controller_field)
-        )
+        controller = self._find_sender(self.read_controller(block))
+        if self._controller_field is None or controller is None:
+            return block
+        return _replace_text(block, self._controller_field, controller)
 
     def _replace_stale_error(self, block: bytes, message_id: int, field: FieldSchema) -> bytes:
         """Return the block with the error of the present skill string instead of an earlier one."""
@@ -96,10 +92,6 @@ class StateTranslator:
             position = _field_slice(self._controller_field)
             idle[position] = block[position]
         return bytes(idle)
-
-    def _translate_controller(self, block: bytes, field: FieldSchema) -> bytes:
-        sender = self._find_sender(self.read_controller(block))
-        return block if sender is None else _replace_text(block, field, sender)
 
     def read_controller(self, block: bytes) -> str:
         """Return the serial of the controller in a block; empty without a controller."""

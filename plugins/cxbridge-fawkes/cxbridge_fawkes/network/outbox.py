@@ -96,12 +96,6 @@ class Outbox:
 
     def take_frames(self) -> bytes:
         """Remove and return the next complete frames; empty if the queue is empty."""
-        # the usual case, a short queue, without a loop in Python
-        if self.queued_bytes < _BATCH_BYTES and not self._replaceable:
-            frames = b"".join(frame for frame in self._queue if isinstance(frame, bytes))
-            self._queue.clear()
-            self.queued_bytes = 0
-            return frames
         batch: list[bytes] = []
         size = 0
         while self._queue and size < _BATCH_BYTES:

@@ -11,7 +11,6 @@ import selectors
 import socket
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Final
 
 from cxbridge.blackboard.base import BlackBoard
@@ -40,26 +39,16 @@ HANDLER_COMPONENT: Final = "BlackBoardNetworkHandler"
 """The component of the log lines about the blackboard's clients, as in Fawkes."""
 
 _READ_BYTES: Final = 64 * 1024  # the maximal size of one read
-_MAX_BACKLOG: Final = 512  # clients that connect at once, and connections accepted in a row
+_MAX_BACKLOG: Final = 512  # clients that connect at once
 _STOP_TIMEOUT_S: Final = 5.0  # a handler that does not return must not block the end of the process
 _ACCEPT_PAUSE_S: Final = 0.02  # the pause of each round while the process has no free file descriptor
 
 
-@dataclass(frozen=True, slots=True)
-class ServerLimits:
-    """Limits of clients.
+MAX_CLIENTS: Final = 2048
+"""The maximum number of clients."""
 
-    :param stall_s: the seconds in which a client must accept some of its queued bytes.
-    :param max_clients: the maximum number of clients.
-    :param gone_s: the seconds in which a client's machine must send a packet; the kernel uses whole seconds.
-    """
-
-    stall_s: float = GONE_TIMEOUT_S
-    max_clients: int = 2048
-    gone_s: float = GONE_TIMEOUT_S
-
-
-DEFAULT_LIMITS: Final = ServerLimits()
+STALL_S: Final = GONE_TIMEOUT_S
+"""The seconds in which a client must accept some of its queued bytes."""
 
 
 class FawkesServer(BoardServer):
@@ -82,13 +71,11 @@ class FawkesServer(BoardServer):
         bus: EventBus | None = None,
         components: Iterable[NetworkHandler] = (),
         allow: Iterable[str] = (),
-        limits: ServerLimits = DEFAULT_LIMITS,
         rights: Rights = ALL_RIGHTS,
     ) -> None:
         bus = bus or board.bus or EventBus(board.clock)
         super().__init__("FawkesNetServer", bus.logger(SERVER_COMPONENT))
         self._allowed: Final = AllowedPeers(allow)
-        self._limits: Final = limits
         logger = bus.logger(HANDLER_COMPONENT)
         blackboard = BlackBoardNetworkHandler(board, logger, Complaints(logger.warn), rights)
         self._components: Final = {
@@ -138,11 +125,6 @@ class FawkesServer(BoardServer):
         self._selector.close()
         self._listener.close()
 
-    @property
-    def client_count(self) -> int:
-        """The number of connected clients."""
-        return len(self._sessions)
-
     def request_flush(self, session: FawkesSession) -> None:
         """Flush or drop a session soon, in the server's thread."""
         self._sessions_to_flush.add(session)
@@ -179,7 +161,7 @@ class FawkesServer(BoardServer):
     def _poll_timeout_s(self) -> float | None:
         """Return the seconds until the next check; None to wait for events only."""
         has_slow_client = any(session.awaits_writable for session in self._sessions.values())
-        return min(self._limits.stall_s / 4, 1.0) if has_slow_client else None
+        return min(STALL_S / 4, 1.0) if has_slow_client else None
 
     def _handle_event(self, key: selectors.SelectorKey, mask: int) -> None:
         if key.fileobj is self._listener:
@@ -195,30 +177,29 @@ class FawkesServer(BoardServer):
                 self._receive(session)
 
     def _accept(self) -> None:
-        for _ in range(_MAX_BACKLOG):
-            try:
-                sock, address = self._listener.accept()
-            except (BlockingIOError, ConnectionAbortedError):
-                return
-            except OSError as error:  # no free file descriptor: the connection waits in the kernel's queue
-                self._complaints.add(
-                    "accept", f"cannot accept connections: {error.strerror}; new clients must wait"
-                )
-                time.sleep(_ACCEPT_PAUSE_S)  # the listener stays readable, which would keep the thread busy
-                return
-            self._add_client(sock, str(address[0]), f"{address[0]}:{address[1]}")
+        try:
+            sock, address = self._listener.accept()
+        except (BlockingIOError, ConnectionAbortedError):
+            return
+        except OSError as error:  # no free file descriptor: the connection waits in the kernel's queue
+            self._complaints.add(
+                "accept", f"cannot accept connections: {error.strerror}; new clients must wait"
+            )
+            time.sleep(_ACCEPT_PAUSE_S)  # the listener stays readable, which would keep the thread busy
+            return
+        self._add_client(sock, str(address[0]), f"{address[0]}:{address[1]}")
 
     def _add_client(self, sock: socket.socket, host: str, peer: str) -> None:
         if not self._allowed.admits(host):
             self._complaints.add(f"peer {host}", f"refused {peer}: it is not among the allowed peers")
             sock.close()
             return
-        if len(self._sessions) >= self._limits.max_clients:
+        if len(self._sessions) >= MAX_CLIENTS:
             self._complaints.add("clients", f"refused {peer}: {len(self._sessions)} clients are connected")
             sock.close()
             return
         sock.setblocking(False)
-        configure_socket(sock, self._limits.gone_s)
+        configure_socket(sock)
         session = FawkesSession(next(self._session_numbers), sock, peer, self)
         self._sessions[session.number] = session
         self._selector.register(sock, selectors.EVENT_READ, session)
@@ -257,14 +238,11 @@ class FawkesServer(BoardServer):
             component.handle(session, frame)
         except NoWriterError:
             pass  # the board has logged the refused message, and the protocol has no reply to a message
-        except CxbridgeError as error:
-            complaint_kind = f"{type(error).__name__} {frame.component}.{frame.kind}"
-            self._complaints.add(complaint_kind, f"{session!r}: {error.message}")
         except Exception as error:  # noqa: BLE001 - the server must serve the other clients
-            complaint_kind = f"{type(error).__name__} {frame.component}.{frame.kind}"
-            self._complaints.add(
-                complaint_kind, f"failed to serve {session!r}: {type(error).__name__}: {error}"
-            )
+            text = f"failed to serve {session!r}: {type(error).__name__}: {error}"
+            if isinstance(error, CxbridgeError):  # a mistake of the client
+                text = f"{session!r}: {error.message}"
+            self._complaints.add(f"{type(error).__name__} {frame.component}.{frame.kind}", text)
 
     def _finish_round(self) -> None:
         """Flush sessions with queued frames, and drop sessions with a reason to drop."""
@@ -299,10 +277,10 @@ class FawkesServer(BoardServer):
             self._selector.modify(session.sock, events, session)
 
     def _drop_stalled(self) -> None:
-        now_s, stall_s = time.monotonic(), self._limits.stall_s
+        now_s = time.monotonic()
         for session in self._sessions.values():
-            if session.awaits_writable and session.stalled_s(now_s) > stall_s:
-                session.request_drop(f"it has not accepted data for {stall_s:g} s")
+            if session.awaits_writable and session.stalled_s(now_s) > STALL_S:
+                session.request_drop(f"it has not accepted data for {STALL_S:g} s")
 
     def _drop(self, session: FawkesSession, reason: str) -> None:
         """End a session and close its instances.

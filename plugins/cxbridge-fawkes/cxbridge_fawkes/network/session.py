@@ -13,7 +13,7 @@ import time
 from abc import ABC, abstractmethod
 from typing import ClassVar, Final, Protocol
 
-from cxbridge_fawkes.network.messages.codec import ALWAYS_ALLOWED, limit_to_server
+from cxbridge_fawkes.network.messages.codec import limit_to_server
 from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame, FrameDecoder
 from cxbridge_fawkes.network.outbox import MAX_QUEUED_BYTES, Outbox
 
@@ -46,28 +46,26 @@ class FawkesSession:
         self.peer: Final = peer
         self.max_block_size = 0
         """The size of the largest block that the client may send now."""
-        self.decoder: Final = FrameDecoder(self._max_payload, ALWAYS_ALLOWED)
+        self.decoder: Final = FrameDecoder(
+            lambda component, kind: limit_to_server(component, kind, self.max_block_size)
+        )
         self.awaits_writable = False
         """Whether the server polls the socket for room for the queued frames."""
         self._hub: Final = hub
         self._outbox = Outbox()
         self._lock = threading.Lock()
         self._last_progress_s = time.monotonic()
-        self._drop_reason = ""
+        self.drop_reason = ""
+        """The reason why the server must drop the session; else empty."""
         self.send_failed = False
         """Whether sending has failed; received data may still be readable."""
 
     def __repr__(self) -> str:
         return f"client {self.number} ({self.peer})"
 
-    @property
-    def drop_reason(self) -> str:
-        """The reason why the server must drop the session; else empty."""
-        return self._drop_reason
-
     def request_drop(self, reason: str) -> None:
         """Let the server's thread drop the session. Only the first reason counts."""
-        self._drop_reason = self._drop_reason or reason
+        self.drop_reason = self.drop_reason or reason
         self._hub.request_flush(self)
 
     def send(self, frames: bytes) -> None:
@@ -98,16 +96,13 @@ class FawkesSession:
 
     def close(self) -> None:
         """Send as many queued bytes as the socket accepts, and end the connection."""
-        if not self._drop_reason:
+        if not self.drop_reason:
             self.flush()
-        self._drop_reason = self._drop_reason or "closed"
+        self.drop_reason = self.drop_reason or "closed"
         with self._lock:  # no other thread may send to a new socket with the same file descriptor
             with contextlib.suppress(OSError):
                 self.sock.shutdown(socket.SHUT_RDWR)
             self.sock.close()
-
-    def _max_payload(self, component: int, kind: int) -> int:
-        return limit_to_server(component, kind, self.max_block_size)
 
     def _flush_unless_deferred(self) -> None:
         """Send queued bytes unless the server's thread will flush. The caller holds the lock."""
@@ -117,14 +112,14 @@ class FawkesSession:
             if outbox and not self.awaits_writable:
                 self._hub.request_flush(self)
         if outbox.is_overfull:
-            self._drop_reason = (
-                self._drop_reason or f"it reads too slowly, with {MAX_QUEUED_BYTES} bytes queued"
+            self.drop_reason = (
+                self.drop_reason or f"it reads too slowly, with {MAX_QUEUED_BYTES} bytes queued"
             )
             self._hub.request_flush(self)
 
     def _send_queued(self) -> None:
         """Send as many queued bytes as the socket accepts. The caller holds the lock."""
-        if self._drop_reason:
+        if self.drop_reason:
             self._outbox = Outbox()  # frees the memory now, even if the server drops the session later
             return
         while frames := self._outbox.take_frames():
@@ -133,7 +128,7 @@ class FawkesSession:
             except BlockingIOError:
                 sent = 0
             except OSError as error:
-                self._drop_reason = error.strerror or str(error)
+                self.drop_reason = error.strerror or str(error)
                 self.send_failed = True
                 self._hub.request_flush(self)
                 return

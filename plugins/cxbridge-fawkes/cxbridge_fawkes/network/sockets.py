@@ -19,20 +19,17 @@ _KEEPALIVE_PROBES: Final = 4  # unanswered TCP keep-alive probes that end a conn
 _QUICKACK: Final[int | None] = getattr(socket, "TCP_QUICKACK", None)
 
 
-def configure_socket(sock: socket.socket, gone_s: float = GONE_TIMEOUT_S) -> None:
-    """Disable Nagle's algorithm, and end the connection to a machine that vanished without a packet.
-
-    :param gone_s: see :data:`GONE_TIMEOUT_S`.
-    """
+def configure_socket(sock: socket.socket) -> None:
+    """Disable Nagle's algorithm, and end the connection to a machine that vanished without a packet."""
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     # keep-alive probes a silent machine, first after half of the time; TCP_USER_TIMEOUT ends a connection
     # with unacknowledged data, which keep-alive would leave open for a quarter of an hour
     for option, value in (
-        ("TCP_KEEPIDLE", max(int(gone_s / 2), 1)),
-        ("TCP_KEEPINTVL", max(int(gone_s / 2 / _KEEPALIVE_PROBES), 1)),
+        ("TCP_KEEPIDLE", max(int(GONE_TIMEOUT_S / 2), 1)),
+        ("TCP_KEEPINTVL", max(int(GONE_TIMEOUT_S / 2 / _KEEPALIVE_PROBES), 1)),
         ("TCP_KEEPCNT", _KEEPALIVE_PROBES),
-        ("TCP_USER_TIMEOUT", int(gone_s * 1000)),
+        ("TCP_USER_TIMEOUT", int(GONE_TIMEOUT_S * 1000)),
     ):
         if hasattr(socket, option):
             sock.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), value)

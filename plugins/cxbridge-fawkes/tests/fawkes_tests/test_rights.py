@@ -20,7 +20,7 @@ from tests.daemon.test_rights import served
 
 
 def test_every_frame_of_a_client_is_in_the_table():
-    of_server = {"INTERFACE_LIST", "OPEN_SUCCESS", "OPEN_FAILURE", "WRITE"} | {
+    of_server = {"INTERFACE_LIST", "OPEN_SUCCESS", "OPEN_FAILURE"} | {
         kind.name for kind in BoardKind if BoardKind.READER_ADDED <= kind <= BoardKind.INTERFACE_DESTROYED
     }
     assert {kind.name for kind in BoardKind} - of_server == set(FRAME_RIGHTS["fawkes-blackboard"])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import itertools
 import threading
 from collections.abc import Sequence
 from functools import partial
@@ -79,7 +78,6 @@ class FawkesBlackBoard(RemoteBlackBoard):
         self._ports_by_serial: dict[bytes, RemotePort] = {}  # the ports that are open at the server
         self._ports: dict[RemotePort, None] = {}  # in the order of opening
         self._mem_serials: dict[tuple[str, str], int] = {}
-        self._next_mem_serial = itertools.count(1)
         self._emitter = PublicationEmitter(bus, clock.now_us, self._list_ports)
         name = f"{self._address[0]}:{self._address[1]}"
         self._requests = RequestSender(name, timeout)
@@ -121,9 +119,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
     def _assign_mem_serial(self, key: tuple[str, str]) -> int:
         """Return the number of an interface in this client; the reply does not have the server's number."""
         with self._lock:
-            if key not in self._mem_serials:
-                self._mem_serials[key] = next(self._next_mem_serial)
-            return self._mem_serials[key]
+            return self._mem_serials.setdefault(key, len(self._mem_serials) + 1)
 
     def close(self, instance: Interface) -> None:
         if not instance.valid:
@@ -202,8 +198,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
 
     def _notify_observers(self, event: InterfaceEvent) -> None:
         created = event.kind == BoardKind.INTERFACE_CREATED
-        notify = partial(self._observers.notify, event.type, event.id, created=created)
-        self._dispatcher.put(notify)
+        self._dispatcher.put(partial(self._observers.notify, event.type, event.id, created=created))
 
     def _connect(self) -> FawkesConnection:
         return FawkesConnection(

@@ -19,7 +19,6 @@ from cxbridge.blackboard.errors import (
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.errors import RemoteRefusalError
 from cxbridge.blackboard.names import matches
-from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge_fawkes.network.client.port import anonymous_owners
 from cxbridge_fawkes.network.client.requests import Reply, RequestSender
 from cxbridge_fawkes.network.hashes import candidate_hashes, local_hash
@@ -56,8 +55,14 @@ class Opener:
                 Open(schema.name, request.id, offered_hash, request.writer), on_reply
             )
             if isinstance(reply, OpenSuccess):
-                self._check_size(schema, reply)
-                return reply
+                if len(reply.block) == schema.datasize:
+                    return reply
+                self._requests.send(Close(reply.serial).to_bytes())
+                raise RemoteRefusalError(
+                    f"{schema.name} has {len(reply.block)} bytes at the other end, "
+                    f"but {schema.datasize} bytes here",
+                    hint="both sides must use the same definition of the interface",
+                )
             assert isinstance(reply, OpenFailure)
             if reply.error != OpenError.HASH_MISMATCH:
                 raise self._make_refusal_error(reply.error, schema.name, request.id)
@@ -89,15 +94,6 @@ class Opener:
             for info in self._requests.list(type_glob, id_glob).interfaces
             if matches(info.type, info.id, type_glob, id_glob)
         ]
-
-    def _check_size(self, schema: InterfaceSchema, reply: OpenSuccess) -> None:
-        if len(reply.block) != schema.datasize:
-            self._requests.send(Close(reply.serial).to_bytes())
-            raise RemoteRefusalError(
-                f"{schema.name} has {len(reply.block)} bytes at the other end, "
-                f"but {schema.datasize} bytes here",
-                hint="both sides must use the same definition of the interface",
-            )
 
     def _make_refusal_error(self, error: int, interface_type: str, interface_id: str) -> BlackBoardError:
         server_name = f"the Fawkes at {self._server_name}"

@@ -30,7 +30,9 @@ UNKNOWN_SERIAL: Final = UUID(int=0)
 """The serial of an unknown writer or sender: it opened the interface before this client connected."""
 
 # more events than the fastest writer causes in a second, so that only a listener that hangs misses updates
-_MAX_PENDING_EVENTS: Final = 20_000  # waiting events of listeners, above which updates are conflated
+MAX_WAITING_EVENTS: Final = 20_000
+"""The number of waiting data events of a port above which events are dropped."""
+
 _STAMP_SIZE: Final = STAMP.size  # a block begins with the time stamp
 
 DataEvents = tuple[tuple[EventKind, Audience], ...]
@@ -103,15 +105,11 @@ class RemotePort(BoardPort):
 
     def count_instance(self, kind: EventKind) -> None:
         """Count an added or removed instance."""
-        match kind:
-            case EventKind.WRITER_ADDED:
-                self._has_writer = True
-            case EventKind.WRITER_REMOVED:
-                self._has_writer = False
-            case EventKind.READER_ADDED:
-                self._num_readers += 1
-            case EventKind.READER_REMOVED:
-                self._num_readers = max(self._num_readers - 1, 0)
+        if kind in (EventKind.WRITER_ADDED, EventKind.WRITER_REMOVED):
+            self._has_writer = kind is EventKind.WRITER_ADDED
+        else:
+            change = 1 if kind is EventKind.READER_ADDED else -1
+            self._num_readers = max(self._num_readers + change, 0)
 
     def lose_connection(self) -> bool:
         """Reset the state at the server; return whether the interface had a writer."""
@@ -136,14 +134,6 @@ class RemotePort(BoardPort):
                 return ()
             self._store_received(opened.block, changed=True)
             return self._make_events(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
-
-    @property
-    def accepts_event(self) -> bool:
-        """Whether the queue has room for a further data event.
-
-        Without room, the event is dropped: listeners read the newest data at the queued events.
-        """
-        return self.waiting_event_count < _MAX_PENDING_EVENTS
 
     def _store_received(self, block: bytes, *, changed: bool) -> None:
         """Store a received block; the caller holds the lock or is the constructor."""

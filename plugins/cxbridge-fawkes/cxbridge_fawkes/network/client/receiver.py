@@ -14,7 +14,12 @@ from cxbridge.blackboard.port import receive_message
 from cxbridge.blackboard.publications import HANDLED, QUEUED, REFUSED
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.instance import Interface
-from cxbridge_fawkes.network.client.port import DataEvents, PublicationEmitter, RemotePort
+from cxbridge_fawkes.network.client.port import (
+    MAX_WAITING_EVENTS,
+    DataEvents,
+    PublicationEmitter,
+    RemotePort,
+)
 from cxbridge_fawkes.network.client.requests import RequestSender
 from cxbridge_fawkes.network.messages import codec
 from cxbridge_fawkes.network.messages.blackboard import (
@@ -90,7 +95,8 @@ class FrameReceiver:
         """Emit a new block on the bus, and queue the data events of listeners."""
         if any(kind is EventKind.DATA_REFRESHED for kind, _ in events):
             self._emitter.emit_write(port, block)
-        if any(audience for _, audience in events) and port.accepts_event:
+        # a dropped event is harmless: listeners read the newest data at the waiting events
+        if any(audience for _, audience in events) and port.waiting_event_count < MAX_WAITING_EVENTS:
             port.waiting_event_count += 1
             self._dispatcher.put(_notify_data, port, events)
 

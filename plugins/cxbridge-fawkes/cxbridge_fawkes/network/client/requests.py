@@ -9,6 +9,9 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import Future
+from contextlib import suppress
+from dataclasses import dataclass, field
 from typing import Final
 
 from cxbridge.blackboard.errors import BlackBoardGoneError
@@ -34,17 +37,13 @@ EMPTY_LIST_REQUEST: Final = ListMatching("", "")
 Reply = InterfaceList | OpenSuccess | OpenFailure
 
 
+@dataclass(slots=True)
 class _PendingRequest:
     """A request that waits for its reply."""
 
-    def __init__(
-        self, reply_types: tuple[type[Reply], ...], on_reply: Callable[[Reply], None] | None
-    ) -> None:
-        self.reply_types: Final = reply_types
-        self.on_reply: Final = on_reply
-        self.done = threading.Event()
-        self.reply: Reply | None = None
-        self.failure_reason = "it was closed"
+    reply_types: tuple[type[Reply], ...]
+    on_reply: Callable[[Reply], None] | None
+    reply: Future[Reply] = field(default_factory=Future)
 
 
 class RequestSender:
@@ -78,8 +77,7 @@ class RequestSender:
             self.connection = None
             request, self._pending = self._pending, None
         if request is not None:
-            request.failure_reason = reason
-            request.done.set()
+            request.reply.set_exception(ConnectionLostError(self._address, reason))
 
     def shut_down(self) -> None:
         """Refuse all further requests."""
@@ -128,17 +126,13 @@ class RequestSender:
             connection = self._register_request(request, 0.0 if extend_on_data else timeout)
             connection.send(message.to_bytes())
             wait_s = timeout  # with `extend_on_data`, from the last received data
-            while not request.done.wait(wait_s) and extend_on_data:
-                wait_s = connection.last_received_s + timeout - time.monotonic()
-                if wait_s <= 0:
-                    break
-            if not request.done.is_set():
-                # a late reply would be taken for the reply to the next request
-                request.failure_reason = f"no reply within {timeout:g} s"
-                connection.abort(request.failure_reason)
-        if request.reply is None:
-            raise ConnectionLostError(self._address, request.failure_reason)
-        return request.reply
+            while wait_s > 0:
+                with suppress(TimeoutError):
+                    return request.reply.result(wait_s)
+                wait_s = connection.last_received_s + timeout - time.monotonic() if extend_on_data else 0.0
+            reason = f"no reply within {timeout:g} s"
+            connection.abort(reason)  # a late reply would be taken for the reply to the next request
+        raise ConnectionLostError(self._address, reason)
 
     def list(self, type_glob: str, id_glob: str) -> InterfaceList:
         """Request the matching interfaces; all interfaces if the patterns do not fit into the message.
@@ -162,8 +156,7 @@ class RequestSender:
             if request.on_reply is not None:
                 request.on_reply(reply)
         finally:
-            request.reply = reply
-            request.done.set()
+            request.reply.set_result(reply)
         return True
 
     def _register_request(self, request: _PendingRequest, timeout: float) -> FawkesConnection:

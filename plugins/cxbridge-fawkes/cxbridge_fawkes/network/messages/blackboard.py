@@ -12,7 +12,6 @@ from struct import Struct
 from typing import ClassVar, Final, Protocol, Self
 from uuid import UUID
 
-from cxbridge_fawkes.network.errors import MalformedMessageError
 from cxbridge_fawkes.network.messages.fields import (
     WireValue,
     check_min_size,
@@ -49,7 +48,7 @@ _EVENT_NAMES: Final = {"type": text_type(TYPE_SIZE), "id": text_type(ID_SIZE)}
 
 
 class BoardKind(IntEnum):
-    """Kinds of messages; WRITE is unused, because a write sends DATA_REFRESHED and DATA_CHANGED."""
+    """Kinds of messages, without WRITE (7): a write sends DATA_REFRESHED and DATA_CHANGED."""
 
     LIST_ALL = 0
     INTERFACE_LIST = 1
@@ -58,7 +57,6 @@ class BoardKind(IntEnum):
     OPEN_SUCCESS = 4
     OPEN_FAILURE = 5
     CLOSE = 6
-    WRITE = 7
     INTERFACE_MESSAGE = 8
     DATA_REFRESHED = 9
     DATA_CHANGED = 10
@@ -318,7 +316,7 @@ _INSTANCE_EVENTS: Final = (
     BoardKind.WRITER_ADDED,
     BoardKind.WRITER_REMOVED,
 )
-_MESSAGES: Final[dict[int, tuple[type[BlackBoardMessage], dict[str, object]]]] = {
+MESSAGES: Final[dict[int, tuple[type[BlackBoardMessage], dict[str, object]]]] = {
     BoardKind.LIST_ALL: (ListAll, {}),
     BoardKind.LIST: (ListMatching, {}),
     BoardKind.INTERFACE_LIST: (InterfaceList, {}),
@@ -336,23 +334,7 @@ _MESSAGES: Final[dict[int, tuple[type[BlackBoardMessage], dict[str, object]]]] =
 }
 """The class of each kind of message, and the attributes that the kind determines."""
 
-# looked up once, because each write uses them
-_pack_head: Final = Struct(">HHI16sI").pack
-_BLACKBOARD: Final = int(ComponentId.BLACKBOARD)
-_REFRESHED: Final = int(BoardKind.DATA_REFRESHED)
-_CHANGED: Final = int(BoardKind.DATA_CHANGED)
-_HEAD_SIZE: Final = DATA_HEAD.size
-
-
-def unpack_blackboard(kind: int, payload: bytes) -> BlackBoardMessage:
-    """Parse a message of the blackboard component.
-
-    :raises MalformedMessageError: if the kind is unknown or the bytes are invalid.
-    """
-    if kind not in _MESSAGES:
-        raise MalformedMessageError(f"the blackboard has no messages of kind {kind}")
-    message_class, attributes = _MESSAGES[kind]
-    return message_class.unpack(payload, **attributes)
+_FRAME_HEAD: Final = Struct(HEADER.format + DATA_HEAD.format[1:])  # [1:]: without the byte order
 
 
 def unpack_data(payload: bytes) -> tuple[bytes, bytes]:
@@ -360,13 +342,10 @@ def unpack_data(payload: bytes) -> tuple[bytes, bytes]:
 
     :raises MalformedMessageError: if the sizes are inconsistent.
     """
-    # each write sends data messages, so valid messages save the two calls of the checks
-    if len(payload) < _HEAD_SIZE:
-        check_min_size(payload, _HEAD_SIZE, "DATA")
+    check_min_size(payload, DATA_HEAD.size, "DATA")
     serial, size = DATA_HEAD.unpack_from(payload)
-    if len(payload) != _HEAD_SIZE + size:
-        check_size(payload, _HEAD_SIZE + size, "DATA")
-    return serial, payload[_HEAD_SIZE:]
+    check_size(payload, DATA_HEAD.size + size, "DATA")
+    return serial, payload[DATA_HEAD.size :]
 
 
 def pack_data_frame(serial: bytes, block: bytes, *, changed: bool) -> bytes:
@@ -374,9 +353,8 @@ def pack_data_frame(serial: bytes, block: bytes, *, changed: bool) -> bytes:
 
     :param serial: 16 bytes.
     """
-    size = len(block)
-    head = _pack_head(_BLACKBOARD, _CHANGED if changed else _REFRESHED, _HEAD_SIZE + size, serial, size)
-    return head + block
+    kind, size = BoardKind.DATA_CHANGED if changed else BoardKind.DATA_REFRESHED, len(block)
+    return _FRAME_HEAD.pack(ComponentId.BLACKBOARD, kind, DATA_HEAD.size + size, serial, size) + block
 
 
 def data_frame_size(block_size: int) -> int:

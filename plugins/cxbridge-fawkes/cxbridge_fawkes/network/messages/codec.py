@@ -45,9 +45,12 @@ def decode(frame: FawkesFrame) -> bb.BlackBoardMessage:
 
     :raises MalformedMessageError: if the component or the kind is unknown, or the bytes are invalid.
     """
-    if frame.component != ComponentId.BLACKBOARD:
-        raise MalformedMessageError(f"component {frame.component} is not the blackboard")
-    return bb.unpack_blackboard(frame.kind, frame.payload)
+    if frame.component != ComponentId.BLACKBOARD or frame.kind not in bb.MESSAGES:
+        raise MalformedMessageError(
+            f"component {frame.component} of the protocol has no messages of kind {frame.kind}"
+        )
+    message_class, attributes = bb.MESSAGES[frame.kind]
+    return message_class.unpack(frame.payload, **attributes)
 
 
 def limit_to_server(component: int, kind: int, max_block_size: int) -> int:

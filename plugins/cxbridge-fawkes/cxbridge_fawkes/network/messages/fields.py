@@ -80,13 +80,9 @@ def unpack_text(raw: bytes) -> str:
 
 def pack_list(elements: Iterable[bytes]) -> bytes:
     """Return a list with its head."""
-    body = bytearray()
-    count = 0
-    for element in elements:
-        body += _LENGTH.pack(len(element))
-        body += element
-        count += 1
-    return LIST_HEAD.pack(len(body), count) + bytes(body)
+    packed = [_LENGTH.pack(len(element)) + element for element in elements]
+    body = b"".join(packed)
+    return LIST_HEAD.pack(len(body), len(packed)) + body
 
 
 def unpack_list(payload: bytes, subject: str) -> tuple[bytes, ...]:

@@ -51,13 +51,10 @@ class FrameDecoder:
     The decoder buffers at most one incomplete frame, and none above the limit.
 
     :param limit: returns the limit of a payload.
-    :param always_allowed: the size up to which the decoder does not call ``limit``; -1 to call ``limit``
-        for each frame.
     """
 
-    def __init__(self, limit: Limit, always_allowed: int = -1) -> None:
+    def __init__(self, limit: Limit) -> None:
         self._limit: Final = limit
-        self._always_allowed: Final = always_allowed
         self._pending = bytearray()
         self._needed_size = HEADER.size
 
@@ -84,7 +81,7 @@ class FrameDecoder:
         while end - start >= HEADER.size:
             component, kind, size = HEADER.unpack_from(data, start)
             # before the payload is buffered, because the limit bounds the memory for a peer
-            if size > self._always_allowed and size > (allowed := self._limit(component, kind)):
+            if size > (allowed := self._limit(component, kind)):
                 raise FrameTooLongError(component, kind, size, allowed)
             frame_end = start + HEADER.size + size
             if frame_end > end:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from cxbridge.interfaces.registry import default_registry
 from cxbridge_fawkes.bblogger.header import (
-    ENTRY_HEADER_SIZE,
+    ENTRY_HEADER,
     HEADER_SIZE,
     file_name,
     pack_entry,
@@ -53,7 +53,7 @@ def test_the_header_byte_by_byte() -> None:
 @little_endian
 def test_an_entry_byte_by_byte() -> None:
     assert pack_entry(3_000_515, b"block") == b"\x03\x00\x00\x00\x03\x02\x00\x00block"
-    assert ENTRY_HEADER_SIZE == 8
+    assert ENTRY_HEADER.size == 8
 
 
 def test_the_time_of_an_entry_wraps_as_in_c() -> None:
@@ -75,7 +75,7 @@ def test_headers_are_those_that_fawkes_own_tool_repaired(name: str) -> None:
         assert recorded == pack_header(
             header.scenario, header.uid, version, size, start_us=header.start_us, count=header.count
         )
-        assert path.stat().st_size == HEADER_SIZE + header.count * (ENTRY_HEADER_SIZE + size)
+        assert path.stat().st_size == HEADER_SIZE + header.count * (ENTRY_HEADER.size + size)
 
 
 @given(names, names.filter(bool), st.integers(0, 2**62), st.integers(0, 2**32 - 1))

@@ -25,7 +25,7 @@ from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition
-from cxbridge_fawkes.bblogger.header import ENTRY_HEADER_SIZE, HEADER_SIZE
+from cxbridge_fawkes.bblogger.header import ENTRY_HEADER, HEADER_SIZE
 from cxbridge_fawkes.bblogger.reader import RAW_FIELD, BBLoggerFile
 from fawkes_tests.bblogger.bblog_files import KIND, START_S, make
 from tests.support import many, needs_shared
@@ -197,7 +197,7 @@ def test_a_file_cut_off_anywhere_has_its_whole_entries(tmp_path: Path) -> None:
     path = tmp_path / "a.log"
     data = make([(1, 0), (2, 0)])
     path.write_bytes(data)
-    entry = ENTRY_HEADER_SIZE + default_registry().schema(KIND).datasize
+    entry = ENTRY_HEADER.size + default_registry().schema(KIND).datasize
     for length in range(len(data) - 1, -1, -1):
         os.truncate(path, length)
         with suppress(TraceError):
@@ -241,7 +241,7 @@ def test_a_huge_file_is_read_in_bounded_memory(tmp_path: Path) -> None:
     """Of 200 MB, most of them a hole; the entries of the hole have no stamps but the start."""
     path = tmp_path / "a.log"
     path.write_bytes(make([(1, 0)]))
-    entry = ENTRY_HEADER_SIZE + default_registry().schema(KIND).datasize
+    entry = ENTRY_HEADER.size + default_registry().schema(KIND).datasize
     count = 200_000_000 // entry
     os.truncate(path, HEADER_SIZE + count * entry)
     run = BBLoggerFile(path)

@@ -20,8 +20,9 @@ from cxbridge.events import EventBus
 from cxbridge.interfaces import default_registry
 from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
+from cxbridge_fawkes.network import sockets
 from cxbridge_fawkes.network.client import FawkesBlackBoard
-from cxbridge_fawkes.network.server import FawkesServer, ServerLimits
+from cxbridge_fawkes.network.server import FawkesServer
 from tests.support import ROOT, TEST_FOLDERS
 
 TIMEOUT = 60.0
@@ -108,16 +109,16 @@ def serve(host: str, gone_s: str) -> None:
         control.read()
         return str(control.exclusive_controller)
 
-    limits = ServerLimits(gone_s=float(gone_s))
+    sockets.GONE_TIMEOUT_S = float(gone_s)  # type: ignore[misc] # smaller, for a test
     allow = () if host == "127.0.0.1" else ("10.0.0.0/8",)
     looping = threading.Thread(target=loop)
     looping.start()
-    with FawkesServer(board, host, 0, allow=allow, limits=limits) as server:
+    with FawkesServer(board, host, 0, allow=allow) as server:
         obey(
             server.port,
             {
                 "write": write,
-                "clients": lambda: server.client_count,
+                "clients": lambda: len(server._sessions),
                 "list": lambda: {info.uid: (info.has_writer, info.num_readers) for info in board.list()},
                 "controller": controller,
             },

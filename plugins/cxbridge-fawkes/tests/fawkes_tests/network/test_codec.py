@@ -82,7 +82,7 @@ def test_long_names_are_cut_where_a_client_needs_the_nul():
 @pytest.mark.parametrize(
     ("component", "kind", "payload", "text"),
     [
-        (9, 0, b"", "component 9 is not"),
+        (9, 0, b"", "component 9 of the protocol has no messages of kind 0"),
         (2, 7, b"", "no messages of kind 7"),
         (2, 0, b"x", "LIST_ALL has 1 bytes, not 0"),
         (2, 2, b"x" * 127, "OPEN has 127 bytes, not 128"),

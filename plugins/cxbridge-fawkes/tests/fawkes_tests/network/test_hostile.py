@@ -22,13 +22,12 @@ from cxbridge_fawkes.network.client import FawkesBlackBoard
 from cxbridge_fawkes.network.errors import ConnectionLostError
 from cxbridge_fawkes.network.messages import blackboard as bb
 from cxbridge_fawkes.network.outbox import CONFLATE_FROM
-from cxbridge_fawkes.network.server import FawkesServer, ServerLimits
+from cxbridge_fawkes.network.server import FawkesServer
 from fawkes_tests.network.programs import TIMEOUT, Child
 from fawkes_tests.network.raw import RawClient
 from tests.blackboard.zmq.support import eventually
 from tests.hosts.namespaces import two_hosts
 
-NEVER = ServerLimits(stall_s=3600.0, gone_s=3600.0)
 HASH = hash_for_wire(default_registry().get("TestInterface").SCHEMA)
 CONNECTIONS = 1000
 MIB = 1024 * 1024
@@ -100,9 +99,12 @@ def test_a_thousand_connections_cost_little_and_leave_nothing(many_files, server
 
 
 @pytest.fixture
-def home() -> Iterator[tuple[LocalBlackBoard, FawkesServer]]:
+def home(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[LocalBlackBoard, FawkesServer]]:
+    """A board whose server waits for ever for clients that stand still."""
+    monkeypatch.setattr("cxbridge_fawkes.network.server.STALL_S", 3600.0)
+    monkeypatch.setattr("cxbridge_fawkes.network.sockets.GONE_TIMEOUT_S", 3600.0)
     board = LocalBlackBoard(default_registry(), RealClock())
-    with FawkesServer(board, port=0, limits=NEVER) as server:
+    with FawkesServer(board, port=0) as server:
         yield board, server
 
 

@@ -17,7 +17,7 @@ from cxbridge.events import LogLine
 from cxbridge_fawkes.network.allowed_peers import AllowedPeers
 from cxbridge_fawkes.network.messages import blackboard as bb
 from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
-from cxbridge_fawkes.network.server import FawkesServer, ServerLimits
+from cxbridge_fawkes.network.server import FawkesServer
 from cxbridge_fawkes.network.session import NetworkHandler
 from fawkes_tests.network.raw import TIMEOUT, RawClient, raw_client
 from tests.blackboard.samples import SAMPLE_SCHEMA, SampleInterface
@@ -200,8 +200,9 @@ def test_a_client_with_too_much_waiting_is_dropped(served, monkeypatch):
     assert serves(served.server.port)
 
 
-def test_a_client_that_takes_nothing_for_long_is_dropped(site):
-    site.start(limits=ServerLimits(stall_s=0.2))
+def test_a_client_that_takes_nothing_for_long_is_dropped(site, monkeypatch):
+    monkeypatch.setattr("cxbridge_fawkes.network.server.STALL_S", 0.2)
+    site.start()
     client = site.raw()
     opened(client, READ)
     writer = site.board.open_for_writing(SampleInterface, "a")
@@ -225,8 +226,9 @@ def test_a_client_that_is_gone_leaves_nothing_behind(served):
     assert list(served.board.list_all()) == []
 
 
-def test_more_clients_than_allowed_are_refused(site):
-    site.start(limits=ServerLimits(max_clients=1))
+def test_more_clients_than_allowed_are_refused(site, monkeypatch):
+    monkeypatch.setattr("cxbridge_fawkes.network.server.MAX_CLIENTS", 1)
+    site.start()
     first = site.raw()
     assert isinstance(first.ask(bb.ListAll()), bb.InterfaceList)
     assert site.raw().closed_by_server()
