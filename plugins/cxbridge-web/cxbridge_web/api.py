@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
@@ -31,11 +29,7 @@ if TYPE_CHECKING:
 
 MAX_BODY_BYTES: Final = 1 << 20  # size of a request body
 
-ANSWER_TIMEOUT_S: Final = 10.0  # time limit for the main loop to carry out a request
-
 BODY_TIMEOUT_S: Final = 10.0  # time limit for receiving a body
-
-COPY_TIMEOUT_S: Final = 60.0  # time limit for copying facts; longer, since the copy is made in pieces
 
 MAX_WAITING_REQUESTS: Final = 16  # number of requests that may wait for a Skiller or an explanation
 
@@ -77,18 +71,11 @@ class Api:
         body = await read_json_object(request) if endpoint.body else {}
         call = ApiCall(self._host, self._state, path_values, dict(request.query_params), body)
         try:
-            if endpoint.copy_facts is not None:
-                fact_copy = await self._run_in_loop(
-                    endpoint, partial(endpoint.copy_facts, call), call, COPY_TIMEOUT_S
-                )
-                call = replace(call, fact_copy=fact_copy)
-                content = await asyncio.to_thread(endpoint.handler, call)
-            elif (handler := self._find_thread_handler(endpoint)) is not None:
+            handler = self._find_thread_handler(endpoint)
+            if handler is not None:
                 content = await self._run_in_thread(handler, call)
             else:
-                content = await self._run_in_loop(
-                    endpoint, partial(endpoint.handler, call), call, ANSWER_TIMEOUT_S
-                )
+                content = await self._run_in_loop(endpoint, call)
             # a long text is encoded in a thread, where it does not delay other clients
             return await asyncio.to_thread(
                 lambda: _make_response(endpoint.finish(call, content), 200, is_pretty=is_pretty)
@@ -136,22 +123,21 @@ class Api:
         """Cancel the requests that wait for a thread."""
         self._threads.shutdown(wait=False, cancel_futures=True)
 
-    async def _run_in_loop(
-        self, endpoint: Endpoint, function: Callable[[], Any], call: ApiCall, timeout_s: float
-    ) -> Any:
-        """Let the main loop call a function, and return its result."""
+    async def _run_in_loop(self, endpoint: Endpoint, call: ApiCall) -> Any:
+        """Let the main loop call the handler, and return its result."""
         key = None
         if endpoint.method == "GET":  # only requests without effects may share a call
             key = (endpoint.path, tuple(call.path.items()), tuple(sorted(call.query.items())))
         try:
-            result = asyncio.wrap_future(self._queue.submit(function, key))
+            result = asyncio.wrap_future(self._queue.submit(partial(endpoint.handler, call), key))
             result.add_done_callback(_retrieve_error)
             # several clients may wait for the same result: one disconnect must not cancel it
-            return await asyncio.wait_for(asyncio.shield(result), timeout_s)
+            return await asyncio.wait_for(asyncio.shield(result), endpoint.timeout_s)
         except TimeoutError as error:
             stall_reason = self._host.stall_reason
             reason = f": {stall_reason}" if stall_reason else ""
-            raise ApiError(503, f"The main loop did not answer within {timeout_s:g} s{reason}") from error
+            text = f"The main loop did not answer within {endpoint.timeout_s:g} s{reason}"
+            raise ApiError(503, text) from error
 
 
 def _retrieve_error(result: asyncio.Future[Any]) -> None:

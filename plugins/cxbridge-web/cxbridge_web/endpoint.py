@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any, Final
@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Final
 import msgspec
 from msgspec import Struct
 
-from cxbridge.executive.host.facts.copying import FactCopy
 from cxbridge.plugins import package_hint
 from cxbridge.rights import Right, Rights
 from cxbridge_web.host import WebHost
@@ -45,7 +44,6 @@ class ApiCall:
     :param path: the values of the names in the path.
     :param query: the first value of each parameter.
     :param body: the members of the body's JSON object; empty without a body.
-    :param fact_copy: the copied facts; None for an endpoint without :attr:`Endpoint.copy_facts`.
     """
 
     host: WebHost
@@ -53,13 +51,6 @@ class ApiCall:
     path: Mapping[str, str]
     query: Mapping[str, str]
     body: Mapping[str, Any] = field(default_factory=dict)
-    fact_copy: FactCopy | None = None
-
-    @property
-    def facts(self) -> FactCopy:
-        """The facts copied by :attr:`Endpoint.copy_facts`."""
-        assert self.fact_copy is not None  # set before the call of the handler
-        return self.fact_copy
 
     def text(self, name: str) -> str:
         """Return a member of the body that must be a text.
@@ -72,7 +63,8 @@ class ApiCall:
         return value
 
 
-Handler = Callable[[ApiCall], Any]  # returns a JSON value or `Text`; raises `ApiError`
+# Returns a JSON value or `Text`, or a generator that the main loop runs in pieces; raises `ApiError`.
+Handler = Callable[[ApiCall], Any]
 
 
 class Text(str):
@@ -111,8 +103,7 @@ class Endpoint:
     :param is_skill: whether the endpoint runs a skill string, which counts as a program if it is evaluated as
         Lua.
     :param stalled_handler: replaces the handler in the server's thread while the main loop is stuck.
-    :param copy_facts: copies the needed facts in pieces in the main loop; the handler then runs in the
-        server's thread.
+    :param timeout_s: the time limit for the main loop to carry out a request.
     :param finish: converts the handler's return value to the reply in the server's thread.
     """
 
@@ -129,7 +120,7 @@ class Endpoint:
     is_skill: bool = False
     runs_in_thread: bool = False
     stalled_handler: Handler | None = None
-    copy_facts: Callable[[ApiCall], Generator[None, None, FactCopy]] | None = None
+    timeout_s: float = 10.0
     finish: Callable[[ApiCall, Any], Any] = lambda _call, content: content
 
     @property

@@ -111,14 +111,6 @@ class EventBuffer:
         lost = min((buffered_event.position.lost for buffered_event in oldest_events), default=self.end.lost)
         return StreamPosition(tuple(group.discarded_count for group in self._groups), lost)
 
-    @property
-    def byte_count(self) -> int:
-        """The number of buffered bytes."""
-        return sum(group.byte_count for group in self._groups)
-
-    def __len__(self) -> int:
-        return sum(len(group.buffered_events) for group in self._groups)
-
     def count_lost(self, count: int) -> None:
         """Count events that were lost before they reached the buffer."""
         self.end = self.end._replace(lost=self.end.lost + count)

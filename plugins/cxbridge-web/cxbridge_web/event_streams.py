@@ -10,10 +10,11 @@ import asyncio
 import json
 import re
 import secrets
+from collections.abc import AsyncIterator
 from typing import TYPE_CHECKING, Final
 
 from starlette.requests import Request
-from starlette.responses import PlainTextResponse
+from starlette.responses import PlainTextResponse, StreamingResponse
 
 from cxbridge.event_kinds import EVENT_TYPES
 from cxbridge_web.endpoint import to_json
@@ -35,14 +36,13 @@ MAX_CLIENTS: Final = 100  # number of simultaneous clients
 
 # The id of an event: `EPOCH-COUNT.COUNT.COUNT.LOST`, a StreamPosition with the count of each group.
 _EVENT_ID: Final = re.compile(r"([^-]*)-" + r"\.".join([r"(\d{1,19})"] * (len(GROUPS) + 2)), re.ASCII)
-_HEADERS: Final = [(b"content-type", b"text/event-stream"), (b"cache-control", b"no-store")]
+_HEADERS: Final = {"content-type": "text/event-stream", "cache-control": "no-store"}
 
 
 class EventStreams:
     """Sends events to clients; an ASGI application in the server's thread.
 
     :param collector: the source of the events.
-    :param keep_alive_s: see :data:`KEEP_ALIVE_S`.
     """
 
     def __init__(
@@ -50,12 +50,10 @@ class EventStreams:
         host: WebHost,
         collector: EventCollector,
         buffer: EventBuffer | None = None,
-        keep_alive_s: float = KEEP_ALIVE_S,
     ) -> None:
         self._host = host
         self._collector = collector
         self._buffer = EventBuffer() if buffer is None else buffer
-        self._keep_alive_s = keep_alive_s
         self._epoch = secrets.token_hex(4)  # tells ids of an earlier server process apart
         self._new_events = asyncio.Event()
         self._poller: asyncio.Task[None] | None = None
@@ -86,15 +84,11 @@ class EventStreams:
         self._collector.change_requests(kinds, add=True)
         if self._poller is None:
             self._poller = asyncio.create_task(self._poll_events())
-        disconnect = asyncio.create_task(_wait_for_disconnect(receive))
         is_joined = request.query_params.get("together") == "true"
-        stream = asyncio.create_task(self._send_events(send, kinds, position, is_joined=is_joined))
+        stream = self._make_stream(kinds, position, is_joined=is_joined)
         try:
-            await asyncio.wait((disconnect, stream), return_when=asyncio.FIRST_COMPLETED)
+            await StreamingResponse(stream, headers=_HEADERS)(scope, receive, send)
         finally:
-            for task in (disconnect, stream):
-                task.cancel()
-            await asyncio.gather(disconnect, stream, return_exceptions=True)
             self._collector.change_requests(kinds, add=False)
             self.client_count -= 1
             if "interface" in kinds:  # the next client must get all values, even unchanged values
@@ -122,33 +116,23 @@ class EventStreams:
         *group_counts, lost_count = map(min, map(int, counts), (*end.counts, end.lost))
         return StreamPosition(tuple(group_counts), lost_count)
 
-    async def _send_events(
-        self, send: Send, kinds: frozenset[str], position: StreamPosition, *, is_joined: bool
-    ) -> None:
-        """Send events from a position on until the streams are closed."""
-        await send({"type": "http.response.start", "status": 200, "headers": _HEADERS})
+    async def _make_stream(
+        self, kinds: frozenset[str], position: StreamPosition, *, is_joined: bool
+    ) -> AsyncIterator[bytes]:
+        """Yield events from a position on until the streams are closed, and comments as keep-alive."""
         hello = to_json(
             {"kind": "hello", "time_us": self._host.bus.clock.now_us(), "last": self._encode_id(position)}
         )
-        await _send_text(send, b"retry: %d\nevent: hello\ndata: %s\n\n" % (_RETRY_MS, hello))
+        yield b"retry: %d\nevent: hello\ndata: %s\n\n" % (_RETRY_MS, hello)
         while not self._is_closed:
             text, position = self._encode_bunch(position, kinds, is_joined=is_joined)
             if text:
-                await _send_text(send, text)
-            if position == self._buffer.end:
-                await self._wait_for_events(send)
-        await send({"type": "http.response.body", "body": b"", "more_body": False})
-
-    async def _wait_for_events(self, send: Send) -> None:
-        """Wait for further events, with periodic comments as keep-alive."""
-        new_events = self._new_events  # this event, because each wake-up replaces it by a new one
-        while not self._is_closed:
-            try:
-                await asyncio.wait_for(new_events.wait(), self._keep_alive_s)
-            except TimeoutError:
-                await _send_text(send, b": alive\n\n")
-            else:
-                return
+                yield text
+            if position == self._buffer.end and not self._is_closed:
+                try:
+                    await asyncio.wait_for(self._new_events.wait(), KEEP_ALIVE_S)
+                except TimeoutError:
+                    yield b": alive\n\n"
 
     def _encode_bunch(
         self, position: StreamPosition, kinds: frozenset[str], *, is_joined: bool
@@ -206,15 +190,6 @@ class EventStreams:
         """Wake all waiting clients."""
         previous_event, self._new_events = self._new_events, asyncio.Event()
         previous_event.set()
-
-
-async def _send_text(send: Send, text: bytes) -> None:
-    await send({"type": "http.response.body", "body": text, "more_body": True})
-
-
-async def _wait_for_disconnect(receive: Receive) -> None:
-    while (await receive())["type"] != "http.disconnect":
-        pass
 
 
 def _parse_kinds(request: Request) -> frozenset[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from functools import cache
-from typing import Any, Final, cast
+from typing import Any, Final, Literal, cast
 
 import msgspec
 from msgspec import UNSET, Struct, UnsetType
@@ -33,6 +33,23 @@ class Request(Struct, kw_only=True):
     apiVersion: str | UnsetType = UNSET  # noqa: N815 - Fawkes' name of the member
 
 
+def define_model(
+    name: str,
+    docstring: str | None,
+    members: Iterable[tuple[Any, ...]],
+    rename: Literal["kebab"] | None = None,
+) -> type[Model]:
+    """Return a model whose members the code does not access by name.
+
+    :param members: the name and the type of each member, and the default of an optional member.
+    :param rename: ``kebab`` for names with dashes in JSON.
+    """
+    model = msgspec.defstruct(
+        name, members, bases=(Model,), namespace={"__doc__": docstring}, kw_only=True, rename=rename
+    )
+    return cast("type[Model]", model)
+
+
 @cache
 def make_model(kind: str, answer: type[Struct]) -> type[Model]:
     """Return the model with the members of an operation's answer.
@@ -43,9 +60,7 @@ def make_model(kind: str, answer: type[Struct]) -> type[Model]:
         (field.name, field.type) if field.required else (field.name, field.type, field.default)
         for field in fields(answer)
     ]
-    docstring = {"__doc__": answer.__doc__}
-    model = msgspec.defstruct(kind, members, bases=(Model,), namespace=docstring, kw_only=True)
-    return cast("type[Model]", model)
+    return define_model(kind, answer.__doc__, members)
 
 
 def convert_unknown(value: object) -> Any:

@@ -82,11 +82,11 @@ def list_guessed_links(history: RunHistory) -> list[list[Any]]:
         message id and begin (in microseconds) of the skill call.
     """
     start_us = history.clock.first_us or 0
-    pairs = [(link.action, link.call) for link in find_skill_links(history) if link.is_guessed]
     return [
         [
-            *(action.env, action.goal, action.plan, action.id),
-            *(call.skiller, call.skill_string, call.msgid, start_us + call.begin.time),
+            *(link.action.env, link.action.goal, link.action.plan, link.action.id),
+            *(link.call.skiller, link.call.skill_string, link.call.msgid, start_us + link.call.begin.time),
         ]
-        for action, call in pairs
+        for link in find_skill_links(history)
+        if link.is_guessed
     ]

@@ -14,6 +14,7 @@ from cxbridge_web.extensions.state import ServerState
 from cxbridge_web.guard import Guard
 from cxbridge_web.http.serving import HttpThread
 from cxbridge_web.navgraphs import NavGraphs
+from cxbridge_web.openapi import EVENTS_PATH
 from cxbridge_web.pages import Page
 from cxbridge_web.queue import RequestQueue
 
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from cxbridge_web.host import WebHost
     from cxbridge_web.settings import WebSettings
 
-EVENTS_PATH: Final = "/api/cxbridge/events"
 COMPONENT: Final = "Web"  # component of the log lines
 
 
@@ -57,7 +57,7 @@ class WebServer:
 
         async def route(scope: Scope, receive: Receive, send: Send) -> None:
             path = scope["path"]
-            if path == EVENTS_PATH and scope["method"] == "GET":
+            if path == f"/api{EVENTS_PATH}" and scope["method"] == "GET":
                 await self._streams(scope, receive, send)
             elif path == "/api" or path.startswith("/api/"):
                 await self._api(scope, receive, send)

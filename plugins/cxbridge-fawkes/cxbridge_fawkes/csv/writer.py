@@ -110,8 +110,7 @@ class CsvWriter(RunWriter):
         return _CsvFile(self._path / name, schema)
 
     def flush(self) -> None:
-        for file in self._files.values():
-            file.flush()
+        """Do nothing: a copy of a run is flushed when it is closed."""
 
     def close(self) -> None:
         while self._files:
@@ -154,10 +153,6 @@ class _CsvFile:
     def _write_line(self, line: bytes) -> None:
         with writing(self._path):
             self._file.write(line + b"\n")
-
-    def flush(self) -> None:
-        with writing(self._path):
-            self._file.flush()
 
     def close(self) -> None:
         with writing(self._path):

@@ -25,9 +25,6 @@ class AllowedPeers:
     def __init__(self, allowed: Iterable[str] = ()) -> None:
         self._networks: Final = [_parse_network(text) for text in allowed]
 
-    def __bool__(self) -> bool:
-        return bool(self._networks)
-
     def admits(self, host: str) -> bool:
         """Return whether the peer at an address may connect."""
         try:

@@ -10,7 +10,7 @@ import itertools
 import selectors
 import socket
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 from cxbridge.blackboard.base import BlackBoard
@@ -70,7 +70,7 @@ class FawkesServer(BoardServer):
         *,
         bus: EventBus | None = None,
         components: Iterable[NetworkHandler] = (),
-        allow: Iterable[str] = (),
+        allow: Sequence[str] = (),
         rights: Rights = ALL_RIGHTS,
     ) -> None:
         bus = bus or board.bus or EventBus(board.clock)
@@ -86,16 +86,17 @@ class FawkesServer(BoardServer):
         self._sessions_to_flush: set[FawkesSession] = set()  # includes sessions to drop
         self._active_sessions: set[FawkesSession] = set()  # sessions that sent data in this round
         self._in_round = False  # a round flushes all sessions at its end
-        self._listener = self._listen(host, port)
+        self._listener = self._listen(host, port, allow)
         self.host, self.port = self._listener.getsockname()[:2]
         self._selector = selectors.DefaultSelector()
 
-    def _listen(self, host: str, port: int) -> socket.socket:
+    @staticmethod
+    def _listen(host: str, port: int, allow: Sequence[str]) -> socket.socket:
         check_server_address(
             "the port for Fawkes' tools",
             host,
             is_local=is_loopback(host),
-            is_restricted=bool(self._allowed),
+            is_restricted=bool(allow),
             hint="the protocol has no login: say which peers are allowed, e.g. 192.168.0.0/24, "
             "or listen on 127.0.0.1",
             error=BlackBoardError,

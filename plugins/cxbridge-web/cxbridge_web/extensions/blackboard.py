@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from cxbridge.interfaces.assignments import set_field
 from cxbridge.rights import Right
-from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query, matches
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
 from cxbridge_web.fawkes.blackboard import InterfaceData, find_interface, read_all_data
 from cxbridge_web.models import Model
 
@@ -45,11 +45,8 @@ def _list_navgraphs(call: ApiCall) -> list[NavGraph]:
 
 
 def _list_interfaces(call: ApiCall) -> list[InterfaceData]:
-    type_pattern, id_pattern = call.query.get("type", ""), call.query.get("id", "")
-    infos = call.host.board.list_all()
-    return read_all_data(
-        call, [info for info in infos if matches(info.type, type_pattern) and matches(info.id, id_pattern)]
-    )
+    infos = call.host.board.list(call.query.get("type") or "*", call.query.get("id") or "*")
+    return read_all_data(call, infos)
 
 
 def _send_message(call: ApiCall) -> MessageId:

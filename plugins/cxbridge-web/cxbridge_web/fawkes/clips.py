@@ -10,7 +10,7 @@ from msgspec import UNSET, Struct, UnsetType
 from cxbridge.clipstext.facts import fact_text
 from cxbridge.executive.host.facts.copying import FactCopy, FactRow, FactTemplate
 from cxbridge_web.endpoint import ApiCall, Endpoint, Query, matches
-from cxbridge_web.fawkes.slots import copy_facts, read_texts
+from cxbridge_web.fawkes.slots import COPY_TIMEOUT_S, copy_facts, read_texts
 from cxbridge_web.models import Model
 
 _MAX_FORMATTED_LENGTH: Final = 16_382  # characters of a formatted fact: the size of Fawkes' buffer
@@ -48,10 +48,9 @@ def _copy_facts(call: ApiCall) -> Generator[None, None, FactCopy]:
     return copy_facts(call, call.path["env"], lambda name: matches(name, pattern), 404)
 
 
-def _list_facts(call: ApiCall) -> list[Fact]:
+def _make_facts(call: ApiCall, facts: FactCopy) -> list[Fact]:
     is_formatted = call.query.get("formatted") == "true"
-    templates = call.facts.templates
-    return [_make_fact(templates[row.template], row, is_formatted=is_formatted) for row in call.facts.rows]
+    return [_make_fact(facts.templates[row.template], row, is_formatted=is_formatted) for row in facts.rows]
 
 
 def _make_fact(template: FactTemplate, row: FactRow, *, is_formatted: bool) -> Fact:
@@ -79,8 +78,9 @@ ENDPOINTS: Final = (
     Endpoint(
         method="GET",
         path="/clips/{env}/facts",
-        handler=_list_facts,
-        copy_facts=_copy_facts,
+        handler=_copy_facts,
+        timeout_s=COPY_TIMEOUT_S,
+        finish=_make_facts,
         summary="All facts of an environment.",
         reply=list[Fact],
         query=(

@@ -4,25 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import Annotated, Any, Final, TypeAlias, TypeVar, cast
+from typing import Annotated, Any, Final, TypeAlias, TypeVar
 
-import msgspec
 from msgspec import UNSET, Meta, Struct, UnsetType
 
 from cxbridge.clipstext.goal_slots import GOAL_SLOTS, GoalSlot
+from cxbridge.executive.host.facts.copying import FactCopy
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint
 from cxbridge_web.fawkes import formulas
 from cxbridge_web.fawkes.formulas import GroundedFormula, GroundedPredicate, PDDLGrounding
 from cxbridge_web.fawkes.slots import (
+    COPY_TIMEOUT_S,
     DEFAULT_ENVIRONMENT,
     SlotError,
     Slots,
     copy_facts,
-    iterate_facts,
     read_model,
     read_text,
 )
-from cxbridge_web.models import Model
+from cxbridge_web.models import Model, define_model
 
 _ModelT = TypeVar("_ModelT", bound=Model)
 
@@ -52,26 +52,11 @@ def _make_goal_member(slot: GoalSlot) -> tuple[Any, ...]:
     return (name, member_type) if slot.name in _FAWKES_SLOTS else (name, member_type | UnsetType, UNSET)
 
 
-def _define_model(name: str, docstring: str, members: Iterable[tuple[Any, ...]]) -> type[Model]:
-    """Return the model of the facts of a deftemplate.
-
-    :param members: the name, the type and, of an optional member, the default of each member.
-    """
-    model = msgspec.defstruct(
-        name,
-        members,
-        bases=(Model,),
-        namespace={"__doc__": docstring},
-        kw_only=True,
-        rename="kebab",  # here and below: Fawkes' names of members have dashes
-    )
-    return cast("type[Model]", model)
-
-
-Goal: Final = _define_model(
+Goal: Final = define_model(
     "Goal",
     "A goal with its plans: all slots of the deftemplate.",
     [("plans", list[str]), *map(_make_goal_member, GOAL_SLOTS)],
+    rename="kebab",  # here and below: Fawkes' names of members have dashes
 )
 
 
@@ -130,10 +115,10 @@ def _make_models(
 # -- goals
 
 
-def _find_plan_ids(call: ApiCall) -> dict[str, list[str]]:
+def _find_plan_ids(facts: FactCopy) -> dict[str, list[str]]:
     """Return the ids of the plans of each goal."""
     plans: dict[str, list[str]] = {}
-    for slots in iterate_facts(call, "plan"):
+    for slots in facts.facts_of("plan"):
         try:
             plans.setdefault(read_text(slots, "goal-id"), []).append(read_text(slots, "id"))
         except SlotError:
@@ -145,17 +130,22 @@ def _make_goal(plans: dict[str, list[str]], slots: Slots) -> Model:
     return read_model(Goal, slots, plans=plans.get(read_text(slots, "id"), []))
 
 
-def _list_goals(call: ApiCall) -> list[Model]:
-    return _make_models(call, "goal", iterate_facts(call, "goal"), partial(_make_goal, _find_plan_ids(call)))
+def _list_goals(call: ApiCall, facts: FactCopy) -> list[Model]:
+    return _make_models(call, "goal", facts.facts_of("goal"), partial(_make_goal, _find_plan_ids(facts)))
 
 
-def _get_goal(call: ApiCall) -> Model:
-    make_goal = partial(_make_goal, _find_plan_ids(call))
-    return _get_by_id(call, "goal", "goal", make_goal, "Goal '{}' is unknown")
+def _get_goal(call: ApiCall, facts: FactCopy) -> Model:
+    make_goal = partial(_make_goal, _find_plan_ids(facts))
+    return _get_by_id(call, facts, "goal", "goal", make_goal, "Goal '{}' is unknown")
 
 
 def _get_by_id(
-    call: ApiCall, noun: str, template: str, make_model: Callable[[Slots], Model], error: str
+    call: ApiCall,
+    facts: FactCopy,
+    noun: str,
+    template: str,
+    make_model: Callable[[Slots], Model],
+    error: str,
 ) -> Model:
     """Return the model of the fact whose slot `id` has the id of the path.
 
@@ -163,7 +153,7 @@ def _get_by_id(
     :raises ApiError: if no fact has the id.
     """
     fact_id = call.path["id"]
-    rows = (slots for slots in iterate_facts(call, template) if slots.get("id") == fact_id)
+    rows = (slots for slots in facts.facts_of(template) if slots.get("id") == fact_id)
     for model in _make_models(call, noun, rows, make_model):
         return model
     raise ApiError(400, error.format(fact_id))
@@ -172,16 +162,16 @@ def _get_by_id(
 # -- the domain
 
 
-def _list_operators(call: ApiCall) -> list[DomainOperator]:
+def _list_operators(call: ApiCall, facts: FactCopy) -> list[DomainOperator]:
     parameters: dict[str, list[DomainOperatorParameter]] = {}
-    for slots in iterate_facts(call, "domain-operator-parameter"):
+    for slots in facts.facts_of("domain-operator-parameter"):
         parameter = DomainOperatorParameter(read_text(slots, "name"), read_text(slots, "type"))
         parameters.setdefault(read_text(slots, "operator"), []).append(parameter)
 
     def make_model(slots: Slots) -> DomainOperator:
         return read_model(DomainOperator, slots, parameters=parameters.get(read_text(slots, "name"), []))
 
-    return _make_models(call, "operator", iterate_facts(call, "domain-operator"), make_model)
+    return _make_models(call, "operator", facts.facts_of("domain-operator"), make_model)
 
 
 # -- plans
@@ -203,8 +193,8 @@ def _make_action(groundings: formulas.Groundings, slots: Slots) -> PlanAction:
     return action
 
 
-def _list_plans(call: ApiCall) -> list[Plan]:
-    groundings = formulas.Groundings.read(call)
+def _list_plans(call: ApiCall, facts: FactCopy) -> list[Plan]:
+    groundings = formulas.Groundings.read(facts)
     actions: dict[tuple[str, str], list[PlanAction]] = {}
 
     def add_action(slots: Slots) -> PlanAction:
@@ -213,14 +203,14 @@ def _list_plans(call: ApiCall) -> list[Plan]:
         actions.setdefault(key, []).append(action)
         return action
 
-    _make_models(call, "plan action", iterate_facts(call, "plan-action"), add_action)
-    plans = _make_models(call, "plan", iterate_facts(call, "plan"), partial(_make_plan, actions))
+    _make_models(call, "plan action", facts.facts_of("plan-action"), add_action)
+    plans = _make_models(call, "plan", facts.facts_of("plan"), partial(_make_plan, actions))
     return sorted(plans, key=lambda plan: (plan.goal_id, plan.id))
 
 
-def _get_plan(call: ApiCall) -> Plan:
+def _get_plan(call: ApiCall, facts: FactCopy) -> Plan:
     goal_id, plan_id = call.path["goal_id"], call.path["id"]
-    for plan in _list_plans(call):
+    for plan in _list_plans(call, facts):
         if (plan.goal_id, plan.id) == (goal_id, plan_id):
             return plan
     raise ApiError(400, f"No plan for goal '{goal_id}' with ID '{plan_id}' found")
@@ -232,22 +222,24 @@ def _get_plan(call: ApiCall) -> Plan:
 def _make_list_endpoint(path: str, model: type[Model], template: str, noun: str) -> Endpoint:
     """Return an endpoint that lists the facts of a deftemplate."""
 
-    def handler(call: ApiCall) -> list[Model]:
-        return _make_models(call, noun, iterate_facts(call, template), partial(read_model, model))
+    def finish(call: ApiCall, facts: FactCopy) -> list[Model]:
+        return _make_models(call, noun, facts.facts_of(template), partial(read_model, model))
 
     summary = f"All facts of the deftemplate {template}."
-    return _make_endpoint(path, list[model], summary, handler, (template,))  # type: ignore[valid-type]
+    return _make_endpoint(path, list[model], summary, finish, (template,))  # type: ignore[valid-type]
 
 
 def _make_item_endpoint(path: str, model: type[Model], template: str, noun: str) -> Endpoint:
     """Return an endpoint that returns a fact of a deftemplate by its slot `id`."""
 
-    def handler(call: ApiCall) -> Model:
-        return _get_by_id(call, noun, template, partial(read_model, model), f"No {noun} with ID '{{}}' found")
+    def finish(call: ApiCall, facts: FactCopy) -> Model:
+        return _get_by_id(
+            call, facts, noun, template, partial(read_model, model), f"No {noun} with ID '{{}}' found"
+        )
 
     errors = {400: f"The {noun} does not exist"}
     return _make_endpoint(
-        f"{path}/{{id}}", model, f"A fact of the deftemplate {template}.", handler, (template,), errors=errors
+        f"{path}/{{id}}", model, f"A fact of the deftemplate {template}.", finish, (template,), errors=errors
     )
 
 
@@ -255,19 +247,20 @@ def _make_endpoint(
     path: str,
     reply: Any,
     summary: str,
-    handler: Callable[[ApiCall], Any],
+    finish: Callable[[ApiCall, FactCopy], Any],
     templates: tuple[str, ...],
     errors: Mapping[int, str] | None = None,
 ) -> Endpoint:
-    """Return an endpoint whose handler gets copied facts of the given deftemplates."""
+    """Return an endpoint whose reply is made from copied facts of the given deftemplates."""
     return Endpoint(
         method="GET",
         path=f"/clips-executive{path}",
-        handler=handler,
+        handler=lambda call: copy_facts(call, DEFAULT_ENVIRONMENT, templates.__contains__),
         summary=summary,
         reply=reply,
         errors=errors or {},
-        copy_facts=lambda call: copy_facts(call, DEFAULT_ENVIRONMENT, templates.__contains__),
+        timeout_s=COPY_TIMEOUT_S,
+        finish=finish,
     )
 
 
@@ -282,7 +275,8 @@ def _define_text_model(name: str, docstring: str, texts: str, **members: Any) ->
     :param texts: the names of the members that are texts.
     :param members: the types of the other members.
     """
-    return _define_model(name, docstring, [*((text, str) for text in texts.split()), *members.items()])
+    all_members = [*((text, str) for text in texts.split()), *members.items()]
+    return define_model(name, docstring, all_members, rename="kebab")
 
 
 # path, model, deftemplate, and the noun for messages

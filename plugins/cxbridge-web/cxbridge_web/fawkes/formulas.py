@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from cxbridge.clipstext.values import constants_of
-from cxbridge_web.endpoint import ApiCall
-from cxbridge_web.fawkes.slots import SlotError, Slots, iterate_facts, read_flag, read_text, read_texts
+from cxbridge.executive.host.facts.copying import FactCopy
+from cxbridge_web.fawkes.slots import SlotError, Slots, read_flag, read_text, read_texts
 from cxbridge_web.models import Model
 
 
@@ -66,24 +66,24 @@ class Groundings:
     satisfied: Mapping[tuple[str, str], bool]
 
     @classmethod
-    def read(cls, call: ApiCall) -> Groundings:
+    def read(cls, facts: FactCopy) -> Groundings:
         """Read the copied facts of the executive."""
         nodes: dict[str, list[tuple[bool, Slots]]] = {}
         satisfied: dict[tuple[str, str], bool] = {}
-        groundings = {str(slots.get("id", "")): slots for slots in iterate_facts(call, "pddl-grounding")}
+        groundings = {str(slots.get("id", "")): slots for slots in facts.facts_of("pddl-grounding")}
         if not groundings:
             return cls({}, {}, {})
         # by id, so that a formula has one parent: a formula below N formulas with two parents each would be
         # visited 2^N times
-        formulas = {str(slots.get("id", "")): slots for slots in iterate_facts(call, "pddl-formula")}.values()
-        for is_atom, rows in ((False, formulas), (True, iterate_facts(call, "pddl-predicate"))):
+        formulas = {str(slots.get("id", "")): slots for slots in facts.facts_of("pddl-formula")}.values()
+        for is_atom, rows in ((False, formulas), (True, facts.facts_of("pddl-predicate"))):
             for slots in rows:
                 nodes.setdefault(str(slots.get("part-of", "")), []).append((is_atom, slots))
         for template, slot in (
             ("grounded-pddl-formula", "formula-id"),
             ("grounded-pddl-predicate", "predicate-id"),
         ):
-            for slots in iterate_facts(call, template):
+            for slots in facts.facts_of(template):
                 try:
                     satisfied[read_text(slots, "grounding"), read_text(slots, slot)] = read_flag(
                         slots, "is-satisfied"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias, TypeVar, get_args, get_origin
 
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
 Slots: TypeAlias = Mapping[str, Value]
+
+COPY_TIMEOUT_S: Final = 60.0  # the time limit for copying facts: long, because the copy is made in pieces
 
 DEFAULT_ENVIRONMENT: Final = "executive"
 """The name of the default CLIPS environment."""
@@ -62,11 +64,6 @@ def copy_facts(
         yield  # without the lock: the rules may run before the next piece
         if find_environment(call, name, status) is not env:
             raise ApiError(503, f"The CLIPS environment '{name}' was replaced during the request")
-
-
-def iterate_facts(call: ApiCall, template: str) -> Iterator[Slots]:
-    """Yield the slots of the copied facts of a deftemplate in order."""
-    return call.facts.facts_of(template)
 
 
 def _read_first_value(slots: Slots, name: str) -> Value:

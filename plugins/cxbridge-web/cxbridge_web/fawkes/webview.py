@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Final, Literal
 
-from msgspec import UNSET, Struct, UnsetType
+from msgspec import UNSET, UnsetType, defstruct
 
 from cxbridge.config import ConfigType, Configuration, ConfigValue
 from cxbridge.config.scalars import CONVERTERS
@@ -17,7 +17,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.rights import Right
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
 from cxbridge_web.fawkes.blackboard import TransformsGraph, quote_dot
-from cxbridge_web.models import Model, Request
+from cxbridge_web.models import Model, Request, define_model
 
 
 class ConfigTree(Model, kw_only=True):
@@ -50,31 +50,24 @@ class PluginOpResponse(Model, kw_only=True):
     message: str | UnsetType = UNSET
 
 
-class Service(Struct):
-    """A service of another webview server."""
+_Service: Final = defstruct(
+    "Service", [("name", str), ("url", str)], namespace={"__doc__": "A service of another webview server."}
+)
 
-    name: str
-    url: str
-
-
-class Backend(Model, kw_only=True):
-    """Another webview server."""
-
-    id: str
-    name: str
-    url: str
-    services: list[Service]
-
-
-class ImageInfo(Model, kw_only=True):
-    """An image in shared memory."""
-
-    id: str
-    colorspace: str
-    frame: str
-    width: int
-    height: int
-    mem_size: int
+# The lists of these are always empty.
+Backend: Final = define_model(
+    "Backend",
+    "Another webview server.",
+    [("id", str), ("name", str), ("url", str), ("services", list[_Service])],  # type: ignore[valid-type]
+)
+ImageInfo: Final = define_model(
+    "ImageInfo",
+    "An image in shared memory.",
+    [
+        *(("id", str), ("colorspace", str), ("frame", str)),
+        *(("width", int), ("height", int), ("mem_size", int)),
+    ],
+)
 
 
 # -- config
@@ -204,14 +197,14 @@ ENDPOINTS: Final = (
         path="/backends/?",
         handler=_list_nothing,
         summary="The other webview servers; always empty.",
-        reply=list[Backend],
+        reply=list[Backend],  # type: ignore[valid-type]  # a type that is made at run time
     ),
     Endpoint(
         method="GET",
         path="/images/?",
         handler=_list_nothing,
         summary="The images in shared memory; always empty.",
-        reply=list[ImageInfo],
+        reply=list[ImageInfo],  # type: ignore[valid-type]
     ),
     Endpoint(
         method="GET",

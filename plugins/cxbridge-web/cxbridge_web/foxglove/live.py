@@ -32,14 +32,11 @@ class FoxgloveServer(ServerListener):
     """Sends the events of a bus and their messages for panels to all subscribed clients.
 
     The server receives events from its creation on. Any thread may emit events.
-
-    :param name: the server's name for clients.
     """
 
-    def __init__(self, bus: EventBus, settings: FoxgloveSettings, name: str = "cxbridge") -> None:
+    def __init__(self, bus: EventBus, settings: FoxgloveSettings) -> None:
         self._bus = bus
         self._settings = settings
-        self._name = name
         self._context = Context()
         self._channels: dict[str, Channel] = {}
         self._states: dict[str, dict[str, tuple[int, _Encoder]]] = {}  # kept messages, by topic and subject
@@ -64,7 +61,7 @@ class FoxgloveServer(ServerListener):
         inner_host = choose_hidden_host()
         try:
             self._server = start_server(
-                name=self._name,
+                name="cxbridge",
                 host=inner_host,
                 port=0,
                 context=self._context,

@@ -10,9 +10,9 @@ import asyncio
 import secrets
 import socket
 import sys
-from collections.abc import Collection, Coroutine
+from collections.abc import Collection
 from contextlib import suppress
-from typing import Any, Final
+from typing import Final
 
 from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.closing import Closing
@@ -89,13 +89,8 @@ class FoxgloveProxy(Closing):
             await writer.drain()
             return
         server_reader, server_writer = await asyncio.open_connection(*self._server_address)
-        try:
-            server_writer.write(head)
-            await _run_until_first_ends(
-                _copy_bytes(reader, server_writer), _copy_bytes(server_reader, writer)
-            )
-        finally:
-            server_writer.close()
+        server_writer.write(head)
+        await asyncio.gather(_copy_bytes(reader, server_writer), _copy_bytes(server_reader, writer))
 
     def _find_refusal(self, head: bytes) -> str:
         """Return the status and the reason for a rejection; empty for an accepted request."""
@@ -118,17 +113,10 @@ def _find_header_values(head: bytes, name: str) -> list[str]:
 
 
 async def _copy_bytes(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-    while data := await reader.read(_MAX_PIECE_BYTES):
-        writer.write(data)
-        await writer.drain()
-
-
-async def _run_until_first_ends(*directions: Coroutine[Any, Any, None]) -> None:
-    """Run both forwarding directions until one of them ends."""
-    tasks = [asyncio.create_task(direction) for direction in directions]
+    """Forward one direction; its end closes the connection of the other direction, which ends then, too."""
     try:
-        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        while data := await reader.read(_MAX_PIECE_BYTES):
+            writer.write(data)
+            await writer.drain()
     finally:
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        writer.close()

@@ -22,7 +22,7 @@ from cxbridge.clock import Clock
 from cxbridge.events import EventBus
 from cxbridge.interfaces.instance import Interface
 from cxbridge_fawkes.network.client.connection import FawkesConnection
-from cxbridge_fawkes.network.client.opener import Opener
+from cxbridge_fawkes.network.client.opener import list_interfaces, open_interface
 from cxbridge_fawkes.network.client.port import UNKNOWN_SERIAL, PublicationEmitter, RemotePort
 from cxbridge_fawkes.network.client.receiver import FrameReceiver
 from cxbridge_fawkes.network.client.reconnecting import Reconnector
@@ -81,7 +81,6 @@ class FawkesBlackBoard(RemoteBlackBoard):
         self._emitter = PublicationEmitter(bus, clock.now_us, self._list_ports)
         name = f"{self._address[0]}:{self._address[1]}"
         self._requests = RequestSender(name, timeout)
-        self._opener = Opener(self._requests, name)
         self._dispatcher = Dispatcher("FawkesNetEvents", self.report_fault)
         self._receiver = FrameReceiver(
             self._ports_by_serial,
@@ -111,7 +110,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
                 self._ports_by_serial[reply.serial.bytes] = port
                 self._ports[port] = None
 
-        self._opener.open(request, add_port)
+        open_interface(self._requests, request, add_port)
         if port is None:  # the blackboard was shut down during the request
             raise BlackBoardGoneError
         return port.instance
@@ -164,7 +163,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
 
         :raises ConnectionLostError: if the server does not reply.
         """
-        return self._opener.list(self.registry, type_glob, id_glob)
+        return list_interfaces(self._requests, self.registry, type_glob, id_glob)
 
     def flush(self, timeout: float | None = None) -> None:
         """Wait until the server has received all sent frames and listeners have handled all received events.
@@ -243,7 +242,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
                 self._ports_by_serial[reply.serial.bytes] = port
             self._receiver.deliver(port, port.reopen(reply), reply.block)
 
-        reply = self._opener.open(port.request, restore_port)
+        reply = open_interface(self._requests, port.request, restore_port)
         if port.serial is None:
             self._requests.send(Close(reply.serial).to_bytes())
         elif port.last_written_block is not None:

@@ -1,13 +1,12 @@
 """Listing and opening of interfaces on Fawkes' blackboard.
 
-Fawkes opens an interface only with the hash of Fawkes' definition, which the client may not have. The opener
+Fawkes opens an interface only with the hash of Fawkes' definition, which the client may not have. The client
 offers the hashes of all definitions with the same layout.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Final
 
 from cxbridge.blackboard.base import OpenRequest, Registry
 from cxbridge.blackboard.errors import (
@@ -25,82 +24,75 @@ from cxbridge_fawkes.network.hashes import candidate_hashes, local_hash
 from cxbridge_fawkes.network.messages.blackboard import Close, Open, OpenError, OpenFailure, OpenSuccess
 
 
-class Opener:
-    """Lists and opens the interfaces of one server.
+def open_interface(
+    requests: RequestSender, request: OpenRequest, on_opened: Callable[[OpenSuccess], None]
+) -> OpenSuccess:
+    """Offer hashes until the server accepts one.
 
-    :param server_name: host and port, for errors.
+    :param on_opened: called in the receiving thread after opening, before the next frame is handled.
+    :raises BlackBoardError: if the server refuses.
     """
+    schema = request.interface_class.SCHEMA
 
-    def __init__(self, requests: RequestSender, server_name: str) -> None:
-        self._requests: Final = requests
-        self._server_name: Final = server_name
+    def on_reply(reply: Reply) -> None:
+        if isinstance(reply, OpenSuccess) and len(reply.block) == schema.datasize:
+            on_opened(reply)
 
-    def open(self, request: OpenRequest, on_opened: Callable[[OpenSuccess], None]) -> OpenSuccess:
-        """Offer hashes until the server accepts one.
-
-        :param on_opened: called in the receiving thread after opening, before the next frame is handled.
-        :raises BlackBoardError: if the server refuses.
-        """
-        schema = request.interface_class.SCHEMA
-
-        def on_reply(reply: Reply) -> None:
-            if isinstance(reply, OpenSuccess) and len(reply.block) == schema.datasize:
-                on_opened(reply)
-
-        candidates, listed_hashes, refused_hashes = candidate_hashes(schema), None, list[bytes]()
-        # usually one round: the first candidate is Fawkes' own hash
-        while True:
-            offered_hash = candidates[0]
-            reply = self._requests.request(
-                Open(schema.name, request.id, offered_hash, request.writer), on_reply
+    candidates, listed_hashes, refused_hashes = candidate_hashes(schema), None, list[bytes]()
+    # usually one round: the first candidate is Fawkes' own hash
+    while True:
+        offered_hash = candidates[0]
+        reply = requests.request(Open(schema.name, request.id, offered_hash, request.writer), on_reply)
+        if isinstance(reply, OpenSuccess):
+            if len(reply.block) == schema.datasize:
+                return reply
+            requests.send(Close(reply.serial).to_bytes())
+            raise RemoteRefusalError(
+                f"{schema.name} has {len(reply.block)} bytes at the other end, "
+                f"but {schema.datasize} bytes here",
+                hint="both sides must use the same definition of the interface",
             )
-            if isinstance(reply, OpenSuccess):
-                if len(reply.block) == schema.datasize:
-                    return reply
-                self._requests.send(Close(reply.serial).to_bytes())
-                raise RemoteRefusalError(
-                    f"{schema.name} has {len(reply.block)} bytes at the other end, "
-                    f"but {schema.datasize} bytes here",
-                    hint="both sides must use the same definition of the interface",
-                )
-            assert isinstance(reply, OpenFailure)
-            if reply.error != OpenError.HASH_MISMATCH:
-                raise self._make_refusal_error(reply.error, schema.name, request.id)
-            refused_hashes.append(offered_hash)
-            # the server's list shows the server's hash if an interface of the type is open already
-            if listed_hashes is None:
-                listed_hashes = [info.hash for info in self._requests.list(schema.name, "*").interfaces]
-                candidates = candidate_hashes(schema, listed_hashes)
-            candidates = [candidate for candidate in candidates if candidate not in refused_hashes]
-            if not candidates:
-                raise VersionMismatchError(request.uid, next(iter(listed_hashes), b""), refused_hashes[0])
+        assert isinstance(reply, OpenFailure)
+        if reply.error != OpenError.HASH_MISMATCH:
+            raise _make_refusal_error(requests.address, reply.error, request)
+        refused_hashes.append(offered_hash)
+        # the server's list shows the server's hash if an interface of the type is open already
+        if listed_hashes is None:
+            listed_hashes = [info.hash for info in requests.list(schema.name, "*").interfaces]
+            candidates = candidate_hashes(schema, listed_hashes)
+        candidates = [candidate for candidate in candidates if candidate not in refused_hashes]
+        if not candidates:
+            raise VersionMismatchError(request.uid, next(iter(listed_hashes), b""), refused_hashes[0])
 
-    def list(self, registry: Registry, type_glob: str, id_glob: str) -> Sequence[InterfaceInfo]:
-        """Return the server's matching interfaces.
 
-        :raises ConnectionLostError: if the server does not reply.
-        """
-        return [
-            InterfaceInfo(
-                type=info.type,
-                id=info.id,
-                hash=local_hash(registry, info.type, info.hash),
-                serial=info.number,
-                has_writer=info.has_writer,
-                writer="",
-                readers=anonymous_owners(info.num_readers),
-                timestamp_us=info.timestamp_us,
-            )
-            for info in self._requests.list(type_glob, id_glob).interfaces
-            if matches(info.type, info.id, type_glob, id_glob)
-        ]
+def list_interfaces(
+    requests: RequestSender, registry: Registry, type_glob: str, id_glob: str
+) -> Sequence[InterfaceInfo]:
+    """Return the server's matching interfaces.
 
-    def _make_refusal_error(self, error: int, interface_type: str, interface_id: str) -> BlackBoardError:
-        server_name = f"the Fawkes at {self._server_name}"
-        if error == OpenError.UNKNOWN_TYPE:
-            return UnknownTypeError(interface_type, hint=f"it is unknown to {server_name}")
-        if error == OpenError.WRITER_EXISTS:
-            return WriterActiveError(interface_type, interface_id, "")
-        return RemoteRefusalError(
-            f"{server_name} cannot open {interface_type}::{interface_id}", hint="its log may say why"
+    :raises ConnectionLostError: if the server does not reply.
+    """
+    return [
+        InterfaceInfo(
+            type=info.type,
+            id=info.id,
+            hash=local_hash(registry, info.type, info.hash),
+            serial=info.number,
+            has_writer=info.has_writer,
+            writer="",
+            readers=anonymous_owners(info.num_readers),
+            timestamp_us=info.timestamp_us,
         )
+        for info in requests.list(type_glob, id_glob).interfaces
+        if matches(info.type, info.id, type_glob, id_glob)
+    ]
+
+
+def _make_refusal_error(address: str, error: int, request: OpenRequest) -> BlackBoardError:
+    interface_type, interface_id = request.key
+    server_name = f"the Fawkes at {address}"
+    if error == OpenError.UNKNOWN_TYPE:
+        return UnknownTypeError(interface_type, hint=f"it is unknown to {server_name}")
+    if error == OpenError.WRITER_EXISTS:
+        return WriterActiveError(interface_type, interface_id, "")
+    return RemoteRefusalError(f"{server_name} cannot open {request.uid}", hint="its log may say why")

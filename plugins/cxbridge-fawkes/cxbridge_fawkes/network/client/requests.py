@@ -54,7 +54,7 @@ class RequestSender:
     """
 
     def __init__(self, address: str, timeout: float) -> None:
-        self._address: Final = address
+        self.address: Final = address
         self._timeout: Final = timeout
         self._request_lock = threading.Lock()
         self._state_changed = threading.Condition()
@@ -77,7 +77,7 @@ class RequestSender:
             self.connection = None
             request, self._pending = self._pending, None
         if request is not None:
-            request.reply.set_exception(ConnectionLostError(self._address, reason))
+            request.reply.set_exception(ConnectionLostError(self.address, reason))
 
     def shut_down(self) -> None:
         """Refuse all further requests."""
@@ -88,7 +88,7 @@ class RequestSender:
 
     def unavailable_error(self) -> ConnectionLostError:
         """Return the error of a call without connection."""
-        return ConnectionLostError(self._address, AWAY_REASON)
+        return ConnectionLostError(self.address, AWAY_REASON)
 
     def send(self, frames: bytes, *, must_arrive: bool = False) -> None:
         """Send a message without reply.
@@ -132,7 +132,7 @@ class RequestSender:
                 wait_s = connection.last_received_s + timeout - time.monotonic() if extend_on_data else 0.0
             reason = f"no reply within {timeout:g} s"
             connection.abort(reason)  # a late reply would be taken for the reply to the next request
-        raise ConnectionLostError(self._address, reason)
+        raise ConnectionLostError(self.address, reason)
 
     def list(self, type_glob: str, id_glob: str) -> InterfaceList:
         """Request the matching interfaces; all interfaces if the patterns do not fit into the message.

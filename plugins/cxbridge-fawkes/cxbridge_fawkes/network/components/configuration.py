@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import ClassVar, Final
 
 from cxbridge.config import Configuration, ConfigValue
@@ -16,11 +17,10 @@ from cxbridge_fawkes.network.messages.configuration import (
     PATH_SIZE,
     VALUE_KINDS,
     ConfigKind,
-    ConfigList,
     ConfigMessage,
     unpack_path,
 )
-from cxbridge_fawkes.network.messages.fields import MAX_ELEMENT_BYTES
+from cxbridge_fawkes.network.messages.fields import MAX_ELEMENT_BYTES, pack_list
 from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
 from cxbridge_fawkes.network.session import FawkesSession, NetworkHandler
 
@@ -37,7 +37,8 @@ class ConfigurationComponent(NetworkHandler):
         if frame.kind in GET_KINDS:
             session.send(self._find_value_message(unpack_path(frame.payload)).to_bytes())
         elif frame.kind == ConfigKind.SUBSCRIBE:
-            session.send(ConfigList(tuple(self._list_messages())).to_bytes())
+            entries = pack_list(self._list_entries())
+            session.send(FawkesFrame(self.COMPONENT, ConfigKind.LIST, entries).to_bytes())
         elif frame.kind in CHANGING_KINDS:
             path = unpack_path(frame.payload)
             session.send(_make_invalid_message(path).to_bytes())  # the client waits for a reply
@@ -56,16 +57,14 @@ class ConfigurationComponent(NetworkHandler):
             return _make_invalid_message(path)  # the value does not fit into a message
         return message
 
-    def _list_messages(self) -> Iterator[ConfigMessage]:
-        """Yield the messages of all values that fit into a list."""
+    def _list_entries(self) -> Iterator[bytes]:
+        """Yield all values that fit into a list, as its elements."""
         for value in self._config.search("/"):
-            message = _make_value_message(value.path, mask_value(value))
-            try:
-                fits = len(message.pack_entry()) <= MAX_ELEMENT_BYTES and len(value.path.encode()) < PATH_SIZE
-            except MalformedMessageError:
-                continue  # a value that the protocol cannot express must not hide the other values
-            if fits:
-                yield message
+            # a value that the protocol cannot express must not hide the other values
+            with suppress(MalformedMessageError):
+                entry = _make_value_message(value.path, mask_value(value)).pack_entry()
+                if len(entry) <= MAX_ELEMENT_BYTES and len(value.path.encode()) < PATH_SIZE:
+                    yield entry
 
 
 def _make_invalid_message(path: str) -> ConfigMessage:

@@ -13,7 +13,6 @@ from cxbridge_fawkes.network.errors import MalformedMessageError
 from cxbridge_fawkes.network.messages.fields import (
     WireValue,
     check_min_size,
-    pack_list,
     pack_text,
     unpack_text,
 )
@@ -119,23 +118,6 @@ class ConfigMessage(WireValue):
             return Struct(f"={len(self.values)}{_FORMATS[self.kind]}").pack(*self.values)
         except (StructError, OverflowError) as error:
             raise MalformedMessageError(f"{self.path}: {error}") from None
-
-
-@dataclass(frozen=True, slots=True)
-class ConfigList(WireValue):
-    """All values of a configuration, the reply to SUBSCRIBE."""
-
-    entries: tuple[ConfigMessage, ...]
-
-    COMPONENT: ClassVar[ComponentId] = ComponentId.CONFIGURATION
-
-    @property
-    def message_kind(self) -> int:
-        """The number of the message within its component."""
-        return ConfigKind.LIST
-
-    def pack(self) -> bytes:
-        return pack_list(entry.pack_entry() for entry in self.entries)
 
 
 def _pack_string(text: str) -> bytes:
