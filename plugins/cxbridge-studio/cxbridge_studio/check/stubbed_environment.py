@@ -71,11 +71,12 @@ class StubbedEnvironment(ClipsEnvironment):
     """An environment where only the functions of :data:`KEPT_FUNCTIONS` have an effect. No rule fires.
 
     :ivar folders: the folders that ``load`` and ``batch`` search after the working directory.
+    :ivar stubs: the functions that CLIPS calls in place of others, by the bits of their result types.
     """
 
     def __init__(self, name: str, bus: EventBus, log_component: str | None = None) -> None:
         self.folders: tuple[Path, ...] = ()
-        self._stubs: dict[int, CData] = {}
+        self.stubs: dict[int, CData] = {}
         self._step_count = 0
         self._is_initialised = False
         super().__init__(name, bus, log_component)
@@ -85,11 +86,6 @@ class StubbedEnvironment(ClipsEnvironment):
         self._is_initialised = True
         self._step_callback = make_callback("void(Environment *, void *)", self._count_step)
         EXTRA_FUNCTIONS.AddPeriodicFunction(self.c_env, b"cxbridge-look", self._step_callback, 0, NULL)
-
-    @property
-    def stub_addresses(self) -> frozenset[int]:
-        """The addresses of the stubs."""
-        return frozenset(int(ffi.cast("intptr_t", stub)) for stub in self._stubs.values())
 
     def define(
         self,
@@ -130,10 +126,10 @@ class StubbedEnvironment(ClipsEnvironment):
         types = int(ffi.cast("unsigned *", record + _TYPES_OFFSET)[0])
         # One stub serves all functions with the same result types; `open` has its own, with the key -1.
         key = -1 if name == "open" else types
-        if key not in self._stubs:
+        if key not in self.stubs:
             stub_function = _answer_open if name == "open" else _make_stub_function(types)
-            self._stubs[key] = make_callback("void(Environment *, UDFContext *, UDFValue *)", stub_function)
-        record[_POINTER_OFFSET] = int(ffi.cast("intptr_t", self._stubs[key]))
+            self.stubs[key] = make_callback("void(Environment *, UDFContext *, UDFValue *)", stub_function)
+        record[_POINTER_OFFSET] = int(ffi.cast("intptr_t", self.stubs[key]))
 
     def _count_step(self, _env: CData, _context: CData) -> None:
         """Count a step, and abort evaluations after too many steps."""

@@ -1,6 +1,6 @@
 """All closing parentheses of the shipped scenarios, deleted in turn: is the list named that is open?
 
-``python -m studio_tests.check.deletions`` prints the figure, and with ``-v`` each miss. Of adjacent
+``python -m studio_tests.check.deletions`` prints the figure. Of adjacent
 parentheses it makes no difference which one is deleted: any of the lists that they close is right.
 """
 
@@ -30,7 +30,6 @@ class Deletion:
     """
 
     text: str
-    at: int
     count: int
     right: frozenset[int]
 
@@ -49,7 +48,7 @@ def deletions(part: TopLevelList) -> Iterator[Deletion]:
     for run in runs:
         first = min(run)
         text = part.text[:first] + part.text[first + 1 :]
-        yield Deletion(text, first, len(run), frozenset(run.values()))
+        yield Deletion(text, len(run), frozenset(run.values()))
 
 
 @dataclass
@@ -63,17 +62,15 @@ class Figure:
     right: int = 0
     innermost: int = 0
 
-    def add(self, deletion: Deletion, slots: Mapping[str, set[str]]) -> bool:
-        """Count a deletion; whether the list was named."""
+    def add(self, deletion: Deletion, slots: Mapping[str, set[str]]) -> None:
+        """Count a deletion."""
         named = find_unclosed_lists(deletion.text, slots)[:1]
-        is_right = not deletion.right.isdisjoint(named)
         self.total += deletion.count
-        self.right += is_right * deletion.count
+        self.right += (not deletion.right.isdisjoint(named)) * deletion.count
         self.innermost += (find_open_lists(deletion.text)[-1] in deletion.right) * deletion.count
-        return is_right
 
 
-def figure(scenarios: list[Path], *, verbose: bool = False) -> Figure:
+def figure(scenarios: list[Path]) -> Figure:
     """Return the figure of some scenarios."""
     found = Figure()
     for scenario in scenarios:
@@ -84,13 +81,11 @@ def figure(scenarios: list[Path], *, verbose: bool = False) -> Figure:
         for path in sorted(scenario.glob("*.clp")):
             for part in split_top_level_lists(path.read_text()):
                 for deletion in deletions(part):
-                    if not found.add(deletion, slots) and verbose:
-                        before, after = part.text[: deletion.at], part.text[deletion.at + 1 :]
-                        sys.stdout.write(f"{path.name}: {before[-50:]!r} {after[:20]!r}\n")
+                    found.add(deletion, slots)
     return found
 
 
 if __name__ == "__main__":
-    result = figure(SCENARIOS, verbose="-v" in sys.argv)
+    result = figure(SCENARIOS)
     sys.stdout.write(f"{result.total} deletions, the right list named: {result.right / result.total:.1%}\n")
     sys.stdout.write(f"the innermost open list would be: {result.innermost / result.total:.1%}\n")

@@ -86,8 +86,3 @@ def test_what_no_fact_of_the_deftemplate_can_have(tmp_path, clips, code, word):
 )
 def test_what_may_be_right(tmp_path, clips):
     assert [each for each in findings(tmp_path, clips) if each.code.name in ("CX210", "CX211")] == []
-
-
-def test_the_findings_are_silenced_as_others(tmp_path):
-    clips = "; cx-check: ignore CX210 known\n(defrule r ?l <- (lamp) => (modify ?l (sate ON)))"
-    assert findings(tmp_path, clips) == []

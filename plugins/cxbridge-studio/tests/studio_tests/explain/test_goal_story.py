@@ -238,42 +238,58 @@ LOG = SHARED / "traces" / "test-scenario" / "skiller-1" / "fawkes.log"
 FAILING = "PARALLEL-AUTOMATIC-SUBGOAL-gen22"
 
 
-@needs_shared
-def test_a_rejected_goal_of_a_real_fawkes():
-    lines = explain(RecordedEvidence(open_run(LOG), None, None), "gen8").lines
-    assert lines[2] == (
-        "goal gen8 (ALWAYS-REJECT#1), sub-goal of RUN-ONE-TESTGOAL-PARENT-gen27 (TESTGOAL-PARENT)"
-    )
-    assert lines[5:7] == (
-        "gen8 (ALWAYS-REJECT) REJECTED at 1.883 s",
-        "└─ rule always-reject-goal-reject set gen8 to REJECTED",
-    )
+WAITING_TALK = "gen9 (TALK) has been DISPATCHED since 1.893 s, and waits for its actions and sub-goals"
+RUNNING_SKILL = 'skill say{text="Hello again peggy", wait=true} of Skiller has been S_RUNNING since 4.238 s'
 
 
 @needs_shared
-def test_a_goal_of_a_real_fawkes_that_succeeds_at_its_second_try():
-    lines = explain(RecordedEvidence(open_run(LOG), None, None), "gen10").lines
-    assert lines[5] == (
-        "gen10 (SUCCEED-SECOND-TRY) COMPLETED at 1.890 s; before that, it was FAILED at 1.887 s"
-    )
-
-
-@needs_shared
-def test_a_failed_goal_of_a_real_fawkes():
-    lines = explain(RecordedEvidence(open_run(LOG), None, None), FAILING).lines
-    assert lines[5:9] == (
-        f"{FAILING} (AUTOMATIC-SUBGOAL) FAILED at 12.022 s, error: SUB-GOAL-FAILED gen20",
-        "├─ gen20 (ALWAYS-FAIL) FAILED at 12.020 s",
-        "│  └─ rule always-fail-goal-fail set gen20 to FAILED",
-        f"└─ rule run-parallel-goal-finish-all-subgoals-retracted set {FAILING} to FAILED",
-    )
-
-
-@needs_shared
-def test_a_goal_of_a_real_fawkes_while_its_skill_runs():
-    lines = explain(RecordedEvidence(open_run(LOG), 5, None), "TALK").lines
-    assert lines[5:8] == (
-        "gen9 (TALK) has been DISPATCHED since 1.893 s, and waits for its actions and sub-goals",
-        "└─ action 40 say-hello-again(peggy) of gen9 has been RUNNING since 4.239 s, 1 more after it",
-        '   └─ skill say{text="Hello again peggy", wait=true} of Skiller has been S_RUNNING since 4.238 s',
-    )
+@pytest.mark.parametrize(
+    ("name", "at", "first", "expected"),
+    [
+        (
+            "gen8",
+            None,
+            2,
+            ("goal gen8 (ALWAYS-REJECT#1), sub-goal of RUN-ONE-TESTGOAL-PARENT-gen27 (TESTGOAL-PARENT)",),
+        ),
+        (
+            "gen8",
+            None,
+            5,
+            (
+                "gen8 (ALWAYS-REJECT) REJECTED at 1.883 s",
+                "└─ rule always-reject-goal-reject set gen8 to REJECTED",
+            ),
+        ),
+        (
+            "gen10",
+            None,
+            5,
+            ("gen10 (SUCCEED-SECOND-TRY) COMPLETED at 1.890 s; before that, it was FAILED at 1.887 s",),
+        ),
+        (
+            FAILING,
+            None,
+            5,
+            (
+                f"{FAILING} (AUTOMATIC-SUBGOAL) FAILED at 12.022 s, error: SUB-GOAL-FAILED gen20",
+                "├─ gen20 (ALWAYS-FAIL) FAILED at 12.020 s",
+                "│  └─ rule always-fail-goal-fail set gen20 to FAILED",
+                f"└─ rule run-parallel-goal-finish-all-subgoals-retracted set {FAILING} to FAILED",
+            ),
+        ),
+        (
+            "TALK",
+            5,
+            5,
+            (
+                WAITING_TALK,
+                "└─ action 40 say-hello-again(peggy) of gen9 has been RUNNING since 4.239 s, 1 more after it",
+                f"   └─ {RUNNING_SKILL}",
+            ),
+        ),
+    ],
+)
+def test_a_goal_of_a_real_fawkes(name, at, first, expected):
+    lines = explain(RecordedEvidence(open_run(LOG), at, None), name).lines
+    assert lines[first : first + len(expected)] == expected

@@ -162,20 +162,20 @@ NUMBERS = share(product(WHERE, range(len(NAMES))), 8, row=lambda case: case[1])
 def test_names_of_a_recording_are_no_code(scene, tmp_path, where, number):
     """CLIPS text that is made from names and values of a recording."""
     name = NAMES[number]
-    rule = "(defrule r (x ?) (test (any-factp ((?f x)) TRUE)) =>)"
-    facts = [("x", "(x 1)")]
-    if where == "template":
-        facts.append((name, f"({name} 1)"))
-    elif where == "slot":
-        facts.append(("y", f"(y ({name} 1))"))
-        rule = f"(deftemplate y (slot {name}))" + rule
-    elif where == "value":
-        facts.append(("x", f"(x {name})"))
-    elif where == "rule":
-        rule = f"(defrule r (x {name}) (test (any-factp ((?f x)) TRUE)) =>)"
-    else:
-        rule = f"(deffunction f (?x) {name})(deftemplate x (multislot y))(defrule r (x ?) (test (f 1)) =>)"
-    run = record(tmp_path / "run.mcap", rule, *facts)
+    query = "(test (any-factp ((?f x)) TRUE))"
+    rule = f"(defrule r (x ?) {query} =>)"
+    fact = ("x", "(x 2)")
+    text, fact = {
+        "template": (rule, (name, f"({name} 1)")),
+        "slot": (f"(deftemplate y (slot {name})){rule}", ("y", f"(y ({name} 1))")),
+        "value": (rule, ("x", f"(x {name})")),
+        "rule": (f"(defrule r (x {name}) {query} =>)", fact),
+        "function": (
+            f"(deffunction f (?x) {name})(deftemplate x (multislot y))(defrule r (x ?) (test (f 1)) =>)",
+            fact,
+        ),
+    }[where]
+    run = record(tmp_path / "run.mcap", text, ("x", "(x 1)"), fact)
     with suppress(CxbridgeError):
         explain(RecordedEvidence(open_run(run), None, None), "r", "rule")
     assert unharmed(scene)

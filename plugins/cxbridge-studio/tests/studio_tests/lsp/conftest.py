@@ -37,7 +37,7 @@ class Editor:
         self.client = pytest_lsp.client.make_test_lsp_client()
         self.versions: dict[str, int] = {}
         self.texts: dict[str, str] = {}
-        self._server = nursery().begin(["lsp", *arguments])
+        self._server = nursery().begin(["lsp", *arguments], folder=root)
         self.run(self._connect())
         parameters = lsp.InitializeParams(
             capabilities=pytest_lsp.client_capabilities("visual-studio-code"),
