@@ -142,7 +142,11 @@ def test_the_whole_check_follows_when_a_file_is_saved(editor):
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
-        (GOALS, "goal (id TESTGOAL) (mode", ["(deftemplate goal", "Something to achieve or to keep up."]),
+        (
+            GOALS,
+            "goal (id TESTGOAL) (mode",
+            ["(deftemplate goal", "A goal to achieve (ACHIEVE), or a condition"],
+        ),
         (GOALS, "mode SELECTED", ["allowed-values FORMULATED", "of the deftemplate **goal**"]),
         (GOALS, "modify ?goal (mode", ["modify", "a function of"]),
         (GOALS, "planner-plan ?id", ["planner-plan"]),
@@ -172,7 +176,7 @@ def test_hover_of_a_rule_of_the_core(editor):
 
 
 def test_nothing_is_said_of_a_comment(editor):
-    assert editor.hover(GOALS, "told good bye") == ""
+    assert editor.hover(GOALS, "said good bye") == ""
 
 
 # ---- completion
