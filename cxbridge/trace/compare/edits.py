@@ -13,12 +13,14 @@ from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import chain
-from operator import itemgetter
+from operator import attrgetter, itemgetter
 from typing import Final, TypeAlias
 
 from cxbridge.trace.compare.align import MISSING, align, pop_equal_pairs
 from cxbridge.trace.compare.model import DifferenceKind
+
+SortKey: TypeAlias = tuple[int, int, int]
+"""The number of pairs before a state, the state's run, 0 or 1, and the state's index in the run."""
 
 StateProperty: TypeAlias = Callable[[int, int], Hashable]
 """Gets a run, 0 or 1, and an index; returns a property of the state."""
@@ -39,9 +41,14 @@ class Edit:
 
     kind: DifferenceKind
     indices: tuple[int, int]
-    sort_key: tuple[int, int, int]
+    sort_key: SortKey
     count: int = 1
     is_whole_goal: bool = False
+
+    @property
+    def is_later_in_b(self) -> bool:
+        """Whether a moved state comes later in B, so that its position in A decides the sort key."""
+        return self.sort_key[1] == 0
 
 
 class Alignment:
@@ -62,29 +69,17 @@ class Alignment:
         paired = {pair[run_index] for pair in self.pairs}
         return [index for index in range(self._lengths[run_index]) if index not in paired]
 
-    def _count_pairs_before(self, run_index: int, index: int) -> int:
-        """Return the number of pairs before a state."""
-        return bisect_left(self.pairs, index, key=itemgetter(run_index))
-
-    def preceding_index(self, run_index: int, index: int) -> int:
-        """Return the index of the other run's last paired state before a state without partner, or -1."""
-        count = self._count_pairs_before(run_index, index)
-        return self.pairs[count - 1][1 - run_index] if count else MISSING
+    def preceding_index(self, run_index: int, edit: Edit) -> int:
+        """Return the index of a run's last paired state before a state of the other run only, or -1."""
+        pair_count = edit.sort_key[0]
+        return self.pairs[pair_count - 1][run_index] if pair_count else MISSING
 
     def has_ended(self, run_index: int, edit: Edit) -> bool:
-        """Return whether a run has ended at an edit that continues to the end of the other run."""
-        index = edit.indices[1 - run_index]
-        if edit.is_whole_goal or index + edit.count < self._lengths[1 - run_index]:
-            return False
-        return self.preceding_index(1 - run_index, index) + 1 == self._lengths[run_index]
+        """Return whether a run has ended before a state that only the other run has."""
+        is_last = self.preceding_index(run_index, edit) + 1 == self._lengths[run_index]
+        return is_last and not edit.is_whole_goal
 
-    def find_edits(
-        self,
-        content: StateProperty,
-        thread: StateProperty,
-        *,
-        owner: StateProperty | None = None,
-    ) -> list[Edit]:
+    def find_edits(self, content: StateProperty, thread: StateProperty, owner: StateProperty) -> list[Edit]:
         """Return the edits in the order of the runs.
 
         :param content: the property by which a moved state is recognised at another index.
@@ -106,25 +101,24 @@ class Alignment:
             for pair in pairs
         ]
         goal_edits: dict[Hashable, Edit] = {}
-        for run_index, index in chain(
-            ((0, index) for index in unpaired_a), ((1, index) for index in unpaired_b)
+        for run_index, index in (
+            *((0, index) for index in unpaired_a),
+            *((1, index) for index in unpaired_b),
         ):
             edit = Edit(
                 ONE_SIDED_KINDS[run_index],
                 (MISSING, index) if run_index else (index, MISSING),
                 self._make_sort_key(run_index, index),
             )
-            # a goal of one run is one difference, however many states it has and wherever they are
-            goal = owner(run_index, index) if owner else None
+            goal = owner(run_index, index)
             if goal is None:
                 edits.append(edit)
-            elif (run_index, goal) in goal_edits:
+            # a goal of one run is one difference, however many states it has and wherever they are
+            elif goal_edits.setdefault((run_index, goal), edit) is not edit:
                 goal_edits[run_index, goal].count += 1
-            else:
-                edit.is_whole_goal = True
-                goal_edits[run_index, goal] = edit
-        edits += goal_edits.values()
-        return _join_consecutive(sorted(edits, key=lambda edit: edit.sort_key))
+        for edit in goal_edits.values():
+            edit.is_whole_goal = True
+        return _join_consecutive(sorted([*edits, *goal_edits.values()], key=attrgetter("sort_key")))
 
     def _count_thread_steps(self, run_index: int, thread: StateProperty) -> list[Hashable]:
         """Return, for each state of a run, its thread and the number of the thread's pairs before it."""
@@ -137,33 +131,34 @@ class Alignment:
             counts[thread_id] += index in paired
         return steps
 
-    def _make_sort_key(self, run_index: int, index: int) -> tuple[int, int, int]:
-        """Return the sort key of a state; in a gap, states of A precede those of B."""
-        if run_index == 0:
-            return (index, 0, index)
-        pairs_before = self._count_pairs_before(1, index)
-        return (
-            (self.pairs[pairs_before][0] if pairs_before < len(self.pairs) else self._lengths[0]) - 1,
-            1,
-            index,
-        )
+    def _make_sort_key(self, run_index: int, index: int) -> SortKey:
+        """Return the sort key of a state; between two pairs, states of A precede those of B."""
+        return bisect_left(self.pairs, index, key=itemgetter(run_index)), run_index, index
+
+
+def pair_sort_key(number: int) -> SortKey:
+    """Return the sort key of a pair, after those of the states before it.
+
+    :param number: the number of the pair, from 0.
+    """
+    return number, len(ONE_SIDED_KINDS), 0
 
 
 def _join_consecutive(edits: Iterable[Edit]) -> list[Edit]:
-    """Join consecutive edits of the same kind; changed states are not joined.
+    """Join consecutive edits of the same kind; changed states and whole goals are not joined.
 
     :param edits: sorted by position.
     """
     result: list[Edit] = []
     for edit in edits:
         previous = result[-1] if result else None
-        if previous is None or previous.kind is not edit.kind or edit.kind is DifferenceKind.CHANGED:
-            result.append(edit)
-            continue
-        following = tuple(
-            MISSING if index == MISSING else index + previous.count for index in previous.indices
-        )
-        if edit.indices == following and not (previous.is_whole_goal or edit.is_whole_goal):
+        if (
+            previous is not None
+            and previous.kind is edit.kind is not DifferenceKind.CHANGED
+            and not (previous.is_whole_goal or edit.is_whole_goal)
+            and edit.indices
+            == tuple(MISSING if index == MISSING else index + previous.count for index in previous.indices)
+        ):
             previous.count += 1
         else:
             result.append(edit)

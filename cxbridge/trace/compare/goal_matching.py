@@ -7,12 +7,14 @@ place in the tree of goals and by their behaviour: transitions, plans and sub-go
 from __future__ import annotations
 
 from collections import Counter
+from itertools import chain
 from operator import attrgetter
 from typing import Final, TypeAlias
 
 from cxbridge.trace.compare.align import pop_equal_pairs, remove_pairs
 from cxbridge.trace.compare.goals import Goal, GoalForest, goal_signatures
 from cxbridge.trace.compare.names import replace_names
+from cxbridge.trace.compare.sequences import State
 
 MAX_COMPARED_PAIRS: Final = 900
 """The maximum number of pairs of siblings whose similarity is computed; above it the order decides.
@@ -88,8 +90,9 @@ def _pop_similar_pairs(goals_a: list[Goal], goals_b: list[Goal]) -> list[GoalPai
 
     Equally similar goals are paired by the closeness of their indices.
     """
+    states = {goal: _count_states(goal) for goal in (*goals_a, *goals_b)}
     ranking = sorted(
-        (-goal_a.similarity(goal_b), abs(i - j), i, j)
+        (-_similarity(states[goal_a], states[goal_b]), abs(i - j), i, j)
         for i, goal_a in enumerate(goals_a)
         for j, goal_b in enumerate(goals_b)
         if goal_a.kind == goal_b.kind
@@ -103,3 +106,14 @@ def _pop_similar_pairs(goals_a: list[Goal], goals_b: list[Goal]) -> list[GoalPai
             pairs.append(pair)
     remove_pairs(pairs, goals_a, goals_b)
     return sorted(pairs, key=lambda pair: pair[0].first_position)
+
+
+def _count_states(goal: Goal) -> Counter[State]:
+    """Count the states of a goal and its plans, and the classes of the children."""
+    children = ((child.goal_class, child.sub_type) for child in goal.children)
+    return Counter(chain(*goal.find_states().values(), children))
+
+
+def _similarity(states_a: Counter[State], states_b: Counter[State]) -> float:
+    """Return the share of equal states of two goals, in any order, from 0 to 1."""
+    return 2 * (states_a & states_b).total() / max(1, states_a.total() + states_b.total())

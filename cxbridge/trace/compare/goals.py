@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from sys import intern
-from typing import Final, TypeAlias
+from typing import Final, NamedTuple, TypeAlias
 
 from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
 from cxbridge.history.forest import Forest, parent_id
@@ -22,32 +22,38 @@ GoalKey: TypeAlias = tuple[str, str]
 """The environment and id of a goal."""
 
 
+class Thread(NamedTuple):
+    """The steps of a goal, or of the actions of one of its plans, which are compared in order.
+
+    :param plan: the id of the plan while the run is read, afterwards an id that is equal in all runs; empty
+        for the goal itself.
+    :param has_details: whether the steps are changes of parameters and other details, each after the id and
+        name of its action; otherwise the steps are transitions.
+    """
+
+    plan: str = ""
+    has_details: bool = False
+
+
+GOAL_TRANSITIONS: Final = Thread()
+"""The thread of the transitions of the goal itself."""
+
+
 @dataclass(eq=False, slots=True)
 class Goal:
     """A goal and its plans.
 
-    :param transitions: the transitions of the goal, without those that change only the parent.
-    :param plans: the transitions of its plan-actions by plan; the keys are the ids of plans while the run is
-        read, afterwards ids that are equal in all runs.
-    :param details: the changes of its parameters and other details.
-    :param plan_details: the changes of the details of its plan-actions by plan; each state starts with the
-        action's id.
+    :param threads: the steps of the goal and its plans, without transitions that change only the parent.
     :param error_mentions: the kind of each goal whose error names this goal, and the index of the transition.
-    :param states: the number of each state of the goal and its plans; empty until :meth:`similarity` needs
-        it.
     """
 
     key: GoalKey
     goal_class: str = UNKNOWN_CLASS
     sub_type: str = UNKNOWN_CLASS
     parent: GoalKey | None = None
-    transitions: list[Step] = field(default_factory=list)
-    plans: dict[str, list[Step]] = field(default_factory=dict)
-    details: list[Step] = field(default_factory=list)
-    plan_details: dict[str, list[Step]] = field(default_factory=dict)
+    threads: dict[Thread, list[Step]] = field(default_factory=dict)
     children: list[Goal] = field(default_factory=list)
     error_mentions: list[tuple[tuple[str, ...], int]] = field(default_factory=list)
-    states: Counter[State] = field(default_factory=Counter)
 
     @property
     def kind(self) -> tuple[str, str, str, str]:
@@ -55,49 +61,48 @@ class Goal:
         return (self.key[0], self.goal_class, self.sub_type, replace_names(self.key[1]))
 
     @property
+    def transitions(self) -> Steps:
+        """The transitions of the goal itself."""
+        return self.threads.get(GOAL_TRANSITIONS, ())
+
+    @property
     def first_position(self) -> int:
         """The position of the first transition."""
-        return min(steps[0].position for steps in (self.transitions, *self.plans.values()) if steps)
+        return min(steps[0].position for steps in self.threads.values())
 
     @property
     def goal_count(self) -> int:
         """The number of goals in this subtree."""
         return sum(1 for _ in walk_goals([self]))
 
-    def similarity(self, other: Goal) -> float:
-        """Return the share of equal states of two goals, in any order, from 0 to 1."""
-        states_a, states_b = self._count_states(), other._count_states()
-        return 2 * (states_a & states_b).total() / max(1, states_a.total() + states_b.total())
-
-    def _count_states(self) -> Counter[State]:
-        """Count the states of goal and plans without names, and the classes of the children."""
-        if not self.states:
-            self.states.update((*step.state[:2], replace_names(step.state[2])) for step in self.transitions)
-            for steps in (*self.plans.values(), self.details, *self.plan_details.values()):
-                self.states.update(step_states(steps))
-            self.states.update((child.goal_class, child.sub_type) for child in self.children)
-        return self.states
+    def find_states(self) -> dict[Thread, tuple[State, ...]]:
+        """Return the states of the threads, without names in errors."""
+        states = {thread: step_states(steps) for thread, steps in self.threads.items()}
+        return states | {
+            GOAL_TRANSITIONS: tuple(
+                (mode, outcome, replace_names(error)) for (mode, outcome, error), *_ in self.transitions
+            )
+        }
 
     def counts_before(self, inner: Steps) -> list[int]:
         """Return, for each transition of a child or plan, the number of earlier transitions of this goal."""
         positions = [step.position for step in self.transitions]
         return [bisect_left(positions, step.position) for step in inner]
 
-    def steps_by_stem(self, steps: Mapping[str, list[Step]]) -> dict[str, list[Step]]:
-        """Return the steps of plans by stems, which are equal in all runs.
+    def rename_plans(self) -> None:
+        """Replace the ids of plans by stems, which are equal in all runs.
 
         A stem is the plan's id with ``@`` for the goal's id, without gensym numbers. Equal stems are
         numbered, as in ``@-PLAN[2]``.
-
-        :param steps: the steps by plan id.
         """
-        by_stem: dict[str, list[Step]] = {}
-        counts: Counter[str] = Counter()
-        for plan, plan_steps in steps.items():
-            stem = replace_names(plan.replace(self.key[1], "@"))
-            counts[stem] += 1
-            by_stem[stem if counts[stem] == 1 else f"{stem}[{counts[stem]}]"] = plan_steps
-        return by_stem
+        threads, self.threads = self.threads, {}
+        counts: Counter[Thread] = Counter()
+        for thread, steps in threads.items():
+            stem = replace_names(thread.plan.replace(self.key[1], "@"))
+            renamed = thread._replace(plan=stem)
+            counts[renamed] += 1
+            number = f"[{counts[renamed]}]" if counts[renamed] > 1 else ""
+            self.threads[renamed._replace(plan=f"{stem}{number}")] = steps
 
 
 class GoalForest:
@@ -118,7 +123,10 @@ class GoalForest:
             if isinstance(event, GoalTransition):
                 self._add_goal_transition(event)
             elif isinstance(event, PlanActionTransition):
-                self._add_action_transition(event)
+                state = (event.action_id, event.action, event.state)
+                goal = self._find_or_add_goal(event.env, event.goal)
+                self._add_step(goal, Thread(intern(event.plan)), state, event)
+                self._add_details(goal, event.plan, event, state[:2])
             elif isinstance(event, SkillStatus):
                 self.skillers.add(event, self.count)
             else:
@@ -142,30 +150,28 @@ class GoalForest:
         # a tree may be built from its leaves or from its root (docs/evidence/comparing.md): a new parent
         # alone is no transition
         if not goal.transitions or goal.transitions[-1].state != state:
-            goal.transitions.append(Step(state, self.count, event.time_us))
-        self._add_details(goal.details, event, ())
+            self._add_step(goal, GOAL_TRANSITIONS, state, event)
+        self._add_details(goal, "", event, ("", ""))
 
-    def _add_action_transition(self, event: PlanActionTransition) -> None:
-        goal, plan = self._find_or_add_goal(event.env, event.goal), intern(event.plan)
-        state = (event.action_id, event.action, event.state)
-        goal.plans.setdefault(plan, []).append(Step(state, self.count, event.time_us))
-        self._add_details(goal.plan_details.setdefault(plan, []), event, (event.action_id, event.action))
+    def _add_step(self, goal: Goal, thread: Thread, state: State, event: Event) -> None:
+        goal.threads.setdefault(thread, []).append(Step(state, self.count, event.time_us))
 
-    def _add_details(self, steps: list[Step], event: Event, subject: State) -> None:
+    def _add_details(self, goal: Goal, plan: str, event: Event, action: State) -> None:
+        """Add the changed details of an event.
+
+        :param action: the id and name of the action, which are empty for the goal itself.
+        """
         changes = zip(event.KIND.details, self._detail_changes.find_changed_details(event), strict=True)
         details = [f"{name}={replace_fact_names(value)}" for name, value in changes if value]
         if details:
-            steps.append(Step((*subject, *details), self.count, event.time_us))
+            self._add_step(goal, Thread(intern(plan), has_details=True), (*action, *details), event)
 
     def _link_goals(self) -> list[Goal]:
         """Link goals to their parents; return those without a known parent."""
         forest = Forest({key: goal.parent for key, goal in self.goals.items()})
         for key, goal in self.goals.items():
             goal.children = [self.goals[child] for child in forest.children.get(key, ())]
-            goal.plans, goal.plan_details = (
-                goal.steps_by_stem(goal.plans),
-                goal.steps_by_stem(goal.plan_details),
-            )
+            goal.rename_plans()
             # an error may name one of several siblings that behave equally: the mention tells them apart
             for number, step in enumerate(goal.transitions):
                 for word in step.state[2].split():
@@ -202,15 +208,14 @@ def goal_signatures(forest: GoalForest, numbers: dict[object, int], *, with_pare
         # parent, depending on how the rules build the tree
         behaviour = (
             goal.kind,
-            tuple((*step.state[:2], replace_names(step.state[2])) for step in goal.transitions),
             tuple(parent.counts_before(goal.transitions)[1:]) if parent else (),
             tuple(sorted(goal.error_mentions)),
+            tuple(goal.find_states().items()),
             tuple(
-                (plan, step_states(steps), tuple(goal.counts_before(steps)))
-                for plan, steps in goal.plans.items()
+                tuple(goal.counts_before(steps))
+                for thread, steps in goal.threads.items()
+                if not thread.has_details
             ),
-            step_states(goal.details),
-            tuple(step_states(steps) for steps in goal.plan_details.values()),
             tuple(sorted(signatures[child] for child in goal.children)),
         )
         signatures[goal] = numbers.setdefault(behaviour, len(numbers))

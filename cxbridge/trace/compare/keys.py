@@ -7,9 +7,9 @@ between runs, such as ``gen12``; :mod:`.names` replaces them in the key, and num
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from operator import attrgetter
+from itertools import chain
 from typing import Any, Final, NamedTuple, TypeAlias
 
 from msgspec.structs import replace
@@ -59,7 +59,8 @@ class KeyForm:
     :param thread_length: the number of leading parts, with the kind, that identify the thread of the event:
         its goal, plan, Skiller, interface, or the rules or facts of an environment.
     :param subject_format: the subject in reports as a format string, with the event as ``{0}``.
-    :param name_attributes: the attributes with names that differ between runs.
+    :param name_attributes: the attributes with names that differ between runs. Other attributes are not
+        searched for names: a class or a mode may look like an id of gensym.
     :param details: the last parts, as ``parts``; they may also contain fact indices and absolute times.
     """
 
@@ -142,34 +143,25 @@ KEY_FORMS: Final[Mapping[type[Event], KeyForm]] = {
 }
 """The form of the key of each kind of event."""
 
-_FORMS_BY_KIND: Final = {form.kind: form for form in KEY_FORMS.values()}
+DETAIL_NOUNS: Final = frozenset(noun for form in KEY_FORMS.values() for noun, _ in form.details)
+"""The nouns of all details, which the text of an event does not show."""
 
-# The number of leading parts of a key, with the kind, that identify the subject of the event.
-_SUBJECT_LENGTHS: Final = {
-    form.kind: len(event_type.KIND.subject) + 1 for event_type, form in KEY_FORMS.items()
-}
+_FORMS_BY_KIND: Final = {form.kind: form for form in KEY_FORMS.values()}
 
 
 class Token(NamedTuple):
     """An event as a comparison sees it.
 
     :param names: the names in the parts of the key, in order.
-    :param thread_name_count: the number of names in the parts that identify the thread.
     :param msgid: the message id of the Skiller or interface, see :class:`~.checks.MessageIdCheck`.
     :param number: the number of the event among the compared events, from 0.
     """
 
     key: Key
     names: Names
-    thread_name_count: int
     msgid: int | None
     event: Event
     number: int
-
-    @property
-    def thread(self) -> tuple[Key, Names]:
-        """The thread of the event: goal, plan, Skiller, interface, or the rules or facts of an agent."""
-        return thread_key(self.key), self.names[: self.thread_name_count]
 
 
 class TokenReader:
@@ -189,10 +181,7 @@ class TokenReader:
         self.namer = Namer()
         self._contents = compared_contents(run, view, selection)
         self._skillers = SkillerBacklog()
-        self._key_makers = {
-            event_type: _KeyMaker(form, self.namer, (missing or {}).get(event_type, frozenset()))
-            for event_type, form in KEY_FORMS.items()
-        }
+        self._missing = missing or {}
 
     def __iter__(self) -> Iterator[Token]:
         for content in self._contents:
@@ -206,57 +195,37 @@ class TokenReader:
                 # the event as recorded, for reports
                 yield Token(*self._make_key(fresh_content), content, number)
 
-    def _make_key(self, event: Event) -> tuple[Key, Names, int, int | None]:
-        """Return the key of an event, its names, the number of names in the thread, and the message id."""
+    def _make_key(self, event: Event) -> tuple[Key, Names, int | None]:
+        """Return the key of an event, its names, and the message id."""
         if isinstance(event, FactChange):
             text_without_id, msgid = split_msgid(event.text)
             text, names = self.namer.split(text_without_id, is_fact=True)
             direction = "asserted" if event.asserted else "retracted"
-            return ("fact", event.env, event.template, direction, text), names, 0, msgid
+            return ("fact", event.env, event.template, direction, text), names, msgid
         if isinstance(event, InterfaceWrite):
             text, names = self.namer.split(interface_text(event.values), is_fact=True)
             msgid = event.values.get(MSGID)
-            return ("interface", event.uid, text), names, 0, msgid if isinstance(msgid, int) else None
-        msgid = event.msgid if isinstance(event, SkillStatus) else None
-        return *self._key_makers[type(event)].make_key(event), msgid
-
-
-class _KeyMaker:
-    """Makes the keys of one kind of event.
-
-    :param namer: separates the names from the parts.
-    :param missing: details that are not compared.
-    """
-
-    def __init__(self, form: KeyForm, namer: Namer, missing: Collection[str]) -> None:
-        self._kind = form.kind
-        self._read_values = attrgetter(*(attribute for _, attribute in (*form.parts, *form.details)))
-        self._named_indices = [
-            index for index, (_, attribute) in enumerate(form.parts) if attribute in form.name_attributes
+            return ("interface", event.uid, text), names, msgid if isinstance(msgid, int) else None
+        form, missing = KEY_FORMS[type(event)], self._missing.get(type(event), ())
+        split = self.namer.split
+        parts = [
+            split(getattr(event, attribute))
+            if attribute in form.name_attributes
+            else (getattr(event, attribute), ())
+            for _, attribute in form.parts
         ]
-        first_detail = len(form.parts)
-        self._details = [
-            (index, attribute in missing) for index, (_, attribute) in enumerate(form.details, first_detail)
+        parts += [
+            split(
+                ""
+                if attribute in missing
+                else replace_times_of_day(getattr(event, attribute), event.time_us),
+                is_fact=True,
+            )
+            for _, attribute in form.details
         ]
-        self._thread_length = form.thread_length - 1  # without the kind
-        self._namer = namer
-
-    def make_key(self, event: Event) -> tuple[Key, Names, int]:
-        """Return the key, its names, and the number of names in the thread."""
-        values = list(self._read_values(event))
-        names: Names = ()
-        thread_name_count = 0
-        # other attributes are not searched for names: a class or a mode may look like an id of gensym
-        for index in self._named_indices:
-            values[index], part_names = self._namer.split(values[index])
-            names += part_names
-            if index < self._thread_length:
-                thread_name_count = len(names)
-        for index, is_missing in self._details:
-            detail = "" if is_missing else replace_times_of_day(values[index], event.time_us)
-            values[index], part_names = self._namer.split(detail, is_fact=True)
-            names += part_names
-        return (self._kind, *values), names, thread_name_count
+        key = form.kind, *(part for part, _ in parts)
+        names = tuple(chain.from_iterable(part_names for _, part_names in parts))
+        return key, names, event.msgid if isinstance(event, SkillStatus) else None
 
 
 class SkillerBacklog:
@@ -291,48 +260,38 @@ def thread_key(key: Key) -> Key:
     return key[: _FORMS_BY_KIND[key[0]].thread_length]
 
 
+def find_thread(key: Key, names: Names) -> NamedKey:
+    """Return the thread of an event: goal, plan, Skiller, interface, or the rules or facts of an agent."""
+    parts = thread_key(key)
+    return parts, names[: sum(map(_count_names, parts))]
+
+
 def describe_subject(event: Event) -> str:
     """Return the goal, plan, Skiller or interface of an event."""
     return KEY_FORMS[type(event)].subject_format.format(event)
 
 
-def describe_changed_parts(key_a: NamedKey, key_b: NamedKey) -> str:
-    """Return the parts in which two events differ as text."""
-    if key_a[0][0] != key_b[0][0]:
-        return "another event"
+def find_changed_parts(key_a: NamedKey, key_b: NamedKey) -> list[str]:
+    """Return the nouns of the parts in which two events of the same kind differ."""
     form = _FORMS_BY_KIND[key_a[0][0]]
-    parts = zip(
-        (*form.parts, *form.details), _parts_with_names(*key_a), _parts_with_names(*key_b), strict=True
-    )
-    nouns = [noun for (noun, _), a, b in parts if a != b]
-    if not nouns or len(nouns) > MAX_CHANGED_PARTS:
-        return "another event"
-    return "another " + " and ".join(nouns)
+    nouns = (*(noun for noun, _ in form.parts), *(noun for noun, _ in form.details))
+    parts = zip(nouns, _parts_with_names(*key_a), _parts_with_names(*key_b), strict=True)
+    return [noun for noun, part_a, part_b in parts if part_a != part_b]
 
 
-def detail_change(key_a: NamedKey, key_b: NamedKey) -> Key | None:
-    """Return the difference between two events if only details differ, else None.
+def describe_changed_parts(nouns: Sequence[str]) -> str:
+    """Return the parts in which two events differ as text."""
+    return f"another {' and '.join(nouns)}" if len(nouns) <= MAX_CHANGED_PARTS else "another event"
 
-    :returns: the parts that identify the goal or plan-action, and the details of both events.
-    """
-    kind = key_a[0][0]
-    form = _FORMS_BY_KIND[kind]
-    if kind != key_b[0][0] or not form.details:
-        return None
-    parts_a, parts_b, start = (
-        list(_parts_with_names(*key_a)),
-        list(_parts_with_names(*key_b)),
-        len(form.parts),
-    )
-    if parts_a[:start] != parts_b[:start]:
-        return None
-    return (*parts_a[: _SUBJECT_LENGTHS[kind] - 1], *parts_a[start:], *parts_b[start:])
+
+def _count_names(part: str) -> int:
+    return len(_PLACEHOLDER.findall(part))
 
 
 def _parts_with_names(key: Key, names: Names) -> Iterator[tuple[str, Names]]:
     """Yield each part of a key after the kind, with the names for its placeholders."""
     index = 0
     for part in key[1:]:
-        count = len(_PLACEHOLDER.findall(part))
+        count = _count_names(part)
         yield part, names[index : index + count]
         index += count

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any, Final, TypeAlias
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.trace.codec import dump_json, values_with_enum_names
 
-# Without a lookbehind the search is fast: `_extract_names` checks the preceding character.
-_GENSYM = re.compile(r"gen\d+(?![A-Za-z0-9])")
+# The end of `oxygen5` is no id. The lookbehind follows `gen`, because the search for a fixed start is fast.
+_GENSYM = re.compile(r"gen(?<![A-Za-z0-9]gen)\d+(?![A-Za-z0-9])")
 _UUID = re.compile(r"(?<![0-9A-Za-z])[0-9a-fA-F]{8}(?:-[0-9a-fA-F]{4}){3}-[0-9a-fA-F]{12}(?![0-9A-Za-z])")
-# A part of a UUID that is found faster than the whole.
-_UUID_MIDDLE = re.compile(r"-[0-9a-fA-F]{4}-[0-9a-fA-F]{4}-")
+_UUID_HYPHENS = 4
 # The indices of facts: `<Fact-12>`, and those in the slots of the core, `(...-idx 12)` and `(meta-fact 12)`.
 _INDEX = re.compile(r"(?<=<Fact-)\d+(?=>)|(?<=-idx )[1-9]\d*(?=\))|(?<=\(meta-fact )[1-9]\d*(?=\))")
 _INDEX_STARTS = ("-idx ", "(meta-fact ", "<Fact-")
@@ -33,8 +33,8 @@ _MSGID = re.compile(r"\(msgid (\d{1,18})\)")
 MSGID: Final = "msgid"
 """The field or slot with the id of the message that the writer of an interface processed last."""
 
-MAX_CACHED_TEXTS: Final = 50_000
-"""The number of cached texts at which the cache is cleared."""
+MAX_CACHED_TEXTS: Final = 20_000
+"""The number of texts whose names are cached, because the events of a goal repeat their texts."""
 
 Names: TypeAlias = tuple[int, ...]
 """The names in a text, in order, as numbers by first appearance in the run."""
@@ -42,12 +42,12 @@ Names: TypeAlias = tuple[int, ...]
 
 def replace_names(text: str) -> str:
     """Replace all gensym ids in a text by ``gen#``, and all UUIDs by ``uuid#``."""
-    return _extract_names(text, [])
+    return _extract_names(text, False)[0]
 
 
 def replace_fact_names(text: str) -> str:
     """Replace gensym ids, UUIDs, fact indices, message ids and absolute times in a text."""
-    return _MSGID.sub("(msgid #)", _extract_names(replace_times(text), [], indices=True))
+    return _MSGID.sub("(msgid #)", _extract_names(text, True)[0])
 
 
 def interface_text(values: Mapping[str, Any]) -> str:
@@ -83,36 +83,24 @@ def replace_times_of_day(text: str, now_us: int) -> str:
     return _SECONDS_AND_MICROSECONDS.sub(replacement, text)
 
 
-def _extract_names(text: str, names: list[str], *, indices: bool = False) -> str:
-    """Replace the names in a text, and append the names to a list: gensym ids, then UUIDs, then fact indices.
+@lru_cache(MAX_CACHED_TEXTS)
+def _extract_names(text: str, is_fact: bool) -> tuple[str, tuple[str, ...]]:
+    """Return a text with replaced names, and the names: gensym ids, then UUIDs, then fact indices.
 
-    :param indices: whether fact indices are names.
+    :param is_fact: whether fact indices are names, and absolute times are replaced.
     """
-
-    def replace_gensym(match: re.Match[str]) -> str:
-        start = match.start()
-        # the end of `oxygen5` is no id
-        if start and match.string[start - 1].isalnum() and match.string[start - 1].isascii():
-            return match.group()
-        names.append(match.group())
-        return "gen#"
-
-    def replace_uuid(match: re.Match[str]) -> str:
-        names.append(match.group())
-        return "uuid#"
-
-    def replace_index(match: re.Match[str]) -> str:
-        names.append(f"f-{match.group()}")
-        return "fact#"
-
-    # most texts have no names, which these searches show faster than the substitutions
-    if "gen" in text:
-        text = _GENSYM.sub(replace_gensym, text)
-    if _UUID_MIDDLE.search(text) is not None:
-        text = _UUID.sub(replace_uuid, text)
-    if indices and any(part in text for part in _INDEX_STARTS):
-        text = _INDEX.sub(replace_index, text)
-    return text
+    text = replace_times(text) if is_fact else text
+    names: list[str] = []
+    # most texts have no names, which the first items show faster than the substitutions
+    for may_match, pattern, placeholder in (
+        ("gen" in text, _GENSYM, "gen#"),
+        (text.count("-") >= _UUID_HYPHENS, _UUID, "uuid#"),
+        (is_fact and any(start in text for start in _INDEX_STARTS), _INDEX, "fact#"),
+    ):
+        if may_match:
+            names += pattern.findall(text)
+            text = pattern.sub(placeholder, text)
+    return text, tuple(names)
 
 
 class Namer:
@@ -120,7 +108,6 @@ class Namer:
 
     def __init__(self) -> None:
         self._numbers: dict[str, int] = {}
-        self._cache: dict[tuple[str, bool], tuple[str, Names]] = {}  # the results of `split` by its arguments
 
     def __len__(self) -> int:
         """Return the number of names so far."""
@@ -131,14 +118,7 @@ class Namer:
 
         :param is_fact: whether fact indices are names, and absolute times are replaced.
         """
-        key = (text, is_fact)
-        result = self._cache.get(key)
-        if result is None:
-            if len(self._cache) >= MAX_CACHED_TEXTS:
-                self._cache.clear()
-            names: list[str] = []
-            template = _extract_names(replace_times(text) if is_fact else text, names, indices=is_fact)
-            numbers = self._numbers
-            result = template, tuple(numbers.setdefault(name, len(numbers)) for name in names)
-            self._cache[key] = result
-        return result
+        template, names = _extract_names(text, is_fact)
+        numbers = self._numbers
+        # most texts have no names
+        return template, tuple([numbers.setdefault(name, len(numbers)) for name in names]) if names else ()

@@ -9,21 +9,16 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import chain
-from typing import TypeAlias
 
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, FactChange, RuleFired
 from cxbridge.trace.compare.details import MissingDetails
 from cxbridge.trace.compare.goal_matching import GoalMatch
-from cxbridge.trace.compare.goals import Goal, GoalForest
+from cxbridge.trace.compare.goals import GOAL_TRANSITIONS, Goal, GoalForest, Thread
 from cxbridge.trace.compare.model import Comparison, Difference, DifferenceKind, Order, Side, sort_differences
 from cxbridge.trace.compare.names import replace_fact_names, replace_names
 from cxbridge.trace.compare.sequences import StepPair, Steps, find_step_differences, state_text
-
-RelationKey: TypeAlias = tuple[Goal, str]
-"""A goal of the first run and its plan; an empty plan stands for the transitions of the goal itself."""
 
 
 def compare_partial(
@@ -40,7 +35,7 @@ def compare_partial(
     :param missing: details that are not compared.
     """
     forest_a = GoalForest(a, missing)
-    relations: dict[RelationKey, _AgreedRelation] = {}
+    matches: list[GoalMatch] = []
     for number, run in enumerate(others):
         forest_b = GoalForest(run, missing)
         comparison = Comparison(
@@ -55,10 +50,10 @@ def compare_partial(
         )
         if not comparison.same:
             return comparison
-        _add_relations(relations, match)
+        matches.append(match)
     # no single run differs in a relation, because all other runs agree: the report shows the first of them
     comparison.other_index = 0
-    comparison.differences = sort_differences(_find_broken_relations(relations))
+    comparison.differences = sort_differences(_find_broken_relations(matches))
     return comparison
 
 
@@ -81,29 +76,30 @@ def _describe_goal(goal: Goal) -> str:
 def _pair_steps(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Iterator[StepPair]:
     """Yield the transitions of all goals and plans, paired, and their details."""
     for pair in match.pairs:
-        goal_a, goal_b = pair
-        subject = f"goal {match.labels[goal_a]}"
-        transitions = (_label_errors(goal_a, forests[0], match), _label_errors(goal_b, forests[1], match))
-        yield StepPair(subject, "transition", transitions)
-        details: list[tuple[str, Steps, Steps]] = [(subject, goal_a.details, goal_b.details)]
-        for plan in {**goal_a.plans, **goal_b.plans}:
-            name = _describe_plan(match, goal_a, plan)
-            yield StepPair(name, "transition", (goal_a.plans.get(plan, ()), goal_b.plans.get(plan, ())))
-            plan_details = [goal.plan_details.get(plan, []) for goal in pair]
-            actions = set.intersection(*({step.state[0] for step in steps} for steps in plan_details))
-            # an action that only one run has is a difference of the plan already
+        for thread in pair[0].threads | pair[1].threads:
             steps_a, steps_b = (
-                [step for step in steps if step.state[0] in actions] for steps in plan_details
+                _label_errors(goal, forest, match)
+                if thread == GOAL_TRANSITIONS
+                else goal.threads.get(thread, ())
+                for goal, forest in zip(pair, forests, strict=True)
             )
-            details.append((name, steps_a, steps_b))
-        for name, *sides in details:
-            if all(sides):
-                yield StepPair(f"details of {name}", "value", (sides[0], sides[1]), has_times=False)
+            subject = _describe_thread(match, pair[0], thread)
+            if not thread.has_details:
+                yield StepPair(subject, "transition", (steps_a, steps_b))
+                continue
+            # an action that only one run has is a difference of the plan already, and details that only one
+            # run has are not compared
+            actions = {step.state[0] for step in steps_a} & {step.state[0] for step in steps_b}
+            steps_a, steps_b = (
+                [step for step in steps if step.state[0] in actions] for steps in (steps_a, steps_b)
+            )
+            yield StepPair(f"details of {subject}", "value", (steps_a, steps_b), has_times=False)
 
 
-def _describe_plan(match: GoalMatch, goal: Goal, plan: str) -> str:
-    """Return the name of a plan in differences."""
-    return f"plan {plan.replace('@', goal.key[1])} of goal {match.labels[goal]}"
+def _describe_thread(match: GoalMatch, goal: Goal, thread: Thread) -> str:
+    """Return the goal or plan of a thread, for differences."""
+    subject = f"goal {match.labels[goal]}"
+    return f"plan {thread.plan.replace('@', goal.key[1])} of {subject}" if thread.plan else subject
 
 
 def _label_errors(goal: Goal, forest: GoalForest, match: GoalMatch) -> Steps:
@@ -121,73 +117,39 @@ def _label_errors(goal: Goal, forest: GoalForest, match: GoalMatch) -> Steps:
     ]
 
 
-@dataclass(slots=True)
-class _AgreedRelation:
-    """How many transitions of a goal precede each transition of its plan or sub-goal.
+def _find_broken_relations(matches: Sequence[GoalMatch]) -> Iterator[Difference]:
+    """Yield the relations on which the other runs agree and which the first run breaks.
 
-    :param outer: the goal whose transitions are counted.
-    :param inner: the transitions of the plan or sub-goal in the first run.
-    :param counts_a: the number of transitions of ``outer`` before each transition of ``inner``.
-    :param inner_b: the transitions of the plan or sub-goal in the first of the other runs.
-    :param counts_b: as ``counts_a``, for each of the other runs.
+    A relation is the number of transitions of a goal before a transition of its plan or sub-goal.
+
+    :param matches: the goals of the first run with those of each of the other runs, all without differences.
     """
-
-    subject: str
-    outer: Goal
-    inner: Steps
-    counts_a: list[int]
-    inner_b: Steps
-    counts_b: list[list[int]]
-
-
-def _add_relations(relations: dict[RelationKey, _AgreedRelation], match: GoalMatch) -> None:
-    """Add the relations of another run."""
-    partners = dict(match.pairs)
-    for goal_a, goal_b in match.pairs:
-        for child in goal_a.children:
-            key, subject = (child, ""), f"goal {match.labels[child]}"
-            _add_relation(
-                relations, key, subject, (goal_a, child.transitions), (goal_b, partners[child].transitions)
-            )
-        for plan, steps in goal_a.plans.items():
-            subject = _describe_plan(match, goal_a, plan)
-            _add_relation(relations, (goal_a, plan), subject, (goal_a, steps), (goal_b, goal_b.plans[plan]))
-
-
-def _add_relation(
-    relations: dict[RelationKey, _AgreedRelation],
-    key: RelationKey,
-    subject: str,
-    side_a: tuple[Goal, Steps],
-    side_b: tuple[Goal, Steps],
-) -> None:
-    """Add the relations between the transitions of a goal and those of a child or plan."""
-    counts = [outer.counts_before(inner) for outer, inner in (side_a, side_b)]
-    if not key[1]:
-        # a child may be formulated before its parent, depending on how the rules build the tree: the first
-        # transition of the child counts as later in any case
-        for count in counts:
-            count[:1] = [max(1, first_count) for first_count in count[:1]]
-    relation = relations.setdefault(key, _AgreedRelation(subject, *side_a, counts[0], side_b[1], []))
-    relation.counts_b.append(counts[1])
-
-
-def _find_broken_relations(relations: dict[RelationKey, _AgreedRelation]) -> Iterator[Difference]:
-    """Yield the relations on which the other runs agree and which the first run breaks."""
-    for relation in relations.values():
-        for index, count_a in enumerate(relation.counts_a):
-            counts_b = [counts[index] for counts in relation.counts_b]
-            # the other runs may disagree: then all counts between their extremes are allowed
-            agreed_count = min(max(count_a, min(counts_b)), max(counts_b))
-            if count_a != agreed_count:
-                yield Difference(
-                    f"'{state_text(relation.inner[index].state)}' on the other side of transitions"
-                    f" of goal {relation.outer.key[1]}",
-                    relation.subject,
-                    Side(relation.inner[index].position, _describe_position(relation.outer, count_a)),
-                    Side(relation.inner_b[index].position, _describe_position(relation.outer, agreed_count)),
-                    DifferenceKind.ORDER,
-                )
+    partners = [dict(match.pairs) for match in matches]
+    for goal in partners[0]:
+        inner_threads = [
+            *((child, GOAL_TRANSITIONS) for child in goal.children),
+            *((goal, thread) for thread in goal.threads if thread.plan and not thread.has_details),
+        ]
+        for owner, thread in inner_threads:
+            runs = [(goal, owner), *((partner[goal], partner[owner]) for partner in partners)]
+            inner_steps = [run_owner.threads.get(thread, ()) for _, run_owner in runs]
+            counts = [outer.counts_before(steps) for (outer, _), steps in zip(runs, inner_steps, strict=True)]
+            for index, step_counts in enumerate(zip(*counts, strict=True)):
+                # a child may be formulated before its parent, depending on how the rules build the tree: the
+                # first transition of the child counts as later in any case
+                minimum = 1 if owner is not goal and index == 0 else 0
+                count_a, *counts_b = (max(minimum, count) for count in step_counts)
+                # the other runs may disagree: then all counts between their extremes are allowed
+                agreed_count = min(max(count_a, min(counts_b)), max(counts_b))
+                if count_a != agreed_count:
+                    yield Difference(
+                        f"'{state_text(inner_steps[0][index].state)}' on the other side of transitions"
+                        f" of goal {goal.key[1]}",
+                        _describe_thread(matches[0], owner, thread),
+                        Side(inner_steps[0][index].position, _describe_position(goal, count_a)),
+                        Side(inner_steps[1][index].position, _describe_position(goal, agreed_count)),
+                        DifferenceKind.ORDER,
+                    )
 
 
 def _describe_position(goal: Goal, count: int) -> str:

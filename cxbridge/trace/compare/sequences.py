@@ -75,7 +75,9 @@ class StepPair:
             return
         alignment = Alignment(*states)
         # all states have the same subject, so that states between the same pairs count as changed
-        edits = alignment.find_edits(lambda run, index: states[run][index], lambda _run, _index: None)
+        edits = alignment.find_edits(
+            lambda run, index: states[run][index], lambda _run, _index: None, lambda _run, _index: None
+        )
         yield from (self._make_difference(alignment, edit) for edit in edits)
         if time_check and self.has_times:
             yield from self._find_late_steps(alignment, time_check)
@@ -103,7 +105,7 @@ class StepPair:
         side_a, side_b = (
             _make_side(self.steps[run][index])
             if index != MISSING
-            else self._make_missing_side(run, alignment.preceding_index(1 - run, index))
+            else self._make_missing_side(run, alignment.preceding_index(run, edit))
             for run, index in enumerate(edit.indices)
         )
         return Difference(description, self.subject, side_a, side_b, edit.kind, edit.count)

@@ -10,6 +10,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.event_kinds import View
 from cxbridge.events import Event
 from cxbridge.history.builder import UNLIMITED, RunHistory
+from cxbridge.history.forest import Forest
 from cxbridge.history.model import GoalRecord
 from cxbridge.history.outcome import goal_outcome
 from cxbridge.trace.compare.context import read_contexts
@@ -117,18 +118,10 @@ def _make_bar(goal: GoalRecord, history: RunHistory, *, has_times: bool) -> Bar:
 
 def _sort_rows(rows: Mapping[str, dict[str, Any]]) -> Iterator[dict[str, Any]]:
     """Yield the rows of parents before those of their children, siblings by start."""
-    children: dict[str, list[str]] = {}
-    for label in rows:
-        parent = label.rpartition("/")[0]
-        children.setdefault(parent if parent in rows else "", []).append(label)
 
     def find_begin(label: str) -> float:
         return min((bar["begin"] for bar in rows[label].values() if bar is not None), default=0)
 
-    stack = [(label, 0) for label in sorted(children.get("", ()), key=find_begin, reverse=True)]
-    while stack:
-        label, depth = stack.pop()
+    forest = Forest({label: label.rpartition("/")[0] for label in sorted(rows, key=find_begin)})
+    for label, depth in forest.walk():
         yield {"label": label.rpartition("/")[2], "depth": depth, **rows[label]}
-        stack += [
-            (child, depth + 1) for child in sorted(children.get(label, ()), key=find_begin, reverse=True)
-        ]

@@ -9,20 +9,23 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from collections.abc import Hashable, Iterable, Iterator
+from operator import itemgetter
 from typing import Final
 
 from cxbridge.event_kinds import View
 from cxbridge.trace.compare.align import MISSING, pop_equal_pairs
 from cxbridge.trace.compare.checks import MessageIdCheck, TimeCheck, describe_lag, message_stream
 from cxbridge.trace.compare.details import MissingDetails
-from cxbridge.trace.compare.edits import Alignment, Edit
+from cxbridge.trace.compare.edits import Alignment, Edit, pair_sort_key
 from cxbridge.trace.compare.keys import (
+    DETAIL_NOUNS,
     NamedKey,
     Token,
     TokenReader,
     describe_changed_parts,
     describe_subject,
-    detail_change,
+    find_changed_parts,
+    find_thread,
 )
 from cxbridge.trace.compare.model import (
     Comparison,
@@ -31,7 +34,6 @@ from cxbridge.trace.compare.model import (
     Order,
     Side,
 )
-from cxbridge.trace.compare.names import Names
 from cxbridge.trace.compare.selection import Selection
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.listing import describe_details, describe_event
@@ -103,9 +105,8 @@ class _PartnerChecks:
         if self._msgids.has_new_offset(message_stream(token_a.key), token_a.msgid or 0, token_b.msgid or 0):
             yield _make_partner_difference(token_a, token_b, DifferenceKind.MSGID, "another message id")
         if self._times:
-            lag_s = self._times.measure_exceeding_lag_s(
-                token_a.thread, token_a.event.time_us, token_b.event.time_us
-            )
+            thread = find_thread(token_a.key, token_a.names)
+            lag_s = self._times.measure_exceeding_lag_s(thread, token_a.event.time_us, token_b.event.time_us)
             if lag_s is not None:
                 yield _make_partner_difference(token_a, token_b, DifferenceKind.TIME, describe_lag(lag_s))
 
@@ -130,137 +131,140 @@ class _Divergence:
     def __init__(self, tails: list[list[Token]], shared_name_count: int) -> None:
         self._tails = tails
         self._shared_name_count = shared_name_count
-        self._partner_names: dict[int, int] = {}  # names of B to names of A
-        self._pair_names()
-        states = [
-            [self._key_and_names(run_index, index) for index in range(len(tail))]
-            for run_index, tail in enumerate(tails)
+        partner_names = self._pair_names()
+        self._paired_names = frozenset(partner_names.values())
+        # both runs have the names of A; a name of B without a partner becomes negative
+        self._states: list[list[NamedKey]] = [
+            [(token.key, token.names) for token in tails[0]],
+            [
+                (
+                    token.key,
+                    tuple(
+                        name if name < shared_name_count else partner_names.get(name, -1 - name)
+                        for name in token.names
+                    ),
+                )
+                for token in tails[1]
+            ],
         ]
-        self._alignment = Alignment(*states)
+        self._alignment = Alignment(*self._states)
 
-    def _pair_names(self) -> None:
-        """Find which name of B is which name of A by the votes of events that are equal except for names."""
-        alignment = Alignment(*([token.key for token in tail] for tail in self._tails))
+    def _pair_names(self) -> dict[int, int]:
+        """Return the names of A by those of B, by the votes of events that are equal except for names."""
+        tails = self._tails
+        alignment = Alignment(*([token.key for token in tail] for tail in tails))
         moved_pairs = pop_equal_pairs(
             alignment.unpaired_indices(0),
             alignment.unpaired_indices(1),
-            lambda index: self._tails[0][index].key,
-            lambda index: self._tails[1][index].key,
+            lambda index: tails[0][index].key,
+            lambda index: tails[1][index].key,
         )
         votes = Counter(
             pair
             for index_a, index_b in (*alignment.pairs, *moved_pairs)
             # a text that contains `gen#` itself has equal keys and fewer names
-            for pair in zip(self._tails[0][index_a].names, self._tails[1][index_b].names, strict=False)
+            for pair in zip(tails[0][index_a].names, tails[1][index_b].names, strict=False)
             if min(pair) >= self._shared_name_count
         )
         # names are paired one to one: a pair with fewer votes is dropped if a name of it is paired already
+        partner_names: dict[int, int] = {}
         paired_names: set[int] = set()
         for (name_a, name_b), _ in votes.most_common():
-            if name_b not in self._partner_names and name_a not in paired_names:
-                self._partner_names[name_b] = name_a
+            if name_b not in partner_names and name_a not in paired_names:
+                partner_names[name_b] = name_a
                 paired_names.add(name_a)
+        return partner_names
 
     def find_differences(self, checks: _PartnerChecks, checked_count: int) -> list[Difference]:
         """Return all differences in the order of the runs.
 
         :param checked_count: the number of leading pairs that were checked while reading.
         """
-        edits = self._alignment.find_edits(self._key_and_names, self._find_thread, owner=self._find_owner)
+        edits = self._alignment.find_edits(
+            lambda run_index, index: self._states[run_index][index], self._find_thread, self._find_owner
+        )
         differences = [
             (edit.sort_key, self._make_difference(edit)) for edit in self._drop_repeated_details(edits)
         ]
         last_a = last_b = MISSING
-        for index_a, index_b in self._alignment.pairs:
+        for number, (index_a, index_b) in enumerate(self._alignment.pairs):
             for token in (*self._tails[0][last_a + 1 : index_a], *self._tails[1][last_b + 1 : index_b]):
                 checks.note_unpaired(token)
             if not index_a == index_b < checked_count:
                 partners = self._tails[0][index_a], self._tails[1][index_b]
                 differences += (
-                    ((index_a, 0, index_a), difference) for difference in checks.find_differences(*partners)
+                    (pair_sort_key(number), difference) for difference in checks.find_differences(*partners)
                 )
             last_a, last_b = index_a, index_b
-        return [difference for _, difference in sorted(differences, key=lambda difference: difference[0])]
+        return [difference for _, difference in sorted(differences, key=itemgetter(0))]
 
-    def _translate_names(self, run_index: int, names: Iterable[int]) -> Names:
-        """Translate the names of a run to those of A; a name of B without a partner becomes negative."""
-        if run_index == 0:
-            return tuple(names)
-        return tuple(
-            name if name < self._shared_name_count else self._partner_names.get(name, -1 - name)
-            for name in names
-        )
-
-    def _find_thread(self, run_index: int, index: int) -> Hashable:
+    def _find_thread(self, run_index: int, index: int) -> NamedKey:
         """Return the goal, plan or Skiller of an event, equal for both runs."""
-        key, names = self._tails[run_index][index].thread
-        return key, self._translate_names(run_index, names)
+        return find_thread(*self._states[run_index][index])
 
-    def _find_owner(self, run_index: int, index: int) -> Hashable:
-        """Return the goal of an event if only one run has the goal, else None."""
-        goal_name = self._tails[run_index][index].thread[1][:1]
-        # the values are the paired names of A, the keys those of B
-        paired_names = (self._partner_names.values(), self._partner_names)[run_index]
-        if not goal_name or goal_name[0] < self._shared_name_count or goal_name[0] in paired_names:
+    def _find_owner(self, run_index: int, index: int) -> int | None:
+        """Return the name of the event's goal if only one run has the goal, else None."""
+        names = self._find_thread(run_index, index)[1]
+        if not names or 0 <= names[0] < self._shared_name_count or names[0] in self._paired_names:
             return None
-        return goal_name
+        return names[0]
 
     def _drop_repeated_details(self, edits: Iterable[Edit]) -> Iterator[Edit]:
         """Yield edits without repetitions of a detail that differs in all events of a goal or plan-action."""
         reported: set[Hashable] = set()
         for edit in edits:
-            change = self._find_detail_change(edit)
-            if change is None or change not in reported:
-                reported.add(change)
+            details = self._find_changed_details(edit)
+            if details is None or details not in reported:
+                reported.add(details)
                 yield edit
 
-    def _find_detail_change(self, edit: Edit) -> Hashable:
-        """Return the differing details of a changed event if nothing else differs, else None.
-
-        The text of an event does not show its details.
-        """
-        if edit.kind is not DifferenceKind.CHANGED:
+    def _find_changed_details(self, edit: Edit) -> Hashable:
+        """Return subject and details of a changed event if only details differ, else None."""
+        if edit.kind is not DifferenceKind.CHANGED or not DETAIL_NOUNS.issuperset(self._changed_parts(edit)):
             return None
-        return detail_change(self._key_and_names(0, edit.indices[0]), self._key_and_names(1, edit.indices[1]))
+        event_a, event_b = (tail[index].event for tail, index in zip(self._tails, edit.indices, strict=True))
+        subject = tuple(getattr(event_a, name) for name in event_a.KIND.subject)
+        return subject, describe_details(event_a), describe_details(event_b)
 
-    def _key_and_names(self, run_index: int, index: int) -> NamedKey:
-        """Return the key of an event and its names, which are equal for partners in both runs."""
-        token = self._tails[run_index][index]
-        return token.key, self._translate_names(run_index, token.names)
+    def _changed_parts(self, edit: Edit) -> list[str]:
+        """Return the nouns of the parts in which a changed event differs."""
+        key_a, key_b = (states[index] for states, index in zip(self._states, edit.indices, strict=True))
+        return find_changed_parts(key_a, key_b)
 
     def _make_difference(self, edit: Edit) -> Difference:
         tokens = [
-            self._tails[run_index][index] for run_index, index in enumerate(edit.indices) if index != MISSING
+            None if index == MISSING else tail[index]
+            for tail, index in zip(self._tails, edit.indices, strict=True)
         ]
-        side_a, side_b = self._make_side(0, edit), self._make_side(1, edit)
+        # the text of an event does not show its details
+        with_details = self._find_changed_details(edit) is not None
+        side_a, side_b = (
+            self._make_missing_side(run_index, edit)
+            if token is None
+            else Side(token.number, _describe_token(token, with_details=with_details))
+            for run_index, token in enumerate(tokens)
+        )
         return Difference(
             self._describe_edit(edit),
-            describe_subject(tokens[0].event),
+            describe_subject(next(token.event for token in tokens if token)),
             side_a,
             side_b,
             edit.kind,
             edit.count,
         )
 
-    def _make_side(self, run_index: int, edit: Edit) -> Side:
-        index = edit.indices[run_index]
-        if index != MISSING:
-            token = self._tails[run_index][index]
-            details = f" {describe_details(token.event)}" if self._find_detail_change(edit) else ""
-            return Side(token.number, f"{describe_event(token.event)}{details}")
-        preceding_index = self._alignment.preceding_index(1 - run_index, edit.indices[1 - run_index])
+    def _make_missing_side(self, run_index: int, edit: Edit) -> Side:
+        """Return the side of a run without an event."""
+        preceding_index = self._alignment.preceding_index(run_index, edit)
         number = None if preceding_index == MISSING else self._tails[run_index][preceding_index].number
         return Side(number, RUN_OVER_TEXT if self._alignment.has_ended(run_index, edit) else NO_EVENT_TEXT)
 
     def _describe_edit(self, edit: Edit) -> str:
         if edit.kind is DifferenceKind.CHANGED:
-            return describe_changed_parts(
-                self._key_and_names(0, edit.indices[0]), self._key_and_names(1, edit.indices[1])
-            )
+            return describe_changed_parts(self._changed_parts(edit))
         events = "an event" if edit.count == 1 else f"{edit.count} events"
         if edit.kind is DifferenceKind.ORDER:
-            is_later = edit.sort_key[:2] == (edit.indices[0], 0)
-            return f"{events} in another order: {'later' if is_later else 'earlier'} in B"
+            return f"{events} in another order: {'later' if edit.is_later_in_b else 'earlier'} in B"
         run_name, other_index, other_name = (
             ("A", 1, "B") if edit.kind is DifferenceKind.ONLY_A else ("B", 0, "A")
         )
@@ -269,3 +273,8 @@ class _Divergence:
         if self._alignment.has_ended(other_index, edit):
             return f"{other_name} ends here, {run_name} continues"
         return f"{events} that only {run_name} has"
+
+
+def _describe_token(token: Token, *, with_details: bool) -> str:
+    text = describe_event(token.event)
+    return f"{text} {describe_details(token.event)}" if with_details else text
