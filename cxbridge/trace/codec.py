@@ -3,8 +3,8 @@
 docs/formats.md lists the kinds of events and their fields. ``time_us`` is in microseconds since the epoch.
 
 The output is that of :mod:`json`, which wrote the first recordings. The faster msgspec writes numbers with an
-exponent, NaN and infinity differently, and refuses texts with a lone surrogate: such values are converted
-before msgspec gets them.
+exponent, NaN and infinity differently, and refuses texts with a lone surrogate: :mod:`json` encodes events
+with such values.
 """
 
 from __future__ import annotations
@@ -12,15 +12,14 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
-from math import isfinite
+from functools import cache
 from typing import Any, Final, get_type_hints
 
 import msgspec
-from msgspec.structs import replace
 
 from cxbridge.event_kinds import Event
 
-_PLAIN_TYPES: Final = frozenset({int, str, bool})
+_encode_by_msgspec: Final = msgspec.json.Encoder().encode
 _JSON_TYPES: Final = {int: "integer", str: "string", bool: "boolean", float: "number"}
 _INTEGER_LIMIT: Final = 1 << 63  # recordings have integers of 64 bits, but msgspec accepts longer ones
 
@@ -34,41 +33,21 @@ class EventFormatError(ValueError):
 
 def encode(event: Event) -> bytes:
     """Return the event's fields as JSON on one line."""
-    event_type = type(event)
-    checked_fields = (
-        _checked_fields[event_type]
-        if event_type in _checked_fields
-        else _find_and_cache_checked_fields(event_type)
-    )
+    # most events have only texts and integers, which need no check: msgspec is the fast path
+    for name in _find_checked_fields(type(event)):
+        value = getattr(event, name)
+        if not _has_same_json(value.values() if type(value) is dict else (value,)):
+            return _encode_by_json(event)
     try:
-        # most events have only texts and integers, which need no check: this is the fast path
-        for name in checked_fields:
-            value = getattr(event, name)
-            if not _has_same_json(value.values() if type(value) is dict else (value,)):
-                return _encode(
-                    replace(
-                        event, **{name: _to_json_safe_field(getattr(event, name)) for name in checked_fields}
-                    )
-                )
-        return _encode(event)
+        return _encode_by_msgspec(event)
     except UnicodeEncodeError:  # a lone surrogate in a text
-        values = {name: getattr(event, name) for name in field_names(event_type)}
-        return _encode(
-            {
-                name: value if isinstance(value, Enum) else _to_json_safe_value(value)
-                for name, value in values.items()
-            }
-        )
+        return _encode_by_json(event)
 
 
-def _to_json_safe_field(value: Any) -> Any:
-    """Return the value of a field such that msgspec writes it like :mod:`json`."""
-    if type(value) is not dict:
-        return _to_json_safe_value(value)
-    return {
-        name: element if type(element) in _PLAIN_TYPES else _to_json_safe_value(element)
-        for name, element in value.items()
-    }
+def _encode_by_json(event: Event) -> bytes:
+    values = {name: getattr(event, name) for name in field_names(type(event))}
+    # an event has the values of its enums, unlike the values of an interface, which have names
+    return _dump({name: value.value if isinstance(value, Enum) else value for name, value in values.items()})
 
 
 def encode_with_kind(event: Event) -> bytes:
@@ -77,22 +56,33 @@ def encode_with_kind(event: Event) -> bytes:
 
 
 def dump_json(values: Mapping[str, Any]) -> str:
-    """Return values as a JSON object on one line."""
-    return _encode(_to_json_safe_value(values)).decode()
+    """Return values as a JSON object on one line, with the names of enum items."""
+    return _dump(values).decode()
+
+
+def _dump(values: Mapping[str, Any]) -> bytes:
+    text = json.dumps(values_with_enum_names(values), ensure_ascii=False, separators=(",", ":"), default=str)
+    # CLIPS can produce lone surrogates, which become JSON's escape sequences
+    return text.encode("utf-8", "backslashreplace")
 
 
 def values_with_enum_names(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values of an interface with the names of enum items."""
-    return {
-        name: [_convert_item(element) for element in value]
-        if isinstance(value, list | tuple)
-        else _convert_item(value)
-        for name, value in values.items()
-    }
+    return {name: _to_plain_value(value) for name, value in values.items()}
 
 
-def _convert_item(value: Any) -> Any:
-    return value.name if isinstance(value, Enum) else value
+def _to_plain_value(value: Any) -> Any:
+    """Return a value for JSON: the name of an enum item, the hexadecimal digits of bytes."""
+    match value:
+        case Enum():
+            return value.name
+        case Mapping():
+            return values_with_enum_names(value)
+        case list() | tuple():
+            return [_to_plain_value(element) for element in value]
+        case bytes() | bytearray() | memoryview():
+            return value.hex()
+    return value
 
 
 def make_decoder(event_type: type[Event]) -> Callable[[bytes], Event]:
@@ -154,12 +144,12 @@ def _find_json_types(event_type: type[Event]) -> dict[str, str]:
     return types
 
 
-def _find_and_cache_checked_fields(event_type: type[Event]) -> tuple[str, ...]:
-    """Return the fields whose values msgspec may write differently from :mod:`json`, and cache them."""
-    json_types = _find_json_types(event_type)
-    names = tuple(name for name, json_type in json_types.items() if json_type in ("number", "object"))
-    _checked_fields[event_type] = names
-    return names
+@cache
+def _find_checked_fields(event_type: type[Event]) -> tuple[str, ...]:
+    """Return the fields whose values msgspec may write differently from :mod:`json`."""
+    return tuple(
+        name for name, json_type in _find_json_types(event_type).items() if json_type in ("number", "object")
+    )
 
 
 def _has_same_json(values: Iterable[Any]) -> bool:
@@ -176,51 +166,3 @@ def _has_same_json(values: Iterable[Any]) -> bool:
         elif value_type is not int and value_type is not str and value_type is not bool:
             return False
     return True
-
-
-def _to_json_safe_value(value: Any) -> Any:
-    """Return a value such that msgspec writes it like :mod:`json`, with the names of enum items."""
-    convert = _CONVERTERS.get(type(value))
-    if convert is not None:
-        return convert(value)
-    if isinstance(value, Enum):
-        return value.name
-    return _to_json_safe_mapping(value) if isinstance(value, Mapping) else value
-
-
-def _to_json_safe_text(text: str) -> str | msgspec.Raw:
-    """Return the text, or its escaped JSON if it has a lone surrogate, which CLIPS can produce."""
-    try:
-        text.encode()
-    except UnicodeEncodeError:
-        return msgspec.Raw(json.dumps(text, ensure_ascii=False).encode("utf-8", "backslashreplace"))
-    return text
-
-
-def _to_json_safe_number(number: float) -> float | msgspec.Raw:
-    if _has_same_json((number,)):
-        return number
-    return msgspec.Raw((repr(number) if isfinite(number) else json.dumps(number)).encode())
-
-
-def _to_json_safe_mapping(values: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: _to_json_safe_value(value) for name, value in values.items()}
-
-
-def _to_json_safe_list(values: list[Any] | tuple[Any, ...]) -> list[Any]:
-    return [_to_json_safe_value(value) for value in values]
-
-
-_CONVERTERS: Final[dict[type, Callable[[Any], Any]]] = {
-    str: _to_json_safe_text,
-    float: _to_json_safe_number,
-    dict: _to_json_safe_mapping,
-    list: _to_json_safe_list,
-    tuple: _to_json_safe_list,
-    **dict.fromkeys((int, bool), lambda value: value),
-    bytes: bytes.hex,
-    bytearray: bytearray.hex,
-    memoryview: memoryview.hex,
-}
-_encode: Final = msgspec.json.Encoder(enc_hook=str).encode
-_checked_fields: Final[dict[type[Event], tuple[str, ...]]] = {}

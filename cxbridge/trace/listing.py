@@ -20,7 +20,7 @@ from cxbridge.events import (
 )
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.printing import escape_record, format_count
-from cxbridge.trace.codec import dump_json, encode_with_kind, values_with_enum_names
+from cxbridge.trace.codec import dump_json, encode_with_kind
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.transitions_text import format_transition
 
@@ -82,7 +82,7 @@ def describe_event(event: Event) -> str:
     if isinstance(event, FactChange):
         return f"{'==>' if event.asserted else '<=='} f-{event.index:<5d} {event.text}"
     if isinstance(event, InterfaceWrite):
-        return f"{event.uid} {dump_json(values_with_enum_names(event.values))}"
+        return f"{event.uid} {dump_json(event.values)}"
     if isinstance(event, InterfaceMessage):
         return _describe_message(event)
     return _describe_planner_call(event) if isinstance(event, PlannerCall) else str(event)
@@ -96,7 +96,7 @@ def describe_details(event: Event) -> str:
 
 def _describe_message(event: InterfaceMessage) -> str:
     sender = f" from {event.sender}" if event.sender else ""
-    values = dump_json(values_with_enum_names(event.values))
+    values = dump_json(event.values)
     return f"{event.uid} <- {event.message} {event.msgid}{sender}, {event.outcome}: {values}"
 
 

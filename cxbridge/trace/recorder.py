@@ -80,26 +80,20 @@ class _Output:
         self._lock = threading.RLock()
 
     def write_event(self, event: Event) -> None:
-        """Write an event, unless the output is disabled or its writer has failed."""
-        with self._lock:
-            if not self._failed:
-                try:
-                    self.writer.write(event)
-                except TraceError as error:
-                    self._note_failure(error)
+        """Write an event, unless the writer has failed."""
+        self.call_writer("write", event)
 
     def call_writer(self, method: str, *args: object) -> None:
         """Call a method of the writer, unless the writer has failed."""
         with self._lock:
             # a failed writer still has an open file
-            if not self._failed or method == "close":
-                try:
-                    getattr(self.writer, method)(*args)
-                except TraceError as error:
-                    self._note_failure(error)
-
-    def _note_failure(self, error: TraceError) -> None:
-        if not self._failed:
-            self._failed = True
-            self._recorder.errors.append(error)
-            _log.error("recording stopped: %s", error)
+            if self._failed and method != "close":
+                return
+            try:
+                getattr(self.writer, method)(*args)
+            except TraceError as error:
+                # closing may fail again
+                if not self._failed:
+                    self._failed = True
+                    self._recorder.errors.append(error)
+                    _log.error("recording stopped: %s", error)

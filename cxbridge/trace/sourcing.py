@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
+from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -121,12 +122,10 @@ def emit_configuration(bus: EventBus, config: Configuration) -> None:
     A file with secrets is left out; the tree has its other values.
     """
     for file in config.files:
-        try:
+        with suppress(OSError):  # the file was deleted after it was read; the tree has its values
             data = Path(file).read_bytes()
-        except OSError:
-            continue  # the file was deleted after it was read; the tree has its values
-        if not has_secrets(data):
-            bus.emit_source("config", "", str(file), data)
+            if not has_secrets(data):
+                bus.emit_source("config", "", str(file), data)
     tree = {
         item.path: list(item.items) if item.is_list else item.text
         for item in map(mask_value, config.search("/"))
@@ -140,9 +139,7 @@ def read_interface_source(
 ) -> SourceRead | None:
     """Return the definition of an interface type, or None if the type has no readable file."""
     path = registry.path(interface_type)
-    if path is None:
-        return None
-    try:
-        return SourceRead(time_us, "interface", "", interface_type, path.read_bytes(), {})
-    except OSError:
-        return None
+    with suppress(OSError):
+        if path is not None:
+            return SourceRead(time_us, "interface", "", interface_type, path.read_bytes(), {})
+    return None

@@ -17,7 +17,7 @@ from cxbridge.skiller.lua.boardaccess import BoardAccess, InterfacePool, MakeTab
 from cxbridge.skiller.lua.host import HostFunctions, from_lua, to_lua
 from cxbridge.skiller.lua.limits import Limits
 from cxbridge.skiller.lua.modulepath import ModulePath
-from cxbridge.skiller.lua.placeaccess import PlaceAccess
+from cxbridge.skiller.lua.placeaccess import make_place_functions
 from cxbridge.skiller.lua.state import HostTable, LuaState
 from cxbridge.skiller.skillstring import ONLY_FAWKES, LuaCall
 from cxbridge.skiller.status import Status
@@ -36,7 +36,7 @@ class LuaEngine:
     :param folders: the folders of skills, see :class:`ModulePath`.
     :param space: the skill space: the module ``skills.SPACE``, which loads the skills.
     :param transforms: the transforms for ``tf``; None: ``tf`` has no frames.
-    :param navgraph: the graph for ``navgraph``; None: skills have no ``navgraph``.
+    :param navgraph: the graph of ``navgraph``; None: ``navgraph`` is nil in Lua.
     :param seed: the seed of ``math.random``.
     :raises SkillError: if the space or a skill cannot be loaded, with file and line.
     """
@@ -63,7 +63,7 @@ class LuaEngine:
 
         def make_host_functions(modules: ModulePath) -> HostTable:
             functions = HostFunctions(logger, clock, modules, config, seed).functions_by_name()
-            return functions | PlaceAccess(transforms, navgraph).functions_by_name()
+            return functions | make_place_functions(transforms, navgraph)
 
         self._make_host_functions = make_host_functions
         self.space = space

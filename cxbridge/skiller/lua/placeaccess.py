@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
-from cxbridge.errors import SkillError
 from cxbridge.skiller.lua.host import from_lua, guard, to_lua
 from cxbridge.space.navgraph.graph import (
     NavGraph,
@@ -23,88 +22,80 @@ _CONVERSIONS: dict[str, Callable[[str], Any]] = {
 }
 
 
-class PlaceAccess:
-    """The functions of ``tf`` and ``navgraph`` in Lua.
+def make_place_functions(
+    transforms: TransformBuffer | None, navgraph: NavGraph | None
+) -> dict[str, Callable[..., Any]]:
+    """Return the functions of ``tf`` and ``navgraph`` by their Lua names.
 
     :param transforms: the transforms of ``tf``; None: ``tf`` has no frames.
-    :param navgraph: the graph of ``navgraph``; None: skills have no ``navgraph``.
+    :param navgraph: the graph of ``navgraph``; None: ``navgraph`` is nil in Lua, as without the feature in
+        Fawkes.
     """
+    buffer = transforms or TransformBuffer()
+    functions: dict[str, Callable[..., Any]] = {
+        "tf_frame_exists": lambda frame: buffer.frame_exists(from_lua(frame)),
+        "tf_can_transform": lambda target, source, time_us: buffer.can_transform(
+            from_lua(target), from_lua(source), int(time_us)
+        ),
+        "tf_lookup": lambda target, source, time_us: _flatten_transform(
+            buffer.lookup(from_lua(target), from_lua(source), int(time_us))
+        ),
+        "tf_lookup_via": lambda target, target_us, source, source_us, fixed_frame: _flatten_transform(
+            buffer.lookup_via(
+                from_lua(target), int(target_us), from_lua(source), int(source_us), from_lua(fixed_frame)
+            )
+        ),
+    }
+    functions |= {} if navgraph is None else _make_navgraph_functions(navgraph)
+    return {name: guard(function) for name, function in functions.items()}
 
-    def __init__(self, transforms: TransformBuffer | None, navgraph: NavGraph | None) -> None:
-        self._transforms = transforms or TransformBuffer()
-        self._graph = navgraph
 
-    def functions_by_name(self) -> dict[str, Callable[..., Any]]:
-        """Return the functions by their Lua names."""
-        buffer = self._transforms
-        functions: dict[str, Callable[..., Any]] = {
-            "tf_frame_exists": lambda frame: buffer.frame_exists(from_lua(frame)),
-            "tf_can_transform": lambda target, source, time_us: buffer.can_transform(
-                from_lua(target), from_lua(source), int(time_us)
-            ),
-            "tf_lookup": lambda target, source, time_us: _transform_values(
-                buffer.lookup(from_lua(target), from_lua(source), int(time_us))
-            ),
-            "tf_lookup_via": lambda target, target_us, source, source_us, fixed_frame: _transform_values(
-                buffer.lookup_via(
-                    from_lua(target), int(target_us), from_lua(source), int(source_us), from_lua(fixed_frame)
-                )
-            ),
-        }
-        # without these functions `navgraph` is nil for skills, as without the feature in Fawkes
-        if self._graph is not None:
-            functions |= {
-                "nav_name": lambda: to_lua(self._navgraph.name),
-                "nav_node": lambda name: _node_values(self._navgraph.node(from_lua(name))),
-                "nav_closest": self._find_closest,
-                "nav_search": lambda name: self._node_names(self._navgraph.search_nodes(from_lua(name))),
-                "nav_reachable": lambda name: tuple(map(to_lua, self._navgraph.neighbours(from_lua(name)))),
-                "nav_property": self._find_property,
-                "nav_default": lambda name: _text_or_nil(
-                    self._navgraph.default_properties.get(from_lua(name))
-                ),
-                "nav_convert": lambda kind, text: _CONVERSIONS[kind](text),
-                "nav_path": self._find_path,
-            }
-        return {name: guard(function) for name, function in functions.items()}
-
-    @property
-    def _navgraph(self) -> NavGraph:
-        """The graph, without which Lua gets no function that uses it."""
-        if self._graph is None:
-            raise SkillError("there is no navigation graph")
-        return self._graph
-
-    @staticmethod
-    def _node_names(nodes: list[NavGraphNode]) -> tuple[str, ...]:
-        return tuple(to_lua(node.name) for node in nodes)
-
-    def _find_closest(
-        self, x: float, y: float, property_name: str, include_unconnected: Any, other_than: str
-    ) -> Any:
-        node = self._navgraph.closest_node(
+def _make_navgraph_functions(graph: NavGraph) -> dict[str, Callable[..., Any]]:
+    def find_closest(
+        x: float, y: float, property_name: str, include_unconnected: Any, other_than: str
+    ) -> tuple[str, float, float] | None:
+        node = graph.closest_node(
             x,
             y,
             from_lua(property_name),
             include_unconnected=bool(include_unconnected),
             other_than=from_lua(other_than),
         )
-        return _node_values(node)
+        return _flatten_node(node)
 
-    def _find_property(self, node_name: str, name: str) -> str | None:
-        node = self._navgraph.node(from_lua(node_name))
+    def find_property(node_name: str, name: str) -> str | None:
+        node = graph.node(from_lua(node_name))
         return None if node is None else _text_or_nil(node.properties.get(from_lua(name)))
 
-    def _find_path(self, start: str, goal: str) -> Any:
-        path = self._navgraph.search_path(from_lua(start), from_lua(goal))
-        return None if path is None else (path.cost, *self._node_names(list(path.nodes)))
+    def find_path(start: str, goal: str) -> tuple[Any, ...] | None:
+        """Return the length of the path and the names of its nodes, or nil."""
+        path = graph.search_path(from_lua(start), from_lua(goal))
+        return None if path is None else (path.cost, *_node_names(path.nodes))
+
+    return {
+        "nav_name": lambda: to_lua(graph.name),
+        "nav_node": lambda name: _flatten_node(graph.node(from_lua(name))),
+        "nav_closest": find_closest,
+        "nav_search": lambda name: _node_names(graph.search_nodes(from_lua(name))),
+        "nav_reachable": lambda name: tuple(map(to_lua, graph.neighbours(from_lua(name)))),
+        "nav_property": find_property,
+        "nav_default": lambda name: _text_or_nil(graph.default_properties.get(from_lua(name))),
+        "nav_convert": lambda kind, text: _CONVERSIONS[kind](text),
+        "nav_path": find_path,
+    }
 
 
-def _transform_values(transform: StampedTransform) -> tuple[float, ...]:
+def _node_names(nodes: Iterable[NavGraphNode]) -> tuple[str, ...]:
+    return tuple(to_lua(node.name) for node in nodes)
+
+
+def _flatten_transform(transform: StampedTransform) -> tuple[float, ...]:
+    """Return translation (x, y, z), rotation (x, y, z, w) and time in microseconds."""
     return (*transform.transform.translation, *transform.transform.rotation, transform.stamp_us)
 
 
-def _node_values(node: NavGraphNode | None) -> Any:
+def _flatten_node(node: NavGraphNode | None) -> tuple[str, float, float] | None:
+    """Return the name and the coordinates of a node in metres."""
     return None if node is None else (to_lua(node.name), node.x, node.y)
 
 

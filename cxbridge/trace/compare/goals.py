@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from sys import intern
 from typing import Final, NamedTuple, TypeAlias
 
-from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
+from cxbridge.events import Event, GoalTransition, PlanActionTransition
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.trace.compare.details import DetailChanges, MissingDetails
 from cxbridge.trace.compare.names import replace_fact_names, replace_names
@@ -108,7 +108,7 @@ class Goal:
 class GoalForest:
     """All goals of a run, and the statuses of its Skillers.
 
-    :param events: the events of the run, read once by the constructor.
+    :param events: the transitions of the run, read once by the constructor.
     :param missing: details that are not compared.
     :ivar count: the number of compared events.
     :ivar roots: the goals without a known parent.
@@ -127,10 +127,8 @@ class GoalForest:
                 goal = self._find_or_add_goal(event.env, event.goal)
                 self._add_step(goal, Thread(intern(event.plan)), state, event)
                 self._add_details(goal, event.plan, event, state[:2])
-            elif isinstance(event, SkillStatus):
-                self.skillers.add(event, self.count)
             else:
-                continue
+                self.skillers.add(event, self.count)
             self.count += 1
         self.roots = self._link_goals()
 

@@ -12,7 +12,7 @@ from functools import lru_cache
 from typing import Any, Final, TypeAlias
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.trace.codec import dump_json, values_with_enum_names
+from cxbridge.trace.codec import dump_json
 
 # The end of `oxygen5` is no id. The lookbehind follows `gen`, because the search for a fixed start is fast.
 _GENSYM = re.compile(r"gen(?<![A-Za-z0-9]gen)\d+(?![A-Za-z0-9])")
@@ -52,7 +52,7 @@ def replace_fact_names(text: str) -> str:
 
 def interface_text(values: Mapping[str, Any]) -> str:
     """Return the values of an interface write as text, without the message id."""
-    return dump_json({name: value for name, value in values_with_enum_names(values).items() if name != MSGID})
+    return dump_json({name: value for name, value in values.items() if name != MSGID})
 
 
 def split_msgid(text: str) -> tuple[str, int | None]:

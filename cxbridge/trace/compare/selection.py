@@ -167,8 +167,6 @@ class _SelectionReader:
     def select_content(self, event: Event) -> Event | None:
         """Return the compared content of the next event, or None."""
         kind = event.KIND.name
-        if not event.KIND.patterns:
-            return event
         # a pattern may select a goal with its plan-actions, which have only the id of the goal
         if isinstance(event, GoalTransition):
             self._goals[event.env, event.goal] = event

@@ -172,14 +172,13 @@ class ValueStreams:
         """Add the next event of the run unless it repeats the last state."""
         if isinstance(event, InterfaceWrite):
             name, text = event.uid, replace_fact_names(interface_text(event.values))
-        elif isinstance(event, SkillStatus):
+        else:
+            assert isinstance(event, SkillStatus)
             fresh_state = self._skillers.fresh_state(event)
             if fresh_state is None:
                 return
             name = f"skiller {event.skiller} of {event.env}"
             text = replace_names(f'skill="{fresh_state.skill_string}" status={fresh_state.status}')
-        else:
-            return
         stream = self._streams.setdefault(name, [])
         # the load of the machine decides how often a writer repeats a value
         if not stream or stream[-1].state != (text,):

@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -39,26 +38,6 @@ _LEVELS = {level.value: level for level in Level}
 _BUFFER_SIZE = 64 * 1024  # in bytes
 _FLUSH_INTERVAL_S = 0.5  # in real time: a killed run loses little
 _DAY_US = 24 * 3600 * MICROSECONDS
-
-
-@dataclass(slots=True)
-class _LogEntry:
-    """An entry of the log: a line with a time, and the following lines without a time.
-
-    :param line: the number of the first line.
-    :param size: the number of characters.
-    :param is_complete: whether the last line has its line feed.
-    """
-
-    line: int
-    lines: list[str]
-    size: int
-    is_complete: bool
-
-    def parse_fields(self) -> tuple[str, ...] | None:
-        """Return letter, time of day, fraction, component and text, or None if the entry is invalid."""
-        match = _ENTRY_LINES.match("\n".join(self.lines))
-        return None if match is None else match.groups()
 
 
 class FawkesLog(Run):
@@ -100,55 +79,60 @@ class FawkesLog(Run):
         the fact is then the next entry, which is joined to the entry of the fact.
         """
         unfinished: tuple[int, tuple[str, ...]] | None = None
-        for entry in self._read_entries():
-            fields = entry.parse_fields()
-            if fields is None:
-                self.note(f"line {entry.line}: not a log entry, left out")
+        for number, entry in self._read_entries():
+            match, line = _ENTRY_LINES.match(entry), number
+            if match is None:
+                self.note(f"line {line}: not a log entry, left out")
                 continue
+            fields = match.groups()
             component, text = fields[-2:]
             if unfinished is not None:
-                line, (*stamp, fact_component, fact) = unfinished
+                fact_line, (*stamp, fact_component, fact) = unfinished
                 if (
                     component == fact_component
                     and not text.startswith(_CLIPS_STARTS)
                     and len(fact) < MAX_LINE_BYTES
                 ):
                     text = f"{fact}\n{text}"
-                    fields = (*stamp, component, text)
-                    entry.line = line
+                    fields, line = (*stamp, component, text), fact_line
                 else:
                     yield unfinished
                 unfinished = None
             if text.startswith(_FACT_STARTS) and not text.endswith(")") and _find_environment(component):
-                unfinished = entry.line, fields
+                unfinished = line, fields
             else:
-                yield entry.line, fields
+                yield line, fields
         if unfinished is not None:
             yield unfinished
 
-    def _read_entries(self) -> Iterator[_LogEntry]:
-        """Join lines to entries: a line without a time continues the previous entry."""
-        entry: _LogEntry | None = None
+    def _read_entries(self) -> Iterator[tuple[int, str]]:
+        """Yield the number of the first line, and the text of each entry.
+
+        A line without a time continues the previous entry.
+        """
+        first_number, lines, size, is_whole = 0, list[str](), 0, True
         for number, text, is_complete in read_lines(self.path):
+            is_whole = is_complete
             if _TIME_STAMP.match(text):
-                if entry:
-                    yield entry
-                entry = _LogEntry(number, [text], len(text), is_complete)
-            elif entry is None:
+                if lines:
+                    yield first_number, "\n".join(lines)
+                first_number, lines, size = number, [text], len(text)
+            elif not lines:
                 self.note(f"line {number}: text before the first entry, left out")
             else:
-                entry.size += len(text) + 1
+                size += len(text) + 1
                 # a binary file may start like a log, and must not fill the memory
-                if entry.size > MAX_LINE_BYTES:
+                if size > MAX_LINE_BYTES:
                     raise TraceError(
-                        f"the entry has more than {MAX_LINE_BYTES >> 20} MiB", file=self.path, line=entry.line
+                        f"the entry has more than {MAX_LINE_BYTES >> 20} MiB",
+                        file=self.path,
+                        line=first_number,
                     )
-                entry.lines.append(text)
-                entry.is_complete = is_complete
-        if entry:
-            if not entry.is_complete:
-                self.note(f"line {entry.line}: the file ends within this entry")
-            yield entry
+                lines.append(text)
+        if lines:
+            if not is_whole:
+                self.note(f"line {first_number}: the file ends within this entry")
+            yield first_number, "\n".join(lines)
 
 
 class _DayCounter:
@@ -160,8 +144,6 @@ class _DayCounter:
     def __init__(self) -> None:
         self._last_us = 0
         self._midnight_us = 0
-        self._clock = ""
-        self._clock_us = 0
 
     def to_time_us(self, clock: str, fraction: str) -> int:
         """Return microseconds since the midnight before the first entry.
@@ -169,11 +151,8 @@ class _DayCounter:
         :param clock: ``HH:MM:SS``.
         :param fraction: six digits, microseconds.
         """
-        if clock != self._clock:
-            hour, minute, second = clock.split(":")
-            self._clock = clock
-            self._clock_us = ((int(hour) * 60 + int(minute)) * 60 + int(second)) * MICROSECONDS
-        time_of_day_us = self._clock_us + int(fraction)
+        hour, minute, second = map(int, clock.split(":"))
+        time_of_day_us = ((hour * 60 + minute) * 60 + second) * MICROSECONDS + int(fraction)
         if self._last_us - time_of_day_us > _DAY_US // 2:
             self._midnight_us += _DAY_US
         self._last_us = time_of_day_us
@@ -229,21 +208,16 @@ class FawkesLogWriter(StreamWriter):
 
     def write(self, event: Event) -> None:
         if isinstance(event, LogLine):
-            head = f"{event.level.value} {self._format_time(event.time_us)} {escape_record(event.component)}"
-            entry = f"{head}: {escape_log_entry(event.text)}\n"
+            level, component, text = event.level.value, event.component, escape_log_entry(event.text)
         elif isinstance(event, FactChange):
+            level, component = Level.DEBUG.value, f"CLIPS ({event.env})"
             arrow = "==>" if event.asserted else "<=="
-            entry = (
-                f"D {self._format_time(event.time_us)} CLIPS ({escape_record(event.env)}):"
-                f" {arrow} f-{event.index:<5d} {escape_log_entry(event.text)}\n"
-            )
-        elif isinstance(event, RuleFired):
-            entry = (
-                f"D {self._format_time(event.time_us)} CLIPS ({escape_record(event.env)}):"
-                f" FIRE {event.number:4d} {escape_record(event.rule)}: {escape_record(event.basis)}\n"
-            )
+            text = f"{arrow} f-{event.index:<5d} {escape_log_entry(event.text)}"
         else:
-            return
+            assert isinstance(event, RuleFired)
+            level, component = Level.DEBUG.value, f"CLIPS ({event.env})"
+            text = f"FIRE {event.number:4d} {escape_record(event.rule)}: {escape_record(event.basis)}"
+        entry = f"{level} {self._format_time(event.time_us)} {escape_record(component)}: {text}\n"
         with writing(self.path):
             self._file.write(_encode_text(entry))
         if time.monotonic() - self._last_flush_s > _FLUSH_INTERVAL_S:

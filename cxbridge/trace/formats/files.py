@@ -70,35 +70,38 @@ def read_lines(path: Path) -> Iterator[tuple[int, str, bool]]:
 def open_exclusively(path: Path, buffering: int = -1) -> BinaryIO:
     """Open an empty file for writing, unless another process has opened the file by this function.
 
-    Without locks (Windows, some network file systems), and for paths other than regular files, the file is
-    opened normally.
+    Without locks, and for paths other than regular files, the file is opened normally.
 
     :raises TraceError: if another process writes the file, which is then unchanged.
     :raises OSError: if the file cannot be opened.
     """
-    if sys.platform == "win32":
-        return path.open("wb", buffering)
-    try:
-        import fcntl  # noqa: PLC0415 - not every system has it
-    except ImportError:
-        return path.open("wb", buffering)
     if path.exists() and not path.is_file():
         return path.open("wb", buffering)
     # truncate only under the lock: another process may be writing the file
     file = open(path, "wb", buffering, opener=_open_without_truncating)  # noqa: SIM115 - an opener
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
+    if not _try_to_lock(file):
         file.close()
-        raise _make_locked_error(path) from None
-    except OSError:
-        pass  # a file system without locks
-    try:
-        file.truncate(0)
-    except OSError:
-        file.close()
-        raise
+        raise _make_locked_error(path)
+    file.truncate(0)
     return file
+
+
+def _try_to_lock(file: BinaryIO, *, is_shared: bool = False) -> bool:
+    """Lock a file until it is closed; return False if another process has locked the file.
+
+    Without locks (Windows, some network file systems), nothing is locked.
+    """
+    if sys.platform == "win32":
+        return True
+    import fcntl  # noqa: PLC0415 - Windows has no such module
+
+    try:
+        fcntl.flock(file, (fcntl.LOCK_SH if is_shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # a file system without locks
+        return True
+    return True
 
 
 def refuse_locked_file(path: Path) -> None:
@@ -138,18 +141,11 @@ def rename_previous(path: Path) -> Path | None:
 
 
 def _is_locked(path: Path) -> bool:
-    if sys.platform == "win32":
-        return False
     try:
-        import fcntl  # noqa: PLC0415 - not every system has it
-
         with path.open("rb") as file:
-            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:  # the lock of a writer
-        return True
-    except (ImportError, OSError):  # a system without locks, or a file that cannot be opened
+            return not _try_to_lock(file, is_shared=True)
+    except OSError:  # a file that cannot be opened
         return False
-    return False
 
 
 def _open_without_truncating(path: str, flags: int) -> int:

@@ -1,23 +1,21 @@
 """The moves of a replay: the writes to repeat, each with its position in the recording.
 
 The clock of a recorded machine may have been set, and writes may be out of order. Positions therefore count
-from the first event, and decrease only for writes out of order; see docs/recording.md, section "Time".
+from the first event, and never decrease; see docs/recording.md, section "Time".
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 from cxbridge.blackboard.names import parse_uid
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import InterfaceWrite
+from cxbridge.history.steady import SteadyClock
 from cxbridge.trace.formats.base import Run
-
-MAX_OUT_OF_ORDER_US: Final = MICROSECONDS
-"""The maximum step back in time of a write out of order; a larger step means that the clock was set."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,29 +44,6 @@ class ReplayMove(NamedTuple):
 
     at_us: int
     event: InterfaceWrite
-
-
-class ReplayPositions:
-    """Converts recorded times to positions that decrease by at most :data:`MAX_OUT_OF_ORDER_US`."""
-
-    def __init__(self, start_us: int) -> None:
-        self._latest_us = start_us
-        self._offset_us = -start_us
-        self._last_stamps_us: dict[str, int] = {}
-
-    def find_position_us(self, event: InterfaceWrite) -> int:
-        """Return the position of the next event of the run."""
-        time_us = event.time_us
-        if self._last_stamps_us.get(event.uid) == time_us:
-            # without a new time stamp, the time of a write is unknown
-            return self._latest_us + self._offset_us
-        self._last_stamps_us[event.uid] = time_us
-        # the clock was set back: positions continue from the latest position
-        if time_us < self._latest_us - MAX_OUT_OF_ORDER_US:
-            self._offset_us += self._latest_us - time_us
-            self._latest_us = time_us
-        self._latest_us = max(self._latest_us, time_us)
-        return time_us + self._offset_us
 
 
 @dataclass(slots=True)
@@ -107,22 +82,23 @@ def replay_moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:
     start_us = round((selection.start_s or 0.0) * MICROSECONDS)
     end_us = None if selection.end_s is None else round(selection.end_s * MICROSECONDS)
     start_values: dict[str, InterfaceWrite] = {}
-    positions: ReplayPositions | None = None
-    has_begun = False
+    last_stamps_us: dict[str, int] = {}
+    clock = SteadyClock()
     for event in run:
-        if positions is None:
-            positions = ReplayPositions(event.time_us)
+        if clock.first_us is None:
+            clock.advance_to(event.time_us)
         if not isinstance(event, InterfaceWrite) or not selection.replays(event.uid):
             continue
-        at_us = positions.find_position_us(event)
-        if end_us is not None and at_us > end_us:
-            continue  # later events may be out of order and precede the end
-        if selection.start_s is not None and at_us < start_us and not has_begun:
+        # without a new time stamp, the time of a write is unknown
+        if last_stamps_us.get(event.uid) != event.time_us:
+            last_stamps_us[event.uid] = event.time_us
+            clock.advance_to(event.time_us)
+        if end_us is not None and clock.now_us > end_us:
+            break
+        if clock.now_us < start_us:
             start_values[event.uid] = event
             continue
-        if not has_begun:
-            has_begun = True
-            yield from (ReplayMove(start_us, write) for write in start_values.values())
-        yield ReplayMove(at_us, event)
-    if not has_begun:
         yield from (ReplayMove(start_us, write) for write in start_values.values())
+        start_values.clear()
+        yield ReplayMove(clock.now_us, event)
+    yield from (ReplayMove(start_us, write) for write in start_values.values())
