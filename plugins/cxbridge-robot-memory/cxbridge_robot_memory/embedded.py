@@ -67,9 +67,10 @@ class EmbeddedStore(Store):
         self._last_stamp = Timestamp(0, 0)
         self._journal = None if file is None else Journal(file)
         if self._journal is not None:
-            with self._journal.convert_read_errors():
-                for collection, document in self._journal.read_documents():
-                    self._collection(collection).store_document(document)
+            # an invalid name of a collection is refused, too
+            self._journal.load_documents(
+                lambda collection, document: self._collection(collection).store_document(document)
+            )
 
     def find(
         self,

@@ -7,14 +7,12 @@ the insertion order. SQLite's exclusive lock permits one process at a time.
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from cxbridge_robot_memory.errors import RobotMemoryError
 from cxbridge_robot_memory.jsontext import parse, to_text
-from cxbridge_robot_memory.store import split_name
 from cxbridge_robot_memory.values import Document
 
 _SCHEMA = """
@@ -73,37 +71,27 @@ class Journal:
         hint = "another process has it open" if "locked" in str(error) else "name another file"
         return RobotMemoryError(f"cannot keep the robot memory here: {error}", file=self._file, hint=hint)
 
-    def read_documents(self) -> Iterator[tuple[str, Document]]:
-        """Yield collection and document of all stored documents in insertion order.
+    def load_documents(self, store: Callable[[str, Document], object]) -> None:
+        """Read the stored documents in insertion order; after an error, the file is closed.
 
+        :param store: gets the collection and each document; refuses a damaged document by any error.
         :raises RobotMemoryError: if the file is damaged.
         """
-        query = "SELECT collection, document FROM documents ORDER BY rowid"
-        for collection, data in self._db.execute(query):
-            document = _decode(data)
-            split_name(collection)  # refuses an invalid name
-            yield collection, document
-
-    @contextmanager
-    def convert_read_errors(self) -> Iterator[None]:
-        """Convert all errors of reading a damaged file to a ``RobotMemoryError``, and close the file."""
         try:
             (result,) = self._db.execute("PRAGMA quick_check(1)").fetchone()
             if result != "ok":
-                raise self._damage_error(result)
-            yield
+                raise RobotMemoryError(result)
+            for collection, data in self._db.execute(
+                "SELECT collection, document FROM documents ORDER BY rowid"
+            ):
+                store(collection, _decode(data))
         except (sqlite3.Error, RobotMemoryError, UnicodeError, KeyError, TypeError, AttributeError) as error:
             self._db.close()
-            if isinstance(error, RobotMemoryError) and error.file == str(self._file):
-                raise
-            raise self._damage_error(error) from None
-
-    def _damage_error(self, reason: object) -> RobotMemoryError:
-        return RobotMemoryError(
-            f"the robot memory in this file is damaged: {reason}",
-            file=self._file,
-            hint="replace it with a copy, or move it away",
-        )
+            raise RobotMemoryError(
+                f"the robot memory in this file is damaged: {error}",
+                file=self._file,
+                hint="replace it with a copy, or move it away",
+            ) from None
 
     def store_document(self, collection: str, document: Document) -> None:
         """Store or replace a document.

@@ -67,16 +67,8 @@ class RobotMemory(Closing):
         settings = Settings.read(self._config)
         return replace(settings, backend="embedded", file=None) if self._is_volatile else settings
 
-    @property
-    def store(self) -> Store:
-        """The store, opened on first access.
-
-        :raises CxbridgeError: if the store cannot be opened.
-        """
-        return self.open()
-
     def open(self) -> Store:
-        """Open the store, and write the interfaces of replica sets. Further calls only return the store.
+        """Return the store. The first call opens the store, and writes the interfaces of replica sets.
 
         :raises CxbridgeError: if the configuration is wrong or the store cannot be opened.
         """

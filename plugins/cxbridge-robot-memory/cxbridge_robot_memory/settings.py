@@ -61,9 +61,6 @@ class Settings(PluginSettings):
         coordination = f"{_FAWKES_KEY}/coordination"
         database = config.get_str(f"{coordination}/database", default="robmem_coordination")
         mutexes = config.get_str(f"{coordination}/mutex-collection", default="mutex")
-        distributed = config.get_strings(
-            f"{_FAWKES_KEY}/distributed-db-names", default=[*defaults.distributed_databases]
-        )
         replica_sets = [
             name
             for name in config.keys(_REPLICA_SETS_KEY)
@@ -78,7 +75,11 @@ class Settings(PluginSettings):
             if has_distributed and not uri
             else "",
             database=config.get_str(f"{_FAWKES_KEY}/database", default=defaults.database),
-            distributed_databases=tuple(distributed),
+            distributed_databases=tuple(
+                config.get_strings(
+                    f"{_FAWKES_KEY}/distributed-db-names", default=[*defaults.distributed_databases]
+                )
+            ),
             mutex_collection=f"{database}.{mutexes}",
             replica_sets=tuple(sorted(replica_sets)) or _DEFAULT_SETS,
         )

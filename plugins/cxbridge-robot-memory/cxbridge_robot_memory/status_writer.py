@@ -50,16 +50,10 @@ class StatusWriter:
         if status == self._written_status:
             return
         self._written_status = status
-        self._set_enum_field("member_status", status.member)
-        self._set_enum_field("primary_status", status.primary)
+        self._interface.set("member_status", status.member)
+        self._interface.set("primary_status", status.primary)
         self._interface.set("error_msg", status.error[:_MAX_TEXT_LENGTH])
         self._interface.write()
-
-    def _set_enum_field(self, name: str, item: str) -> None:
-        """Set a field to the item of an enum, by name."""
-        (enum,) = (field.enum for field in self._interface.SCHEMA.fields if field.name == name)
-        assert enum is not None
-        self._interface.set(name, {entry.name: entry.value for entry in enum.items}[item])
 
     def close(self) -> None:
         """Stop polling and close the interface."""

@@ -53,9 +53,6 @@ class Regex(Struct, frozen=True, order=True):
 class _MissingField:
     """The absence of a value in a document."""
 
-    def __repr__(self) -> str:
-        return "MISSING"
-
 
 MISSING = _MissingField()
 """The value of a field that a document lacks."""
@@ -68,8 +65,6 @@ def copy(document: Mapping[str, Any]) -> Document:
 
     :raises QueryError: if a value has an invalid type, a key is not a string, or the document is too deep.
     """
-    if not isinstance(document, Mapping):
-        raise QueryError(f"not a document: {document!r}")
     return _copy_fields(document, MAX_DEPTH)
 
 

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 
 from cxbridge.clock import split_us
-from cxbridge.errors import ClipsError
 from cxbridge.events import Logger
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol, Value
@@ -32,7 +31,7 @@ class RobotMemoryContext:
     def __init__(self, env: ClipsEnvironment, memory: RobotMemory) -> None:
         self.env = env
         self.memory = memory
-        self.store: Store = memory.store
+        self.store: Store = memory.open()
         self.log: Logger = env.bus.logger(f"RobotMemoryCLIPS|{env.name}")
         self.handles = Handles()
         self._assertions: deque[Callable[[], None]] = deque()
@@ -47,7 +46,7 @@ class RobotMemoryContext:
 
     def enqueue_fact(self, relation: str, *fields: Value) -> None:
         """Queue an ordered fact for the next run."""
-        self._assertions.append(lambda: self._assert_fact(relation, fields))
+        self._assertions.append(lambda: self.env.assert_ordered(relation, fields))
 
     def enqueue_event(self, name: str, change: ChangeEvent) -> None:
         """Queue the facts of an event for the next run."""
@@ -91,12 +90,6 @@ class RobotMemoryContext:
             self._threads.shutdown(wait=True, cancel_futures=True)
         self._assertions.clear()
 
-    def _assert_fact(self, relation: str, fields: tuple[Value, ...]) -> None:
-        try:
-            self.env.assert_ordered(relation, fields)
-        except ClipsError as error:
-            self.log.warn(f"Cannot assert ({relation} ...): {error}")
-
     def _assert_event(self, name: str, change: ChangeEvent, received_us: int) -> None:
         # each event has another time, because rules handle the oldest event first
         self._last_event_us = max(received_us, self._last_event_us + 1)
@@ -107,7 +100,4 @@ class RobotMemoryContext:
             "rcvd-at": split_us(self._last_event_us),
             "ptr": self.handles.add(change),
         }
-        try:
-            self.env.assert_fact("robmem-trigger", slots)
-        except ClipsError as error:
-            self.log.warn(f"Asserting robmem-trigger fact failed: {error}")
+        self.env.assert_fact("robmem-trigger", slots)

@@ -137,8 +137,6 @@ class MongoStore(Store):
         options: dict[str, Any] = {"unique": True} if unique else {}
         if expire_after_s is not None:
             options["expireAfterSeconds"] = int(expire_after_s)
-        if not keys:
-            raise QueryError("an index must have at least one key")
         with self._open_collection(collection) as mongo_collection:
             mongo_collection.create_index(list(keys.items()), **options)
 
@@ -169,9 +167,6 @@ class MongoStore(Store):
         self._local.close()
         self._distributed.close()
 
-    def _find_client(self, database: str) -> Client:
-        return self._distributed if database in self._shared_databases else self._local
-
     @contextmanager
     def _open_collection(self, collection: str) -> Iterator[Collection[Document]]:
         """Provide a collection; convert errors of the driver.
@@ -179,7 +174,7 @@ class MongoStore(Store):
         Fails immediately for some time after a failed connection.
         """
         database, name = split_name(collection)
-        client = self._find_client(database)
+        client = self._distributed if database in self._shared_databases else self._local
         if time.monotonic() < self._paused_until.get(id(client), 0.0):
             raise UnreachableError("the database cannot be reached")
         try:

@@ -72,7 +72,7 @@ def problems(log):
 def contents(memory, collection=C):
     return [
         {name: value for name, value in document.items() if name != "_id"}
-        for document in memory.store.find(collection)
+        for document in memory.open().find(collection)
     ]
 
 
@@ -221,14 +221,14 @@ def test_an_upsert_that_comes_too_late_is_no_mistake(do, doc, log, memory):
 def test_dumping_and_restoring(do, doc, log, memory, tmp_path):
     for number in range(3):
         do("robmem-insert", C, doc(f'{{"_id": {number}, "l": [{number}]}}'))
-    before = memory.store.find(C)
+    before = memory.open().find(C)
     assert do("robmem-dump-collection", C, "@BASEDIR@/dump") == TRUE
     assert (tmp_path / "dump" / "robmem" / "test.bson").is_file()
     do("robmem-insert", C, doc('{"_id": 7}'))
     assert do("robmem-restore-collection", C, f"{tmp_path}/dump", "") == TRUE
-    assert memory.store.find(C) == before
+    assert memory.open().find(C) == before
     assert do("robmem-restore-collection", C, f"{tmp_path}/dump", "robmem.copy") == TRUE
-    assert memory.store.find("robmem.copy") == before
+    assert memory.open().find("robmem.copy") == before
     assert problems(log) == []
 
 
@@ -242,7 +242,7 @@ def test_a_dump_that_is_none_destroys_nothing(do, doc, log, memory, tmp_path):
         assert do("robmem-restore-collection", C, str(tmp_path), "") == FALSE
     assert do("robmem-dump-collection", C, str(Path("/proc/nowhere"))) == FALSE
     assert len(problems(log)) == 5
-    assert memory.store.find(C) == [{"_id": 1}]
+    assert memory.open().find(C) == [{"_id": 1}]
 
 
 # --- triggers ---------------------------------------------------------------------------------------------
@@ -295,7 +295,7 @@ def test_a_trigger_that_was_destroyed_tells_nothing(do, doc, env, manager, log):
 
 
 def mutex(memory, name="m"):
-    return next(iter(memory.store.find(MUTEXES, {"_id": name})), None)
+    return next(iter(memory.open().find(MUTEXES, {"_id": name})), None)
 
 
 def test_a_mutex_from_its_making_to_its_end(do, memory):

@@ -138,7 +138,7 @@ def test_who_loses_his_lock_stops_and_what_he_left_is_done_later(tmp_path: Path)
         team.loop.run(
             lambda: any(entry[1:] == ("robot1", "begins", "mop kitchen") for entry in entries(world))
         )
-        store = robot_memory(team.agents[0]).store
+        store = robot_memory(team.agents[0]).open()
         thief = {"$set": {"locked-by": "robot9"}}  # who never gives it back, nor renews it
         assert store.update("robmem_coordination.mutex", {"_id": "resource-kitchen"}, thief) == 1
         end_us = team.clock.now_us() + 120 * MICROSECONDS
