@@ -115,7 +115,7 @@ class RunHistory:
             SkillStatus: self._handle_skill,
             FactChange: self._handle_fact,
             InterfaceWrite: self._handle_write,
-            InterfaceMessage: self._handle_message,
+            InterfaceMessage: lambda event: self._board.record_message(event, self._moment),
             PlannerCall: self._handle_planner_call,
         }
 
@@ -291,9 +291,6 @@ class RunHistory:
             end = None if call is None or skiller not in (name, f"{env}/{name}") else call.end
             if call is not None and end is not None and end.time == self.end and not call.error:
                 call.error = text
-
-    def _handle_message(self, event: InterfaceMessage) -> None:
-        self._board.record_message(event, self._moment)
 
     def _handle_fact(self, event: FactChange) -> None:
         if event.asserted and event.template == PLAN_ACTION:

@@ -152,11 +152,6 @@ def _read_ticket(event: InterfaceMessage) -> _Ticket | None:
     return _Ticket(board, epoch if isinstance(epoch, int) else 0, master if isinstance(master, int) else 0)
 
 
-def _fallback_name(ticket: _Ticket) -> str:
-    """Return a name for a master without a name."""
-    return f"{ticket.board}-{ticket.master}"
-
-
 def _make_request(ticket: _Ticket, event: InterfaceMessage, values: Mapping[str, Any]) -> SkillMessage:
     """Return the REQUEST of a ticket.
 
@@ -171,7 +166,7 @@ def _make_request(ticket: _Ticket, event: InterfaceMessage, values: Mapping[str,
     mapped = str(parameters.pop(MAPPED_ACTION, ""))
     texts = tuple(str(value) if name.isdigit() else f"{name}={value}" for name, value in parameters.items())
     name, skill, agent = (str(values.get(field, "")) for field in ("name", "skill", "agent"))
-    node = name or _fallback_name(ticket)
+    node = name or f"{ticket.board}-{ticket.master}"
     return SkillMessage(
         event.time_us, "REQUEST", node, skill, texts, agent, mapped, request=name or str(ticket.master)
     )

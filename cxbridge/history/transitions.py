@@ -181,13 +181,11 @@ class TransitionTracker:
 
         :param is_final: whether no ``modify`` asserts the fact again with other slots.
         """
-        try:
+        with suppress(KeyError):  # a foreign deftemplate
             if template == "goal":
                 self._goals.retire(slots["id"], is_final=is_final)
             elif template == "plan-action":
                 self._actions.retire(_action_key(slots))
-        except KeyError:  # a foreign deftemplate
-            return
 
     def track_goal(self, time_us: int, slots: Mapping[str, str]) -> GoalTransition | None:
         """Return a transition if mode, outcome, parent or error of the goal changed.

@@ -8,7 +8,7 @@ from operator import attrgetter
 from struct import Struct
 from typing import Any, ClassVar
 
-from cxbridge.clock import MICROSECONDS, split_us
+from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.schema import FieldSchema
 
@@ -141,10 +141,6 @@ class Block:
         """The time stamp in microseconds since the epoch, 0 if it was never set."""
         seconds, microseconds = _STAMP.unpack_from(self._buf)
         return int(seconds) * MICROSECONDS + int(microseconds)
-
-    @timestamp_us.setter
-    def timestamp_us(self, time_us: int) -> None:
-        _STAMP.pack_into(self._buf, 0, *split_us(time_us))
 
     def _check_index(self, field: FieldSchema, index: int) -> int:
         if not field.is_array:

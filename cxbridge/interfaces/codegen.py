@@ -7,7 +7,7 @@ stub next to it declares the classes for editors and type checkers.
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from cxbridge.interfaces.classes import attribute_name, enum_member_name
 from cxbridge.interfaces.instance import Interface, Message
@@ -173,26 +173,22 @@ def _find_python_type(field: FieldSchema, enum_prefix: str) -> str:
 
 
 def _class_docstring_lines(summary: str, comment: str, indent: str) -> Iterator[str]:
-    if not comment:
-        yield f'{indent}"""{summary}"""'
-        return
-    yield f'{indent}"""{summary}'
-    yield ""
-    yield from (f"{indent}{line}" for line in _wrap(comment, indent))
-    yield f'{indent}"""'
+    lines = _wrap(comment, indent)
+    yield from _quote_lines([summary, "", *lines] if lines else [summary], indent)
 
 
 def _docstring_lines(text: str, indent: str) -> Iterator[str]:
     """Yield a docstring, on one line if it fits; nothing for an empty text."""
-    lines = _wrap(text, indent + '"""')
-    if not lines:
-        return
+    return _quote_lines(_wrap(text, indent + '"""'), indent)
+
+
+def _quote_lines(lines: Sequence[str], indent: str) -> Iterator[str]:
     if len(lines) == 1 and len(indent) + len(lines[0]) + 2 * len('"""') <= _WIDTH:
         yield f'{indent}"""{lines[0]}"""'
-        return
-    yield f'{indent}"""{lines[0]}'
-    yield from (f"{indent}{line}" for line in lines[1:])
-    yield f'{indent}"""'
+    elif lines:
+        yield f'{indent}"""{lines[0]}'
+        yield from (f"{indent}{line}" if line else "" for line in lines[1:])
+        yield f'{indent}"""'
 
 
 def _wrap(text: str, indent: str) -> list[str]:

@@ -53,10 +53,7 @@ def read_id(block: bytes | bytearray, offset: int | None) -> int:
 
     :param offset: the result of :func:`id_offset`.
     """
-    if offset is None:
-        return NO_MESSAGE
-    number: int = _U32.unpack_from(block, offset)[0]
-    return number
+    return NO_MESSAGE if offset is None else int(_U32.unpack_from(block, offset)[0])
 
 
 def replace_id(block: bytes, offset: int, number: int) -> bytes:

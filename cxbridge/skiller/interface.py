@@ -111,6 +111,11 @@ class InterfaceSkiller(SkillerBackend):
         self._readers.close()
         self._board.close(self._interface)
 
+    def make_mapping_note(self, skill_string: str) -> str:
+        """Return a note for log lines with the place of a skill string's action mapping, or an empty text."""
+        place = self._find_mapping_place(skill_string)
+        return f" (mapped at {place})" if place else ""
+
     def _handle(self, message: Any) -> bool:
         """Handle a message; return whether to write the interface."""
         handler = self._handlers.get(message.type)
@@ -135,8 +140,7 @@ class InterfaceSkiller(SkillerBackend):
             self.start(skill_string)
         except SkillError as error:
             self.drop()
-            place = self._find_mapping_place(skill_string)
-            mapping_note = f" (mapped at {place})" if place else ""
+            mapping_note = self.make_mapping_note(skill_string)
             self._log.error(f"Failed to compile skill string: {skill_string}|{error.message}{mapping_note}")
             self._interface.error = error.message
             self._interface.status = Status.S_FAILED

@@ -150,8 +150,4 @@ def make_speech(
     :raises BlackBoardError: if the interface has another writer.
     """
     voice = SpeakerVoice() if speech == "on" else SilentVoice(clock)
-    try:
-        return SpeechSynthWriter(board, clock, bus, voice=voice, name=name, greeting=greeting)
-    except Exception:
-        voice.close()
-        raise
+    return SpeechSynthWriter(board, clock, bus, voice=voice, name=name, greeting=greeting)

@@ -95,7 +95,11 @@ class ActionSkillMapping:
             )
             for part in parse_template(template):
                 if isinstance(part, Placeholder):
-                    warnings.extend(_check_steps(action, part))
+                    warnings.extend(
+                        (Level.WARN, f"action-mapping/{action}: ?({part.name}...): {mistake}")
+                        for mistake in map(_find_step_mistake, part.steps)
+                        if mistake
+                    )
         return warnings
 
     def _format_value(self, placeholder: Placeholder, value: str, prefix: str) -> str:
@@ -157,13 +161,6 @@ def _apply_steps(placeholder: Placeholder, value: str, messages: list[Message]) 
             # Fawkes does not catch the exception of std::regex here
             raise _CannotMapError(f"Invalid regex '{step.pattern}': {error}") from None
     return value
-
-
-def _check_steps(action: str, placeholder: Placeholder) -> list[Message]:
-    problems = filter(None, map(_find_step_mistake, placeholder.steps))
-    return [
-        (Level.WARN, f"action-mapping/{action}: ?({placeholder.name}...): {problem}") for problem in problems
-    ]
 
 
 def _find_step_mistake(step: Replacement | Misfit) -> str:

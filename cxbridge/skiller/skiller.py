@@ -170,8 +170,7 @@ class Skiller(InterfaceSkiller):
 
     def _fail(self, problem: str) -> None:
         """Log an error in a skill's code and write the failure."""
-        place = self._find_mapping_place(self.skill_string)
-        mapping_note = f" (mapped at {place})" if place else ""
+        mapping_note = self.make_mapping_note(self.skill_string)
         text = f"{self.skill_string}|{problem}"
         log_error(
             self._log, Level.ERROR, f"Failed to execute skill{mapping_note}: {text}", self.engine.modules

@@ -178,7 +178,8 @@ class SpeechSynthWriter:
         """End the finished text and start the next text. To be called once per main loop."""
         if self._is_speaking and self._voice.is_done():
             self._is_speaking = False
-            self._log_failure(self._voice.failure())
+            if failure := self._voice.failure():
+                self._log.error(f"cannot say '{self._interface.text}': {failure}")
             self._interface.final = True
             self._interface.write()
         if self._interface.msgq_empty():
@@ -193,17 +194,8 @@ class SpeechSynthWriter:
         self._is_speaking = True
         self._interface.text = text
         self._interface.final = False
-        try:
-            self._interface.duration = self._voice.start(text)
-        except SkillerError as error:
-            # skills that wait for the text must continue: the text ends in the next loop
-            self._log_failure(str(error))
-            self._interface.duration = 0.0
+        self._interface.duration = self._voice.start(text)
         self._interface.write()
-
-    def _log_failure(self, failure: str) -> None:
-        if failure:
-            self._log.error(f"cannot say '{self._interface.text}': {failure}")
 
     def close(self) -> None:
         """Stop speaking and close the interface."""

@@ -66,7 +66,7 @@ def _load_module(name: str) -> Any:
     except ModuleNotFoundError as error:
         raise SkillError(f"there is no Python module '{name}': {error}", hint=CLASS_FORM) from None
     except (Exception, SystemExit) as error:
-        raise SkillError(f"the Python module '{name}' does not load: {_error_text(error)}") from error
+        raise SkillError(f"the Python module '{name}' does not load: {error_text(error)}") from error
 
 
 def _load_file(file: Path) -> Any:
@@ -86,7 +86,7 @@ def _load_file(file: Path) -> Any:
     except (Exception, SystemExit) as error:  # e.g. sys.exit() in a script must not end the run
         del sys.modules[name]
         line = error.lineno if isinstance(error, SyntaxError) else _find_line(error, file)
-        raise SkillError(f"it does not load: {_error_text(error)}", file=file, line=line) from error
+        raise SkillError(f"it does not load: {error_text(error)}", file=file, line=line) from error
     return module
 
 
@@ -100,7 +100,10 @@ def _find_line(error: BaseException, file: Path) -> int | None:
     return line
 
 
-def _error_text(error: BaseException) -> str:
+def error_text(error: BaseException) -> str:
+    """Return the text of an error, with its type unless the text is a message for users."""
+    if isinstance(error, CxbridgeError):
+        return error.message
     return error.msg if isinstance(error, SyntaxError) else f"{type(error).__name__}: {error}"
 
 

@@ -26,6 +26,7 @@ from cxbridge.skiller.board.executor import (
     SkillExecutor,
     SkillFailedError,
     Steps,
+    error_text,
     execute_itself,
 )
 from cxbridge.skiller.board.protocol import (
@@ -48,16 +49,9 @@ if TYPE_CHECKING:
 RESERVE_S: Final = 2.0
 """The maximum time from RESPONSE to CONFIRM in seconds."""
 
-FEEDBACK_S: Final = 0.2
-"""The minimum time between two FEEDBACK messages with news, in seconds."""
-
-SIGN_OF_LIFE_S: Final = 1.0
-"""The time between two FEEDBACK messages without news, in seconds."""
-
 _NO_TICKET: Final = Ticket("", 0, 0)
-_FEEDBACK_US = round(FEEDBACK_S * MICROSECONDS)
-_SIGN_OF_LIFE_US = round(SIGN_OF_LIFE_S * MICROSECONDS)
-_RESERVE_US = round(RESERVE_S * MICROSECONDS)
+_FEEDBACK_US: Final = 200_000  # the minimum time between two FEEDBACK messages with news, in microseconds
+_SIGN_OF_LIFE_US: Final = 1_000_000  # the time between two FEEDBACK messages without news
 
 
 class ExecutorHost(Listener):
@@ -103,11 +97,13 @@ class ExecutorHost(Listener):
         executor.start()
         # the classes of the interfaces are made from XML at run time, so they have no static types
         try:
-            self._interface: Any = self._board.open_for_writing(EXECUTOR_TYPE, name, owner=f"executor {name}")
+            interface: Any = self._board.open_for_writing(EXECUTOR_TYPE, name, owner=f"executor {name}")
         except BlackBoardError:
             executor.close()
             raise
-        self._publish_skills(skills)
+        interface.agent, interface.skills = executor.agent, skills
+        self._interface = interface
+        self._publish()
 
     @property
     def valid(self) -> bool:
@@ -151,11 +147,12 @@ class ExecutorHost(Listener):
             self._progress = end.value if isinstance(end.value, Progress) else Progress(1.0)
             self._finish(SkillOutcome.SUCCEEDED)
         except CxbridgeError as error:
-            self._take_failure_progress(error)
+            if isinstance(error, SkillFailedError) and error.progress is not None:
+                self._progress = Progress(error.progress)
             self._finish(SkillOutcome.FAILED, error.message)
         except Exception as error:  # noqa: BLE001 - a skill may fail in any way
-            self._log.error(f"{self.name}: {self._call.skill} failed: {_error_text(error)}")
-            self._finish(SkillOutcome.FAILED, _error_text(error))
+            self._log.error(f"{self.name}: {self._call.skill} failed: {error_text(error)}")
+            self._finish(SkillOutcome.FAILED, error_text(error))
         else:
             if progress is None or isinstance(progress, (int, float, Progress)):
                 self._publish_feedback(progress)
@@ -171,7 +168,7 @@ class ExecutorHost(Listener):
             except Exception as error:  # noqa: BLE001 - an executor may fail in any way
                 self._can_idle = False
                 self._log.error(
-                    f"{self.name}: idle() failed and will not be called again: {_error_text(error)}"
+                    f"{self.name}: idle() failed and will not be called again: {error_text(error)}"
                 )
 
     def loop(self) -> None:
@@ -196,7 +193,7 @@ class ExecutorHost(Listener):
         try:
             self.executor.close()
         except Exception as error:  # noqa: BLE001 - an executor may fail in any way
-            self._log.error(f"{self.name}: close() failed: {_error_text(error)}")
+            self._log.error(f"{self.name}: close() failed: {error_text(error)}")
 
     def _handle_request(self, message: Any) -> None:
         if self.state is not ExecutorState.IDLE:
@@ -211,7 +208,7 @@ class ExecutorHost(Listener):
         self._parameters = message.parameters
         self.ticket = Ticket(message.board, message.epoch, message.master)
         self.state = ExecutorState.RESERVED
-        self._deadline_us = self._clock.now_us() + _RESERVE_US
+        self._deadline_us = self._clock.now_us() + round(RESERVE_S * MICROSECONDS)
         if not self._send("ResponseMessage"):
             self.state, self.ticket = ExecutorState.IDLE, _NO_TICKET
         self._publish()  # also if idle again: a board that missed the answer may ask again
@@ -259,14 +256,8 @@ class ExecutorHost(Listener):
             if not isinstance(steps, Generator):
                 raise SkillError(f"execute() must be a generator, but has returned {steps!r}")  # noqa: TRY301
             self._steps = steps
-        except SkillError as error:
-            self._finish(SkillOutcome.FAILED, error.message)
         except Exception as error:  # noqa: BLE001 - a skill may fail in any way
-            self._finish(SkillOutcome.FAILED, _error_text(error))
-
-    def _take_failure_progress(self, error: CxbridgeError) -> None:
-        if isinstance(error, SkillFailedError) and error.progress is not None:
-            self._progress = Progress(error.progress)
+            self._finish(SkillOutcome.FAILED, error_text(error))
 
     def _publish_feedback(self, progress: float | Progress | None) -> None:
         if progress is not None:
@@ -311,17 +302,11 @@ class ExecutorHost(Listener):
             try:
                 steps.close()
             except Exception as error:  # noqa: BLE001 - a skill may fail in any way
-                self._log.error(f"{self.name}: cleaning up failed: {_error_text(error)}")
+                self._log.error(f"{self.name}: cleaning up failed: {error_text(error)}")
 
     def _become_idle(self) -> None:
         self._steps = None
         self.state, self.ticket = ExecutorState.IDLE, _NO_TICKET
-        self._publish()
-
-    def _publish_skills(self, skills: str) -> None:
-        """Publish agent and skills."""
-        self._interface.agent = self.executor.agent
-        self._interface.skills = skills
         self._publish()
 
     def _publish(self) -> None:
@@ -375,11 +360,7 @@ def make_host(
     except CxbridgeError:
         raise
     except Exception as error:
-        raise SkillError(f"{executor_class.__name__} does not start: {_error_text(error)}") from error
-
-
-def _error_text(error: Exception) -> str:
-    return error.message if isinstance(error, CxbridgeError) else f"{type(error).__name__}: {error}"
+        raise SkillError(f"{executor_class.__name__} does not start: {error_text(error)}") from error
 
 
 def check_skills(executor: SkillExecutor) -> tuple[str, ...]:

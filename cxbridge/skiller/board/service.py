@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from cxbridge.errors import SkillError
 from cxbridge.skiller.board.board import SkillBoard
 from cxbridge.skiller.board.executor import execute_itself
 from cxbridge.skiller.board.host import ExecutorHost
@@ -13,7 +12,7 @@ from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.protocol import MasterState, SkillCall
 from cxbridge.skiller.board.watch import ExecutorInfo
 from cxbridge.skiller.interface import InterfaceSkiller
-from cxbridge.skiller.skillstring import parse_skill_string
+from cxbridge.skiller.skillstring import SkillStringCall, parse_skill_call, parse_skill_string
 from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
@@ -109,10 +108,7 @@ class LocalSkillCalls:
 
         :raises SkillError: if the skill string is invalid, or names or parameters do not fit into messages.
         """
-        calls = parse_calls(skill_string, agent)
-        if len(calls) != 1:
-            raise SkillError(f"the skill string '{skill_string}' must have one call, not {len(calls)}")
-        return self._skills.request(calls[0], on_change)
+        return self._skills.request(_to_skill_call(parse_skill_call(skill_string), agent), on_change)
 
     def stop(self, number: int) -> bool:
         """Cancel an action; return whether it was running."""
@@ -125,10 +121,11 @@ def parse_calls(text: str, agent: str) -> list[SkillCall]:
 
     :raises SkillError: if the skill string is invalid.
     """
-    return [
-        SkillCall(call.name, agent, {str(key): _convert_keys(value) for key, value in call.args.items()})
-        for call in parse_skill_string(text)
-    ]
+    return [_to_skill_call(call, agent) for call in parse_skill_string(text)]
+
+
+def _to_skill_call(call: SkillStringCall, agent: str) -> SkillCall:
+    return SkillCall(call.name, agent, _convert_keys(call.args))
 
 
 def _convert_keys(value: Any) -> Any:

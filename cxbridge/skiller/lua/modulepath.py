@@ -117,12 +117,10 @@ class ModuleWatch:
         self._now = now
         self._next_check_s = now() + interval
         self._path = ModulePath(())
-        self._signatures: dict[str, Signature | None] = {}
 
     def follow(self, path: ModulePath) -> None:
         """Watch the files that were requested on ``path``."""
         self._path = path
-        self._signatures = path.requested
         self._next_check_s = self._now() + self._interval_s
 
     def find_changed_modules(self) -> list[str]:
@@ -131,5 +129,7 @@ class ModuleWatch:
             return []
         self._next_check_s = self._now() + self._interval_s
         return [
-            name for name, signature in self._signatures.items() if self._path.signature(name) != signature
+            name
+            for name, signature in self._path.requested.items()
+            if self._path.signature(name) != signature
         ]

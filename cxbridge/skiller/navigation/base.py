@@ -58,8 +58,3 @@ class Base:
             return 0.0
         self.x, self.y = x, y
         return max(0.0, seconds - distance / self.speed)
-
-    @property
-    def quaternion(self) -> tuple[float, float, float, float]:
-        """The orientation as x, y, z, w."""
-        return (0.0, 0.0, math.sin(self.yaw / 2), math.cos(self.yaw / 2))

@@ -13,6 +13,7 @@ from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge.skiller.navigation.base import Base
 from cxbridge.space.navgraph import NavGraphNode, emit_navgraph, load_navgraph
 from cxbridge.space.navgraph.graph import property_as_float
+from cxbridge.space.tf.geometry import quaternion_from_yaw
 
 DEFAULT_SPEED = 0.22
 """The default speed in metres per second, that of a TurtleBot3 Burger."""
@@ -127,7 +128,7 @@ class Move(SkillExecutor):
         self._update_count = min(self._update_count + 1, 2**31 - 1)
         pose.visibility_history = self._update_count
         pose.translation = (self.base.x, self.base.y, 0.0)
-        pose.rotation = self.base.quaternion
+        pose.rotation = quaternion_from_yaw(self.base.yaw)
         pose.write()
 
 

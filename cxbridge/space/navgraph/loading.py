@@ -69,11 +69,10 @@ def parse_navgraph(text: str | bytes, name: str, *, allow_multi_graph: bool = Fa
 
 
 def _read_node(item: YamlNode) -> NavGraphNode:
-    if not isinstance(item, YamlMap):
-        raise _error_at(item, "a node must be a map with 'name' and 'pos'")
-    fields = {_read_text(key): value for key, value in item.pairs}
+    pairs = item.pairs if isinstance(item, YamlMap) else []
+    fields = {_read_text(key): value for key, value in pairs}
     if not {"name", "pos"} <= fields.keys():
-        raise _error_at(item, "a node must have 'name' and 'pos'")
+        raise _error_at(item, "a node must be a map with 'name' and 'pos'")
     pos = fields["pos"]
     if not isinstance(pos, YamlList) or len(pos.items) < _PAIR:
         raise _error_at(pos, "'pos' must be [x, y] in metres")

@@ -80,7 +80,7 @@ class Journal:
         try:
             (result,) = self._db.execute("PRAGMA quick_check(1)").fetchone()
             if result != "ok":
-                raise RobotMemoryError(result)
+                raise RobotMemoryError(result)  # noqa: TRY301 - gets the file and the hint below
             for collection, data in self._db.execute(
                 "SELECT collection, document FROM documents ORDER BY rowid"
             ):

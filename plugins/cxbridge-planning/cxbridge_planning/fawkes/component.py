@@ -21,7 +21,7 @@ class PlanningPlugins(Component):
     description = "Makes problems from the robot memory, and plans"
 
     def __init__(self, context: Run) -> None:
-        paths, config, store = context.paths, context.config, robot_memory(context).store
+        paths, config, store = context.paths, context.config, robot_memory(context).open()
         writes_to_disk = config.get_bool("/planner/write-problem", default=False)
         files = ProblemFiles(paths.substitutions, paths.confdir, writes_to_disk=writes_to_disk)
         self._generator = PddlRobotMemory(context.board, context.bus, config, store, files)

@@ -34,7 +34,7 @@ class RobotMemoryContext:
         self.store: Store = memory.open()
         self.log: Logger = env.bus.logger(f"RobotMemoryCLIPS|{env.name}")
         self.handles = Handles()
-        self._assertions: deque[Callable[[], None]] = deque()
+        self._assertions: deque[Callable[[], object]] = deque()
         self._last_event_us = 0
         self._operations: dict[str, Future[None]] = {}  # the operations by key
         self._threads: ThreadPoolExecutor | None = None

@@ -25,7 +25,7 @@ def test_a_daemon_plans_for_its_agent_by_the_blackboard(tmp_path):
     daemon.lifecycle.startup()
     assert components(daemon)["planning"] is State.ACTIVE, daemon.component_statuses()
     document = {"relation": "domain-object", "name": "EVE", "type": "name"}
-    store = robot_memory(daemon).store
+    store = robot_memory(daemon).open()
     store.insert("robmem.clipswm", document)
     generator = daemon.board.open_for_reading("PddlGenInterface", "pddl-gen", owner="test")
     planner: Any = daemon.board.open_for_reading("PddlPlannerInterface", "pddl-planner", owner="test")
