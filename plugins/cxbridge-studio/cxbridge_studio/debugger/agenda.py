@@ -24,7 +24,3 @@ def next_rule(env: ClipsEnvironment) -> str:
     """Return the name of the rule that fires next; empty if the agenda is empty."""
     activation = lib.GetNextActivation(env.c_env, NULL)
     return "" if activation == NULL else decode(lib.ActivationRuleName(activation))
-
-
-def count_activations(env: ClipsEnvironment) -> int:
-    return sum(1 for _ in items_of(lib.GetNextActivation, env.c_env))

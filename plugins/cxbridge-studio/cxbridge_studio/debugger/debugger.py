@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from clips._clips import lib
@@ -40,10 +41,8 @@ def debugger_of(executive: Executive) -> Debugger:
         if executive.control is None:
             names = AgentNames(executive.env, executive.known_skills)
             executive.control = Debugger(executive.env, names)
-    control = executive.control
-    if not isinstance(control, Debugger):
-        raise ExecutiveError("the rules have another debugger")
-    return control
+    assert isinstance(executive.control, Debugger), "no other module sets the control of an executive"
+    return executive.control
 
 
 class Debugger:
@@ -230,12 +229,10 @@ class Debugger:
     def stop_at_line(self, rule: str, line: int) -> None:
         """Stop at a line of a right-hand side, if a breakpoint or a step requires that.
 
-        Instrumented rules call this before each action.
+        Instrumented rules call this before each action, while :attr:`watches_lines` is true.
 
         The stop ends when :attr:`on_stop` returns, because the right-hand side waits for that call.
         """
-        if not self._is_firing:
-            return
         self._last_rule = rule
         position_text = f"at line {line} of rule {rule}"
         stops = (
@@ -324,21 +321,23 @@ class Debugger:
         :param breakpoints: the breakpoints on rules.
         :param fired: the number of fired rules.
         """
-        for hit_breakpoint, event in self._transition_hits:
-            if hit_breakpoint is None:
-                return self._make_stop("step", f"at {describe_transition(event)}", event=event)
-            if (
-                stop := self._count_hit(hit_breakpoint, f"at {describe_transition(event)}", event)
-            ) is not None:
-                return stop
-        if not fired or not (self._fires_one_by_one or self._is_interrupted):
-            return None
+        transition_stops = (
+            self._make_stop("step", f"at {describe_transition(event)}", event=event)
+            if hit_breakpoint is None
+            else self._count_hit(hit_breakpoint, f"at {describe_transition(event)}", event)
+            for hit_breakpoint, event in self._transition_hits
+        )
+        stop = next(filter(None, transition_stops), None)
+        if stop is not None or not fired or not (self._fires_one_by_one or self._is_interrupted):
+            return stop
         position_text = f"after rule {self._last_rule}"
-        for hit_breakpoint in breakpoints:
-            is_hit = hit_breakpoint.kind == "after" and hit_breakpoint.matches_rule(self._last_rule)
-            if is_hit and (stop := self._count_hit(hit_breakpoint, position_text)) is not None:
-                return stop
-        return self._make_stop("step", position_text) if self._step_unit == "rule" else None
+        rule_stops = (
+            self._count_hit(candidate, position_text)
+            for candidate in breakpoints
+            if candidate.kind == "after" and candidate.matches_rule(self._last_rule)
+        )
+        is_step = self._step_unit == "rule"
+        return next(filter(None, rule_stops), self._make_stop("step", position_text) if is_step else None)
 
     def _count_hit(
         self, hit_breakpoint: Breakpoint, position_text: str, event: Transition | None = None, line: int = 0
@@ -358,8 +357,7 @@ class Debugger:
         if not hit_breakpoint.is_due(self._true_hit_counts[hit_breakpoint.number]):
             return None
         if hit_breakpoint.log:
-            text = hit_breakpoint.format_log(lambda expression: self._format_value(expression, stop))
-            self._log.info(text)
+            self._log.info(hit_breakpoint.format_log(partial(self._format_value, stop=stop)))
             return None
         return stop
 

@@ -10,16 +10,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from clips._clips import lib
 from msgspec import Struct
 
 from cxbridge.errors import ClipsError
+from cxbridge.executive.host.capi import items_of
 from cxbridge.executive.host.constructs import construct_names
 from cxbridge.executive.host.values import FALSE
 from cxbridge.file_access import why_unreadable
 from cxbridge.suggestions import did_you_mean
-from cxbridge_studio.debugger.agenda import count_activations
 from cxbridge_studio.debugger.evaluating import Evaluation, evaluate
-from cxbridge_studio.debugger.fact_editing import count_facts
 from cxbridge_studio.debugger.levels import LevelName, find_level
 
 if TYPE_CHECKING:
@@ -78,8 +78,8 @@ class EnvironmentService:
             return EnvironmentInfo(
                 name=name,
                 own=name in self._manager.client_environments,
-                facts=count_facts(env),
-                agenda=count_activations(env),
+                facts=sum(1 for _ in items_of(lib.GetNextFact, env.c_env)),
+                agenda=sum(1 for _ in items_of(lib.GetNextActivation, env.c_env)),
                 features=self._manager.loaded_features(name),
                 watch=tuple(item for item, is_watched in watchers.items() if is_watched),
                 log_level=env.log_level.name.lower(),
@@ -156,7 +156,6 @@ class EnvironmentService:
             defined_names = names if construct is None else construct_names(env, construct)
             unknown_names = [unknown for unknown in names if unknown not in defined_names]
             if unknown_names:
-                construct = "deftemplate" if item == "facts" else "defrule"
                 # CLIPS' own message, which its users know.
                 message = f"Unable to find {construct} '{unknown_names[0]}'."
                 raise ClipsError(message, hint=did_you_mean(unknown_names[0], defined_names) or None)

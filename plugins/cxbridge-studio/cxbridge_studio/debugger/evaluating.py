@@ -52,19 +52,14 @@ def evaluate(env: ClipsEnvironment, expression: str, limit_s: float = LIMIT_S) -
     timer.start()
     try:
         value = env.eval(expression)
-    except ClipsError as error:
-        if is_late.is_set():
-            raise _make_timeout_error(expression, limit_s) from error
-        raise
+    except ClipsError:
+        if not is_late.is_set():  # CLIPS may fail because of the halt
+            raise
     finally:
         timer.cancel()
         timer.join()
         env.output.redirect(previous_sink)
         env.api.clear_halt()
     if is_late.is_set():
-        raise _make_timeout_error(expression, limit_s)
+        raise ClipsError(f"{expression} did not end within {limit_s:g} s", hint="the evaluation was ended")
     return Evaluation("" if value is None else show_alone(value), tuple(lines))
-
-
-def _make_timeout_error(expression: str, limit_s: float) -> ClipsError:
-    return ClipsError(f"{expression} did not end within {limit_s:g} s", hint="the evaluation was ended")

@@ -11,6 +11,7 @@ from clips._clips import lib
 
 from cxbridge.clipstext.facts import fact_text
 from cxbridge.clipstext.facts import template_of as template_name
+from cxbridge.daemon.operations.operation import NotFoundError
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.capi import NULL, decode, encode, items_of
 from cxbridge.executive.host.constructs import construct_names
@@ -65,10 +66,6 @@ def search_facts(
     return facts, None
 
 
-def count_facts(env: ClipsEnvironment) -> int:
-    return sum(1 for _ in items_of(lib.GetNextFact, env.c_env))
-
-
 def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> int:
     """Assert a fact and return its index, or the index of an equal fact.
 
@@ -111,10 +108,10 @@ def _find_similar_slot(name: str, template: FactTemplate) -> str:
 def retract_fact(env: ClipsEnvironment, index: int) -> None:
     """Retract a fact.
 
-    :raises ClipsError: if the fact does not exist.
+    :raises NotFoundError: if the fact does not exist.
     """
     if not env.retract(index):
-        raise ClipsError(f"there is no fact f-{index}")
+        raise NotFoundError(f"there is no fact f-{index}")
 
 
 def modify_fact(
@@ -124,11 +121,12 @@ def modify_fact(
 
     :param slots: values as CLIPS text: ``FINISHED``, ``"a text"``, ``a b c`` for a multislot, ``(+ 1 2)``.
     :param constant: whether only constants are accepted, not calls, which CLIPS would evaluate.
-    :raises ClipsError: if the fact or a slot does not exist, or the slot cannot have the value.
+    :raises NotFoundError: if the fact does not exist.
+    :raises ClipsError: if a slot does not exist, or cannot have the value.
     """
     fact = env.maker.find_fact(index)
     if fact == NULL:
-        raise ClipsError(f"there is no fact f-{index}")
+        raise NotFoundError(f"there is no fact f-{index}")
     if not slots:
         raise ClipsError(f"no slot of f-{index} is named", hint="a slot and its value, e.g. (mode FINISHED)")
     deftemplate = lib.FactDeftemplate(fact)

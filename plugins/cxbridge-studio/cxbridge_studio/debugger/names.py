@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.errors import ExecutiveError
 from cxbridge.executive.host.constructs import construct_names
-from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.skiller.status import Status
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.constructs import read_allowed_values
 from cxbridge_studio.debugger.breakpoints import ANY_NAME, Breakpoint
@@ -122,7 +122,8 @@ class AgentNames:
         # of the name.
         status_match = _STATUS_SUFFIX.fullmatch(tested_breakpoint.name)
         status = status_match[1] if status_match else tested_breakpoint.state
-        mistake = _find_name_mistake(status, read_skill_statuses(), "skills have no status", "these are")
+        statuses = Status.__members__
+        mistake = _find_name_mistake(status, statuses, "skills have no status", "the statuses are")
         skills = None if mistake else self._skills()
         if mistake or skills is None:
             return mistake
@@ -137,12 +138,6 @@ class AgentNames:
         return f"there is no skill '{name}{'' if is_whole_name else '*'}'", did_you_mean(
             name, skills, all_skills
         )
-
-
-def read_skill_statuses() -> tuple[str, ...]:
-    """Return the statuses of skills, as defined by SkillerInterface."""
-    enums = InterfaceRegistry().schema("SkillerInterface").enums
-    return tuple(status.name for enum in enums if enum.name == "SkillStatusEnum" for status in enum.items)
 
 
 def _find_name_mistake(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import islice
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import Annotated, Any, Final
 
 from msgspec import Meta, Struct
 
@@ -15,7 +15,6 @@ from cxbridge.daemon.operations.operation import (
     Route,
 )
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.host.capi import NULL
 from cxbridge.numbers import parse_decimal
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.agenda import read_activations
@@ -27,9 +26,6 @@ from cxbridge_studio.debugger.fact_editing import (
     search_facts,
 )
 from cxbridge_studio.operations.environments import NamedEnvironment, find_environment, list_environment_names
-
-if TYPE_CHECKING:
-    from cxbridge.executive.host.environment import ClipsEnvironment
 
 OPERATIONS: Final = Operations()
 
@@ -82,8 +78,8 @@ class FactIndex(Struct):
     index: int
 
 
-def _find_environment(context: OperationContext, name: str) -> ClipsEnvironment:
-    """Return an environment by its name.
+def _check_environment(context: OperationContext, name: str) -> None:
+    """Check the name of an environment in a query or a body.
 
     :raises NotFoundError: if the environment does not exist.
     """
@@ -91,7 +87,6 @@ def _find_environment(context: OperationContext, name: str) -> ClipsEnvironment:
         if name == _DEFAULT_ENVIRONMENT:  # not a wrong name: the executive is not running
             raise NotFoundError(f"No CLIPS environment named '{name}' found", 503)
         raise NotFoundError(f"Environment '{name}' is unknown")
-    return find_environment(context, name)
 
 
 def _check_index(_context: OperationContext, path: Mapping[str, str]) -> None:
@@ -104,27 +99,22 @@ def _check_index(_context: OperationContext, path: Mapping[str, str]) -> None:
 
 
 def _assert_over_http(context: OperationContext, parameters: _FactText) -> FactIndex:
-    _find_environment(context, parameters.env)
+    _check_environment(context, parameters.env)
     if "\0" in parameters.fact or not parameters.fact.lstrip().startswith("("):
         raise CxbridgeError("A fact begins with a parenthesis, e.g. (battery (level 3))")
     return FactIndex(_assert_fact(context, parameters))
 
 
 def _modify_over_http(context: OperationContext, parameters: _SlotChanges) -> FactIndex:
-    env = _find_environment(context, parameters.env)
+    _check_environment(context, parameters.env)
     if any("\0" in text for pair in parameters.slots.items() for text in pair):
         raise CxbridgeError("A text of CLIPS cannot contain a zero byte")
-    with env.lock:
-        if env.maker.find_fact(parameters.index) == NULL:
-            raise NotFoundError(f"There is no fact f-{parameters.index}")
-        return FactIndex(_modify_fact(context, parameters))
+    return FactIndex(_modify_fact(context, parameters))
 
 
 def _retract_over_http(context: OperationContext, parameters: _FactReference) -> FactIndex:
-    env = _find_environment(context, parameters.env)
-    with env.lock:
-        if not env.retract(parameters.index):
-            raise NotFoundError(f"There is no fact f-{parameters.index}")
+    _check_environment(context, parameters.env)
+    _retract_fact(context, parameters)
     return FactIndex(parameters.index)
 
 

@@ -85,7 +85,7 @@ def test_a_fact_is_edited_while_it_is_stopped(client):
         (edited["index"], '(battery (level 4) (notes "a b" c))')
     ]
     for where, body, status, message in (
-        (index, {"slots": slots}, 404, "There is no fact"),
+        (index, {"slots": slots}, 404, "there is no fact"),
         ("x", {"slots": slots}, 400, "must be a number"),
         (edited["index"], {"slots": {"lvel": "1"}}, 400, "has no slot 'lvel'"),
         (edited["index"], {"slots": {"level": "("}}, 400, "cannot evaluate"),

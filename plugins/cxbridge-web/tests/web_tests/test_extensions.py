@@ -67,7 +67,7 @@ def test_facts_are_asserted_and_retracted_and_what_is_wrong_is_told(there):
     assert formatted[index]["formatted"] == '(battery (level 50) (notes "full" x 1.5))'
     assert client.ask("DELETE", f"/api/cxbridge/facts/{index}").json["index"] == index
     for method, path, body, status, message in (
-        ("DELETE", f"/{index}", None, 404, "There is no fact"),
+        ("DELETE", f"/{index}", None, 404, "there is no fact"),
         ("DELETE", "/x", None, 400, "must be a number"),
         ("POST", "", {"fct": "(a)"}, 400, "lacks 'fact'"),
         ("POST", "", {"fact": "(a)", "env": "nope"}, 404, "Environment 'nope' is unknown"),
