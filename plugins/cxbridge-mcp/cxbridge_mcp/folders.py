@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
@@ -89,15 +90,13 @@ class Folders:
 
     def list_scenarios(self) -> list[str]:
         """Return the shipped scenarios by name and those in the folders by path."""
-        scenario_folders = [
-            self._shorten_path(path.parent) for path in self._walk_files() if path.name == _SCENARIO
-        ]
-        return [*shipped_scenarios(), *sorted(scenario_folders)]
+        scenario_files = (path for path in self._find_files() if path.name == _SCENARIO)
+        return [*shipped_scenarios(), *sorted(self._shorten_path(path.parent) for path in scenario_files)]
 
     def list_recordings(self) -> list[dict[str, Any]]:
         """Return path, format and size of each recording in the folders, newest first."""
         entries = []
-        for path in self._walk_files():
+        for path in self._find_files():
             try:
                 run, stat = open_run(path), path.stat()
             except (CxbridgeError, OSError):
@@ -110,18 +109,14 @@ class Folders:
         """Return the name by which the assistant refers to a path."""
         return str(path.relative_to(self.home)) if path.is_relative_to(self.home) else str(path)
 
+    def _find_files(self) -> Iterator[Path]:
+        """Return the first regular files of the folders, without hidden files and links."""
+        return islice(self._walk_files(), MAX_SEARCHED_FILES)
+
     def _walk_files(self) -> Iterator[Path]:
-        """Yield the regular files of the folders, without hidden files and links."""
-        count = 0
         for top in dict.fromkeys(self.folders):
             for folder, subfolders, names in os.walk(top):
                 # os.walk descends into the remaining folders only
                 subfolders[:] = sorted(name for name in subfolders if not name.startswith("."))
-                for name in sorted(names):
-                    path = Path(folder, name)
-                    if name.startswith(".") or path.is_symlink() or not path.is_file():
-                        continue
-                    count += 1
-                    if count > MAX_SEARCHED_FILES:
-                        return
-                    yield path
+                paths = (Path(folder, name) for name in sorted(names) if not name.startswith("."))
+                yield from (path for path in paths if path.is_file() and not path.is_symlink())

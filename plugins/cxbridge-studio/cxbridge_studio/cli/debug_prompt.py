@@ -16,8 +16,8 @@ from cxbridge.printing import indent_lines
 from cxbridge.rights import ALL_RIGHTS
 from cxbridge.run.servers import RunServer
 from cxbridge_studio.debugger.breakpoints import Stop, parse_breakpoint
+from cxbridge_studio.debugger.command_words import execute_command, parse_fact_change, parse_number
 from cxbridge_studio.debugger.debugger import STEP_UNITS, debugger_of
-from cxbridge_studio.debugger.fact_words import parse_fact_change, parse_number
 from cxbridge_studio.debugger.names import BreakpointMistakes
 
 if TYPE_CHECKING:
@@ -156,10 +156,7 @@ class _PromptAgent:
 
         :raises CxbridgeError: if there is no such command, or the command fails.
         """
-        word, _, argument = line.partition(" ")
-        if word not in self._commands:
-            raise CxbridgeError(f"there is no command '{word}'", hint="h lists all commands")
-        self._commands[word](argument.strip())
+        execute_command(self._commands, line, "h lists all commands")
 
     def _execute_operation(self, name: str, **arguments: Any) -> Any:
         """Execute an operation on the environment of this agent."""

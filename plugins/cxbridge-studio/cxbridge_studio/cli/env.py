@@ -11,7 +11,7 @@ import typer
 from cxbridge.cli.connect import DEFAULT_URL, AsJson, Connect, ask_daemon
 from cxbridge.cli.console import say, say_json, say_text
 from cxbridge.printing import format_count, indent_lines
-from cxbridge_studio.debugger.fact_words import parse_number
+from cxbridge_studio.debugger.command_words import parse_number
 
 app = typer.Typer(name="env", help="The CLIPS environments of a daemon.", no_args_is_help=True)
 

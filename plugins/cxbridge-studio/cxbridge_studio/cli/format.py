@@ -31,7 +31,8 @@ def format(  # noqa: A001 - the name of the command
 
     changed_count = 0
     # read all files before the first change, so that after an unreadable file nothing has changed
-    texts = {path: _read_text(path) for path in _find_clips_files(files)}
+    paths = (found for path in files for found in (sorted(path.rglob("*.clp")) if path.is_dir() else [path]))
+    texts = {path: _read_text(path) for path in paths}
     for path, text in texts.items():
         if not is_balanced(text):
             say(f"{path}: parentheses or quotes do not match; the file stays unchanged", err=True)
@@ -45,31 +46,14 @@ def format(  # noqa: A001 - the name of the command
     return int(check and changed_count > 0)
 
 
-def _find_clips_files(paths: list[Path]) -> list[Path]:
-    """Return the files among the paths, and the CLIPS files below the folders.
-
-    :raises CxbridgeError: if a path does not exist.
-    """
-    clips_files: list[Path] = []
-    for path in paths:
-        if path.is_dir():
-            clips_files += sorted(path.rglob("*.clp"))
-        elif path.is_file():
-            clips_files.append(path)
-        else:
-            raise CxbridgeError("there is no such file", file=path)
-    return clips_files
-
-
 def _read_text(path: Path) -> str:
     """Return the text of a file.
 
-    :raises CxbridgeError: if the file cannot be read, or is not UTF-8 text.
+    :raises CxbridgeError: if the file is not UTF-8 text.
+    :raises OSError: if the file cannot be read.
     """
     try:
         text = path.read_bytes().decode("utf-8")
-    except OSError as error:
-        raise CxbridgeError(f"cannot read the file: {error.strerror}", file=path) from None
     except UnicodeDecodeError:
         text = "\0"
     if "\0" in text:  # UTF-16, too: ASCII letters in UTF-16 are valid UTF-8 with a NUL next to each letter

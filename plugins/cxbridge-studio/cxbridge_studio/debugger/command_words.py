@@ -1,12 +1,30 @@
-"""Parses the arguments of commands about facts, for the prompt, the monitor and ``cxbridge env``."""
+"""Executes the commands that users type in the prompt and in the monitor, and parses their arguments."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import TypeVar
 
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.errors import CxbridgeError
 from cxbridge.numbers import parse_decimal
+
+_Result = TypeVar("_Result")
+
+
+def execute_command(
+    functions: Mapping[str, Callable[[str], _Result]], command: str, commands_help: str
+) -> _Result:
+    """Call the function of a command with the rest of the command, without blanks around it.
+
+    :param functions: the functions by the first word of their commands.
+    :param commands_help: the hint for an unknown command.
+    :raises CxbridgeError: if the command is unknown or fails.
+    """
+    word, _, argument = command.strip().partition(" ")
+    if word not in functions:
+        raise CxbridgeError(f"there is no command '{word}'", hint=commands_help)
+    return functions[word](argument.strip())
 
 
 def parse_number(word: str) -> int:

@@ -18,7 +18,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.client import NoAnswerError, ask_why, read_status, request, send_command
 from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError
 from cxbridge.interfaces.assignments import field_text
-from cxbridge_studio.debugger.fact_words import parse_number
+from cxbridge_studio.debugger.command_words import execute_command, parse_number
 from cxbridge_studio.monitor.filtering import format_duration, make_page
 from cxbridge_studio.monitor.snapshot import (
     MAX_LINES,
@@ -258,11 +258,7 @@ class DaemonSource:
 
         :raises CxbridgeError: if the command is unknown or fails, or the daemon rejects it.
         """
-        word, _, argument = command.strip().partition(" ")
-        action = self._commands.get(word)
-        if action is None:
-            raise CxbridgeError(f"there is no command '{word}'", hint=COMMANDS_HELP)
-        return action(argument.strip())
+        return execute_command(self._commands, command, COMMANDS_HELP)
 
     def _send_command(self, verb: str) -> str:
         if not send_command(self._connect_board(), verb, REPLY_TIMEOUT_S):

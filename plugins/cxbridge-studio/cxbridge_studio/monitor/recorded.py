@@ -22,6 +22,7 @@ from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.listing import event_line
 from cxbridge_studio.debugger.breakpoints import describe_transition
+from cxbridge_studio.debugger.command_words import execute_command
 from cxbridge_studio.monitor.filtering import filter_goals, format_duration, make_page
 from cxbridge_studio.monitor.scrubbing import Scrubber
 from cxbridge_studio.monitor.snapshot import (
@@ -91,11 +92,7 @@ class RecordedSource:
 
     def execute_command(self, command: str) -> str:
         """Execute a command of :data:`COMMANDS_HELP`."""
-        word, _, argument = command.strip().partition(" ")
-        action = self._commands.get(word)
-        if action is None:
-            raise CxbridgeError(f"a recording has no command '{word}'", hint=COMMANDS_HELP)
-        return action(argument.strip())
+        return execute_command(self._commands, command, COMMANDS_HELP)
 
     def _move(self, move: Callable[[Scrubber], None]) -> str:
         self._follows_end = False
@@ -149,13 +146,9 @@ class RecordedSource:
     def _describe_position(self) -> str:
         scrubber = self._scrubber
         now_s, end_s = scrubber.now_us / MICROSECONDS, scrubber.end_us / MICROSECONDS
-        parts = [
-            f"{format_duration(now_s)} of {format_duration(end_s)}",
-            f"event {scrubber.position:,} of {len(scrubber.events):,}",
-        ]
-        if scrubber.is_loading:
-            parts.append("reading")
-        return " · ".join(parts)
+        times = f"{format_duration(now_s)} of {format_duration(end_s)}"
+        position = f"event {scrubber.position:,} of {len(scrubber.events):,}"
+        return " · ".join((times, position, *(["reading"] if scrubber.is_loading else [])))
 
     def _describe_last_event(self) -> str:
         """Return the last transition before the current position; if there is none, the last event."""
@@ -179,7 +172,7 @@ class RecordedSource:
                 goal.parent,
                 goal.mode,
                 goal.outcome,
-                _remove_nil(goal.error),
+                "" if goal.error == "nil" else goal.error,  # CLIPS' value for no error
             )
             for (env, name), goal in state.goals.items()
             if state.has_goal(env, name)
@@ -239,13 +232,15 @@ class RecordedSource:
     def _make_log_rows(self) -> list[LogRow]:
         scrubber = self._scrubber
         last = bisect_left(scrubber.log_lines, scrubber.position)
-        rows = []
-        for number in scrubber.log_lines[max(0, last - MAX_LINES) : last]:
-            event = scrubber.events[number]
-            if isinstance(event, LogLine):
-                text = f"{scrubber.times[number] / MICROSECONDS:9.3f} {event.component}: {event.text}"
-                rows.append(LogRow(number, event.level.value, text))
-        return rows
+        return [
+            LogRow(
+                number,
+                event.level.value,
+                f"{scrubber.times[number] / MICROSECONDS:9.3f} {event.component}: {event.text}",
+            )
+            for number in scrubber.log_lines[max(0, last - MAX_LINES) : last]
+            if isinstance(event := scrubber.events[number], LogLine)
+        ]
 
 
 class LoadedRun(Run):
@@ -275,11 +270,6 @@ def _explain_run(run: Run, at_s: float | None) -> Sequence[str]:
         return explain(RecordedEvidence(run, at_s, None), "", "run").lines
     except CxbridgeError as error:
         return (error.message, error.hint or "")
-
-
-def _remove_nil(error: str) -> str:
-    """Return the error of a goal; ``nil``, the value of CLIPS for no error, becomes the empty text."""
-    return "" if error == "nil" else error
 
 
 def _parse_number(text: str) -> float:

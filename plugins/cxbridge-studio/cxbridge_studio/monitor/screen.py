@@ -184,14 +184,14 @@ class MonitorApp(App[None]):
     def show(self, snapshot: MonitorSnapshot) -> None:
         """Show a snapshot: the status line, the goals, and only the visible pane."""
         self.snapshot = snapshot
-        parts = [snapshot.head]
-        if snapshot.more_goals:
-            parts.append(f"{snapshot.more_goals} more goals")
-        if self._view_query.filter_text:
-            parts.append(f"filter: {self._view_query.filter_text}")
-        if self._view_query.env != "executive":
-            parts.append(f"environment: {self._view_query.env}")
-        self._show_head(" · ".join(parts))
+        filter_text, env = self._view_query.filter_text, self._view_query.env
+        parts = (
+            snapshot.head,
+            f"{snapshot.more_goals} more goals" if snapshot.more_goals else "",
+            f"filter: {filter_text}" if filter_text else "",
+            f"environment: {env}" if env != "executive" else "",
+        )
+        self._show_head(" · ".join(filter(None, parts)))
         self._show_message()
         self._find_widget("#goals", GoalTree).show(snapshot.goals)
         pane = self._shown_pane
@@ -221,12 +221,13 @@ class MonitorApp(App[None]):
 
     def _show_note(self, pane: str) -> None:
         """Show the note below a pane, and the full text of the selected fact."""
-        table = getattr(self.snapshot, pane)
-        notes = [table.note, self.snapshot.fields.note if pane == "interfaces" else ""]
-        selected_row = self._find_widget(
-            "#fields" if pane == "interfaces" else f"#{pane}", RowTable
-        ).item_at_cursor
-        notes.insert(0, " ".join(selected_row)[:_MAX_NOTE_LENGTH] if selected_row else "")
+        table_name = "fields" if pane == "interfaces" else pane
+        selected_row = self._find_widget(f"#{table_name}", RowTable).item_at_cursor or ()
+        notes = (
+            " ".join(selected_row)[:_MAX_NOTE_LENGTH],
+            getattr(self.snapshot, pane).note,
+            self.snapshot.fields.note if pane == "interfaces" else "",
+        )
         self._set_text(f"{pane}-note", "\n".join(filter(None, notes)))
 
     def _clear_message(self) -> None:

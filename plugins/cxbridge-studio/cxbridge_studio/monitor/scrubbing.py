@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from array import array
 from bisect import bisect_right
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Final
 
 from cxbridge.errors import TraceError
@@ -72,13 +72,13 @@ class Scrubber:
         """The time of the last event before the current position, since the start of the run."""
         return self.times[self.position - 1] if self.position else 0
 
-    def load(self, duration_s: float, now: Callable[[], float] = time.monotonic) -> None:
+    def load(self, duration_s: float) -> None:
         """Read further events for a duration, or to the end of the run.
 
         If a part cannot be read, :attr:`notes` reports that, and the events before that part stay.
         """
-        end_s = now() + duration_s
-        while self._reader is not None and now() < end_s:
+        end_s = time.monotonic() + duration_s
+        while self._reader is not None and time.monotonic() < end_s:
             self._load_batch(self._reader)
 
     def _load_batch(self, reader: Iterator[Event]) -> None:
@@ -132,23 +132,19 @@ class Scrubber:
         if position < self.position or stored_index > self.position // self._stride:
             self.state = self._stored_states[stored_index].copy()
             self.position = stored_index * self._stride
-        add_event = self.state.add_event
         for event in self.events[self.position : position]:
-            add_event(event)
+            self.state.add_event(event)
         self.position = position
 
     def step_transitions(self, count: int) -> None:
-        """Go forward or back by a number of transitions, or of events in a run without transitions."""
+        """Go forward or back by a number of transitions."""
         transitions = self.transitions
-        if not transitions:
-            self.go_to(self.position + count)
-            return
         passed_count = bisect_right(transitions, self.position)
         if count < 0 and passed_count and transitions[passed_count - 1] < self.position:
             count += 1  # the first step back is to the last transition before the current position
-        target = passed_count + count - 1
-        end = len(self.events)
-        self.go_to(0 if target < 0 else transitions[target] if target < len(transitions) else end)
+        # the positions before, at and after the transitions: 0, the transitions, and the end of the run
+        positions = (0, *transitions, len(self.events))
+        self.go_to(positions[max(0, min(passed_count + count, len(transitions) + 1))])
 
     def go_to_time(self, time_us: int) -> None:
         """Go to the position after all events up to a time, in microseconds since the first event."""

@@ -44,4 +44,4 @@ def test_a_broken_file_stays_and_says_so(tmp_path, capsys):
 
 def test_a_file_that_is_not_there(tmp_path, capsys):
     assert invoke(["format", str(tmp_path / "none.clp")]) == 2
-    assert "there is no such file" in capsys.readouterr().err
+    assert f"{tmp_path / 'none.clp'}: No such file" in capsys.readouterr().err
