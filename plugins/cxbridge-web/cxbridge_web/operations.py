@@ -22,6 +22,7 @@ from cxbridge.daemon.operations.operation import (
     to_json,
 )
 from cxbridge.daemon.operations.table import operations
+from cxbridge.numbers import parse_decimal
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
 from cxbridge_web.models import API_VERSION, make_model
 
@@ -83,7 +84,9 @@ def _read_arguments(operation: Operation[Any], route: Route[Any], call: ApiCall)
         name = parameter.name
         member = route.names.get(name, name)
         if name in call.path:
-            arguments[name] = int(call.path[name]) if _find_bare_type(parameter) is int else call.path[name]
+            is_number = _find_bare_type(parameter) is int
+            # None, for a text that is not a number, is a wrong value of the parameter
+            arguments[name] = parse_decimal(call.path[name]) if is_number else call.path[name]
         elif name in route.defaults:
             arguments[name] = call.query.get(name) or call.body.get(member) or route.defaults[name]
         elif member in call.body:

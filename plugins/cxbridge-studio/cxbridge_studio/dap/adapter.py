@@ -229,10 +229,8 @@ class Adapter:
         return self._stop_view
 
     def _initialize(self, arguments: protocol.InitializeArguments) -> Mapping[str, Any]:
-        if not arguments.lines_start_at1 or not arguments.columns_start_at1:
+        if not (arguments.lines_start_at1 and arguments.columns_start_at1):
             raise CxbridgeError("lines and columns must be counted from 1")
-        if arguments.path_format != "path":
-            raise CxbridgeError(f"files must be named by their paths, not as '{arguments.path_format}'")
         self._phase = SessionPhase.READY
         self._sends_invalidated = arguments.supports_invalidated_event
         return CAPABILITIES

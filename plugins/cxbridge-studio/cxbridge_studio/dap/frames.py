@@ -43,21 +43,19 @@ def read_slots(fact: FactChange) -> Mapping[str, str]:
 
 def make_frames(stopped_env: StoppedEnvironment) -> list[CallFrame]:
     """Return the stack, innermost frame first."""
-    return [*_make_rule_frame(stopped_env), *_make_goal_frames(stopped_env)] or [
-        CallFrame("event", "between two loops")
-    ]
+    frames = [*_make_innermost_frames(stopped_env), *_make_goal_frames(stopped_env)]
+    return frames or [CallFrame("event", "between two loops")]
 
 
-def _make_rule_frame(stopped_env: StoppedEnvironment) -> Iterator[CallFrame]:
-    firing = stopped_env.firing
+def _make_innermost_frames(stopped_env: StoppedEnvironment) -> list[CallFrame]:
+    """Return the frame of the rule, or of the transition between two rules; none if there is neither."""
+    firing, event = stopped_env.firing, stopped_env.event
     if firing is None:
-        if stopped_env.event is not None:
-            yield CallFrame("event", describe_transition(stopped_env.event))
-        return
+        return [] if event is None else [CallFrame("event", describe_transition(event))]
     position = stopped_env.agent.find_rule_position(firing.rule)
     if position is not None and firing.line:
         position = FileLine(position.file, firing.line)
-    yield CallFrame("rule", firing.rule, position)
+    return [CallFrame("rule", firing.rule, position)]
 
 
 def _make_goal_frames(stopped_env: StoppedEnvironment) -> Iterator[CallFrame]:

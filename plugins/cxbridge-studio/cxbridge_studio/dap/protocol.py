@@ -63,7 +63,6 @@ def _remove_nulls(value: Any) -> Any:
 class InitializeArguments(ProtocolObject):
     lines_start_at1: bool = True
     columns_start_at1: bool = True
-    path_format: str = "path"
     supports_invalidated_event: bool = False
 
 
@@ -153,7 +152,6 @@ class Breakpoint(ProtocolObject):
     id: int
     verified: bool
     message: str = ""
-    source: Source | None = None
     line: int = 0
 
 
@@ -189,7 +187,6 @@ class Variable(ProtocolObject):
 class EvaluateBody(ProtocolObject):
     result: str
     variables_reference: int
-    type: str = ""
 
 
 class StoppedBody(ProtocolObject):

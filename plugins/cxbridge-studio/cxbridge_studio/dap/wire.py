@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from io import RawIOBase
 from typing import BinaryIO, Final
@@ -9,14 +10,15 @@ from typing import BinaryIO, Final
 import msgspec
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.numbers import parse_decimal
 from cxbridge_studio.dap.protocol import Event, Request, Response
 
 # limits of a client's messages, so that a faulty client cannot exhaust the memory
 MAX_MESSAGE_BYTES: Final = 16 * 1024 * 1024
 _MAX_HEADERS: Final = 32
 _MAX_LINE_BYTES: Final = 4096
-_LENGTH_HEADER: Final = b"content-length"
+_LENGTH_HEADER: Final = re.compile(
+    rb"^Content-Length[ \t]*:[ \t]*(\d{1,9})[ \t]*\r?$", re.IGNORECASE | re.MULTILINE
+)
 
 
 class WireError(CxbridgeError):
@@ -67,24 +69,17 @@ class Wire:
 
     def _read_length(self) -> int | None:
         """Read a header, and return the length of the message; None at the end of the stream."""
-        length = None
-        for _ in range(_MAX_HEADERS):
-            line = self._source.readline(_MAX_LINE_BYTES)
-            if not line:
-                return None
-            name, colon, value = line.strip().partition(b":")
-            if not name:
-                if length is None:
-                    raise WireError("a message has no Content-Length")
-                return length
-            if colon and name.strip().lower() == _LENGTH_HEADER:
-                text = value.strip().decode("ascii", "replace")
-                length = parse_decimal(text)
-                if length is None or length > MAX_MESSAGE_BYTES:
-                    raise WireError(
-                        f"a message has the length {text}, not a number up to {MAX_MESSAGE_BYTES}"
-                    )
-        raise WireError(f"a message has more than {_MAX_HEADERS} lines of headers")
+        lines: list[bytes] = []
+        while (line := self._source.readline(_MAX_LINE_BYTES)).strip():
+            lines.append(line)
+            if len(lines) > _MAX_HEADERS:
+                raise WireError(f"a message has more than {_MAX_HEADERS} lines of headers")
+        if not line:
+            return None
+        match = _LENGTH_HEADER.search(b"".join(lines))
+        if match is None or int(match[1]) > MAX_MESSAGE_BYTES:
+            raise WireError(f"a message has no Content-Length that is a number up to {MAX_MESSAGE_BYTES}")
+        return int(match[1])
 
     def write(self, message: Response | Event) -> None:
         """Send a message with the next sequence number; do nothing if the client has closed the stream."""

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 
 from clips._clips import lib
 
+from cxbridge.daemon.operations.operation import NotFoundError
 from cxbridge.errors import ClipsError, ExecutiveError
 from cxbridge.events import Event, SkillStatus
 from cxbridge.executive.host.capi import CData, decode, make_callback
@@ -113,12 +114,12 @@ class Debugger:
     def remove(self, number: int) -> None:
         """Remove a breakpoint.
 
-        :raises ExecutiveError: if the breakpoint does not exist.
+        :raises NotFoundError: if the breakpoint does not exist.
         """
         with self._env.lock:
             if number not in self._breakpoints:
                 known_numbers = ", ".join(map(str, self._breakpoints)) or "none"
-                raise ExecutiveError(f"there is no breakpoint {number}", hint=f"there are: {known_numbers}")
+                raise NotFoundError(f"there is no breakpoint {number}; the breakpoints are: {known_numbers}")
             del self._breakpoints[number]
             self._update_subscription()
 

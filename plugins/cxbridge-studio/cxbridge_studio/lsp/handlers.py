@@ -12,6 +12,7 @@ from pathlib import PurePath
 from typing import Any, Final
 
 from lsprotocol import types as lsp
+from pygls.capabilities import get_capability
 from pygls.exceptions import JsonRpcInvalidParams
 
 from cxbridge.errors import CxbridgeError
@@ -75,9 +76,8 @@ def make_server(options: Mapping[str, Any] | None = None) -> AgentServer:
 
 def _handle_initialized(ls: AgentServer, _params: lsp.InitializedParams) -> None:
     ls.start()
-    workspace = ls.client_capabilities.workspace
-    capability = workspace.did_change_watched_files if workspace else None
-    if capability and capability.dynamic_registration:
+    capability = "workspace.did_change_watched_files.dynamic_registration"
+    if get_capability(ls.client_capabilities, capability, default=False):
         options = lsp.DidChangeWatchedFilesRegistrationOptions([lsp.FileSystemWatcher(_WATCHED_FILES)])
         kind = lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES
         ls.client_register_capability(lsp.RegistrationParams([lsp.Registration(kind, kind, options)]))

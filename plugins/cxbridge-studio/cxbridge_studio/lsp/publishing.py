@@ -30,18 +30,14 @@ class FileFindings:
     """The findings of the last check by file, and the files that have changed since the check began.
 
     :ivar changed_paths: the paths of files with a text that differs from the checked text.
+    :ivar by_path: the findings of the last check by path, as in ``cxbridge check --json``.
     """
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self.changed_paths: set[str] = set()
         self._changed_since_begin: set[str] = set()
-        self._findings_by_path: dict[str, list[Mapping[str, Any]]] = {}
-
-    @property
-    def paths(self) -> set[str]:
-        """The paths of the files with findings of the last check."""
-        return set(self._findings_by_path)
+        self.by_path: dict[str, list[Mapping[str, Any]]] = {}
 
     def begin_check(self) -> None:
         """Record the start of a check, which reads the files on the disk."""
@@ -59,18 +55,18 @@ class FileFindings:
         """
         # The check has not read the present text of these files.
         self.changed_paths = self._changed_since_begin | unsaved_paths
-        self._findings_by_path = {}
+        self.by_path = {}
         for finding in self._session.knowledge.findings:
             if finding["file"]:
                 path = str(Path(finding["file"]).resolve())
-                self._findings_by_path.setdefault(path, []).append(finding)
+                self.by_path.setdefault(path, []).append(finding)
 
     def make_diagnostics(self, file: SourceFile, positions: PositionConverter) -> list[Diagnostic]:
         """Return the diagnostics of a file, each mistake once."""
         is_changed = file.path in self.changed_paths
         # The keys are code and line: check and text may report the same mistake at different columns.
         unique_diagnostics: dict[tuple[str, int], Diagnostic] = {}
-        for finding in self._findings_by_path.get(file.path, ()):
+        for finding in self.by_path.get(file.path, ()):
             if not (is_changed and finding["code"] in TEXT_CODES):
                 diagnostic = _convert_check_finding(file, finding, positions)
                 unique_diagnostics[finding["code"], diagnostic.range.start.line] = diagnostic

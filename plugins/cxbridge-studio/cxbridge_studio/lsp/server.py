@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from lsprotocol import types as lsp
+from pygls.capabilities import get_capability
 from pygls.lsp.server import LanguageServer
 
 from cxbridge import __version__
@@ -218,13 +219,12 @@ class AgentServer(LanguageServer):
             self.session.knowledge = knowledge
             self.findings.finish_check(self._unsaved_paths)
         self.publish()
-        capabilities = self.client_capabilities.workspace
-        if capabilities and capabilities.code_lens and capabilities.code_lens.refresh_support:
+        if get_capability(self.client_capabilities, "workspace.code_lens.refresh_support", default=False):
             self.workspace_code_lens_refresh(None)
 
     def publish(self) -> None:
         """Publish the diagnostics of all open files, and of files that have or had diagnostics."""
-        for path in self._open_uris.keys() | self.findings.paths | self._published_paths:
+        for path in self._open_uris.keys() | self.findings.by_path.keys() | self._published_paths:
             file = self.session.model.find_file(path) or self.session.model.read(Path(path))
             if file is not None:
                 self._publish(file)

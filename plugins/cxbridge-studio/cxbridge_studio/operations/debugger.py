@@ -14,14 +14,11 @@ from msgspec import UNSET, Meta, Struct, UnsetType
 from cxbridge.daemon.operations.answers import StopInfo
 from cxbridge.daemon.operations.operation import (
     NoParameters,
-    NotFoundError,
     OperationContext,
     Operations,
     Route,
 )
 from cxbridge.daemon.operations.rules import stop_info
-from cxbridge.errors import CxbridgeError
-from cxbridge.numbers import parse_decimal
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.breakpoints import parse_breakpoint
 from cxbridge_studio.debugger.debugger import debugger_of
@@ -83,19 +80,6 @@ def list_breakpoint_infos(debugger: Debugger | None) -> list[BreakpointInfo]:
 
 def _make_breakpoint_info(shown_breakpoint: Breakpoint) -> BreakpointInfo:
     return BreakpointInfo(shown_breakpoint.number, str(shown_breakpoint))
-
-
-def _check_breakpoint_exists(context: OperationContext, path: Mapping[str, str]) -> None:
-    """Check the number of a breakpoint in a path.
-
-    :raises CxbridgeError: if the text is not a number.
-    :raises NotFoundError: if there is no such breakpoint.
-    """
-    number = parse_decimal(path["number"])
-    if number is None:
-        raise CxbridgeError("A breakpoint is named by its number")
-    if all(point.number != number for point in debugger_of(context.executive).breakpoints):
-        raise NotFoundError(f"There is no breakpoint {number}")
 
 
 def _check_executive_runs(context: OperationContext, _path: Mapping[str, str]) -> None:
@@ -191,7 +175,6 @@ def _remove_breakpoints(context: OperationContext, parameters: _BreakpointNumber
         "DELETE",
         "/breakpoints/{number}",
         "Remove a breakpoint.",
-        check=_check_breakpoint_exists,
         errors={404: "There is no such breakpoint"},
     ),
     is_verb=False,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import islice
 from typing import Annotated, Any, Final
 
@@ -15,7 +14,6 @@ from cxbridge.daemon.operations.operation import (
     Route,
 )
 from cxbridge.errors import CxbridgeError
-from cxbridge.numbers import parse_decimal
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.agenda import read_activations
 from cxbridge_studio.debugger.fact_editing import (
@@ -89,15 +87,6 @@ def _check_environment(context: OperationContext, name: str) -> None:
         raise NotFoundError(f"Environment '{name}' is unknown")
 
 
-def _check_index(_context: OperationContext, path: Mapping[str, str]) -> None:
-    """Check the index of the fact in a path.
-
-    :raises CxbridgeError: if the text is not an index.
-    """
-    if parse_decimal(path["index"]) is None:
-        raise CxbridgeError("The index of a fact must be a number")
-
-
 def _assert_over_http(context: OperationContext, parameters: _FactText) -> FactIndex:
     _check_environment(context, parameters.env)
     if "\0" in parameters.fact or not parameters.fact.lstrip().startswith("("):
@@ -124,7 +113,7 @@ def _make_fact_route(method: str, summary: str, bad_request: str, **fields: Any)
     :param bad_request: the meaning of status 400.
     """
     errors = {400: bad_request, 404: "There is no such fact, or no such environment"}
-    fields |= {"check": _check_index, "defaults": _HTTP_DEFAULTS, "query": _QUERY_DESCRIPTIONS}
+    fields |= {"defaults": _HTTP_DEFAULTS, "query": _QUERY_DESCRIPTIONS}
     return Route(method, f"{_PATH}/{{index}}", summary, FactIndex, errors=errors, **fields)
 
 

@@ -86,7 +86,7 @@ def test_a_fact_is_edited_while_it_is_stopped(client):
     ]
     for where, body, status, message in (
         (index, {"slots": slots}, 404, "there is no fact"),
-        ("x", {"slots": slots}, 400, "must be a number"),
+        ("x", {"slots": slots}, 400, "'index' must be a whole number"),
         (edited["index"], {"slots": {"lvel": "1"}}, 400, "has no slot 'lvel'"),
         (edited["index"], {"slots": {"level": "("}}, 400, "cannot evaluate"),
         (edited["index"], {"slots": {}}, 400, "no slot"),

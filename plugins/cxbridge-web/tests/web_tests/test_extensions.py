@@ -68,7 +68,7 @@ def test_facts_are_asserted_and_retracted_and_what_is_wrong_is_told(there):
     assert client.ask("DELETE", f"/api/cxbridge/facts/{index}").json["index"] == index
     for method, path, body, status, message in (
         ("DELETE", f"/{index}", None, 404, "there is no fact"),
-        ("DELETE", "/x", None, 400, "must be a number"),
+        ("DELETE", "/x", None, 400, "'index' must be a whole number"),
         ("POST", "", {"fct": "(a)"}, 400, "lacks 'fact'"),
         ("POST", "", {"fact": "(a)", "env": "nope"}, 404, "Environment 'nope' is unknown"),
     ):
