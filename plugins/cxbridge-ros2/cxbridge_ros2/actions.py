@@ -130,7 +130,7 @@ class ActionClient(Closing):
             f"{name}/_action/get_result", str(type_name.derive("GetResult"))
         )
         self._cancel_client = node.create_client(f"{name}/_action/cancel_goal", CANCEL_GOAL_TYPE)
-        self._close_functions = [
+        self._unsubscribe_functions = [
             node.subscribe(
                 f"{name}/_action/feedback",
                 str(type_name.derive("FeedbackMessage")),
@@ -183,16 +183,12 @@ class ActionClient(Closing):
             if sent_goal.is_cancel_requested:
                 self.cancel(sent_goal)
 
-        self._goals[goal_id] = sent_goal  # feedback may arrive before the response
-        try:
-            self._goal_client.call(
-                {"goal_id": {"uuid": goal_id}, "goal": goal},
-                handle_response,
-                partial(self._end_without_result, sent_goal, GoalStatus.ABORTED),
-            )
-        except Exception:
-            del self._goals[goal_id]
-            raise
+        self._goal_client.call(
+            {"goal_id": {"uuid": goal_id}, "goal": goal},
+            handle_response,
+            partial(self._end_goal, sent_goal, GoalStatus.ABORTED, {}),
+        )
+        self._goals[goal_id] = sent_goal  # messages about the goal are received by later polls
         return sent_goal
 
     def check_server(self, sent_goal: SentGoal) -> None:
@@ -207,27 +203,25 @@ class ActionClient(Closing):
             and sent_goal.is_accepted is None
         ):
             # all servers that could have accepted the goal are gone
-            self._end_without_result(sent_goal, GoalStatus.UNKNOWN, "")
+            self._end_goal(sent_goal, GoalStatus.UNKNOWN, {})
         sent_goal.server_numbers |= present_servers
 
-    def _end_without_result(self, sent_goal: SentGoal, status: GoalStatus, reason: str) -> None:
+    def _end_goal(self, sent_goal: SentGoal, status: GoalStatus, result: Message, reason: str = "") -> None:
+        """End a goal, unless the goal has ended already.
+
+        :param result: the result message; empty if there is none.
+        :param reason: why there is no result; may be empty.
+        """
         if self._goals.pop(sent_goal.goal_id, None) is not None:
-            sent_goal.status, sent_goal.result, sent_goal.reason = status, {}, reason
+            sent_goal.status, sent_goal.result, sent_goal.reason = status, result, reason
             sent_goal.observer.on_end(sent_goal)
 
     def _request_result(self, sent_goal: SentGoal) -> None:
         """Request the result of a goal; the server responds when the goal has ended."""
-
-        def handle_result(response: Message) -> None:
-            if self._goals.pop(sent_goal.goal_id, None) is not None:
-                sent_goal.status = GoalStatus(response["status"])
-                sent_goal.result = response["result"]
-                sent_goal.observer.on_end(sent_goal)
-
         self._result_client.call(
             {"goal_id": {"uuid": sent_goal.goal_id}},
-            handle_result,
-            partial(self._end_without_result, sent_goal, GoalStatus.ABORTED),
+            lambda response: self._end_goal(sent_goal, GoalStatus(response["status"]), response["result"]),
+            partial(self._end_goal, sent_goal, GoalStatus.ABORTED, {}),
         )
 
     def cancel(self, sent_goal: SentGoal) -> None:
@@ -255,10 +249,8 @@ class ActionClient(Closing):
         self._goals.pop(sent_goal.goal_id, None)
 
     def close(self) -> None:
-        for client in self._clients:
-            client.close()
-        for unsubscribe in self._close_functions:
-            unsubscribe()
+        for close_endpoint in (*(client.close for client in self._clients), *self._unsubscribe_functions):
+            close_endpoint()
 
     def _receive_feedback(self, message: Message) -> None:
         sent_goal = self._goals.get(message["goal_id"]["uuid"])
@@ -301,7 +293,7 @@ class ServedGoal:
         return {"goal_id": {"uuid": self.goal_id}, "stamp": self.stamp}
 
     def publish_feedback(self, feedback: Mapping[str, Any]) -> None:
-        self._server.publish_feedback(self, feedback)
+        self._server.feedback_publisher.publish({"goal_id": {"uuid": self.goal_id}, "feedback": feedback})
 
     def execute(self) -> None:
         self._server.set_status(self, GoalStatus.EXECUTING)
@@ -351,13 +343,13 @@ class GoalServer(Closing):
         self._goals: dict[bytes, ServedGoal] = {}
         self._result_responses: dict[bytes, Mapping[str, Any]] = {}
         self._result_requests: dict[bytes, list[SendResponse]] = {}
-        self._feedback_publisher = node.create_publisher(
+        self.feedback_publisher = node.create_publisher(
             f"{name}/_action/feedback", str(type_name.derive("FeedbackMessage"))
         )
         self._status_publisher = node.create_publisher(
             f"{name}/_action/status", STATUS_TYPE, PROFILES["action_status"]
         )
-        self._close_functions = [
+        self._end_functions = [
             node.serve(
                 f"{name}/_action/send_goal",
                 str(type_name.derive("SendGoal")),
@@ -387,9 +379,6 @@ class GoalServer(Closing):
             if goal_id not in self._result_responses
         ]
 
-    def publish_feedback(self, served_goal: ServedGoal, feedback: Mapping[str, Any]) -> None:
-        self._feedback_publisher.publish({"goal_id": {"uuid": served_goal.goal_id}, "feedback": feedback})
-
     def set_status(self, served_goal: ServedGoal, status: GoalStatus) -> None:
         served_goal.status = status
         self._publish_status()
@@ -411,10 +400,9 @@ class GoalServer(Closing):
     def close(self) -> None:
         for served_goal in self.running_goals:
             self.finish(served_goal, GoalStatus.ABORTED, {})
-        for end_service in self._close_functions:
-            end_service()
-        self._feedback_publisher.close()
-        self._status_publisher.close()
+        publishers = (self.feedback_publisher, self._status_publisher)
+        for close_endpoint in (*self._end_functions, *(publisher.close for publisher in publishers)):
+            close_endpoint()
 
     def _handle_goal_request(self, request: Message) -> Mapping[str, Any]:
         goal_id = request["goal_id"]["uuid"]

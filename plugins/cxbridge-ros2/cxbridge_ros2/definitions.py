@@ -27,7 +27,7 @@ from cxbridge.errors import Ros2Error
 from cxbridge.file_access import walk_folders
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.builtin import BUILT_IN_DEFINITIONS
-from cxbridge_ros2.names import DEFINITION_KINDS, TypeName, parse_type
+from cxbridge_ros2.names import TypeName, parse_type
 
 # The type of a field in rosbags: a Nodetype, and its details. BASE has the name of the base type and the
 # maximum length of a string (0: no limit), NAME the name of the message, ARRAY and SEQUENCE the type of the
@@ -44,7 +44,9 @@ DEFAULT_DISTRIBUTION: Final = "jazzy"
 _TIME_TYPE: Final = parse_type("builtin_interfaces/msg/Time")
 _UUID_TYPE: Final = parse_type("unique_identifier_msgs/msg/UUID")
 _EVENT_INFO_TYPE: Final = parse_type("service_msgs/msg/ServiceEventInfo")
-_SEPARATOR: Final = "---"
+_SEPARATOR: Final = re.compile(r"^[ \t]*---[ \t]*$", re.MULTILINE)
+
+# The number of sections by the kind of definition, which is also the name of a folder in a package.
 _SECTION_COUNTS: Final = {"msg": 1, "srv": 2, "action": 3}
 
 # A field with a default value: `float64 w 1.0`.
@@ -53,7 +55,6 @@ _DEFAULT_PATTERN: Final = re.compile(r"[a-zA-Z][^\s#]*[ \t]+([a-zA-Z]\w*)[ \t]+(
 # The default values of well-known types, which rosbags leaves out.
 _WELL_KNOWN_DEFAULTS: Final[dict[str, dict[str, Any]]] = {
     "geometry_msgs/msg/Quaternion": {"w": 1.0},
-    "type_description_interfaces/srv/GetTypeDescription_Request": {"include_type_sources": True},
 }
 
 
@@ -61,7 +62,7 @@ class Definitions:
     """The known types.
 
     :param folders: packages, or folders with packages.
-    :param distribution: the distribution of the well-known types; None for no well-known types.
+    :param distribution: the distribution of the well-known types.
     :param environment: the environment with ``AMENT_PREFIX_PATH``; by default that of the process.
     :param texts: further definitions by type, with less priority than files.
     :ivar has_type_hashes: whether types have hashes and services have events, as since ROS 2 Iron.
@@ -71,12 +72,17 @@ class Definitions:
     def __init__(
         self,
         folders: Iterable[Path | str] = (),
-        distribution: str | None = DEFAULT_DISTRIBUTION,
+        distribution: str = DEFAULT_DISTRIBUTION,
         environment: Mapping[str, str] | None = None,
         texts: Mapping[str, str] | None = None,
     ) -> None:
         self._definition_texts = {**BUILT_IN_DEFINITIONS, **(texts or {})}
-        self._store: Any = get_typestore(_find_store(distribution))
+        store = Stores.__members__.get(f"ROS2_{distribution.upper()}")
+        if store is None:
+            raise Ros2Error(
+                f"unknown ROS distribution '{distribution}'", hint=did_you_mean(distribution, DISTRIBUTIONS)
+            )
+        self._store: Any = get_typestore(store)
         for name, (constants, fields) in self._store.fielddefs.items():
             self._store.fielddefs[name] = (constants, _replace_char_fields(fields))
         self._definition_files: dict[str, Path] = {}
@@ -99,10 +105,8 @@ class Definitions:
 
     def find_names(self) -> list[str]:
         """Return the names of all known types and of all types with a definition."""
-        well_known = (
-            name for name in self._store.fielddefs if str(_find_definition_name(parse_type(name))) == name
-        )
-        return sorted({*well_known, *self._definition_files, *self._definition_texts})
+        loaded_names = (str(parse_type(name).definition) for name in self._store.fielddefs)
+        return sorted({*loaded_names, *self._definition_files, *self._definition_texts})
 
     def find_fields(self, name: TypeName) -> Sequence[tuple[str, FieldType]]:
         """Return the fields of a message in order.
@@ -155,14 +159,10 @@ class Definitions:
         """
         if name in self._store.fielddefs:
             return
-        try:
-            definitions = get_types_from_msg(text, name)
-        except (TypesysError, ValueError) as error:
-            raise Ros2Error(f"{name}: {' '.join(str(error).split())}") from None
         new_types: dict[str, tuple[list[Any], Fields]] = {
-            nested_name: ([], _replace_char_fields(fields))
-            for nested_name, (_, fields) in definitions.items()
-            if nested_name not in self._store.fielddefs
+            message_name: ([], fields)
+            for message_name, fields in _parse_messages(text, name).items()
+            if message_name not in self._store.fielddefs
         }
         self._store.register(new_types)
         self._loaded_names.update(new_types)
@@ -171,19 +171,14 @@ class Definitions:
 
     def _load(self, name: TypeName) -> None:
         """Load a type and its nested types into the store."""
-        definition = _find_definition_name(name)
         # loading a service or an action loads all its messages
-        if not self._loaded_names.isdisjoint((str(name), str(definition))):
+        if not self._loaded_names.isdisjoint((str(name), str(name.definition))):
             return
-        if (
-            name.kind == "msg"
-            and str(name) not in self._definition_files
-            and str(name) in self._store.fielddefs
-        ):
+        if str(name) in self._store.fielddefs:  # a well-known type
             self._loaded_names.add(str(name))
             self._load_nested(self._store.fielddefs[str(name)][1])
         else:
-            self._register(definition)
+            self._register(name.definition)
         if str(name) not in self._store.fielddefs:
             raise self._make_unknown_type_error(name)
 
@@ -208,19 +203,20 @@ class Definitions:
 
     def _derive_messages(self, name: TypeName) -> Iterator[tuple[str, Fields]]:
         """Yield the messages of a definition with their fields, and store their default values."""
-        sections, defaults = self._read_sections(name)
+        file, sections = self._definition_files.get(str(name)), self._read_sections(name)
         suffixes = {"msg": (), "srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}
         section_names = [name.derive(suffix) for suffix in suffixes[name.kind]] or [name]
-        self._defaults.update(zip(map(str, section_names), defaults, strict=True))
+        self._defaults.update(zip(map(str, section_names), map(_parse_defaults, sections), strict=True))
+        section_fields = [_parse_section(section, name, file) for section in sections]
         if name.kind == "msg":
-            yield str(name), sections[0]
+            yield str(name), section_fields[0]
         elif name.kind == "srv":
-            yield from _make_service_messages(name, sections[0], sections[1], self.has_type_hashes)
+            yield from _make_service_messages(name, *section_fields, has_event=self.has_type_hashes)
         else:
-            yield from _make_action_messages(name, sections, self.has_type_hashes)
+            yield from _make_action_messages(name, section_fields, has_events=self.has_type_hashes)
 
-    def _read_sections(self, name: TypeName) -> tuple[list[Fields], list[dict[str, Any]]]:
-        """Return the fields and the defaults of each section of a definition."""
+    def _read_sections(self, name: TypeName) -> list[str]:
+        """Return the text of each section of a definition."""
         file = self._definition_files.get(str(name))
         if file is None and str(name) not in self._definition_texts:
             raise self._make_unknown_type_error(name)
@@ -228,33 +224,20 @@ class Definitions:
             text = self._definition_texts[str(name)] if file is None else file.read_text("utf-8")
         except (OSError, UnicodeDecodeError) as error:
             raise Ros2Error(f"cannot read the definition of {name}: {error}", file=file) from None
-        sections = _split_sections(text)
+        sections = _SEPARATOR.split(text)
         if len(sections) != _SECTION_COUNTS[name.kind]:
             raise Ros2Error(
                 f"{name} must have {_SECTION_COUNTS[name.kind]} sections, not {len(sections)}",
                 file=file,
-                hint=f"separate the sections by lines with {_SEPARATOR}",
+                hint="separate the sections by lines with ---",
             )
-        fields = [_parse_section(section, name, file, line) for line, section in sections]
-        return fields, [_parse_defaults(section) for _, section in sections]
+        return sections
 
     def _make_unknown_type_error(self, name: TypeName) -> Ros2Error:
         return Ros2Error(
             f"unknown ROS 2 type {name}",
             hint=did_you_mean(str(name), self.find_names(), "name the folder of its package"),
         )
-
-
-def _find_store(distribution: str | None) -> Stores:
-    if distribution is None:
-        return Stores.EMPTY
-    try:
-        return Stores[f"ROS2_{distribution.upper()}"]
-    except KeyError:
-        raise Ros2Error(
-            f"unknown ROS distribution '{distribution}'",
-            hint=did_you_mean(distribution, DISTRIBUTIONS),
-        ) from None
 
 
 # --- files --------------------------------------------------------------------------------------------------
@@ -265,16 +248,12 @@ def _find_definition_files(folder: Path) -> dict[str, Path]:
     if not folder.is_dir():
         raise Ros2Error("there is no such folder with ROS packages", file=folder)
     definition_files: dict[str, Path] = {}
-    for directory_name, folders, files in walk_folders(folder):
-        folders.sort()  # in place, since the walk visits the folders in the order of this list
-        directory = Path(directory_name)
-        if directory.name not in DEFINITION_KINDS:
-            continue
-        package = _read_package_name(directory.parent)
-        for file in sorted(files):
-            path = directory / file
-            if path.suffix == f".{directory.name}":
-                definition_files[f"{package}/{directory.name}/{path.stem}"] = path
+    for directory in sorted(Path(directory) for directory, _, _ in walk_folders(folder)):
+        kind = directory.name
+        if kind in _SECTION_COUNTS:
+            package = _read_package_name(directory.parent)
+            files = sorted(directory.glob(f"*.{kind}"))
+            definition_files.update({f"{package}/{kind}/{file.stem}": file for file in files})
     return definition_files
 
 
@@ -287,25 +266,13 @@ def _read_package_name(folder: Path) -> str:
     return (name or folder.name).strip()
 
 
-def _split_sections(text: str) -> list[tuple[int, str]]:
-    """Return the first line number and the text of each section of a definition."""
-    sections: list[tuple[int, list[str]]] = [(1, [])]
-    for number, line in enumerate(text.splitlines(), start=1):
-        if line.strip() == _SEPARATOR:
-            sections.append((number + 1, []))
-        else:
-            sections[-1][1].append(line)
-    return [(line, "\n".join(lines)) for line, lines in sections]
-
-
-def _parse_section(text: str, name: TypeName, file: Path | None, line: int) -> Fields:
+def _parse_section(text: str, name: TypeName, file: Path | None) -> Fields:
     # rosbags parses the section as a message of the package, which completes the names of nested types
     message_name = f"{name.package}/msg/{name.name}"
     try:
-        ((_, fields),) = get_types_from_msg(text, message_name).values()
-    except (TypesysError, ValueError) as error:
-        reason = " ".join(str(error).split())
-        raise Ros2Error(f"{name}: {reason}", file=file, line=line if file else None) from None
+        fields = _parse_messages(text, message_name)[message_name]
+    except Ros2Error as error:
+        raise Ros2Error(f"{name}: {error.message}", file=file) from None
     # rosbags takes wstring for the name of a message in this package
     wide_types = (f"{name.package}/msg/wstring", f"{name.package}/msg/wchar")
     for field, field_type in fields:
@@ -313,7 +280,19 @@ def _parse_section(text: str, name: TypeName, file: Path | None, line: int) -> F
             raise Ros2Error(
                 f"{name}: the field '{field}' is a wide string, which is not supported", file=file
             )
-    return _replace_char_fields(fields)
+    return fields
+
+
+def _parse_messages(text: str, name: str) -> dict[str, Fields]:
+    """Return the fields of a message and of the nested messages in its text, by name.
+
+    :raises Ros2Error: if the text is not a definition.
+    """
+    try:
+        definitions = get_types_from_msg(text, name)
+    except (TypesysError, ValueError) as error:
+        raise Ros2Error(" ".join(str(error).split())) from None
+    return {message_name: _replace_char_fields(fields) for message_name, (_, fields) in definitions.items()}
 
 
 def _parse_defaults(text: str) -> dict[str, Any]:
@@ -326,7 +305,7 @@ def _parse_defaults(text: str) -> dict[str, Any]:
 
 
 def _make_service_messages(
-    name: TypeName, request: Fields, response: Fields, has_event: bool
+    name: TypeName, request: Fields, response: Fields, *, has_event: bool
 ) -> Iterator[tuple[str, Fields]]:
     """Yield the messages of a service: request, response, event, and a message of all three for the hash."""
     yield str(name.derive("Request")), request
@@ -350,7 +329,7 @@ def _make_service_messages(
 
 
 def _make_action_messages(
-    name: TypeName, sections: list[Fields], has_events: bool
+    name: TypeName, sections: list[Fields], *, has_events: bool
 ) -> Iterator[tuple[str, Fields]]:
     """Yield the messages of an action: goal, result, feedback, and those of its services and topics."""
     goal, result, feedback = (name.derive(suffix) for suffix in ("Goal", "Result", "Feedback"))
@@ -362,10 +341,9 @@ def _make_action_messages(
     goal_id = ("goal_id", _make_named_type(_UUID_TYPE))
     acceptance: Fields = [("accepted", _make_base_type("bool")), ("stamp", _make_named_type(_TIME_TYPE))]
     status_and_result: Fields = [("status", _make_base_type("int8")), ("result", _make_named_type(result))]
-    yield from _make_service_messages(
-        send_goal, [goal_id, ("goal", _make_named_type(goal))], acceptance, has_events
-    )
-    yield from _make_service_messages(get_result, [goal_id], status_and_result, has_events)
+    goal_request: Fields = [goal_id, ("goal", _make_named_type(goal))]
+    yield from _make_service_messages(send_goal, goal_request, acceptance, has_event=has_events)
+    yield from _make_service_messages(get_result, [goal_id], status_and_result, has_event=has_events)
     yield str(feedback_message), [goal_id, ("feedback", _make_named_type(feedback))]
     if not has_events:
         return
@@ -407,20 +385,3 @@ def _find_nested_type(field_type: FieldType) -> str | None:
     if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
         return _find_nested_type(details[0])
     return str(details) if kind == Nodetype.NAME else None
-
-
-# The longest suffixes first: SendGoal_Request ends with Request, too.
-_DERIVED_SUFFIXES: Final = (
-    *("SendGoal_Request", "SendGoal_Response", "SendGoal_Event", "GetResult_Request", "GetResult_Response"),
-    *("GetResult_Event", "SendGoal", "GetResult", "FeedbackMessage", "Goal", "Result", "Feedback"),
-    *("Request", "Response", "Event"),
-)
-
-
-def _find_definition_name(name: TypeName) -> TypeName:
-    """Return the message, service or action whose definition contains a type."""
-    if name.kind != "msg":
-        for suffix in _DERIVED_SUFFIXES:
-            if name.name.endswith(f"_{suffix}"):
-                return TypeName(name.package, name.kind, name.name.removesuffix(f"_{suffix}"))
-    return name

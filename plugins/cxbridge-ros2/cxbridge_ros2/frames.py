@@ -85,5 +85,3 @@ class FramePublisher(Closing):
 
     def close(self) -> None:
         self._feed.close()
-        self._moving_publisher.close()
-        self._static_publisher.close()

@@ -91,9 +91,11 @@ class Codec:
                 raise Ros2Error(f"{path}: {name} has no field '{key}'", hint=hint or None)
         field_values = {**self._definitions.find_defaults(name), **message}
         values = [
-            self._to_ros(field_type, field_values[field], f"{path}.{field}")
-            if field in field_values
-            else self._make_zero(field_type)
+            self._to_ros(
+                field_type,
+                field_values[field] if field in field_values else _make_zero(field_type),
+                f"{path}.{field}",
+            )
             for field, field_type in fields.items()
         ]
         return self._store.types[str(name)](*values)
@@ -125,19 +127,6 @@ class Codec:
             return np.array([number & 0xFF for number in elements], dtype=np.uint8)
         return np.array(elements, dtype=_DTYPES[base_type]) if base_type in _DTYPES else elements
 
-    def _make_zero(self, field_type: FieldType) -> Any:
-        kind, details = field_type
-        if kind == Nodetype.NAME:
-            return self._to_instance(parse_type(details), {}, str(details))
-        if kind == Nodetype.BASE:
-            return _ZEROS_BY_TYPE.get(details[0], 0)
-        element, size = details
-        base_type = _find_base_type_name(element)
-        length = size if kind == Nodetype.ARRAY else 0
-        if base_type in _DTYPES:
-            return np.zeros(length, dtype=_DTYPES[base_type])
-        return [self._make_zero(element) for _ in range(length)]
-
     # --- from ROS -----------------------------------------------------------------------------------------
 
     def _to_message(self, name: TypeName, instance: Any) -> Message:
@@ -165,6 +154,17 @@ class Codec:
         return value.tolist() if isinstance(value, np.ndarray) else list(value)
 
 
+def _make_zero(field_type: FieldType) -> Any:
+    """Return the value of a missing field without a default."""
+    kind, details = field_type
+    if kind == Nodetype.NAME:
+        return {}
+    if kind == Nodetype.BASE:
+        return _ZEROS_BY_TYPE.get(details[0], 0)
+    element, size = details
+    return [_make_zero(element)] * size if kind == Nodetype.ARRAY else []
+
+
 def _find_base_type_name(field_type: FieldType) -> str:
     """Return the name of a base type; empty for a message or a list."""
     kind, details = field_type
@@ -189,14 +189,12 @@ def find_value(message: Any, path: str) -> Any:
 def _check_integer(value: Any, path: str, name: str, _limit: int) -> int:
     low, high = _INTEGER_RANGES[name]
     # JSON and YAML may write a whole number as 1.0
-    number = int(value) if isinstance(value, float) and value.is_integer() else value
-    if isinstance(number, np.integer):
-        number = int(number)
-    if isinstance(number, bool) or not isinstance(number, int):
+    is_whole = isinstance(value, int | np.integer) or (isinstance(value, float) and value.is_integer())
+    if isinstance(value, bool) or not is_whole:
         raise Ros2Error(f"{path} must be a whole number ({name}), not {value!r}")
-    if not low <= number <= high:
-        raise Ros2Error(f"{path}: {number} does not fit into {name} ({low} to {high})")
-    return number
+    if not low <= value <= high:
+        raise Ros2Error(f"{path}: {value} does not fit into {name} ({low} to {high})")
+    return int(value)
 
 
 def _check_byte(value: Any, path: str, name: str, limit: int) -> int:

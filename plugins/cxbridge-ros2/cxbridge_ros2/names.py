@@ -9,11 +9,13 @@ from msgspec import Struct
 
 from cxbridge.errors import Ros2Error
 
-# The kinds of definitions: each is a folder in a package, and the middle part of a type's name.
-DEFINITION_KINDS: Final = ("msg", "srv", "action")
-
 _TOPIC: Final = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")
 _TYPE: Final = re.compile(r"([a-z][a-z0-9_]*)/(?:(msg|srv|action)/)?([A-Za-z][A-Za-z0-9_]*)")
+# The suffix of a type that ROS derives from a service or an action.
+_DERIVED_SUFFIX: Final = re.compile(
+    r"(_(SendGoal|GetResult))?_(Request|Response|Event)$"
+    r"|_(SendGoal|GetResult|FeedbackMessage|Goal|Result|Feedback)$"
+)
 
 
 class TypeName(Struct, frozen=True, order=True):
@@ -32,6 +34,13 @@ class TypeName(Struct, frozen=True, order=True):
     def derive(self, suffix: str) -> TypeName:
         """Return the name of a type that ROS derives from this type, such as the request of a service."""
         return TypeName(self.package, self.kind, f"{self.name}_{suffix}")
+
+    @property
+    def definition(self) -> TypeName:
+        """The message, service or action whose definition contains this type."""
+        if self.kind == "msg":  # the name of a message may end like that of a derived type
+            return self
+        return TypeName(self.package, self.kind, _DERIVED_SUFFIX.sub("", self.name))
 
     @property
     def dds_name(self) -> str:

@@ -7,50 +7,28 @@ ROS 2 Foxy.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import ClassVar, Final
 
 from cxbridge_ros2.hub.caller import HubSkills
-from cxbridge_ros2.hub.protocol import ActionKey, Heartbeat, HubMessage, HubProtocol
-from cxbridge_ros2.messages import Message
-from cxbridge_ros2.stamps import us_to_stamp
+from cxbridge_ros2.hub.protocol import HubProtocol
 
-
-class PlanSys2Protocol(HubProtocol):
-    """The protocol with messages of the type plansys2_msgs/msg/ActionExecution."""
-
-    name = "plansys2"
-    topic = "/actions_hub"
-    message_type = "plansys2_msgs/msg/ActionExecution"
-    heartbeat_topic = "/performers_status"
-    heartbeat_type = "plansys2_msgs/msg/ActionPerformerStatus"
-    arguments_field = "arguments"
-    progress_field = "completion"
+PROTOCOL: Final = HubProtocol(
+    name="plansys2",
+    topic="/actions_hub",
+    message_type="plansys2_msgs/msg/ActionExecution",
+    heartbeat_topic="/performers_status",
+    heartbeat_type="plansys2_msgs/msg/ActionPerformerStatus",
+    arguments_field="arguments",
+    progress_field="completion",
+    heartbeat_action_field="action",
     # ActionExecutor repeats a REQUEST after 1 s, and gives up after 30 s
-    server_timeout_s = 30.0
-    request_lifetime_s = 1.0
-
-    def encode_heartbeat(self, heartbeat: Heartbeat, now_us: int) -> Mapping[str, Any]:
-        return {
-            "status_stamp": us_to_stamp(now_us),
-            "state": heartbeat.state,
-            "action": heartbeat.action,
-            "node_name": heartbeat.node,
-        }
-
-    def decode_heartbeat(self, fields: Message) -> Heartbeat:
-        return Heartbeat(fields["node_name"], fields["action"], fields["state"])
-
-    def make_cancel_reply(self, finish: HubMessage) -> HubMessage | None:  # noqa: ARG002
-        """Return None, since PlanSys2's performers stop silently and its executor expects no message."""
-        return None
-
-    def intended_arguments(self, key: ActionKey) -> tuple[str, ...]:
-        """Return the arguments; PlanSys2's executor sends the name of the action for an empty list."""
-        return () if key.arguments == (key.action,) else key.arguments
-
-
-PROTOCOL = PlanSys2Protocol()
+    server_timeout_s=30.0,
+    request_lifetime_s=1.0,
+    cancelled_status=None,  # ActionExecutorClient stops silently, and ActionExecutor expects no message
+    empty_argument=None,
+    has_skill_strings=False,
+    has_heartbeat_stamps=True,
+)
 
 
 class PlanSys2Skills(HubSkills):

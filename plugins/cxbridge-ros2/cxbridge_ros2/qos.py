@@ -6,9 +6,6 @@ from typing import Final, Literal
 
 from msgspec import Struct
 
-from cxbridge.errors import Ros2Error
-from cxbridge.suggestions import did_you_mean
-
 Reliability = Literal["reliable", "best_effort"]
 Durability = Literal["volatile", "transient_local"]
 
@@ -40,14 +37,3 @@ PROFILES: Final = {
     "tf_static": QosProfile(durability="transient_local", depth=100),
     "rosout": QosProfile(durability="transient_local", depth=1000),
 }
-
-
-def find_profile(name: str) -> QosProfile:
-    """Return a profile by its name.
-
-    :raises Ros2Error: if there is no such profile.
-    """
-    try:
-        return PROFILES[name]
-    except KeyError:
-        raise Ros2Error(f"there is no QoS profile '{name}'", hint=did_you_mean(name, PROFILES, "")) from None

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from pkgutil import resolve_name
@@ -29,7 +29,7 @@ from cxbridge_ros2.transports import TRANSPORTS
 from cxbridge_ros2.transports.environment import has_rclpy, read_discovery_range
 
 if TYPE_CHECKING:
-    from cxbridge.config import Configuration
+    from cxbridge.config import Configuration, ConfigValue
 
 # Settings of a node.
 NODE_KEYS: Final = ("packages", "distribution", "transport", "url", "domain", "reach", "namespace")
@@ -80,11 +80,7 @@ class NodeSettings(Struct, frozen=True):
         domain = typed_setting(settings, "domain", -1, subject)
         namespace = typed_setting(settings, "namespace", "", subject)
         transport = typed_setting(settings, "transport", "", subject) or _find_default_transport(settings)
-        if transport not in TRANSPORTS:
-            raise ConfigError(
-                f"{subject}: there is no transport '{transport}'",
-                hint=did_you_mean(transport, TRANSPORTS, f"use one of: {', '.join(TRANSPORTS)}"),
-            )
+        check_choice(transport, TRANSPORTS, f"{subject}: there is no transport '{transport}'")
         for key in _TRANSPORT_KEYS:
             if key in settings and key not in TRANSPORTS[transport].keys:
                 owners = [name for name, owner in TRANSPORTS.items() if key in owner.keys]
@@ -166,18 +162,26 @@ def typed_setting(settings: Mapping[str, Any], name: str, default: SettingT, sub
     return value
 
 
-def check_keys(settings: Iterable[str], known_keys: Iterable[str], subject: str) -> None:
-    """Raise `ConfigError` for an unknown key.
+def check_keys(settings: object, known_keys: Iterable[str], subject: str) -> None:
+    """Raise `ConfigError` for an unknown key, or for settings that are not a mapping.
 
     :param subject: the configured thing as the subject of the error text.
     """
+    if not isinstance(settings, Mapping):
+        raise ConfigError(f"the settings of {subject} must be a mapping, not {settings!r}")
     names = [*known_keys]
     for key in settings:
-        if key.split("/")[0] not in names:
-            raise ConfigError(
-                f"{subject} has no setting '{key}'",
-                hint=did_you_mean(key, names, f"it has: {', '.join(names)}"),
-            )
+        check_choice(key.split("/")[0], names, f"{subject} has no setting '{key}'")
+
+
+def check_choice(name: str, choices: Collection[str], problem: str) -> None:
+    """Raise `ConfigError` with a hint for a name that is not one of the choices.
+
+    :param problem: the message of the error.
+    """
+    if name not in choices:
+        hint = did_you_mean(name, choices, f"there are: {', '.join(choices) or 'none'}")
+        raise ConfigError(problem, hint=hint)
 
 
 def nest_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
@@ -202,12 +206,17 @@ def nest_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
 
 def read_section(config: Configuration, section: str) -> dict[str, Any]:
     """Return the values of a section by relative path, without those of Fawkes' plug-ins."""
-    values: dict[str, Any] = {}
+    return {
+        key: [*map(parse_value, value.items)] if value.is_list else parse_value(value.text)
+        for key, value in _search_section(config, section)
+    }
+
+
+def _search_section(config: Configuration, section: str) -> Iterator[tuple[str, ConfigValue]]:
     for value in config.search(f"{section}/"):
         key = value.path.removeprefix(f"{section}/")
         if is_cxbridge_key(section, key):
-            values[key] = [*map(parse_value, value.items)] if value.is_list else parse_value(value.text)
-    return values
+            yield key, value
 
 
 def read_node_section(
@@ -231,37 +240,29 @@ def locate_errors(config: Configuration, section: str) -> Iterator[None]:
     try:
         yield
     except CxbridgeError as error:
-        if error.file is None:
-            for value in config.search(f"{section}/"):
-                if is_cxbridge_key(section, value.path.removeprefix(f"{section}/")):
-                    error.file, error.line = value.file, value.line
-                    break
+        place = next((value for _, value in _search_section(config, section)), None)
+        if error.file is None and place is not None:
+            error.file, error.line = place.file, place.line
         raise
 
 
 class Ros2Reach(PluginSettings):
-    """The reach of the nodes in a configuration, for the check of its rights.
-
-    :param is_local: whether only nodes of this machine can reach the nodes.
-    """
+    """The reach of the nodes in a configuration, for the check of its rights."""
 
     SECTION: ClassVar[str] = _ROS2_SECTION
     in_runs: ClassVar[bool] = True
 
-    def __init__(self, *, is_local: bool) -> None:
-        self._is_local = is_local
+    def __init__(self, config: Configuration) -> None:
+        self._config = config
 
     @classmethod
-    def read(cls, config: Configuration) -> Self | None:
-        if not config.keys(cls.SECTION):
-            return None
-        return cls(
-            is_local=all(_is_local_section(config, section) for section in _list_node_sections(config))
-        )
+    def read(cls, config: Configuration) -> Self:
+        return cls(config)
 
     @property
     def is_local(self) -> bool:
-        return self._is_local
+        sections = _list_node_sections(self._config)
+        return all(_is_local_section(self._config, section) for section in sections)
 
 
 def _list_node_sections(config: Configuration) -> Iterator[str]:

@@ -48,9 +48,7 @@ class BagRun(Run):
 
     def __init__(self, path: Path, registry: InterfaceRegistry | None = None) -> None:
         super().__init__(path, registry)
-        texts = dict(ACTION_DEFINITIONS)
-        for name in self.registry.names():
-            texts.update(generate_definitions(self.registry.schema(name)))
+        texts = ACTION_DEFINITIONS | generate_definitions(map(self.registry.schema, self.registry.names()))
         self._definitions = Definitions(texts=texts)
         self._codec = Codec(self._definitions)
 

@@ -16,7 +16,7 @@ from cxbridge.run.components.component import Component
 from cxbridge.run.features import FEATURES
 from cxbridge_ros2.experts.definitions import TYPE_DEFINITIONS
 from cxbridge_ros2.experts.planner import PlanServer
-from cxbridge_ros2.experts.server import SECTION, ExpertServer, ExpertSettings
+from cxbridge_ros2.experts.server import SECTION, ExpertServer, read_expert_settings
 from cxbridge_ros2.problem_expert import shared_problem_expert_feature
 from cxbridge_ros2.settings import locate_errors
 
@@ -29,34 +29,31 @@ class Ros2Experts(Component):
     description = "The world model for clients of PlanSys2"
 
     def __init__(self, context: Run) -> None:
-        settings = ExpertSettings.parse(context.config, context.paths.confdir)
+        settings, served_nodes = read_expert_settings(context.config, context.paths.confdir)
         with locate_errors(context.config, SECTION):
             if not context.spec:
                 raise ConfigError("the experts need an executive", hint="name a spec, or remove ros2/experts")
             if not context.source.has_fawkes_configuration:
                 raise ConfigError("the experts do not work with --ros2cx", hint="remove ros2/experts")
-        namespace = settings.node.namespace
+        namespace = settings.namespace
         if context.name:  # each agent of a team has separate experts
             namespace += "/" + re.sub(r"\W", "_", context.name)
         log = context.bus.logger("Ros2Experts")
-        self._node = settings.node.join(
+        self._node = settings.join(
             f"cxbridge_experts_{context.name}".rstrip("_"),
-            settings.node.load_definitions(TYPE_DEFINITIONS),
+            settings.load_definitions(TYPE_DEFINITIONS),
             log.warn,
             context.rights,
         )
-        try:
-            self._server = ExpertServer(
-                settings,
-                namespace,
-                self._node,
-                shared_problem_expert_feature(context),
-                PlanServer(lambda: _make_planner(context)),
-                log,
-            )
-        except Exception:
-            self._node.close()
-            raise
+        self._server = ExpertServer(
+            served_nodes,
+            settings.distribution,
+            namespace,
+            self._node,
+            shared_problem_expert_feature(context),
+            PlanServer(lambda: _make_planner(context)),
+            log,
+        )
 
     def loop(self) -> None:
         self._server.loop()

@@ -43,20 +43,17 @@ class Ros2Interfaces(Component):
     def _join_domain(self, name: str, settings: NodeSettings, topics: list[TopicSettings]) -> None:
         context, registry = self._context, self._context.registry
         schemas = {topic.key: [*map(registry.schema, self._find_matching_types(topic))] for topic in topics}
-        texts: dict[str, str] = {}
-        for topic in topics:
-            for schema in schemas[topic.key] if topic.type_name is None else ():
-                texts.update(generate_definitions(schema))
-        definitions = settings.load_definitions(texts)
-        for topic in topics:
-            with locate_errors(context.config, f"{SECTION}/{topic.key}"):
-                for schema in schemas[topic.key]:
-                    check_mapping(topic, schema, definitions)
+        generated_topics = (topic for topic in topics if topic.type_name is None)
+        definitions = settings.load_definitions(
+            generate_definitions(schema for topic in generated_topics for schema in schemas[topic.key])
+        )
         node = settings.join(name, definitions, self._log.warn, context.rights)
         self._nodes.append(node)
         # the written interfaces first, since published interfaces leave them out
         for topic in sorted(topics, key=lambda topic: topic.direction != WRITE):
             with locate_errors(context.config, f"{SECTION}/{topic.key}"):
+                for schema in schemas[topic.key]:
+                    check_mapping(topic, schema, definitions)
                 self._add_topic(topic, node)
 
     def _find_matching_types(self, topic: TopicSettings) -> list[str]:

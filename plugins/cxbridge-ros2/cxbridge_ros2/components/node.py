@@ -16,11 +16,10 @@ from cxbridge.events import Level
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge.run.components.manager import ComponentStatus, State
-from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, Lifecycle, LifecycleState
-from cxbridge_ros2.parameters import Parameters
+from cxbridge_ros2.parameters import Parameters, ParameterValue
 from cxbridge_ros2.rosout import RosoutPublisher
-from cxbridge_ros2.settings import locate_errors, read_node_section, typed_setting
+from cxbridge_ros2.settings import check_choice, locate_errors, read_node_section, typed_setting
 from cxbridge_ros2.stamps import us_to_stamp
 
 _SECTION: Final = "/ros2/node"
@@ -44,27 +43,22 @@ class Ros2NodeComponent(Component):
         values, settings = read_node_section(daemon.config, _SECTION, _KEYS, daemon.paths.confdir, _SUBJECT)
         with locate_errors(daemon.config, _SECTION):
             name, min_level = _parse_name_and_level(values)
-        warn = daemon.bus.logger("Ros2Node").warn
-        self._node = node = settings.join(name, settings.load_definitions(), warn, daemon.rights)
-        try:
-            self._rosout = RosoutPublisher(node, name, min_level)
-            daemon.bus.subscribe(self._rosout, *RosoutPublisher.event_types)
-            callbacks = {
-                DEACTIVATE: lambda: self._run_command("pause"),
-                ACTIVATE: lambda: self._run_command("resume"),
-                SHUTDOWN: lambda: self._run_command("shutdown"),
-                CLEANUP: lambda: False,  # fails, since a daemon is always configured
-            }
-            log_error = daemon.bus.logger("Ros2Node").error
-            self._lifecycle = Lifecycle(node, name, callbacks, daemon.clock, log_error, LifecycleState.ACTIVE)
-            parameters: dict[str, bool | str] = {
-                "use_sim_time": daemon.clock.name == "ros2",
-                "spec": daemon.spec,
-            }
-            self._parameters = Parameters(node, name, parameters, daemon.clock)
-        except Exception:
-            node.close()
-            raise
+        log = daemon.bus.logger("Ros2Node")
+        self._node = node = settings.join(name, settings.load_definitions(), log.warn, daemon.rights)
+        self._rosout = RosoutPublisher(node, name, min_level)
+        daemon.bus.subscribe(self._rosout, *RosoutPublisher.event_types)
+        callbacks = {
+            DEACTIVATE: lambda: self._run_command("pause"),
+            ACTIVATE: lambda: self._run_command("resume"),
+            SHUTDOWN: lambda: self._run_command("shutdown"),
+            CLEANUP: lambda: False,  # fails, since a daemon is always configured
+        }
+        self._lifecycle = Lifecycle(node, name, callbacks, daemon.clock, log.error, LifecycleState.ACTIVE)
+        parameters: dict[str, ParameterValue] = {
+            "use_sim_time": daemon.clock.name == "ros2",
+            "spec": daemon.spec,
+        }
+        self._parameters = Parameters(node, name, parameters, daemon.clock)
         self._diagnostics_publisher = node.create_publisher("/diagnostics", _DIAGNOSTICS_TYPE)
         self._clock, self._next_diagnostics_us, self._name = daemon.clock, 0, name
         daemon.add_endpoints([f"ROS 2 node /{name}"], "ROS 2")
@@ -98,11 +92,7 @@ class Ros2NodeComponent(Component):
 
 def _parse_name_and_level(values: Mapping[str, Any]) -> tuple[str, Level]:
     level = typed_setting(values, "log", "info", _SUBJECT)
-    if level not in _LEVELS:
-        raise ConfigError(
-            f"unknown log level '{level}'",
-            hint=did_you_mean(level, _LEVELS, f"use one of: {', '.join(_LEVELS)}"),
-        )
+    check_choice(level, _LEVELS, f"unknown log level '{level}'")
     name = typed_setting(values, "name", "cxbridge", _SUBJECT)
     if not name.isidentifier():
         raise ConfigError(f"'{name}' is not a valid node name", hint="use letters, digits and _")

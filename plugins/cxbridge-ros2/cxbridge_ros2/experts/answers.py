@@ -123,44 +123,46 @@ def _make_change_service(
     )
 
 
-# Services of the problem expert, by the last part of the name.
+# Services of the problem expert, by name.
 PROBLEM_SERVICES: Final[Mapping[str, ExpertService]] = {
-    "add_problem": _make_change_service(
+    "/problem_expert/add_problem": _make_change_service(
         lambda expert, request: expert.add_problem(request["problem"]), "Problem not valid"
     ),
-    "add_problem_goal": ExpertService(_add_problem_goal, "Goal not valid", changes_problem=True),
-    "add_problem_instance": _make_change_service(
+    "/problem_expert/add_problem_goal": ExpertService(
+        _add_problem_goal, "Goal not valid", changes_problem=True
+    ),
+    "/problem_expert/add_problem_instance": _make_change_service(
         lambda expert, request: expert.add_instance(request["param"]["name"], request["param"]["type"]),
         "Instance not valid",
     ),
-    "add_problem_predicate": _make_change_service(
+    "/problem_expert/add_problem_predicate": _make_change_service(
         lambda expert, request: expert.add_predicate(parse_ground_node(request["node"])),
         "Predicate not valid",
     ),
-    "add_problem_function": _make_change_service(
+    "/problem_expert/add_problem_function": _make_change_service(
         lambda expert, request: expert.add_function(
             parse_ground_node(request["node"]), request["node"]["value"]
         ),
         "Function not valid",
     ),
-    "get_problem": ExpertService(
+    "/problem_expert/get_problem": ExpertService(
         lambda expert, _codec, _request: {"problem": format_problem(expert.make_problem())},
         "Problem not valid",
     ),
-    "get_problem_goal": ExpertService(
+    "/problem_expert/get_problem_goal": ExpertService(
         lambda expert, codec, _request: {"tree": codec.encode_formula(expert.goal, {})}, "Goal not valid"
     ),
-    "get_problem_instance": ExpertService(_get_instance, "Instance not found"),
-    "get_problem_instances": ExpertService(
+    "/problem_expert/get_problem_instance": ExpertService(_get_instance, "Instance not found"),
+    "/problem_expert/get_problem_instances": ExpertService(
         lambda expert, _codec, _request: {
             "instances": [make_param(*pair) for pair in expert.instances.items()]
         }
     ),
-    "get_problem_predicate": ExpertService(_get_predicate, "Predicate not found"),
-    "get_problem_predicates": ExpertService(_get_predicates),
-    "get_problem_function": ExpertService(_get_function, "Function not found"),
-    "get_problem_functions": ExpertService(_get_functions),
-    "is_problem_goal_satisfied": ExpertService(
+    "/problem_expert/get_problem_predicate": ExpertService(_get_predicate, "Predicate not found"),
+    "/problem_expert/get_problem_predicates": ExpertService(_get_predicates),
+    "/problem_expert/get_problem_function": ExpertService(_get_function, "Function not found"),
+    "/problem_expert/get_problem_functions": ExpertService(_get_functions),
+    "/problem_expert/is_problem_goal_satisfied": ExpertService(
         # a tree without nodes stands for an empty conjunction, which is true
         lambda expert, codec, request: {
             "satisfied": not request["tree"]["nodes"]
@@ -168,34 +170,34 @@ PROBLEM_SERVICES: Final[Mapping[str, ExpertService]] = {
         },
         "Goal not valid",
     ),
-    "remove_problem_goal": _make_change_service(
+    "/problem_expert/remove_problem_goal": _make_change_service(
         lambda expert, _request: expert.knowledge.put_goal(""), "Error clearing goal"
     ),
-    "clear_problem_knowledge": _make_change_service(
+    "/problem_expert/clear_problem_knowledge": _make_change_service(
         lambda expert, _request: expert.clear(), "Error clearing knowledge"
     ),
-    "remove_problem_instance": _make_change_service(
+    "/problem_expert/remove_problem_instance": _make_change_service(
         lambda expert, request: expert.remove_instance(request["param"]["name"]), "Error removing instance"
     ),
-    "remove_problem_predicate": _make_change_service(
+    "/problem_expert/remove_problem_predicate": _make_change_service(
         lambda expert, request: expert.remove_predicate(parse_ground_node(request["node"])),
         "Error removing predicate",
     ),
-    "remove_problem_function": _make_change_service(
+    "/problem_expert/remove_problem_function": _make_change_service(
         lambda expert, request: expert.remove_function(parse_ground_node(request["node"])),
         "Error removing function",
     ),
-    "exist_problem_predicate": ExpertService(
+    "/problem_expert/exist_problem_predicate": ExpertService(
         lambda expert, _codec, request: {
             "exist": parse_ground_node(request["node"]) in expert.knowledge.predicates
         }
     ),
-    "exist_problem_function": ExpertService(
+    "/problem_expert/exist_problem_function": ExpertService(
         lambda expert, _codec, request: {
             "exist": parse_ground_node(request["node"]) in expert.knowledge.functions
         }
     ),
-    "update_problem_function": _make_change_service(
+    "/problem_expert/update_problem_function": _make_change_service(
         lambda expert, request: expert.update_function(
             parse_ground_node(request["node"]), request["node"]["value"]
         ),

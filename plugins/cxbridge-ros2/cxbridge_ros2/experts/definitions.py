@@ -77,47 +77,50 @@ TYPE_DEFINITIONS: Final[Mapping[str, str]] = {
 
 # --- names and types of services and topics -----------------------------------------------------------------
 
-PROBLEM_SERVICE_TYPES: Final = {
-    "add_problem": "AddProblem",
-    "add_problem_goal": "AddProblemGoal",
-    "add_problem_instance": "AffectParam",
-    "add_problem_predicate": "AffectNode",
-    "add_problem_function": "AffectNode",
-    "get_problem": "GetProblem",
-    "get_problem_goal": "GetProblemGoal",
-    "get_problem_instance": "GetProblemInstanceDetails",
-    "get_problem_instances": "GetProblemInstances",
-    "get_problem_predicate": "GetNodeDetails",
-    "get_problem_predicates": "GetStates",
-    "get_problem_function": "GetNodeDetails",
-    "get_problem_functions": "GetStates",
-    "is_problem_goal_satisfied": "IsProblemGoalSatisfied",
-    "remove_problem_goal": "RemoveProblemGoal",
-    "clear_problem_knowledge": "ClearProblemKnowledge",
-    "remove_problem_instance": "AffectParam",
-    "remove_problem_predicate": "AffectNode",
-    "remove_problem_function": "AffectNode",
-    "exist_problem_predicate": "ExistNode",
-    "exist_problem_function": "ExistNode",
-    "update_problem_function": "AffectNode",
+# The services of each node, with the last part of their types.
+SERVICES_BY_NODE: Final[Mapping[str, Mapping[str, str]]] = {
+    "problem": {
+        "/problem_expert/add_problem": "AddProblem",
+        "/problem_expert/add_problem_goal": "AddProblemGoal",
+        "/problem_expert/add_problem_instance": "AffectParam",
+        "/problem_expert/add_problem_predicate": "AffectNode",
+        "/problem_expert/add_problem_function": "AffectNode",
+        "/problem_expert/get_problem": "GetProblem",
+        "/problem_expert/get_problem_goal": "GetProblemGoal",
+        "/problem_expert/get_problem_instance": "GetProblemInstanceDetails",
+        "/problem_expert/get_problem_instances": "GetProblemInstances",
+        "/problem_expert/get_problem_predicate": "GetNodeDetails",
+        "/problem_expert/get_problem_predicates": "GetStates",
+        "/problem_expert/get_problem_function": "GetNodeDetails",
+        "/problem_expert/get_problem_functions": "GetStates",
+        "/problem_expert/is_problem_goal_satisfied": "IsProblemGoalSatisfied",
+        "/problem_expert/remove_problem_goal": "RemoveProblemGoal",
+        "/problem_expert/clear_problem_knowledge": "ClearProblemKnowledge",
+        "/problem_expert/remove_problem_instance": "AffectParam",
+        "/problem_expert/remove_problem_predicate": "AffectNode",
+        "/problem_expert/remove_problem_function": "AffectNode",
+        "/problem_expert/exist_problem_predicate": "ExistNode",
+        "/problem_expert/exist_problem_function": "ExistNode",
+        "/problem_expert/update_problem_function": "AffectNode",
+    },
+    "domain": {
+        "/domain_expert/get_domain": "GetDomain",
+        "/domain_expert/get_domain_name": "GetDomainName",
+        "/domain_expert/get_domain_types": "GetDomainTypes",
+        "/domain_expert/get_domain_constants": "GetDomainConstants",
+        "/domain_expert/get_domain_actions": "GetDomainActions",
+        "/domain_expert/get_domain_action_details": "GetDomainActionDetails",
+        "/domain_expert/get_domain_durative_actions": "GetDomainActions",
+        "/domain_expert/get_domain_durative_action_details": "GetDomainDurativeActionDetails",
+        "/domain_expert/get_domain_predicates": "GetStates",
+        "/domain_expert/get_domain_predicate_details": "GetNodeDetails",
+        "/domain_expert/get_domain_functions": "GetStates",
+        "/domain_expert/get_domain_function_details": "GetNodeDetails",
+        "/domain_expert/get_domain_derived_predicates": "GetStates",
+        "/domain_expert/get_domain_derived_predicate_details": "GetDomainDerivedPredicateDetails",
+    },
+    "planner": {"/planner/get_plan": "GetPlan", "/planner/validate_domain": "ValidateDomain"},
 }
-DOMAIN_SERVICE_TYPES: Final = {
-    "get_domain": "GetDomain",
-    "get_domain_name": "GetDomainName",
-    "get_domain_types": "GetDomainTypes",
-    "get_domain_constants": "GetDomainConstants",
-    "get_domain_actions": "GetDomainActions",
-    "get_domain_action_details": "GetDomainActionDetails",
-    "get_domain_durative_actions": "GetDomainActions",
-    "get_domain_durative_action_details": "GetDomainDurativeActionDetails",
-    "get_domain_predicates": "GetStates",
-    "get_domain_predicate_details": "GetNodeDetails",
-    "get_domain_functions": "GetStates",
-    "get_domain_function_details": "GetNodeDetails",
-    "get_domain_derived_predicates": "GetStates",
-    "get_domain_derived_predicate_details": "GetDomainDerivedPredicateDetails",
-}
-PLANNER_SERVICE_TYPES: Final = {"get_plan": "GetPlan", "validate_domain": "ValidateDomain"}
 
 # Distributions whose PlanSys2 has no derived predicates, and other numbers for the operators in trees.
 BEFORE_JAZZY: Final = ("humble", "iron")
@@ -128,15 +131,6 @@ SINCE_JAZZY: Final = (
     "/domain_expert/get_domain_derived_predicate_details",
     "/planner/validate_domain",
 )
-
-# The services of each node, with the last part of their types.
-SERVICES_BY_NODE: Final[Mapping[str, Mapping[str, str]]] = {
-    "problem": {
-        f"/problem_expert/{name}": service_type for name, service_type in PROBLEM_SERVICE_TYPES.items()
-    },
-    "domain": {f"/domain_expert/{name}": service_type for name, service_type in DOMAIN_SERVICE_TYPES.items()},
-    "planner": {f"/planner/{name}": service_type for name, service_type in PLANNER_SERVICE_TYPES.items()},
-}
 
 # The types of all services by name.
 SERVICE_TYPES: Final = {

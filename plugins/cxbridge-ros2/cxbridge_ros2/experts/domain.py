@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from typing import Any, Final
 
@@ -36,14 +36,6 @@ _TIMED_FIELDS: Final = {
 }
 
 
-def _get_domain(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
-    return {"domain": format_domain(expert.domain)}
-
-
-def _get_name(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
-    return {"name": expert.domain.name}
-
-
 def _get_types(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
     names = dict.fromkeys(names_of(expert.domain.types))
     return {"types": [name for name in names if name != ROOT_TYPE]}
@@ -63,33 +55,29 @@ def _get_actions(
     return {"actions": [action.name for action in expert.domain.actions if action.durative is is_durative]}
 
 
-def _get_action_details(expert: ProblemExpert, codec: NodeCodec, request: Message) -> Mapping[str, Any]:
-    domain = expert.domain
-    action = _find_action(domain, request["action"], is_durative=False)
-    parameters, names = _make_parameters(domain, action, request["parameters"])
-    encode_tree = partial(codec.encode_formula, names=names, find_types=partial(_find_types, domain))
-    return {
-        "action": {
-            "name": request["action"],
-            "parameters": parameters,
-            "preconditions": encode_tree(action.condition),
-            "effects": encode_tree(action.effect),
-        }
-    }
-
-
-def _get_durative_action_details(
-    expert: ProblemExpert, codec: NodeCodec, request: Message
+def _get_action_details(
+    expert: ProblemExpert, codec: NodeCodec, request: Message, *, field: str
 ) -> Mapping[str, Any]:
-    domain, name = expert.domain, request["durative_action"]
-    action = _find_action(domain, name, is_durative=True)
+    """Return the details of an action.
+
+    :param field: the field of the name in the request, and of the action in the response: ``action`` or
+        ``durative_action``.
+    """
+    domain, is_durative = expert.domain, field == "durative_action"
+    actions = {action.name: action for action in domain.actions if action.durative is is_durative}
+    action = actions[_find_name(request[field], actions, field.replace("_", " "))]
     parameters, names = _make_parameters(domain, action, request["parameters"])
+    formulas = (
+        {
+            name: _select_timed(when, getattr(action, formula))
+            for name, (when, formula) in _TIMED_FIELDS.items()
+        }
+        if is_durative
+        else {"preconditions": action.condition, "effects": action.effect}
+    )
     encode_tree = partial(codec.encode_formula, names=names, find_types=partial(_find_types, domain))
-    trees = {
-        field: encode_tree(_select_timed(when, getattr(action, formula)))
-        for field, (when, formula) in _TIMED_FIELDS.items()
-    }
-    return {"durative_action": {"name": name, "parameters": parameters, **trees}}
+    trees = {name: encode_tree(formula) for name, formula in formulas.items()}
+    return {field: {"name": request[field], "parameters": parameters, **trees}}
 
 
 def _select_timed(when: str, formula: Formula | None) -> Formula:
@@ -135,11 +123,11 @@ def _select_declarations(domain: Domain, kind: TreeNodeKind) -> Sequence[Declara
 
 
 def _find_types(domain: Domain, name: str) -> tuple[str, ...]:
-    for kind in (TreeNodeKind.PREDICATE, TreeNodeKind.FUNCTION):
-        for declaration in _select_declarations(domain, kind):
-            if declaration.name == name:
-                return tuple(_list_types(declaration.parameters))
-    return ()
+    """Return the types of the parameters of a predicate or a function; empty if unknown."""
+    declarations = {
+        declaration.name: declaration.parameters for declaration in (*domain.functions, *domain.predicates)
+    }
+    return tuple(_list_types(declarations.get(name, ())))
 
 
 def _list_types(parameters: TypedList) -> list[str]:
@@ -165,47 +153,49 @@ def _make_parameters(
     return parameters, dict(zip(variables, names, strict=True))
 
 
-def _find_action(domain: Domain, name: str, *, is_durative: bool) -> ActionSchema:
-    actions = {action.name: action for action in domain.actions if action.durative is is_durative}
-    return actions[_find_name(name, actions, "durative action" if is_durative else "action")]
-
-
-def _find_name(name: str, names: Iterable[str], noun: str) -> str:
+def _find_name(name: str, names: Collection[str], noun: str) -> str:
     """Return the equal name, or else a name that differs only in case, which PDDL ignores.
 
     :param noun: the kind of names, for the error.
     """
-    known_names = [*names]
-    if name in known_names:
-        return name
-    for known_name in known_names:
-        if known_name.lower() == name.lower():
-            return known_name
-    raise Ros2Error(f"the domain has no {noun} '{name}'", hint=did_you_mean(name, known_names))
+    equal_names = [known_name for known_name in names if known_name.lower() == name.lower()]
+    if not equal_names:
+        raise Ros2Error(f"the domain has no {noun} '{name}'", hint=did_you_mean(name, names))
+    return name if name in equal_names else equal_names[0]
 
 
-# Services of the domain expert, by the last part of the name.
+# Services of the domain expert, by name.
 DOMAIN_SERVICES: Final[Mapping[str, ExpertService]] = {
-    "get_domain": ExpertService(_get_domain),
-    "get_domain_name": ExpertService(_get_name),
-    "get_domain_types": ExpertService(_get_types),
-    "get_domain_constants": ExpertService(_get_constants, "Type not found"),
-    "get_domain_actions": ExpertService(partial(_get_actions, is_durative=False)),
-    "get_domain_action_details": ExpertService(_get_action_details, "Action not found"),
-    "get_domain_durative_actions": ExpertService(partial(_get_actions, is_durative=True)),
-    "get_domain_durative_action_details": ExpertService(
-        _get_durative_action_details, "Durative action not found"
+    "/domain_expert/get_domain": ExpertService(
+        lambda expert, _codec, _request: {"domain": format_domain(expert.domain)}
     ),
-    "get_domain_predicates": ExpertService(partial(_get_declarations, kind=TreeNodeKind.PREDICATE)),
-    "get_domain_predicate_details": ExpertService(
+    "/domain_expert/get_domain_name": ExpertService(
+        lambda expert, _codec, _request: {"name": expert.domain.name}
+    ),
+    "/domain_expert/get_domain_types": ExpertService(_get_types),
+    "/domain_expert/get_domain_constants": ExpertService(_get_constants, "Type not found"),
+    "/domain_expert/get_domain_actions": ExpertService(partial(_get_actions, is_durative=False)),
+    "/domain_expert/get_domain_action_details": ExpertService(
+        partial(_get_action_details, field="action"), "Action not found"
+    ),
+    "/domain_expert/get_domain_durative_actions": ExpertService(partial(_get_actions, is_durative=True)),
+    "/domain_expert/get_domain_durative_action_details": ExpertService(
+        partial(_get_action_details, field="durative_action"), "Durative action not found"
+    ),
+    "/domain_expert/get_domain_predicates": ExpertService(
+        partial(_get_declarations, kind=TreeNodeKind.PREDICATE)
+    ),
+    "/domain_expert/get_domain_predicate_details": ExpertService(
         partial(_get_declaration_details, kind=TreeNodeKind.PREDICATE), "Predicate not found"
     ),
-    "get_domain_functions": ExpertService(partial(_get_declarations, kind=TreeNodeKind.FUNCTION)),
-    "get_domain_function_details": ExpertService(
+    "/domain_expert/get_domain_functions": ExpertService(
+        partial(_get_declarations, kind=TreeNodeKind.FUNCTION)
+    ),
+    "/domain_expert/get_domain_function_details": ExpertService(
         partial(_get_declaration_details, kind=TreeNodeKind.FUNCTION), "Function not found"
     ),
-    "get_domain_derived_predicates": ExpertService(_get_derived_predicates),
-    "get_domain_derived_predicate_details": ExpertService(
+    "/domain_expert/get_domain_derived_predicates": ExpertService(_get_derived_predicates),
+    "/domain_expert/get_domain_derived_predicate_details": ExpertService(
         _get_derived_predicate_details, "Derived predicate not found"
     ),
 }

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -34,6 +34,7 @@ from cxbridge.executive.pddl.parser import parse_formula, parse_problem
 from cxbridge.executive.pddl.printer import format_formula
 from cxbridge.executive.pddl.problems import problem_of_facts
 from cxbridge.executive.pddl.semantics import DomainChecker
+from cxbridge.executive.pddl.types import TypeHierarchy
 from cxbridge.executive.problem.truth import KnownState
 
 _NAME_PATTERN: Final = re.compile(r"\w[\w.:+-]*")
@@ -58,19 +59,22 @@ def _raise_mistake(mistake: PddlError) -> None:
 
 
 class Knowledge(ABC):
-    """Stores instances with their types, true predicates, values of functions, and the goal."""
+    """Stores instances, predicates, functions and the goal, without checks."""
 
     @property
     @abstractmethod
-    def instances(self) -> Mapping[str, str]: ...
+    def instances(self) -> Mapping[str, str]:
+        """The types of the instances, by name."""
 
     @property
     @abstractmethod
-    def predicates(self) -> Sequence[Ground]: ...
+    def predicates(self) -> Sequence[Ground]:
+        """The true predicates."""
 
     @property
     @abstractmethod
-    def functions(self) -> Mapping[Ground, float]: ...
+    def functions(self) -> Mapping[Ground, float]:
+        """The values of the functions that have a value."""
 
     @property
     @abstractmethod
@@ -78,26 +82,32 @@ class Knowledge(ABC):
         """The formula of the goal; may be empty."""
 
     @abstractmethod
-    def put_instance(self, name: str, type_name: str) -> None: ...
+    def put_instance(self, name: str, type_name: str) -> None:
+        """Add an instance that is not stored yet."""
 
     @abstractmethod
-    def put_predicate(self, ground: Ground) -> None: ...
+    def put_predicate(self, ground: Ground) -> None:
+        """Add a predicate that is not stored yet."""
 
     @abstractmethod
-    def put_function(self, ground: Ground, value: float) -> None: ...
+    def put_function(self, ground: Ground, value: float) -> None:
+        """Set the value of a function."""
 
     @abstractmethod
     def put_goal(self, formula: str) -> None:
         """Set the goal; an empty text removes the goal."""
 
     @abstractmethod
-    def drop_instance(self, name: str) -> None: ...
+    def drop_instance(self, name: str) -> None:
+        """Remove a stored instance."""
 
     @abstractmethod
-    def drop_predicate(self, ground: Ground) -> None: ...
+    def drop_predicate(self, ground: Ground) -> None:
+        """Remove a stored predicate."""
 
     @abstractmethod
-    def drop_function(self, ground: Ground) -> None: ...
+    def drop_function(self, ground: Ground) -> None:
+        """Remove a stored function."""
 
 
 @dataclass(slots=True)
@@ -189,14 +199,10 @@ class ProblemExpert:
         if name not in self.knowledge.instances:
             qualifier = "a constant of the domain, " if name in self.instances else ""
             raise PddlError(f"'{name}' is {qualifier}not an instance")
-        for ground in list(self.knowledge.predicates):
-            _, arguments = ground
-            if name in arguments:
-                self.knowledge.drop_predicate(ground)
-        for ground in list(self.knowledge.functions):
-            _, arguments = ground
-            if name in arguments:
-                self.knowledge.drop_function(ground)
+        for predicate in _select_grounds(self.knowledge.predicates, name):
+            self.knowledge.drop_predicate(predicate)
+        for function in _select_grounds(self.knowledge.functions, name):
+            self.knowledge.drop_function(function)
         if name in split_words(self.knowledge.goal):
             self.knowledge.put_goal(_remove_from_goal(self.knowledge.goal, name))
         self.knowledge.drop_instance(name)
@@ -209,7 +215,7 @@ class ProblemExpert:
         :raises PddlError: if the predicate or an argument is unknown.
         """
         if ground not in self.knowledge.predicates:
-            self.check_names(_make_atom(ground))
+            self.check_names(_make_atom(*ground))
             self.knowledge.put_predicate(ground)
 
     def remove_predicate(self, ground: Ground) -> None:
@@ -217,7 +223,7 @@ class ProblemExpert:
 
         :raises PddlError: if the predicate or an argument is unknown.
         """
-        self.check_names(_make_atom(ground))
+        self.check_names(_make_atom(*ground))
         if ground in self.knowledge.predicates:
             self.knowledge.drop_predicate(ground)
 
@@ -226,7 +232,7 @@ class ProblemExpert:
 
         :raises PddlError: if the function or an argument is unknown.
         """
-        self.check_names(_make_comparison(ground))
+        self.check_names(_make_comparison(*ground))
         self.knowledge.put_function(ground, float(value))
 
     def update_function(self, ground: Ground, value: float) -> None:
@@ -243,7 +249,7 @@ class ProblemExpert:
 
         :raises PddlError: if the function or an argument is unknown.
         """
-        self.check_names(_make_comparison(ground))
+        self.check_names(_make_comparison(*ground))
         if ground in self.knowledge.functions:
             self.knowledge.drop_function(ground)
 
@@ -292,13 +298,11 @@ class ProblemExpert:
 
     def _find_instances(self, types: tuple[str, ...]) -> list[str]:
         """Return the instances of some types and their subtypes; without types, all instances."""
-        accepted_types = {
-            subtype for type_name in types for subtype in (type_name, *find_subtypes(self.domain, type_name))
-        } or {ROOT_TYPE}
+        hierarchy = TypeHierarchy(self.domain.types)
         return [
             name
             for name, type_name in self.instances.items()
-            if not accepted_types.isdisjoint((ROOT_TYPE, type_name))
+            if not hierarchy.supertypes(type_name).isdisjoint(types or (ROOT_TYPE,))
         ]
 
     def make_problem(self) -> Problem:
@@ -347,34 +351,26 @@ class ProblemExpert:
 
 
 def find_subtypes(domain: Domain, type_name: str) -> list[str]:
-    """Return the descendants of a type."""
-    names: list[str] = []
-    pending_types = [type_name]
-    while pending_types:
-        parent_type = pending_types.pop(0)
-        children = [
-            name
-            for name, parent in pairs_of(domain.types)
-            if (parent or ROOT_TYPE) == parent_type
-            and name not in (*names, type_name)  # a broken domain may have circular types
-        ]
-        names += children
-        pending_types += children
-    return names
+    """Return the descendants of a type in the order of their declarations."""
+    hierarchy, names = TypeHierarchy(domain.types), dict.fromkeys(names_of(domain.types))
+    return [name for name in names if name != type_name and type_name in hierarchy.supertypes(name)]
 
 
 def make_ground(name: str, term: Atom | FunctionTerm) -> Ground:
     return name, tuple(argument.name for argument in term.arguments if isinstance(argument, Constant))
 
 
-def _make_atom(ground: Ground) -> Atom:
-    name, arguments = ground
+def _select_grounds(grounds: Iterable[Ground], name: str) -> list[Ground]:
+    """Return the predicates or functions that have an instance as argument."""
+    return [(symbol, arguments) for symbol, arguments in grounds if name in arguments]
+
+
+def _make_atom(name: str, arguments: tuple[str, ...]) -> Atom:
     return Atom(name, tuple(map(Constant, arguments)))
 
 
-def _make_comparison(ground: Ground) -> TermComparison:
+def _make_comparison(name: str, arguments: tuple[str, ...]) -> TermComparison:
     """Return a formula that compares a function with a number, for the check of its names."""
-    name, arguments = ground
     return TermComparison("=", FunctionTerm(name, tuple(map(Constant, arguments))), _ANY_NUMBER)
 
 

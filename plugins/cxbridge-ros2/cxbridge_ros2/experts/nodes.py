@@ -60,7 +60,6 @@ _COMPARISONS: Final = _OPERATORS[:5]
 _CHANGES: Final = ("assign", "increase", "decrease", "scale-up", "scale-down")
 # Limit of the depth of a tree, far below Python's recursion limit, since clients may send any tree.
 _MAX_DEPTH: Final = 200
-_OPERAND_COUNT: Final = 2
 
 # Returns the types of the parameters of a predicate or a function, by its name.
 FindParameterTypes = Callable[[str], tuple[str, ...]]
@@ -70,10 +69,8 @@ class NodeCodec:
     """Converts formulas to trees and back, for the PlanSys2 of a ROS distribution."""
 
     def __init__(self, distribution: str) -> None:
-        self._kinds = [*TreeNodeKind]
         self._is_before_jazzy = distribution in BEFORE_JAZZY
-        if self._is_before_jazzy:
-            self._kinds = self._kinds[: TreeNodeKind.NUMBER + 1]
+        self._kinds = [*TreeNodeKind][: TreeNodeKind.NUMBER + 1 if self._is_before_jazzy else None]
         self._operator_numbers = {
             operator: number for number, operator in enumerate((*_OPERATORS, *_CHANGES), len(self._kinds))
         }
@@ -130,60 +127,65 @@ class _TreeReader:
     def decode_tree(self, index: int = 0, depth: int = 0) -> Formula:
         """Return the formula of a node and its children."""
         node, kind = self._visit_node(index, depth)
-        if kind is TreeNodeKind.PREDICATE:
-            return Atom(node["name"], tuple(map(_parse_term, _list_parameter_names(node))))
-        if kind is TreeNodeKind.EXPRESSION:
-            operator, left, right = self._decode_operation(node["expression_type"], node, depth)
-            if operator in _COMPARISONS:
+        match kind:
+            case TreeNodeKind.PREDICATE:
+                return Atom(node["name"], tuple(map(_parse_term, _list_parameter_names(node))))
+            case TreeNodeKind.EXPRESSION:
+                operator, left, right = self._decode_operation(node["expression_type"], node, depth)
+                if operator not in _COMPARISONS:
+                    raise Ros2Error(f"'{operator}' is a number, not a condition")
                 return TermComparison(operator, left, right)
-            raise Ros2Error(f"'{operator}' is a number, not a condition")
-        if kind is TreeNodeKind.CHANGE and self._allows_changes:
-            return NumericChange(*self._decode_operation(node["modifier_type"], node, depth))
+            case TreeNodeKind.CHANGE if self._allows_changes:
+                return NumericChange(*self._decode_operation(node["modifier_type"], node, depth))
         return self._make_composite(
             node, kind, tuple(self.decode_tree(child, depth + 1) for child in node["children"])
         )
 
     def _make_composite(self, node: Message, kind: TreeNodeKind, parts: tuple[Formula, ...]) -> Formula:
-        if kind is TreeNodeKind.AND:
-            return And(parts)
-        if kind is TreeNodeKind.OR:
-            return Or(parts)
-        if kind is TreeNodeKind.NOT and len(parts) == 1:
-            return Not(parts[0])
-        if kind is TreeNodeKind.EXISTS and len(parts) == 1:
-            groups = tuple(
-                TypedNames(
-                    (parameter["name"].removeprefix("?"),), (parameter["type"],) if parameter["type"] else ()
+        match kind, parts:
+            case TreeNodeKind.AND, _:
+                return And(parts)
+            case TreeNodeKind.OR, _:
+                return Or(parts)
+            case TreeNodeKind.NOT, (part,):
+                return Not(part)
+            case TreeNodeKind.EXISTS, (part,):
+                groups = tuple(
+                    TypedNames(
+                        (parameter["name"].removeprefix("?"),),
+                        (parameter["type"],) if parameter["type"] else (),
+                    )
+                    for parameter in node["parameters"]
                 )
-                for parameter in node["parameters"]
-            )
-            return Quantified("exists", groups, parts[0])
+                return Quantified("exists", groups, part)
         raise Ros2Error(
             f"a node of the type {node['node_type']} with {len(parts)} children is not a condition"
         )
 
     def _decode_term(self, index: int, depth: int) -> Term:
         node, kind = self._visit_node(index, depth)
-        if kind is TreeNodeKind.NUMBER:
-            return Constant(format_number(node["value"]))
-        if kind is TreeNodeKind.FUNCTION:
-            return FunctionTerm(node["name"], tuple(map(_parse_term, _list_parameter_names(node))))
-        if kind is TreeNodeKind.EXPRESSION:
-            operator, left, right = self._decode_operation(node["expression_type"], node, depth)
-            if operator in _OPERATORS and operator not in _COMPARISONS:
-                return FunctionTerm(operator, (left, right))
-        if kind in (TreeNodeKind.CONSTANT, TreeNodeKind.PARAMETER):
-            return _parse_term(node["name"])
+        match kind:
+            case TreeNodeKind.NUMBER:
+                return Constant(format_number(node["value"]))
+            case TreeNodeKind.FUNCTION:
+                return FunctionTerm(node["name"], tuple(map(_parse_term, _list_parameter_names(node))))
+            case TreeNodeKind.EXPRESSION:
+                operator, left, right = self._decode_operation(node["expression_type"], node, depth)
+                if operator in _OPERATORS and operator not in _COMPARISONS:
+                    return FunctionTerm(operator, (left, right))
+            case TreeNodeKind.CONSTANT | TreeNodeKind.PARAMETER:
+                return _parse_term(node["name"])
         raise Ros2Error(f"a node of the type {node['node_type']} is not a number")
 
     def _decode_operation(self, operator_number: int, node: Message, depth: int) -> tuple[str, Term, Term]:
-        operator, children = self._operators.get(operator_number, ""), node["children"]
-        if not operator or len(children) != _OPERAND_COUNT:
-            raise Ros2Error(
-                f"an expression of type {operator_number} with {len(children)} children is not valid"
-            )
-        left, right = (self._decode_term(child, depth + 1) for child in children)
-        return operator, left, right
+        operator = self._operators.get(operator_number)
+        match node["children"]:
+            case [left, right] if operator is not None:
+                return operator, self._decode_term(left, depth + 1), self._decode_term(right, depth + 1)
+            case children:
+                raise Ros2Error(
+                    f"an expression of type {operator_number} with {len(children)} children is not valid"
+                )
 
     def _visit_node(self, index: int, depth: int) -> tuple[Message, TreeNodeKind]:
         if index >= len(self._nodes):

@@ -40,8 +40,8 @@ class PlanServer(Closing):
                 self._service = self._planner.make_service("")
         except CxbridgeError as error:
             reply({"success": False, "error_info": f"{_NOT_FOUND}: {error}"})
-            return
-        self._calls.append((self._service.call(self._planner.make_request(domain, problem)), reply))
+        else:
+            self._calls.append((self._service.call(self._planner.make_request(domain, problem)), reply))
 
     def validate_domain(self, request: Message, reply: SendResponse) -> None:
         """Respond whether a text is a valid domain."""
@@ -69,7 +69,6 @@ class PlanServer(Closing):
         """Cancel all planning."""
         if self._service is not None:
             self._service.close()
-        self._calls.clear()
 
 
 def _make_items(actions: Iterable[PlannedAction]) -> list[Mapping[str, Any]]:

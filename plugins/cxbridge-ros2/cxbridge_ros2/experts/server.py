@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from msgspec import Struct
-
 from cxbridge.closing import Closing
-from cxbridge.errors import ConfigError
 from cxbridge.events import Logger
 from cxbridge.rights import right_of_frame
-from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.experts.answers import (
     PROBLEM_SERVICES,
     ExpertService,
@@ -31,11 +27,10 @@ from cxbridge_ros2.experts.domain import DOMAIN_SERVICES
 from cxbridge_ros2.experts.nodes import NodeCodec
 from cxbridge_ros2.experts.planner import PlanServer
 from cxbridge_ros2.messages import Message
-from cxbridge_ros2.names import check_topic
-from cxbridge_ros2.node import Node, SendResponse
+from cxbridge_ros2.node import Node, RequestHandler, SendResponse
 from cxbridge_ros2.problem_expert import ProblemExpertFeature
 from cxbridge_ros2.qos import QosProfile
-from cxbridge_ros2.settings import NodeSettings, locate_errors, read_node_section, to_list
+from cxbridge_ros2.settings import NodeSettings, check_choice, locate_errors, read_node_section, to_list
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
@@ -49,40 +44,21 @@ _SUBJECT: Final = "the settings of the experts"
 # PlanSys2's error text for requests before a node is active.
 INACTIVE_ERROR: Final = "Requesting service in non-active state"
 
-_SERVICE_TABLES: Final = {"problem": PROBLEM_SERVICES, "domain": DOMAIN_SERVICES}
-_EMPTY_MESSAGE: Final[Mapping[str, Any]] = {}
 
+def read_expert_settings(config: Configuration, folder: Path) -> tuple[NodeSettings, Collection[str]]:
+    """Return the settings of the node, and the served nodes: keys of :data:`.definitions.SERVICES_BY_NODE`.
 
-class ExpertSettings(Struct, frozen=True):
-    """The settings of the server.
-
-    :param served_nodes: keys of :data:`~cxbridge_ros2.experts.definitions.SERVICES_BY_NODE`.
+    :param folder: the base of relative paths.
+    :raises CxbridgeError: if a setting is invalid; the error has the file and line.
     """
-
-    served_nodes: tuple[str, ...]
-    node: NodeSettings
-
-    @classmethod
-    def parse(cls, config: Configuration, folder: Path) -> ExpertSettings:
-        """Parse the settings in a configuration.
-
-        :param folder: the base of relative paths.
-        :raises CxbridgeError: if a setting is invalid; the error has the file and line.
-        """
-        values, node = read_node_section(config, SECTION, ("serve",), folder, _SUBJECT)
-        names = [str(name) for name in to_list(values.get("serve", _ALL))]
-        with locate_errors(config, SECTION):
-            for name in names:
-                if name not in (_ALL, *SERVICES_BY_NODE):
-                    raise ConfigError(
-                        f"{_SUBJECT}: '{name}' is not a service of the experts",
-                        hint=did_you_mean(
-                            name,
-                            (_ALL, *SERVICES_BY_NODE),
-                            f"use: {', '.join((*SERVICES_BY_NODE, _ALL))}",
-                        ),
-                    )
-        return cls(tuple(SERVICES_BY_NODE) if _ALL in names else tuple(dict.fromkeys(names)), node)
+    values, node_settings = read_node_section(config, SECTION, ("serve",), folder, _SUBJECT)
+    names = [str(name) for name in to_list(values.get("serve", _ALL))]
+    with locate_errors(config, SECTION):
+        for name in names:
+            check_choice(
+                name, (*SERVICES_BY_NODE, _ALL), f"{_SUBJECT}: '{name}' is not a service of the experts"
+            )
+    return node_settings, SERVICES_BY_NODE if _ALL in names else dict.fromkeys(names)
 
 
 def _make_refusal(_request: Message, reason: str) -> Mapping[str, Any]:
@@ -94,6 +70,8 @@ class ExpertServer(Closing):
 
     :meth:`loop` handles requests in the executive's thread, and never while rules fire.
 
+    :param served_nodes: keys of :data:`.definitions.SERVICES_BY_NODE`.
+    :param distribution: the ROS distribution of the clients.
     :param namespace: the prefix of all names.
     :param node: a node with the rights of its clients, which the caller closes.
     :param feature: the feature that has the environment.
@@ -102,7 +80,8 @@ class ExpertServer(Closing):
 
     def __init__(
         self,
-        settings: ExpertSettings,
+        served_nodes: Collection[str],
+        distribution: str,
         namespace: str,
         node: Node,
         feature: ProblemExpertFeature,
@@ -111,40 +90,32 @@ class ExpertServer(Closing):
     ) -> None:
         self._node, self._feature, self._log = node, feature, log
         self._planner = planner
-        self._codec = NodeCodec(settings.node.distribution)
+        self._codec = NodeCodec(distribution)
         self._published_version = -1
-        for served_node in settings.served_nodes:
-            for name, service_type in list_services(served_node, settings.node.distribution).items():
-                self._serve(served_node, namespace + name, service_type)
-        self._has_topics = "problem" in settings.served_nodes
+        # by service: the row of the table of rights, and the handler
+        handlers: dict[str, tuple[str, RequestHandler]] = {
+            "/planner/get_plan": ("plan", planner.start_planning),
+            "/planner/validate_domain": ("plan", planner.validate_domain),
+        }
+        for name, service in {**PROBLEM_SERVICES, **DOMAIN_SERVICES}.items():
+            handler = partial(self._handle_request, namespace + name, service)
+            handlers[name] = "change" if service.changes_problem else "read", handler
+        for served_node in served_nodes:
+            for name, service_type in list_services(served_node, distribution).items():
+                frame, handle = handlers[name]
+                right = right_of_frame("ros2-experts", frame)
+                node.serve_later(
+                    namespace + name, service_type, handle, right=right, make_refusal=_make_refusal
+                )
+        self._has_topics = "problem" in served_nodes
         if self._has_topics:
-            latched_profile = QosProfile(durability="transient_local", depth=TOPIC_DEPTH)
-            topic, message_type = UPDATE_TOPIC
-            self._update_publisher = node.create_publisher(
-                namespace + topic, message_type, QosProfile(depth=TOPIC_DEPTH)
+            self._update_publisher, self._knowledge_publisher = (
+                node.create_publisher(namespace + topic, message_type, qos)
+                for (topic, message_type), qos in (
+                    (UPDATE_TOPIC, QosProfile(depth=TOPIC_DEPTH)),
+                    (KNOWLEDGE_TOPIC, QosProfile(durability="transient_local", depth=TOPIC_DEPTH)),
+                )
             )
-            topic, message_type = KNOWLEDGE_TOPIC
-            self._knowledge_publisher = node.create_publisher(
-                namespace + topic, message_type, latched_profile
-            )
-
-    def _serve(self, served_node: str, name: str, service_type: str) -> None:
-        service_name = name.rpartition("/")[2]
-        if served_node == "planner":
-            frame = "plan"
-            handler = (
-                self._planner.start_planning if service_name == "get_plan" else self._planner.validate_domain
-            )
-        else:
-            service = _SERVICE_TABLES[served_node][service_name]
-            frame, handler = (
-                "change" if service.changes_problem else "read",
-                partial(self._handle_request, name, service),
-            )
-        right = right_of_frame("ros2-experts", frame)
-        self._node.serve_later(
-            check_topic(name), service_type, handler, right=right, make_refusal=_make_refusal
-        )
 
     def _handle_request(
         self, name: str, service: ExpertService, request: Message, reply: SendResponse
@@ -172,7 +143,7 @@ class ExpertServer(Closing):
     def _publish(self, env: ClipsEnvironment) -> None:
         with env.lock:  # the message is a snapshot, so that rules may fire while the message is sent
             message = make_knowledge_message(self._feature.make_expert(env))
-        self._update_publisher.publish(_EMPTY_MESSAGE)
+        self._update_publisher.publish({})
         self._knowledge_publisher.publish(message)
 
     def close(self) -> None:

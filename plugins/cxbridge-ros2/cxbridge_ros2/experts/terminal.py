@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any, Final
 
-from cxbridge.errors import PddlError, Ros2Error
+from cxbridge.errors import Ros2Error
 from cxbridge.executive.pddl import format_formula, parse_formula
 from cxbridge.executive.pddl.ast import (
     Atom,
@@ -51,10 +51,6 @@ OutputLines = Iterator[str]
 CommandHandler = Callable[[str], Iterable[str] | None]
 
 
-class UsageError(Ros2Error):
-    """An invalid command."""
-
-
 class Terminal:
     """Carries out commands.
 
@@ -68,29 +64,31 @@ class Terminal:
         self._codec = codec
         self.is_over = False
         self.commands: Mapping[str, CommandHandler] = {
-            "get domain": self._show_domain,
-            "get model types": self._show_types,
+            "get domain": lambda _argument: [self._request_domain("")["domain"].rstrip("\n")],
+            "get model types": lambda _argument: self._request_domain("_types")["types"],
             "get model predicates": partial(self._show_names, "predicates"),
             "get model functions": partial(self._show_names, "functions"),
             "get model actions": self._show_actions,
             "get model predicate": partial(self._show_declaration, "predicate"),
             "get model function": partial(self._show_declaration, "function"),
             "get model action": self._show_action,
-            "get problem": self._show_problem,
+            "get problem": lambda _argument: [self._request_problem("get_problem")["problem"].rstrip("\n")],
             "get problem instances": self._show_instances,
             "get problem predicates": self._show_predicates,
             "get problem functions": self._show_functions,
             "get problem goal": self._show_goal,
             "get plan": self._show_plan,
             "set instance": self._set_instance,
-            "set predicate": partial(self._change_predicate, "add_problem_predicate"),
+            "set predicate": partial(self._change_ground, "add_problem_predicate", TreeNodeKind.PREDICATE),
             "set function": self._set_function,
             "set goal": self._set_goal,
             "remove instance": self._remove_instance,
-            "remove predicate": partial(self._change_predicate, "remove_problem_predicate"),
-            "remove function": self._remove_function,
+            "remove predicate": partial(
+                self._change_ground, "remove_problem_predicate", TreeNodeKind.PREDICATE
+            ),
+            "remove function": partial(self._change_ground, "remove_problem_function", TreeNodeKind.FUNCTION),
             "remove goal": self._remove_goal,
-            "help": self._show_help,
+            "help": lambda _argument: HELP_LINES,
             "quit": self._quit,
         }
 
@@ -105,14 +103,11 @@ class Terminal:
             command = " ".join(words[:count])
             if count <= len(words) and command in self.commands:
                 argument = " ".join(line.split(None, count)[count:]).strip()
-                try:
-                    yield from self.commands[command](argument) or ()
-                except PddlError as error:
-                    raise UsageError(error.message, hint=error.hint) from None
+                yield from self.commands[command](argument) or ()
                 return
         first_words = dict.fromkeys(command.split()[0] for command in self.commands)
         similar = [command for command in self.commands if command.split()[0] == words[0]] or [*first_words]
-        raise UsageError(
+        raise Ros2Error(
             f"unknown command '{line.strip()}'",
             hint=did_you_mean(" ".join(words[:2]), similar, f"there are: {', '.join(similar)}"),
         )
@@ -124,12 +119,6 @@ class Terminal:
         return self._client.request(f"/problem_expert/{service}", request)
 
     # --- the domain
-
-    def _show_domain(self, _argument: str) -> OutputLines:
-        yield self._request_domain("")["domain"].rstrip("\n")
-
-    def _show_types(self, _argument: str) -> OutputLines:
-        yield from self._request_domain("_types")["types"]
 
     def _show_names(self, noun: str, _argument: str) -> OutputLines:
         yield from (node["name"] for node in self._request_domain(f"_{noun}")["states"])
@@ -166,9 +155,6 @@ class Terminal:
 
     # --- the problem
 
-    def _show_problem(self, _argument: str) -> OutputLines:
-        yield self._request_problem("get_problem")["problem"].rstrip("\n")
-
     def _show_instances(self, _argument: str) -> OutputLines:
         for instance in self._request_problem("get_problem_instances")["instances"]:
             yield f"{instance['name']} - {instance['type']}"
@@ -188,34 +174,25 @@ class Terminal:
     def _set_instance(self, argument: str) -> None:
         words = argument.split()
         if len(words) != 2:  # noqa: PLR2004 - NAME and TYPE
-            raise UsageError("an instance must have a name and a type", hint="set instance NAME TYPE")
+            raise Ros2Error("an instance must have a name and a type", hint="set instance NAME TYPE")
         self._request_problem("add_problem_instance", {"param": make_param(words[0], words[1])})
 
     def _remove_instance(self, argument: str) -> None:
         name = _parse_single_name(argument, "remove instance NAME")
         self._request_problem("remove_problem_instance", {"param": make_param(name)})
 
-    def _change_predicate(self, service: str, argument: str) -> None:
+    def _change_ground(self, service: str, kind: TreeNodeKind, argument: str) -> None:
         formula = parse_formula(argument)
+        # a function without a value parses as a predicate
         if not isinstance(formula, Atom):
-            raise UsageError(f"'{argument}' is not a predicate", hint="set predicate (said PEGGY HELLO)")
-        self._request_problem(
-            service,
-            {"node": make_ground_node(TreeNodeKind.PREDICATE, make_ground(formula.predicate, formula), {})},
-        )
+            raise Ros2Error(f"'{argument}' is not a {kind.name.lower()}", hint="write (NAME INSTANCE...)")
+        node = make_ground_node(kind, make_ground(formula.predicate, formula), {})
+        self._request_problem(service, {"node": node})
 
     def _set_function(self, argument: str) -> None:
         ground, value = _parse_assignment(parse_formula(argument), argument)
         node = make_ground_node(TreeNodeKind.FUNCTION, ground, {}, value)
         self._request_problem("add_problem_function", {"node": node})
-
-    def _remove_function(self, argument: str) -> None:
-        # without a number, a function parses as a predicate
-        formula = parse_formula(argument)
-        if not isinstance(formula, Atom):
-            raise UsageError(f"'{argument}' is not a function", hint="remove function (distance a b)")
-        node = make_ground_node(TreeNodeKind.FUNCTION, make_ground(formula.predicate, formula), {})
-        self._request_problem("remove_problem_function", {"node": node})
 
     def _set_goal(self, argument: str) -> None:
         self._request_problem(
@@ -235,9 +212,6 @@ class Terminal:
         plan = self._client.request("/planner/get_plan", request, PLANNING_TIMEOUT_S)["plan"]
         for item in plan["items"]:
             yield f"{item['time']:.3f}: {item['action']} [{item['duration']:.3f}]"
-
-    def _show_help(self, _argument: str) -> OutputLines:
-        yield from HELP_LINES
 
     def _quit(self, _argument: str) -> None:
         self.is_over = True
@@ -267,7 +241,7 @@ HELP_LINES: Final = (
 def _parse_single_name(argument: str, usage: str) -> str:
     words = argument.split()
     if len(words) != 1:
-        raise UsageError(f"there must be one name, not {len(words)}", hint=usage)
+        raise Ros2Error(f"there must be one name, not {len(words)}", hint=usage)
     return words[0]
 
 
@@ -277,11 +251,11 @@ def _parse_assignment(formula: Formula, text: str) -> tuple[Ground, float]:
     :param text: the text of the formula, for the error.
     """
     match formula:
-        case TermComparison(operator="=", left=FunctionTerm() as call, right=Constant(name=number)):
-            value = number_of(number)
-            if value is not None:
-                return make_ground(call.function, call), value
-    raise UsageError(
+        case TermComparison(operator="=", left=FunctionTerm() as call, right=Constant(name=number)) if (
+            value := number_of(number)
+        ) is not None:
+            return make_ground(call.function, call), value
+    raise Ros2Error(
         f"'{text}' does not assign a number to a function", hint="set function (= (distance a b) 3)"
     )
 

@@ -62,11 +62,6 @@ class HubSkill(Struct, frozen=True):
     @classmethod
     def parse(cls, name: str, settings: Any, protocol: HubProtocol) -> HubSkill:
         """Parse the settings of a skill."""
-        if not isinstance(settings, Mapping):
-            raise ConfigError(
-                f"the settings of the skill {name} must be a mapping, not {settings!r}",
-                hint="e.g. {timeout: 60}",
-            )
         check_keys(settings, _SKILL_KEYS, f"the skill {name}")
         arguments = settings.get("arguments")
         return cls(
@@ -126,6 +121,8 @@ class HubSkills(RosExecutor):
 
     protocol: ClassVar[HubProtocol]
 
+    _hub: Hub  # from `start` on
+
     def __init__(self, context: ExecutorContext) -> None:
         super().__init__(context)
         self._skills = {
@@ -137,7 +134,6 @@ class HubSkills(RosExecutor):
         self.skills = tuple(self._skills)
         # unique among callers, since performers distinguish callers only by their names
         self._name = f"cxbridge_{self.agent}_{secrets.token_hex(2)}"
-        self._hub: Hub | None = None
         self._open_request: _OpenRequest | None = None
         self._request_nodes: dict[ActionKey, str] = {}  # the node name in our recent REQUESTs by action
         self._performers: dict[str, _PerformerRecord] = {}
@@ -154,11 +150,6 @@ class HubSkills(RosExecutor):
         """Join the domain and the hub before the first request, so that performers discover this node."""
         namespace = self.node_settings.namespace
         self._hub = Hub(self.join(), self.protocol, namespace, self._handle_message, self._handle_heartbeat)
-
-    def close(self) -> None:
-        if self._hub is not None:
-            self._hub.close()
-        super().close()
 
     def execute(self, call: SkillCall) -> Steps:
         skill = self._skills[call.skill]
@@ -202,11 +193,9 @@ class HubSkills(RosExecutor):
             yield
 
     def _send_request(self, request: HubMessage) -> None:
-        self._request_nodes.pop(request.key, None)  # move the key to the end, as the most recent
         self._request_nodes[request.key] = request.node
         while len(self._request_nodes) > _MAX_REQUESTS:
             del self._request_nodes[next(iter(self._request_nodes))]
-        assert self._hub is not None  # skills are executed only after the start
         self._hub.publish(request)
 
     def _reject_silent_performers(self, key: ActionKey) -> None:
@@ -250,7 +239,6 @@ class HubSkills(RosExecutor):
     # --- messages -----------------------------------------------------------------------------------------
 
     def _send_message(self, kind: MessageKind, node: str, key: ActionKey, skill_string: str = "") -> None:
-        assert self._hub is not None  # nothing is received, and no skill executed, before the start
         self._hub.publish(HubMessage(kind, node, key, skill_string))
 
     def _handle_message(self, message: HubMessage) -> None:

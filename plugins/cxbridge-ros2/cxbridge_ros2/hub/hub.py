@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from cxbridge.closing import Closing
 from cxbridge.rights import Right, right_of_frame
 from cxbridge_ros2.hub.protocol import Heartbeat, HubMessage, HubProtocol
 from cxbridge_ros2.node import Node, Publisher
@@ -14,10 +13,10 @@ from cxbridge_ros2.qos import QosProfile
 _HUB_QOS: Final = QosProfile(depth=100)  # the profile of PlanSys2 and of ros2-clips-executive
 
 
-class Hub(Closing):
+class Hub:
     """Publishes messages on the topic of a protocol, and receives all messages, including those of this node.
 
-    :param node: a node that its owner polls.
+    :param node: a node that its owner polls, and closes to leave the hub.
     :param namespace: the prefix of the topics.
     :param on_message: called with each message.
     :param on_heartbeat: called with each heartbeat; None to receive no heartbeats.
@@ -33,28 +32,24 @@ class Hub(Closing):
     ) -> None:
         self._protocol = protocol
         self._node = node
-        self.topic = f"{namespace}{protocol.topic}"
+        topic = f"{namespace}{protocol.topic}"
         self._heartbeat_topic = f"{namespace}{protocol.heartbeat_topic}"
         self._heartbeat_publisher: Publisher | None = None
-        self._message_publisher = node.create_publisher(self.topic, protocol.message_type, _HUB_QOS)
-        self._close_functions = [
-            node.subscribe(
-                self.topic,
-                protocol.message_type,
-                lambda fields: on_message(protocol.decode(fields)),
-                _HUB_QOS,
-                right=right_of_frame("ros2-performers", "word"),
-            )
-        ]
+        self._message_publisher = node.create_publisher(topic, protocol.message_type, _HUB_QOS)
+        node.subscribe(
+            topic,
+            protocol.message_type,
+            lambda fields: on_message(protocol.decode(fields)),
+            _HUB_QOS,
+            right=right_of_frame("ros2-performers", "word"),
+        )
         if on_heartbeat is not None:
-            self._close_functions.append(
-                node.subscribe(
-                    self._heartbeat_topic,
-                    protocol.heartbeat_type,
-                    lambda fields: on_heartbeat(protocol.decode_heartbeat(fields)),
-                    _HUB_QOS,
-                    right=Right.LOOK,
-                )
+            node.subscribe(
+                self._heartbeat_topic,
+                protocol.heartbeat_type,
+                lambda fields: on_heartbeat(protocol.decode_heartbeat(fields)),
+                _HUB_QOS,
+                right=Right.LOOK,
             )
 
     def publish(self, message: HubMessage) -> None:
@@ -70,10 +65,3 @@ class Hub(Closing):
                 self._heartbeat_topic, self._protocol.heartbeat_type, _HUB_QOS
             )
         self._heartbeat_publisher.publish(self._protocol.encode_heartbeat(heartbeat, now_us))
-
-    def close(self) -> None:
-        for unsubscribe in self._close_functions:
-            unsubscribe()
-        self._message_publisher.close()
-        if self._heartbeat_publisher is not None:
-            self._heartbeat_publisher.close()

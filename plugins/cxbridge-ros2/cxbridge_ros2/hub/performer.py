@@ -8,7 +8,7 @@ executor for a limited time only, but a later CONFIRM is still carried out.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Any, Final
 
@@ -63,11 +63,6 @@ class ServedAction(Struct, frozen=True):
     @classmethod
     def parse(cls, action: str, settings: Any) -> ServedAction:
         """Parse the settings of an action."""
-        if not isinstance(settings, Mapping):
-            raise ConfigError(
-                f"the settings of the action {action} must be a mapping, not {settings!r}",
-                hint="e.g. {parameters: [to]}",
-            )
         check_keys(settings, _ACTION_KEYS, f"the action {action}")
         names, call = to_list(settings.get("parameters", [])), str(settings.get("call", ""))
         if call and (problems := ActionSkillMapping({action: call}).check()):
@@ -193,41 +188,36 @@ class HubPerformer(Closing):
                 )
 
     def close(self) -> None:
-        """Stop all executions, report their end, and leave the hub."""
+        """Stop all executions, and report their end."""
         jobs, self._jobs = self._jobs, {}  # emptied first, so that stopped skills send no messages
         for job in jobs.values():
             if job.master is not None:
                 self._stop_skill(job.master)
                 self._publish_finish(job, success=False, status=f"the performer {job.node} was shut down")
-        self._hub.close()
 
     # --- messages of other nodes
 
     def _handle_message(self, message: HubMessage) -> None:
         key = message.key
-        if key.action not in self._actions:
-            return
-        if message.kind == MessageKind.REQUEST:
+        is_for_this_performer = self._nodes.get(message.node) == key.action
+        job = self._jobs.get(key)
+        if message.kind == MessageKind.REQUEST and key.action in self._actions:
             # at this time the caller repeats the REQUEST, or gives up
             until_us = self._clock.now_us() + round(self._protocol.request_lifetime_s * MICROSECONDS)
             self._pending_requests[key] = message, until_us
             self._respond_if_free(key)
-            return
-        is_for_this_performer = self._nodes.get(message.node) == key.action
-        job = self._jobs.get(key)
-        if message.kind == MessageKind.CONFIRM:
+        elif message.kind == MessageKind.CONFIRM:
             self._pending_requests.pop(key, None)
             if is_for_this_performer and (job is None or job.master is None):
                 self._begin_job(job or self._make_job(message))
             elif job is not None:
                 job.repeat_us = 0
-        elif not is_for_this_performer or job is None:
-            return
-        elif message.kind in (MessageKind.REJECT, MessageKind.CANCEL) and job.master is None:
-            del self._jobs[key]
-        elif message.kind == MessageKind.CANCEL and job.master is not None:
-            job.is_cancelled = True
-            self._stop_skill(job.master)
+        elif is_for_this_performer and job is not None:
+            if message.kind in (MessageKind.REJECT, MessageKind.CANCEL) and job.master is None:
+                del self._jobs[key]
+            elif message.kind == MessageKind.CANCEL and job.master is not None:
+                job.is_cancelled = True
+                self._stop_skill(job.master)
 
     def _respond_if_free(self, key: ActionKey) -> None:
         """Send a RESPONSE to a REQUEST if an executor is free; otherwise the REQUEST remains pending."""
@@ -267,12 +257,11 @@ class HubPerformer(Closing):
         if calls is not None:
             calls.stop(master.number)
 
-    def _find_executors(self, skill: str) -> Iterator[ExecutorInfo]:
-        """Yield the agent's executors that have a skill."""
+    def _find_executors(self, skill: str) -> list[ExecutorInfo]:
+        """Return the agent's executors that have a skill."""
         calls = self._find_skill_calls()
-        for info in () if calls is None else calls.executors:
-            if info.agent == self._agent and skill in info.skills:
-                yield info
+        executors = () if calls is None else calls.executors
+        return [info for info in executors if info.agent == self._agent and skill in info.skills]
 
     def _has_free_executor(self, skill: str) -> bool:
         """Return whether an executor for a skill is free, and not reserved for a caller."""
@@ -287,7 +276,7 @@ class HubPerformer(Closing):
             return PerformerState.RUNNING
         # NOT_READY without the right, so that callers do not wait for a performer that refuses their messages
         is_allowed = self._node.rights.allow(right_of_frame("ros2-performers", "word"))
-        is_able = is_allowed and any(True for _ in self._find_executors(self._actions[action].skill))
+        is_able = is_allowed and self._find_executors(self._actions[action].skill)
         return PerformerState.READY if is_able else PerformerState.NOT_READY
 
     # --- execution

@@ -1,4 +1,4 @@
-"""The messages on a hub, and the base class of its protocols.
+"""The messages on a hub, and the description of its protocols.
 
 The protocols of PlanSys2 and of ros2-clips-executive have the same kinds of messages in the same order. Their
 topics, the names of some fields, and some rules differ.
@@ -6,14 +6,15 @@ topics, the names of some fields, and some rules differ.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from enum import IntEnum
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from cxbridge_ros2.messages import Message
+from cxbridge_ros2.stamps import us_to_stamp
 
 
 class MessageKind(IntEnum):
@@ -82,32 +83,42 @@ class Heartbeat(Struct, frozen=True):
     state: int
 
 
-class HubProtocol(ABC):
+class HubProtocol(Struct, frozen=True):
     """A protocol: its topics, the fields of its messages, and its rules.
 
-    :cvar name: the name in a configuration.
-    :cvar topic: the topic of the hub.
-    :cvar arguments_field: the field with the arguments of the action.
-    :cvar progress_field: the field with the progress.
-    :cvar server_timeout_s: the time without a RESPONSE after which the original caller gives up.
-    :cvar request_lifetime_s: the time after which the original caller repeats a REQUEST or gives up, so that
+    :param name: the name in a configuration.
+    :param topic: the topic of the hub.
+    :param arguments_field: the field with the arguments of the action.
+    :param progress_field: the field with the progress.
+    :param heartbeat_action_field: the field of a heartbeat with the action.
+    :param server_timeout_s: the time without a RESPONSE after which the original caller gives up.
+    :param request_lifetime_s: the time after which the original caller repeats a REQUEST or gives up, so that
         a later RESPONSE is useless.
-    :cvar has_skill_strings: whether messages have a skill string.
+    :param cancelled_status: the status in the FINISH of a cancelled action; None if there is no FINISH.
+    :param empty_argument: the argument that the original caller sends in place of an empty list; None for the
+        name of the action.
+    :param has_skill_strings: whether messages have a skill string.
+    :param has_heartbeat_stamps: whether heartbeats have a stamp.
     """
 
-    name: ClassVar[str]
-    topic: ClassVar[str]
-    message_type: ClassVar[str]
-    heartbeat_topic: ClassVar[str]
-    heartbeat_type: ClassVar[str]
-    arguments_field: ClassVar[str]
-    progress_field: ClassVar[str]
-    server_timeout_s: ClassVar[float]
-    request_lifetime_s: ClassVar[float]
-    has_skill_strings: ClassVar[bool] = False
+    name: str
+    topic: str
+    message_type: str
+    heartbeat_topic: str
+    heartbeat_type: str
+    arguments_field: str
+    progress_field: str
+    heartbeat_action_field: str
+    server_timeout_s: float
+    request_lifetime_s: float
+    cancelled_status: str | None
+    empty_argument: str | None
+    has_skill_strings: bool
+    has_heartbeat_stamps: bool
 
     def encode(self, message: HubMessage) -> Mapping[str, Any]:
-        fields = {
+        skill_string = {"mapped_action": message.skill_string} if self.has_skill_strings else {}
+        return {
             "type": message.kind,
             "node_id": message.node,
             "action": message.key.action,
@@ -115,10 +126,8 @@ class HubProtocol(ABC):
             "success": message.success,
             self.progress_field: message.progress,
             "status": message.status,
+            **skill_string,
         }
-        if self.has_skill_strings:
-            fields["mapped_action"] = message.skill_string
-        return fields
 
     def decode(self, fields: Message) -> HubMessage:
         return HubMessage(
@@ -131,23 +140,32 @@ class HubProtocol(ABC):
             status=fields["status"],
         )
 
-    @abstractmethod
     def encode_heartbeat(self, heartbeat: Heartbeat, now_us: int) -> Mapping[str, Any]:
         """Return the message for a heartbeat.
 
         :param now_us: microseconds since the epoch.
         """
+        stamp = {"status_stamp": us_to_stamp(now_us)} if self.has_heartbeat_stamps else {}
+        return {
+            "state": heartbeat.state,
+            self.heartbeat_action_field: heartbeat.action,
+            "node_name": heartbeat.node,
+            **stamp,
+        }
 
-    @abstractmethod
-    def decode_heartbeat(self, fields: Message) -> Heartbeat: ...
+    def decode_heartbeat(self, fields: Message) -> Heartbeat:
+        return Heartbeat(fields["node_name"], fields[self.heartbeat_action_field], fields["state"])
 
-    @abstractmethod
     def make_cancel_reply(self, finish: HubMessage) -> HubMessage | None:
         """Return the last message of a performer after a CANCEL, or None for no message.
 
         :param finish: the last message of a performer without a CANCEL.
         """
+        if self.cancelled_status is None:
+            return None
+        return finish if finish.success else replace(finish, status=self.cancelled_status, progress=0.0)
 
-    @abstractmethod
     def intended_arguments(self, key: ActionKey) -> tuple[str, ...]:
-        """Return the arguments that the caller means: an action without arguments has a placeholder."""
+        """Return the arguments that the caller means, without the replacement of an empty list."""
+        empty_argument = key.action if self.empty_argument is None else self.empty_argument
+        return () if key.arguments == (empty_argument,) else key.arguments

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.errors import ConfigError
-from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.hub.performer import PerformerSettings, ServedAction
 from cxbridge_ros2.hub.protocol import HubProtocol
-from cxbridge_ros2.plansys2 import PlanSys2Protocol
+from cxbridge_ros2.plansys2 import PROTOCOL as PLANSYS2
 from cxbridge_ros2.settings import (
     NODE_KEYS,
     NodeSettings,
+    check_choice,
     check_keys,
     locate_errors,
     nest_settings,
@@ -21,7 +21,7 @@ from cxbridge_ros2.settings import (
     to_list,
     typed_setting,
 )
-from cxbridge_ros2.skill_execution import SkillExecutionProtocol
+from cxbridge_ros2.skill_execution import PROTOCOL as SKILL_EXECUTION
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 SECTION: Final = "/ros2/performers"
 
 PROTOCOLS: Final[Mapping[str, HubProtocol]] = {
-    protocol.name: protocol for protocol in (PlanSys2Protocol(), SkillExecutionProtocol())
+    protocol.name: protocol for protocol in (PLANSYS2, SKILL_EXECUTION)
 }
 
 _KEYS: Final = ("protocol", "agent", "name", "actions", *NODE_KEYS)
@@ -57,24 +57,19 @@ def _parse_performer(
     subject: str, values: Mapping[str, Any], agents: Sequence[str], folder: Path
 ) -> PerformerSettings:
     check_keys(values, _KEYS, subject)
-    protocol_name = typed_setting(values, "protocol", "", subject)
-    if protocol_name not in PROTOCOLS:
-        hint = did_you_mean(protocol_name, PROTOCOLS, f"use one of: {', '.join(PROTOCOLS)}")
-        raise ConfigError(f"{subject} has the unknown protocol '{protocol_name}'", hint=hint)
-    protocol = PROTOCOLS[protocol_name]
+    protocol = typed_setting(values, "protocol", "", subject)
+    check_choice(protocol, PROTOCOLS, f"{subject} has the unknown protocol '{protocol}'")
     # the only agent of a skill board is the default
     agent = str(values.get("agent", agents[0] if len(agents) == 1 else ""))
-    if agent not in agents:
-        problem = f"serves the unknown agent '{agent}'" if agent else "must name an agent"
-        hint = did_you_mean(agent, agents, f"the skill board has: {', '.join(agents) or 'none'}")
-        raise ConfigError(f"{subject} {problem}", hint=hint)
+    problem = f"serves the unknown agent '{agent}'" if agent else "must name an agent"
+    check_choice(agent, agents, f"{subject} {problem}")
     actions = values.get("actions", [])
     if not isinstance(actions, Mapping):  # a list of names stands for actions without settings
         actions = {str(name): {} for name in to_list(actions)}
     if not actions:
         raise ConfigError(f"{subject} has no actions", hint="write actions: [move]")
     return PerformerSettings(
-        protocol=protocol,
+        protocol=PROTOCOLS[protocol],
         agent=agent,
         name=str(values.get("name", f"cxbridge_{agent}")),
         actions=tuple(ServedAction.parse(name, settings) for name, settings in actions.items()),

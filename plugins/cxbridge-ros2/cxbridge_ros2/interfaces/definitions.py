@@ -7,7 +7,7 @@ the names of fields, and upper case for constants.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 
 from cxbridge.interfaces.schema import ConstantSchema, EnumSchema, FieldSchema, InterfaceSchema
@@ -46,9 +46,9 @@ def make_ros_message_type(interface: str) -> str:
     return f"{PACKAGE}/msg/{_to_camel_case(interface)}"
 
 
-def generate_definitions(schema: InterfaceSchema) -> dict[str, str]:
-    """Return the text of the definition of an interface, by its type."""
-    return {make_ros_message_type(schema.name): _format_definition(schema)}
+def generate_definitions(schemas: Iterable[InterfaceSchema]) -> dict[str, str]:
+    """Return the texts of the definitions of interfaces, by message type."""
+    return {make_ros_message_type(schema.name): _format_definition(schema) for schema in schemas}
 
 
 def make_ros_field_names(fields: Sequence[FieldSchema]) -> dict[str, str]:

@@ -11,6 +11,7 @@ from cxbridge import __version__
 from cxbridge.file_access import write_file
 from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge_ros2.interfaces.definitions import ACTION_DEFINITIONS, PACKAGE, generate_definitions
+from cxbridge_ros2.names import parse_type
 
 _MANIFEST: Final = Template("""<?xml version="1.0"?>
 <package format="3">
@@ -45,13 +46,12 @@ ament_package()
 
 def write_package(schemas: Iterable[InterfaceSchema], folder: Path) -> Path:
     """Write the package into a folder, such as the ``src`` of a workspace; return the package's folder."""
-    texts = dict(ACTION_DEFINITIONS)
-    for schema in schemas:
-        texts.update(generate_definitions(schema))
-    files = {}
-    for type_name, text in texts.items():
-        _, kind, name = type_name.split("/")
-        files[f"{kind}/{name}.{kind}"] = text
+    texts = ACTION_DEFINITIONS | generate_definitions(schemas)
+    type_names = map(parse_type, texts)
+    files = {
+        f"{name.kind}/{name.name}.{name.kind}": text
+        for name, text in zip(type_names, texts.values(), strict=True)
+    }
     file_list = "\n".join(f'  "{file}"' for file in sorted(files))
     files["CMakeLists.txt"] = _BUILD_FILE.substitute(name=PACKAGE, files=file_list)
     numbers = [number for number in __version__.split(".") if number.isdecimal()]

@@ -11,12 +11,12 @@ from msgspec import Struct
 
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.errors import ConfigError
-from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.names import check_topic
-from cxbridge_ros2.qos import QosProfile, find_profile
+from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.settings import (
     NODE_KEYS,
     NodeSettings,
+    check_choice,
     check_keys,
     locate_errors,
     nest_settings,
@@ -82,13 +82,12 @@ def _parse_topic_settings(key: str, values_by_path: Mapping[str, Any], folder: P
     check_keys(values, _KEYS, subject)
     pattern = Pattern.parse(typed_setting(values, "interface", "", subject))
     direction = typed_setting(values, "direction", PUBLISH, subject)
-    if direction not in (PUBLISH, WRITE):
-        hint = did_you_mean(direction, (PUBLISH, WRITE), f"use {PUBLISH} or {WRITE}")
-        raise ConfigError(f"{subject} has the unknown direction '{direction}'", hint=hint)
-    topic, type_name = (
-        typed_setting(values, "topic", "", subject),
-        typed_setting(values, "type", "", subject),
+    check_choice(direction, (PUBLISH, WRITE), f"{subject} has the unknown direction '{direction}'")
+    topic, type_name, profile = (
+        typed_setting(values, key, default, subject)
+        for key, default in (("topic", ""), ("type", ""), ("qos", "default"))
     )
+    check_choice(profile, PROFILES, f"{subject}: there is no QoS profile '{profile}'")
     if _GLOB_CHARACTERS.search(f"{pattern.type_glob}{pattern.id_glob}") and (
         topic or type_name or direction == WRITE
     ):
@@ -114,6 +113,6 @@ def _parse_topic_settings(key: str, values_by_path: Mapping[str, Any], folder: P
         paths={str(name): str(path) for name, path in fields.items()},
         constants=constants,
         stamp_path=typed_setting(values, "stamp", "", subject),
-        qos=find_profile(typed_setting(values, "qos", "default", subject)),
+        qos=PROFILES[profile],
         node=NodeSettings.parse(values, folder, subject),
     )

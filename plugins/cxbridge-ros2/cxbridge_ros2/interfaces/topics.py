@@ -17,25 +17,27 @@ from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.events import Logger
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
 from cxbridge.rights import right_of_frame
-from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.interfaces.definitions import TIME_FIELD, make_ros_field_names, make_ros_message_type
 from cxbridge_ros2.interfaces.settings import WRITE, TopicSettings
 from cxbridge_ros2.messages import Message, find_value
 from cxbridge_ros2.names import parse_type
-from cxbridge_ros2.node import Node, Publisher
+from cxbridge_ros2.node import Node
+from cxbridge_ros2.settings import check_choice
 from cxbridge_ros2.stamps import us_to_stamp
 
 OWNER: Final = "ROS 2"  # the owner of the opened interfaces, as the blackboard lists it
 
 
-def make_default_topic(interface_type: str, interface_id: str) -> str:
-    """Return the default topic of an interface: ``/blackboard/TYPE/ID``.
+def _find_topic(settings: TopicSettings, interface_type: str, interface_id: str) -> tuple[str, str]:
+    """Return the topic of an interface, by default ``/blackboard/TYPE/ID``, and the message type.
 
     In the id, ``_`` replaces the characters that are invalid in ROS. A part of a name begins with a letter.
     """
     token = re.sub(r"[^A-Za-z0-9]+", "_", interface_id).strip("_")
-    return f"/blackboard/{interface_type}/{token if token[:1].isalpha() else f'id_{token}'}"
+    default_topic = f"/blackboard/{interface_type}/{token if token[:1].isalpha() else f'id_{token}'}"
+    topic = f"{settings.node.namespace}{settings.topic or default_topic}"
+    return topic, settings.type_name or make_ros_message_type(interface_type)
 
 
 def check_mapping(settings: TopicSettings, schema: InterfaceSchema, definitions: Definitions) -> None:
@@ -60,52 +62,39 @@ class PublishedInterfaces(Closing):
     def __init__(
         self, settings: TopicSettings, node: Node, board: BlackBoard, log: Logger, written_uids: set[str]
     ) -> None:
-        self._settings, self._node, self._log, self._written_uids = settings, node, log, written_uids
-        self._board = board
-        self._publish_functions: dict[str, Callable[[InterfaceChange], None]] = {}
-        self._publishers: list[Publisher] = []
+        self._settings, self._node, self._board, self._log = settings, node, board, log
+        self._publish_functions: dict[str, Callable[[InterfaceChange], None]] = dict.fromkeys(
+            written_uids, _ignore_change
+        )
         self._used_topics: set[str] = set()
-        self._failed_uids: set[str] = set()
         self._feed = Feed(board, OWNER)
-        try:
-            for instance in self._feed.follow(settings.pattern.type_glob, settings.pattern.id_glob):
-                self._publish_change(self._feed.read_state(instance))
-        except Exception:
-            self.close()
-            raise
+        self._feed.follow(settings.pattern.type_glob, settings.pattern.id_glob)
 
     def loop(self) -> None:
         while (change := self._feed.wait_for_change(Deadline(0))) is not None:
             self._publish_change(change)
         for instance in self._feed.instances:
-            # an interface without a write so far has no change, but its topic must exist
+            # an interface that existed before, or without a write so far, has no change
             if instance.uid not in self._publish_functions:
                 self._publish_change(self._feed.read_state(instance))
 
     def _publish_change(self, change: InterfaceChange) -> None:
-        if change.uid in self._written_uids or change.uid in self._failed_uids:
-            return
         try:
             publish = self._publish_functions.get(change.uid) or self._start_publishing(change.uid)
             if change.kind == "data" and change.time_us:  # an interface without a write has the time 0
                 publish(change)
         except CxbridgeError as error:
-            self._failed_uids.add(change.uid)
+            self._publish_functions[change.uid] = _ignore_change
             self._log.warn(f"{change.uid} is no longer published: {error.message}")
 
     def _start_publishing(self, uid: str) -> Callable[[InterfaceChange], None]:
         interface_type, _, interface_id = uid.partition("::")
         settings, schema = self._settings, self._board.registry.get(interface_type).SCHEMA
-        topic = (
-            f"{settings.node.namespace}{settings.topic or make_default_topic(interface_type, interface_id)}"
-        )
+        topic, message_type = _find_topic(settings, interface_type, interface_id)
         if topic in self._used_topics:
             raise ConfigError(f"another interface has the topic {topic}")
         self._used_topics.add(topic)
-        publisher = self._node.create_publisher(
-            topic, settings.type_name or make_ros_message_type(interface_type), settings.qos
-        )
-        self._publishers.append(publisher)
+        publisher = self._node.create_publisher(topic, message_type, settings.qos)
         paths = _find_message_paths(settings, schema)
         stamp_path = TIME_FIELD if settings.type_name is None else settings.stamp_path
 
@@ -123,9 +112,11 @@ class PublishedInterfaces(Closing):
         return publish
 
     def close(self) -> None:
-        for publisher in self._publishers:
-            publisher.close()
         self._feed.close()
+
+
+def _ignore_change(_change: InterfaceChange) -> None:
+    """Publish nothing: the interface is written from ROS, or could not be published."""
 
 
 class WrittenInterface(Closing):
@@ -138,22 +129,10 @@ class WrittenInterface(Closing):
         self._node = node
         interface_type, interface_id = settings.pattern.type_glob, settings.pattern.id_glob
         self._instance = board.open_for_writing(interface_type, interface_id, owner=OWNER)
-        schema = self._instance.SCHEMA
-        self._message_paths = _find_message_paths(settings, schema)
-        topic = (
-            f"{settings.node.namespace}{settings.topic or make_default_topic(interface_type, interface_id)}"
-        )
-        try:
-            self._close_subscription = node.subscribe(
-                topic,
-                settings.type_name or make_ros_message_type(interface_type),
-                self._write_message,
-                settings.qos,
-                right=right_of_frame("ros2-interfaces", WRITE),
-            )
-        except Exception:
-            self._instance.close()
-            raise
+        self._message_paths = _find_message_paths(settings, self._instance.SCHEMA)
+        topic, message_type = _find_topic(settings, interface_type, interface_id)
+        right = right_of_frame("ros2-interfaces", WRITE)
+        node.subscribe(topic, message_type, self._write_message, settings.qos, right=right)
 
     @property
     def uid(self) -> str:
@@ -170,7 +149,6 @@ class WrittenInterface(Closing):
             self._node.complain(f"write {self.uid}", f"{self.uid} was not written: {error.message}")
 
     def close(self) -> None:
-        self._close_subscription()
         self._instance.close()
 
 
@@ -183,11 +161,8 @@ def _find_message_paths(settings: TopicSettings, schema: InterfaceSchema) -> Map
         return make_ros_field_names(schema.fields)
     interface_fields = [field.name for field in schema.fields]
     for name in settings.paths:
-        if name not in interface_fields:
-            raise ConfigError(
-                f"the topic {settings.key}: {schema.name} has no field '{name}'",
-                hint=did_you_mean(name, interface_fields, f"it has: {', '.join(interface_fields)}"),
-            )
+        problem = f"the topic {settings.key}: {schema.name} has no field '{name}'"
+        check_choice(name, interface_fields, problem)
     return settings.paths
 
 

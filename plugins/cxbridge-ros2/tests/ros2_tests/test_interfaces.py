@@ -40,10 +40,7 @@ BATTERY = "/blackboard/BatteryInterface/Robot"
 
 
 def texts_of(*names: str) -> dict[str, str]:
-    registry, texts = InterfaceRegistry(), dict(ACTION_DEFINITIONS)
-    for name in names:
-        texts.update(generate_definitions(registry.schema(name)))
-    return texts
+    return ACTION_DEFINITIONS | generate_definitions(map(InterfaceRegistry().schema, names))
 
 
 @pytest.fixture

@@ -32,7 +32,7 @@ from cxbridge_ros2.interfaces.definitions import (
     make_ros_message_type,
 )
 from cxbridge_ros2.interfaces.definitions import EXEC_SKILL_TYPE as EXEC_SKILL_ACTION
-from cxbridge_ros2.plansys2 import PlanSys2Protocol
+from cxbridge_ros2.plansys2 import PROTOCOL
 from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.transports.dds import DdsNode
 from ros2_tests.conftest import poll_until
@@ -183,7 +183,7 @@ def _transforms(ask: Asking, topic: str) -> bool:
 
 
 def _word(ask: Asking) -> bool:
-    protocol = PlanSys2Protocol()
+    protocol = PROTOCOL
     said: list[int] = []
     end = ask.node.subscribe(protocol.topic, protocol.message_type, lambda each: said.append(each["type"]))
     word = HubMessage(MessageKind.REQUEST, "asks", ActionKey("wave", ("a",)))
@@ -242,7 +242,7 @@ def asking(folder: Path, domain: int, settings: str, endpoint: str) -> Iterator[
     file = folder / "daemon.yaml"
     file.write_text(text)
     texts = {**ACTION_DEFINITIONS, **TYPE_DEFINITIONS}
-    texts |= generate_definitions(InterfaceRegistry().schema("BatteryInterface"))
+    texts |= generate_definitions([InterfaceRegistry().schema("BatteryInterface")])
     types = Definitions(distribution="iron", environment={}, texts=texts)
     with (
         running(DaemonOptions(config=file)) as (daemon, lines, _),

@@ -90,7 +90,7 @@ class Bag:
     def __init__(
         self, path: Path, storage: StoragePlugin = StoragePlugin.MCAP, *, packed: bool = False
     ) -> None:
-        texts = generate_definitions(InterfaceRegistry().schema("BatteryInterface"))
+        texts = generate_definitions([InterfaceRegistry().schema("BatteryInterface")])
         packages = [Path(__file__).parent.parent / "packages"]
         self.definitions = Definitions(packages, environment={}, texts=texts)
         self.codec = Codec(self.definitions)

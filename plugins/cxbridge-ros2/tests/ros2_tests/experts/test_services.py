@@ -14,10 +14,9 @@ from cxbridge.executive.pddl import parse_formula
 from cxbridge_ros2.experts.answers import PROBLEM_SERVICES
 from cxbridge_ros2.experts.client import ExpertClient
 from cxbridge_ros2.experts.definitions import (
-    DOMAIN_SERVICE_TYPES,
     KNOWLEDGE_TOPIC,
-    PROBLEM_SERVICE_TYPES,
     SERVICE_TYPES,
+    SERVICES_BY_NODE,
     SINCE_JAZZY,
     UPDATE_TOPIC,
 )
@@ -152,8 +151,8 @@ def client(experts: ExpertClient) -> ExpertClient:
 
 
 def test_each_service_is_served_and_asked_here():
-    assert PROBLEM_SERVICE_TYPES.keys() == PROBLEM_SERVICES.keys()
-    assert DOMAIN_SERVICE_TYPES.keys() == DOMAIN_SERVICES.keys()
+    assert SERVICES_BY_NODE["problem"].keys() == PROBLEM_SERVICES.keys()
+    assert SERVICES_BY_NODE["domain"].keys() == DOMAIN_SERVICES.keys()
     asked = RIGHT.keys() | {name for name, _, _ in WRONG} | {"exist_problem_predicate"}
     assert WHOLE.keys() - asked == {"exist_problem_function"}
 
