@@ -129,12 +129,20 @@ class Lifecycle(Closing):
         self.state = state
         services: dict[str, tuple[str, Callable[[Message], Mapping[str, Any]]]] = {
             "change_state": ("ChangeState", self._change_state),
-            "get_state": ("GetState", self._get_state),
-            "get_available_states": ("GetAvailableStates", self._get_available_states),
-            "get_available_transitions": ("GetAvailableTransitions", self._get_available_transitions),
+            "get_state": ("GetState", lambda _request: {"current_state": self.state.message}),
+            "get_available_states": (
+                "GetAvailableStates",
+                lambda _request: {"available_states": [state.message for state in LifecycleState]},
+            ),
+            "get_available_transitions": (
+                "GetAvailableTransitions",
+                lambda _request: {
+                    "available_transitions": [*_describe_first_changes(self._available_transitions)]
+                },
+            ),
             "get_transition_graph": ("GetAvailableTransitions", self._get_transition_graph),
         }
-        self._close_functions = [
+        self._end_functions = [
             node.serve(
                 f"/{name}/{service}",
                 f"{_PACKAGE}/srv/{service_type}",
@@ -205,15 +213,6 @@ class Lifecycle(Closing):
         )
         return {"success": self.request_transition(requested_transition["label"] or next(names, ""))}
 
-    def _get_state(self, _request: Message) -> Mapping[str, Any]:
-        return {"current_state": self.state.message}
-
-    def _get_available_states(self, _request: Message) -> Mapping[str, Any]:
-        return {"available_states": [state.message for state in LifecycleState]}
-
-    def _get_available_transitions(self, _request: Message) -> Mapping[str, Any]:
-        return {"available_transitions": [*_describe_first_changes(self._available_transitions)]}
-
     def _get_transition_graph(self, _request: Message) -> Mapping[str, Any]:
         end_descriptions = (
             _make_description(
@@ -225,9 +224,8 @@ class Lifecycle(Closing):
         return {"available_transitions": [*_describe_first_changes(_TRANSITIONS), *end_descriptions]}
 
     def close(self) -> None:
-        for end_service in self._close_functions:
-            end_service()
-        self._event_publisher.close()
+        for close_endpoint in (*self._end_functions, self._event_publisher.close):
+            close_endpoint()
 
 
 def _find_end_states(

@@ -62,12 +62,20 @@ class Parameters(Closing):
     def __init__(self, node: Node, name: str, values: Mapping[str, ParameterValue], clock: Clock) -> None:
         self._values = {key: encode_value(value) for key, value in values.items()}
         handlers: dict[str, Callable[[Message], Mapping[str, Any]]] = {
-            "get_parameters": self._get_parameters,
-            "get_parameter_types": self._get_parameter_types,
+            "get_parameters": lambda request: self._describe_each(
+                request, "values", lambda name: self._values[name]
+            ),
+            "get_parameter_types": lambda request: self._describe_each(
+                request, "types", lambda name: self._values[name]["type"]
+            ),
             "set_parameters": lambda request: _refuse_each(request, _READ_ONLY),
             "set_parameters_atomically": lambda request: _refuse_all(request, _READ_ONLY),
             "list_parameters": self._list_parameters,
-            "describe_parameters": self._describe_parameters,
+            "describe_parameters": lambda request: self._describe_each(
+                request,
+                "descriptors",
+                lambda name: {"name": name, "type": self._values[name]["type"], "read_only": True},
+            ),
         }
         self._close_functions = [
             node.serve(
@@ -92,19 +100,6 @@ class Parameters(Closing):
         )
 
     # --- services -----------------------------------------------------------------------------------------
-
-    def _get_parameters(self, request: Message) -> Mapping[str, Any]:
-        return self._describe_each(request, "values", lambda name: self._values[name])
-
-    def _get_parameter_types(self, request: Message) -> Mapping[str, Any]:
-        return self._describe_each(request, "types", lambda name: self._values[name]["type"])
-
-    def _describe_parameters(self, request: Message) -> Mapping[str, Any]:
-        return self._describe_each(
-            request,
-            "descriptors",
-            lambda name: {"name": name, "type": self._values[name]["type"], "read_only": True},
-        )
 
     def _describe_each(
         self, request: Message, field: str, describe: Callable[[str], Any]

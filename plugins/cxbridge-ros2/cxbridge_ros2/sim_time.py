@@ -77,8 +77,7 @@ class SimTimeClock(Clock):
         return self._now_us
 
     def sleep_until(self, time_us: int, wake: threading.Event | None = None) -> None:
-        if self._thread is None:
-            self._start_following()
+        self.now_us()  # starts to follow, if the clock does not follow yet
         with self._time_changed:
             while self._now_us < time_us and not self._is_closed and (wake is None or not wake.is_set()):
                 self._time_changed.wait(_WAKE_CHECK_S)
@@ -98,10 +97,8 @@ class SimTimeClock(Clock):
         self._thread = threading.Thread(target=self._follow, args=(node,), name="clock of ROS 2", daemon=True)
         self._thread.start()
         atexit.register(self.close)
-        deadline = time.monotonic() + self._server_timeout_s
         with self._time_changed:
-            while not self._now_us and time.monotonic() < deadline:
-                self._time_changed.wait(_WAKE_CHECK_S)
+            self._time_changed.wait_for(lambda: self._now_us, self._server_timeout_s)
         if not self._now_us:
             self.close()
             raise Ros2Error(

@@ -91,21 +91,19 @@ class RosSkills(RosExecutor):
             skill = _read_skill(name, value, node_settings.namespace)
             ros_type = parse_type(skill.type_name, "action" if skill.is_action else "srv")
             response = ros_type.derive("Result" if skill.is_action else "Response")
-            try:
-                definitions.find_fields(response)
-            except Ros2Error as error:
-                yield _prefix_skill(name, error)
-                continue  # without the type, the paths in it cannot be checked
-            for message, path in (
+            paths = (
                 (ros_type.derive("Feedback"), skill.feedback_path),
                 (response, skill.success_path),
                 (response, skill.error_path),
-            ):
-                try:
+            )
+            try:
+                definitions.find_fields(response)
+                for message, path in paths:
                     if path:
                         definitions.check_path(message, path)
-                except Ros2Error as error:
-                    yield _prefix_skill(name, error)
+            except Ros2Error as error:
+                error.message = f"the skill {name}: {error.message}"
+                yield error
 
     def start(self) -> None:
         """Join the domain and make a client for each skill, so that a wrong type is an error at the start."""
@@ -192,24 +190,16 @@ class RosSkills(RosExecutor):
         reasons: list[str] = []
         number = client.call(request, responses.append, reasons.append)
         try:
-            while True:
+            while not responses:
+                yield None
                 self.poll()
                 if reasons:
                     raise SkillFailedError(f"{skill.name}: {reasons[0]}")
-                if responses:
-                    break
-                yield None
         finally:
             client.forget(number)  # a later response has no receiver
         if skill.success_path and find_value(responses[0], skill.success_path) is not True:
             reason = find_value(responses[0], skill.error_path)
             raise SkillFailedError(f"{skill.name}: {reason or f'{skill.success_path} is not true'}")
-
-
-def _prefix_skill(name: str, error: Ros2Error) -> Ros2Error:
-    """Put the name of a skill before the message of an error."""
-    error.message = f"the skill {name}: {error.message}"
-    return error
 
 
 def fill_template(value: Any, call: SkillCall, tables: Mapping[str, Mapping[str, Any]]) -> Any:

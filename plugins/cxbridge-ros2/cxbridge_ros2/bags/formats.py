@@ -5,7 +5,6 @@ A bag is a folder with a metadata.yaml and mcap or sqlite3 files. A file of a ba
 
 from __future__ import annotations
 
-import struct
 from pathlib import Path
 from typing import Final
 
@@ -16,7 +15,8 @@ METADATA_FILE: Final = "metadata.yaml"  # file whose presence makes a folder a b
 
 _READER: Final = "cxbridge_ros2.bags.reader:BagRun"
 _SQLITE_MAGIC: Final = b"SQLite format 3\0"
-_ROS2_PROFILE: Final = b"ros2"  # the profile in the header of an mcap file that rosbag2 has written
+# The profile in the header of an mcap file that rosbag2 has written: a text after its length.
+_ROS2_PROFILE: Final = b"\4\0\0\0ros2"
 # Offset of the profile: after the magic bytes, and the opcode and length of the first record.
 _PROFILE_OFFSET: Final = len(MAGIC) + 1 + 8
 
@@ -31,11 +31,7 @@ def _is_bag_file(path: Path, head: bytes) -> bool:
         return path.suffix == ".db3"
     if not head.startswith(MAGIC) or path.suffix != ".mcap":
         return False
-    try:
-        (size,) = struct.unpack_from("<I", head, _PROFILE_OFFSET)
-    except struct.error:
-        return False
-    return head[_PROFILE_OFFSET + 4 : _PROFILE_OFFSET + 4 + size] == _ROS2_PROFILE
+    return head[_PROFILE_OFFSET:].startswith(_ROS2_PROFILE)
 
 
 # The number gives the order of the formats' checks: the files before the folder, both before the formats that

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from rosbags.interfaces import Connection
-from rosbags.rosbag2 import Reader, ReaderError
+from rosbags.rosbag2 import Reader
 
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event
@@ -66,13 +66,11 @@ class BagRun(Run):
                     converters[topic, type_name] = converter
                 elif connection.msgcount:
                     omitted_counts[f"{topic} ({type_name})"] += connection.msgcount
-            for connection, time_ns, data in self._read_messages(
+            for connection, time_ns, message in self._read_messages(
                 bag, lambda connection: (connection.topic, connection.msgtype) in converters
             ):
-                message = self._decode(connection, time_ns, data)
-                if message is not None:
-                    converter = converters[connection.topic, connection.msgtype]
-                    yield from self._convert(converter, connection, message, time_ns)
+                converter = converters[connection.topic, connection.msgtype]
+                yield from self._convert(converter, connection, message, time_ns)
             if omitted_counts and not has_events:  # with events, the omitted messages only repeat them
                 counts = (f"{topic}: {count}" for topic, count in sorted(omitted_counts.items()))
                 self.note(f"left out: {', '.join(counts)}")
@@ -85,13 +83,6 @@ class BagRun(Run):
         except (KeyError, TypeError, ValueError) as error:
             type_name = connection.msgtype
             self.note(f"{connection.topic} at {time_ns} ns: not a message of the known {type_name}: {error}")
-
-    def _decode(self, connection: Connection, time_ns: int, data: bytes) -> Message | None:
-        try:
-            return self._codec.decode(parse_type(connection.msgtype), data)
-        except CxbridgeError as error:
-            self.note(f"{connection.topic} at {time_ns} ns: {error.message}")
-            return None
 
     def metadata(self) -> Mapping[str, str]:
         """Return the metadata of the run that the bag contains, with the ROS distribution."""
@@ -116,13 +107,9 @@ class BagRun(Run):
     def _parse_topic(self, topic: str, parse: Callable[[Message], ParsedT]) -> Iterator[ParsedT]:
         """Yield the parsed messages of a topic of cxbridge."""
         with self._open() as bag:
-            for connection, time_ns, data in self._read_messages(
-                bag, lambda connection: connection.topic == topic
-            ):
-                message = self._decode(connection, time_ns, data)
+            for _, time_ns, message in self._read_messages(bag, lambda connection: connection.topic == topic):
                 try:
-                    if message is not None:
-                        yield parse(message)
+                    yield parse(message)
                 except ValueError as error:
                     self.note(f"{topic} at {time_ns} ns: {error}")
 
@@ -138,8 +125,6 @@ class BagRun(Run):
             limit_unpacking()
             bag = Reader(self.path)
             bag.open()
-        except (ReaderError, OSError) as error:
-            raise TraceError(f"incomplete or damaged ROS 2 bag: {error}", file=self.path) from None
         except Exception as error:  # noqa: BLE001 - damaged files raise many kinds of errors in rosbags
             reason = f"{type(error).__name__}: {error}"
             raise TraceError(
@@ -152,21 +137,26 @@ class BagRun(Run):
 
     def _read_messages(
         self, bag: Reader, is_selected: Callable[[Connection], bool]
-    ) -> Iterator[tuple[Connection, int, bytes]]:
-        """Yield the messages of the selected connections, up to the first damage of the bag."""
+    ) -> Iterator[tuple[Connection, int, Message]]:
+        """Yield the messages of the selected connections with their times in nanoseconds.
+
+        Broken messages are left out, and the reader stops at the first damage of the bag.
+        """
         connections = [connection for connection in bag.connections if is_selected(connection)]
         if not connections:
             return  # rosbags takes an empty list for all connections
-        messages = bag.messages([*connections, *_find_differing_connections(bag, connections)])
-        while True:
-            try:
-                item = next(messages)
-            except StopIteration:
-                return
-            except Exception as error:  # noqa: BLE001 - damaged files raise many kinds of errors
-                self.note(f"damaged from here on: {type(error).__name__}: {error}")
-                return
-            yield item
+        try:
+            for connection, time_ns, data in bag.messages(
+                [*connections, *_find_differing_connections(bag, connections)]
+            ):
+                try:
+                    message = self._codec.decode(parse_type(connection.msgtype), data)
+                except CxbridgeError as error:
+                    self.note(f"{connection.topic} at {time_ns} ns: {error.message}")
+                else:
+                    yield connection, time_ns, message
+        except Exception as error:  # noqa: BLE001 - damaged files raise many kinds of errors
+            self.note(f"damaged from here on: {type(error).__name__}: {error}")
 
     def _load_type(self, connection: Connection) -> bool:
         """Load the type of a connection, from the bag if possible; return whether the type is known."""

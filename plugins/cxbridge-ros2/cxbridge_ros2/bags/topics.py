@@ -8,7 +8,6 @@ become interface writes.
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
@@ -19,7 +18,7 @@ from cxbridge.events import Event, InterfaceWrite, LogLine, SkillStatus
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import FieldSchema
 from cxbridge.trace.codec import dump_json, make_decoder
-from cxbridge.trace.formats.base import StoredFile
+from cxbridge.trace.formats.base import Attachment, StoredFile
 from cxbridge_ros2.actions import STATUS_TYPE, GoalStatus
 from cxbridge_ros2.frames import ROS_ID_PREFIX, TF_MESSAGE_TYPE, decode_transform
 from cxbridge_ros2.hub.protocol import MessageKind
@@ -186,13 +185,6 @@ class _EventKind(msgspec.Struct):
     kind: str
 
 
-class _EncodedFile(msgspec.Struct):
-    name: str
-    media_type: str
-    time_us: int
-    data: str
-
-
 def encode_record(record: Mapping[str, str]) -> Message:
     return {"data": dump_json(record)}
 
@@ -205,9 +197,8 @@ def decode_record(message: Message) -> Mapping[str, str]:
     return msgspec.json.decode(message["data"], type=dict[str, str])
 
 
-def encode_file(name: str, media_type: str, time_us: int, data: bytes) -> Message:
-    text = base64.b64encode(data).decode()
-    return {"data": msgspec.json.encode(_EncodedFile(name, media_type, time_us, text)).decode()}
+def encode_file(attachment: Attachment) -> Message:
+    return {"data": msgspec.json.encode(attachment).decode()}  # with the bytes of the file in Base64
 
 
 def decode_file(message: Message) -> StoredFile:
@@ -215,11 +206,8 @@ def decode_file(message: Message) -> StoredFile:
 
     :raises ValueError: if the message has no file.
     """
-    encoded_file = msgspec.json.decode(message["data"], type=_EncodedFile)
-    data = base64.b64decode(encoded_file.data, validate=True)
-    return StoredFile(
-        encoded_file.name, encoded_file.media_type, len(data), encoded_file.time_us, lambda: data
-    )
+    file = msgspec.json.decode(message["data"], type=Attachment)
+    return StoredFile(file.name, file.media_type, len(file.data), file.time_us, lambda: file.data)
 
 
 def _to_interface_value(field: FieldSchema, value: Any) -> Any:
@@ -243,8 +231,5 @@ def _flatten_fields(value: Any, path: str = "") -> dict[str, Any]:
 def _format_skill_string(name: str, values: Mapping[str, Any]) -> str:
     """Return a skill string, with long arguments cut."""
     arguments = ", ".join(f"{key}={msgspec.json.encode(value).decode()}" for key, value in values.items())
-    return (
-        f"{name}{{{arguments}}}"
-        if len(arguments) < _MAX_ARGUMENTS_LENGTH
-        else f"{name}{{{arguments[:_MAX_ARGUMENTS_LENGTH]}...}}"
-    )
+    ellipsis = "..." if len(arguments) > _MAX_ARGUMENTS_LENGTH else ""
+    return f"{name}{{{arguments[:_MAX_ARGUMENTS_LENGTH]}{ellipsis}}}"

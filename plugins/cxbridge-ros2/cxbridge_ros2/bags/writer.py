@@ -89,7 +89,7 @@ class BagWriter(RunWriter):
             FILES_TOPIC,
             TEXT_TYPE,
             attachment.time_us or self._last_us,  # an attachment without a time follows all events so far
-            encode_file(attachment.name, attachment.media_type, attachment.time_us, attachment.data),
+            encode_file(attachment),
         )
 
     def describe(self, metadata: Mapping[str, str]) -> None:

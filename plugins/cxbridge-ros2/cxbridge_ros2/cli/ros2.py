@@ -77,7 +77,7 @@ def terminal(
 
     Example: cxbridge ros2 terminal get problem predicates
     """
-    from cxbridge_ros2.cli.prompt import Prompt
+    from cxbridge_ros2.cli.prompt import run_terminal
 
     node_options: dict[str, object] = {
         "transport": transport,
@@ -88,5 +88,5 @@ def terminal(
         "distribution": distribution,
     }
     # without the unset options, for which the settings have defaults
-    with Prompt({name: value for name, value in node_options.items() if value not in ("", None)}) as prompt:
-        return prompt.run(" ".join(command) if command else None)
+    settings = {name: value for name, value in node_options.items() if value not in ("", None)}
+    return run_terminal(settings, " ".join(command) if command else None)

@@ -19,6 +19,8 @@ _POLL_TIMEOUT_S: Final = 0.05  # time limit of one poll, short so that Ctrl-C ta
 class ExpertRefusedError(Ros2Error):
     """An expert refused a request."""
 
+    exit_status = 1
+
 
 class ExpertClient:
     """A client of the experts and the planner.

@@ -94,7 +94,6 @@ class Discovery:
         }
         self._discovered_endpoints: dict[bool, dict[Any, DcpsEndpoint]] = {True: {}, False: {}}
         self._local_endpoints: list[LocalEndpoint] = []
-        self._incompatible_counts: dict[int, int] = {}
         self._participant_keys: set[Any] = set()
 
     def add(self, endpoint: LocalEndpoint) -> None:
@@ -106,7 +105,6 @@ class Discovery:
         self._local_endpoints = [
             local_endpoint for local_endpoint in self._local_endpoints if local_endpoint.entity is not entity
         ]
-        self._incompatible_counts.pop(id(entity), None)
 
     def update(self) -> None:
         """Read the changes since the last update, and complain about mismatches."""
@@ -163,9 +161,7 @@ class Discovery:
             if isinstance(entity, DataReader)
             else entity.get_offered_incompatible_qos_status()  # type: ignore[no-untyped-call]
         )
-        # DDS counts all mismatches so far, but only a new mismatch is a complaint
-        if status.total_count > self._incompatible_counts.get(id(entity), 0):
-            self._incompatible_counts[id(entity)] = status.total_count
+        if status.total_count_change:  # there are new mismatches since the last call
             policy = _POLICIES.get(status.last_policy_id, f"number {status.last_policy_id}")
             difference = (
                 "offers less than ours requests"

@@ -6,6 +6,7 @@ import os
 import threading
 from collections import Counter
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from typing import Final
 
 from cyclonedds.core import Entity
@@ -61,17 +62,15 @@ def enter_domain(number: int, reach: str) -> Callable[[], None]:
     if number not in _domains:
         _domains[number] = Domain(number, _make_local_configuration(reach))
     _node_counts[number] += 1
-    is_inside = True
+    stack = ExitStack()  # runs its callback at the first close only
+    stack.callback(_leave_domain, number)
+    return stack.close
 
-    def leave() -> None:
-        nonlocal is_inside
-        if is_inside:
-            is_inside = False
-            _node_counts[number] -= 1
-            if not _node_counts[number]:
-                delete_entity(_domains.pop(number))
 
-    return leave
+def _leave_domain(number: int) -> None:
+    _node_counts[number] -= 1
+    if not _node_counts[number]:
+        delete_entity(_domains.pop(number))
 
 
 def _make_local_configuration(reach: str) -> str:

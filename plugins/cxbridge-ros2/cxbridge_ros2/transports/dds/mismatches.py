@@ -14,23 +14,12 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.names import TypeName
 
 _DDS_TYPE: Final = re.compile(r"(\w+)::(msg|srv|action)::dds_::(\w+)_")
-# The suffix of a type that ROS derives from a service or an action.
-_DERIVED_SUFFIX: Final = re.compile(
-    r"(_(SendGoal|GetResult))?_(Request|Response)$|_(SendGoal|GetResult|FeedbackMessage)$"
-)
-
-
-def format_type(name: TypeName) -> str:
-    """Return the name of a message, or of the service or action from which a type is derived."""
-    return str(
-        name if name.kind == "msg" else TypeName(name.package, name.kind, _DERIVED_SUFFIX.sub("", name.name))
-    )
 
 
 def format_dds_type(dds_type: str) -> str:
-    """Return the ROS name of a DDS type; names of another form stay unchanged."""
+    """Return the ROS name of a DDS type's definition; names of another form stay unchanged."""
     match = _DDS_TYPE.fullmatch(dds_type)
-    return dds_type if match is None else format_type(TypeName(match[1], match[2], match[3]))
+    return dds_type if match is None else str(TypeName(match[1], match[2], match[3]).definition)
 
 
 def describe_mismatch(
@@ -44,7 +33,7 @@ def describe_mismatch(
     :param their_hash: its type hash; empty if unknown, since Humble has no hashes.
     :param our_hash: the type hash of our endpoint; may be empty.
     """
-    our_name = format_type(our_type)
+    our_name = our_type.definition
     if their_type != our_type.dds_name:
         return (
             f"{name}: another node's {peer} has the type {format_dds_type(their_type)}, ours has {our_name}"
@@ -71,4 +60,4 @@ def describe_missing_server(
     if name not in served_types:
         return did_you_mean(name, sorted(served_types))
     served_type = format_dds_type(served_types[name])
-    return "" if served_type == format_type(client_type) else f"it is served as {served_type}"
+    return "" if served_type == str(client_type.definition) else f"it is served as {served_type}"

@@ -167,21 +167,28 @@ class DdsNode(Node):
         request, response = type_name.derive("Request"), type_name.derive("Response")
         request_topic, qos = f"rq{check_topic(service)}Request", PROFILES["services_default"]
         writer = self._open_writer(request_topic, request, qos, user_data)
-        client = DdsClient(
-            writer,
-            partial(self._codec.encode, request),
-            lambda data: self._try_decode(service, partial(self._codec.decode, response, data)),
-            lambda: self._discovery.describe_missing_server(
-                request_topic, request, self._network_description
-            ),
+        reader = self._open_reader(
+            f"rr{service}Reply",
+            response,
+            qos,
+            lambda sample: client.handle_sample(sample),  # noqa: PLW0108 - the client is made below
+            user_data,
         )
-        reader = self._open_reader(f"rr{service}Reply", response, qos, client.handle_sample, user_data)
 
         def close_endpoints() -> None:
             self._close_reader(reader)
             self._close_writer(writer)
 
-        client.set_reader(reader.entity, close_endpoints)
+        client = DdsClient(
+            writer,
+            reader.entity,
+            partial(self._codec.encode, request),
+            lambda data: self._try_decode(service, partial(self._codec.decode, response, data)),
+            lambda: self._discovery.describe_missing_server(
+                request_topic, request, self._network_description
+            ),
+            close_endpoints,
+        )
         return client
 
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
@@ -189,14 +196,20 @@ class DdsNode(Node):
         request, response = type_name.derive("Request"), type_name.derive("Response")
         qos = PROFILES["services_default"]
         writer = self._open_writer(f"rr{check_topic(service)}Reply", response, qos, user_data)
+        reader = self._open_reader(
+            f"rq{service}Request",
+            request,
+            qos,
+            lambda sample: server.handle_sample(sample),  # noqa: PLW0108 - the server is made below
+            user_data,
+        )
         server = DdsServer(
             writer,
+            reader.entity,
             partial(self._codec.encode, response),
             lambda data: self._try_decode(service, partial(self._codec.decode, request, data)),
             handler,
         )
-        reader = self._open_reader(f"rq{service}Request", request, qos, server.handle_sample, user_data)
-        server.set_reader(reader.entity)
         self._servers.append(server)
 
         def end_service() -> None:
@@ -352,6 +365,5 @@ def _make_dds_type(type_name: TypeName) -> Any:
     return idl_struct
 
 
-def _serialize(sample: Any, *_arguments: object, **_options: object) -> bytes:
-    data: bytes = sample.cdr
-    return data
+def _serialize(sample: Any, *_arguments: object, **_options: object) -> Any:
+    return sample.cdr

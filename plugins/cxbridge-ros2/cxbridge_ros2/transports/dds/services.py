@@ -110,38 +110,31 @@ class DdsClient(Client):
     """A client of a service.
 
     :param writer: writes requests.
+    :param reader: receives responses, which its owner passes to :meth:`handle_sample`.
     :param encode: encodes a request.
     :param decode: decodes a response.
     :param describe_missing_server: returns why the service has no server.
+    :param close_endpoints: closes the reader and the writer.
     """
 
     def __init__(
         self,
         writer: DataWriter[Any],
+        reader: DataReader[Any],
         encode: Encode,
         decode: Decode,
         describe_missing_server: Callable[[], str],
+        close_endpoints: Callable[[], None],
     ) -> None:
         super().__init__()
         self._writer, self._encode, self._decode = writer, encode, decode
-        self._describe_missing_server = describe_missing_server
+        self._describe_missing_server, self._close_endpoints = describe_missing_server, close_endpoints
         self._request_readers = _EndpointOwners.of_readers("serviceid", writer)
         self._introduction = _Introduction(writer)
-        self._response_writers: _EndpointOwners | None = None
-        self._close_endpoints: Callable[[], None] = lambda: None
+        self._response_writers: _EndpointOwners | None = _EndpointOwners.of_writers("serviceid", reader)
         self._id = secrets.randbits(64)
         # the last time that a server had both its endpoints, or that no server had an endpoint
         self._last_paired_s = time.monotonic()
-
-    def set_reader(self, reader: DataReader[Any], close_endpoints: Callable[[], None]) -> None:
-        """Receive responses from a reader.
-
-        :param close_endpoints: closes the reader and the writer.
-        """
-        self._response_writers, self._close_endpoints = (
-            _EndpointOwners.of_writers("serviceid", reader),
-            close_endpoints,
-        )
 
     def call(
         self,
@@ -250,20 +243,23 @@ class DdsServer:
     """A server of a service.
 
     :param writer: writes responses.
+    :param reader: receives requests, which its owner passes to :meth:`handle_sample`.
     :param encode: encodes a response.
     :param decode: decodes a request.
     """
 
     def __init__(
-        self, writer: DataWriter[Any], encode: Encode, decode: Decode, handler: RequestHandler
+        self,
+        writer: DataWriter[Any],
+        reader: DataReader[Any],
+        encode: Encode,
+        decode: Decode,
+        handler: RequestHandler,
     ) -> None:
         self._writer, self._encode, self._decode, self._handler = writer, encode, decode, handler
         self._response_readers = _EndpointOwners.of_readers("clientid", writer)
-        self._request_writers: _EndpointOwners | None = None
+        self._request_writers: _EndpointOwners | None = _EndpointOwners.of_writers("clientid", reader)
         self._unsent_responses: list[_UnsentResponse] = []
-
-    def set_reader(self, reader: DataReader[Any]) -> None:
-        self._request_writers = _EndpointOwners.of_writers("clientid", reader)
 
     def close(self) -> None:
         """Drop all pending and later responses."""

@@ -46,8 +46,7 @@ class JsonCodec:
             return self.from_json(parse_type(details), value)
         if kind == Nodetype.BASE:
             return to_base_type(details[0], value)
-        element = details[0]
-        element_kind, element_details = element
+        element_kind, element_details = element = details[0]
         if element_kind == Nodetype.BASE and element_details[0] in BYTE_TYPES:
             return _decode_bytes(value)
         return [self._read_value(element, item) for item in value] if isinstance(value, list) else []
@@ -63,10 +62,8 @@ def to_base_type(field_type: str, value: Any) -> Any:
 
 
 def _decode_bytes(value: Any) -> bytes:
-    """Return the bytes in Base64."""
-    if isinstance(value, str):
-        try:
-            return base64.b64decode(value)
-        except ValueError:
-            return b""
-    return b""
+    """Return the bytes in Base64. A missing or mistyped value becomes empty."""
+    try:
+        return base64.b64decode(value if isinstance(value, str) else "")
+    except ValueError:
+        return b""
