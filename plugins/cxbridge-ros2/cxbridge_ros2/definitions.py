@@ -65,6 +65,7 @@ class Definitions:
     :param distribution: the distribution of the well-known types.
     :param environment: the environment with ``AMENT_PREFIX_PATH``; by default that of the process.
     :param texts: further definitions by type, with less priority than files.
+    :ivar store: the type store of rosbags.
     :ivar has_type_hashes: whether types have hashes and services have events, as since ROS 2 Iron.
     :raises Ros2Error: if a folder or the distribution does not exist.
     """
@@ -82,9 +83,9 @@ class Definitions:
             raise Ros2Error(
                 f"unknown ROS distribution '{distribution}'", hint=did_you_mean(distribution, DISTRIBUTIONS)
             )
-        self._store: Any = get_typestore(store)
-        for name, (constants, fields) in self._store.fielddefs.items():
-            self._store.fielddefs[name] = (constants, _replace_char_fields(fields))
+        self.store: Any = get_typestore(store)
+        for name, (constants, fields) in self.store.fielddefs.items():
+            self.store.fielddefs[name] = (constants, _replace_char_fields(fields))
         self._definition_files: dict[str, Path] = {}
         prefixes = (os.environ if environment is None else environment).get("AMENT_PREFIX_PATH", "")
         sourced_folders = [Path(prefix) / "share" for prefix in prefixes.split(os.pathsep) if prefix]
@@ -95,17 +96,17 @@ class Definitions:
         ):
             self._definition_files.update(_find_definition_files(folder))
         for name in self._definition_files:  # files override well-known types, which may differ
-            self._store.fielddefs.pop(name, None)
-            self._store.types.pop(name, None)
+            self.store.fielddefs.pop(name, None)
+            self.store.types.pop(name, None)
         self._loaded_names: set[str] = set()
-        self.has_type_hashes = str(_EVENT_INFO_TYPE) in {*self._store.fielddefs, *self._definition_files}
+        self.has_type_hashes = str(_EVENT_INFO_TYPE) in {*self.store.fielddefs, *self._definition_files}
         self._defaults = dict(_WELL_KNOWN_DEFAULTS)
 
     # --- known types --------------------------------------------------------------------------------------
 
     def find_names(self) -> list[str]:
         """Return the names of all known types and of all types with a definition."""
-        loaded_names = (str(parse_type(name).definition) for name in self._store.fielddefs)
+        loaded_names = (str(parse_type(name).definition) for name in self.store.fielddefs)
         return sorted({*loaded_names, *self._definition_files, *self._definition_texts})
 
     def find_fields(self, name: TypeName) -> Sequence[tuple[str, FieldType]]:
@@ -114,7 +115,7 @@ class Definitions:
         :raises Ros2Error: if the type is unknown, or its file is broken.
         """
         self._load(name)
-        fields: Fields = self._store.fielddefs[str(name)][1]
+        fields: Fields = self.store.fielddefs[str(name)][1]
         return fields
 
     def check_path(self, name: TypeName, path: str) -> None:
@@ -145,26 +146,21 @@ class Definitions:
         :param name: a message, a service, an action, or a message derived from these.
         """
         self._load(name)
-        return str(self._store.hash_rihs01(str(name)))
-
-    @property
-    def store(self) -> Any:
-        """The type store of rosbags."""
-        return self._store
+        return str(self.store.hash_rihs01(str(name)))
 
     def add_definition(self, name: str, text: str) -> None:
         """Add the text of a definition and of its nested types, as in recordings; known types stay unchanged.
 
         :raises Ros2Error: if the text is not a definition.
         """
-        if name in self._store.fielddefs:
+        if name in self.store.fielddefs:
             return
         new_types: dict[str, tuple[list[Any], Fields]] = {
             message_name: ([], fields)
             for message_name, fields in _parse_messages(text, name).items()
-            if message_name not in self._store.fielddefs
+            if message_name not in self.store.fielddefs
         }
-        self._store.register(new_types)
+        self.store.register(new_types)
         self._loaded_names.update(new_types)
 
     # --- loading ------------------------------------------------------------------------------------------
@@ -174,12 +170,12 @@ class Definitions:
         # loading a service or an action loads all its messages
         if not self._loaded_names.isdisjoint((str(name), str(name.definition))):
             return
-        if str(name) in self._store.fielddefs:  # a well-known type
+        if str(name) in self.store.fielddefs:  # a well-known type
             self._loaded_names.add(str(name))
-            self._load_nested(self._store.fielddefs[str(name)][1])
+            self._load_nested(self.store.fielddefs[str(name)][1])
         else:
             self._register(name.definition)
-        if str(name) not in self._store.fielddefs:
+        if str(name) not in self.store.fielddefs:
             raise self._make_unknown_type_error(name)
 
     def _register(self, name: TypeName) -> None:
@@ -188,7 +184,7 @@ class Definitions:
         # marked before the nested types are loaded, since a broken type may contain itself
         self._loaded_names.add(str(name))
         try:
-            self._store.register({message: ([], fields) for message, fields in messages.items()})
+            self.store.register({message: ([], fields) for message, fields in messages.items()})
         except TypesysError as error:
             raise Ros2Error(f"{name}: {error}", file=self._definition_files.get(str(name))) from None
         for fields in messages.values():

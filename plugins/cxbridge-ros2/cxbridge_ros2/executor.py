@@ -6,7 +6,7 @@ import math
 from collections.abc import Generator
 from contextlib import closing
 from dataclasses import replace
-from typing import Any, ClassVar, Final, TypeVar
+from typing import Any, ClassVar, Final, TypeVar, cast
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ConfigError
@@ -69,8 +69,7 @@ class RosExecutor(SkillExecutor):
                 try:
                     yield next(steps)
                 except StopIteration as end:
-                    value: ValueT = end.value
-                    return value
+                    return cast("ValueT", end.value)
         raise SkillFailedError(f"{name} has not ended within {seconds:g} s")
 
 

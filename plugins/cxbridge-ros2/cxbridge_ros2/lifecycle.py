@@ -157,12 +157,10 @@ class Lifecycle(Closing):
 
     def request_transition(self, name: str) -> bool:
         """Carry out a transition like a client's request; return whether it has succeeded."""
-        transition = next(
-            (transition for transition in self._available_transitions if transition.name == name), None
-        )
-        if transition is None:
+        transitions = {transition.name: transition for transition in self._available_transitions}
+        if name not in transitions:
             return False
-        self._enter_state(transition.number, name, transition.transition_state)
+        self._enter_state(transitions[name].number, name, transitions[name].transition_state)
         outcome = self._call_callback(name)
         self._end_transition(outcome)
         if outcome is TransitionOutcome.ERROR:

@@ -10,8 +10,9 @@ from __future__ import annotations
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
+from functools import partial
 from itertools import count
-from typing import Any
+from typing import Any, Final
 
 from msgspec import Struct
 
@@ -47,9 +48,8 @@ class Ros2Warning(UserWarning):
     """A problem of another node."""
 
 
-def _warn(text: str) -> None:
-    # level 1 is this function, 2 Complaints.add, 3 Node.complain, 4 its caller
-    warnings.warn(text, Ros2Warning, stacklevel=4)
+# Level 1 of the stack is Complaints.add, 2 is Node.complain, 3 is the caller of Node.complain.
+_warn: Final = partial(warnings.warn, category=Ros2Warning, stacklevel=3)
 
 
 class Publisher(Struct, frozen=True, eq=False):

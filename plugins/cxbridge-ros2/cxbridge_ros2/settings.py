@@ -149,6 +149,11 @@ def to_list(value: Any) -> list[Any]:
     return value if isinstance(value, list) else [value]
 
 
+def settings_by_name(value: Any) -> Mapping[str, Any]:
+    """Return a setting that is a mapping of settings by name, or a list of names without settings."""
+    return value if isinstance(value, Mapping) else {str(name): {} for name in to_list(value)}
+
+
 def typed_setting(settings: Mapping[str, Any], name: str, default: SettingT, subject: str) -> SettingT:
     """Return a setting of the same type as its default.
 

@@ -5,7 +5,6 @@ The prompt carries out a single command from the command line, the lines of a pi
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -33,7 +32,9 @@ def run_terminal(settings: Mapping[str, Any], command: str | None) -> int:
     """
     node_settings, worst_status = NodeSettings.parse(settings, Path(), "the terminal"), 0
     definitions = node_settings.load_definitions(TYPE_DEFINITIONS)
-    with node_settings.join("cxbridge_terminal", definitions, _print_problem, ALL_RIGHTS) as node:
+    with node_settings.join(
+        "cxbridge_terminal", definitions, lambda text: complain(CxbridgeError(text)), ALL_RIGHTS
+    ) as node:
         terminal = Terminal(
             ExpertClient(node, RealClock(), node_settings.namespace), NodeCodec(node_settings.distribution)
         )
@@ -49,17 +50,12 @@ def run_terminal(settings: Mapping[str, Any], command: str | None) -> int:
     return worst_status
 
 
-def _print_problem(text: str) -> None:
-    complain(CxbridgeError(text))
-
-
 def _read_lines() -> Iterator[str]:
     """Yield typed lines after a prompt, or the lines of a pipe."""
-    if sys.stdin is not None and sys.stdin.isatty():
+    lines = CommandLines()
+    if lines.is_terminal:
         with suppress(EOFError):
             while True:
                 yield input(_PROMPT)
-        return
-    lines = CommandLines()
-    while (line := lines.next(lambda: False)) is not None:  # no wait ends before the next line
-        yield line
+    else:
+        yield from iter(lambda: lines.next(lambda: False), None)  # no wait ends before the next line

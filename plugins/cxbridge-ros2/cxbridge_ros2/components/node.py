@@ -42,10 +42,14 @@ class Ros2NodeComponent(Component):
         self._daemon = daemon
         values, settings = read_node_section(daemon.config, _SECTION, _KEYS, daemon.paths.confdir, _SUBJECT)
         with locate_errors(daemon.config, _SECTION):
-            name, min_level = _parse_name_and_level(values)
+            level = typed_setting(values, "log", "info", _SUBJECT)
+            check_choice(level, _LEVELS, f"unknown log level '{level}'")
+            name = typed_setting(values, "name", "cxbridge", _SUBJECT)
+            if not name.isidentifier():
+                raise ConfigError(f"'{name}' is not a valid node name", hint="use letters, digits and _")
         log = daemon.bus.logger("Ros2Node")
         self._node = node = settings.join(name, settings.load_definitions(), log.warn, daemon.rights)
-        self._rosout = RosoutPublisher(node, name, min_level)
+        self._rosout = RosoutPublisher(node, name, _LEVELS[level])
         daemon.bus.subscribe(self._rosout, *RosoutPublisher.event_types)
         callbacks = {
             DEACTIVATE: lambda: self._run_command("pause"),
@@ -88,12 +92,3 @@ class Ros2NodeComponent(Component):
     def close(self) -> None:
         self._daemon.bus.unsubscribe(self._rosout)
         self._node.close()
-
-
-def _parse_name_and_level(values: Mapping[str, Any]) -> tuple[str, Level]:
-    level = typed_setting(values, "log", "info", _SUBJECT)
-    check_choice(level, _LEVELS, f"unknown log level '{level}'")
-    name = typed_setting(values, "name", "cxbridge", _SUBJECT)
-    if not name.isidentifier():
-        raise ConfigError(f"'{name}' is not a valid node name", hint="use letters, digits and _")
-    return name, _LEVELS[level]

@@ -11,7 +11,6 @@ from cxbridge.run.components.component import Component
 from cxbridge.skiller.board.service import LocalSkillCalls
 from cxbridge_ros2.hub.performer import HubPerformer, PerformerSettings
 from cxbridge_ros2.hub.settings import read_performer_settings
-from cxbridge_ros2.node import Node
 
 
 class Ros2Performers(Component):
@@ -22,7 +21,6 @@ class Ros2Performers(Component):
 
     def __init__(self, context: Run) -> None:
         self._context = context
-        self._nodes: list[Node] = []
         self._performers: list[HubPerformer] = []
         agents = () if context.skill_board is None else context.skill_board.agents
         names = [agent.name for agent in agents]
@@ -31,15 +29,13 @@ class Ros2Performers(Component):
             for key, settings in performers.items():
                 self._add_performer(key, settings)
         except Exception:
-            self.close()  # the nodes that have joined leave the domain
+            self.close()  # the nodes of the other performers leave the domain
             raise
 
     def _add_performer(self, key: str, settings: PerformerSettings) -> None:
         context = self._context
         log = context.bus.logger(f"performer {key}")
-        node = settings.node.join(settings.name, settings.node.load_definitions(), log.warn, context.rights)
-        self._nodes.append(node)
-        performer = HubPerformer(settings, self._find_skill_calls, node, context.clock, log)
+        performer = HubPerformer(settings, self._find_skill_calls, context.rights, context.clock, log)
         self._performers.append(performer)
 
     def _find_skill_calls(self) -> LocalSkillCalls | None:
@@ -61,8 +57,5 @@ class Ros2Performers(Component):
         return not self.running
 
     def close(self) -> None:
-        # the performers first, since they report the end of their skills over the nodes
         for performer in self._performers:
             performer.close()
-        for node in self._nodes:
-            node.close()

@@ -47,11 +47,13 @@ class Ros2Transforms(Component):
             f"cxbridge_tf_{context.name}", settings.load_definitions(), self._log.warn, context.rights
         )
         for topic, profile, static in _TOPICS:
-            receive, right = (
+            node.subscribe(
+                topic,
+                TF_MESSAGE_TYPE,
                 partial(self._receive_transforms, static=static),
-                right_of_frame("ros2-tf", topic),
+                PROFILES[profile],
+                right=right_of_frame("ros2-tf", topic),
             )
-            node.subscribe(topic, TF_MESSAGE_TYPE, receive, PROFILES[profile], right=right)
         self._frame_publisher = FramePublisher(node, context.board) if is_publishing else None
 
     def loop(self) -> None:

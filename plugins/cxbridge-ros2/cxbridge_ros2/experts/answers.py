@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, Final
 
 from msgspec import Struct
@@ -78,32 +79,27 @@ def _get_instance(expert: ProblemExpert, _codec: NodeCodec, request: Message) ->
     return {"instance": make_param(name, type_name)}
 
 
-def _get_predicate(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
-    ground = _parse_ground(request["expression"])
-    if ground not in expert.knowledge.predicates:
-        raise Ros2Error(f"{format_ground(ground)} is not true")
-    return {"node": make_ground_node(TreeNodeKind.PREDICATE, ground, expert.instances)}
+def _get_ground(
+    expert: ProblemExpert, _codec: NodeCodec, request: Message, *, kind: TreeNodeKind
+) -> Mapping[str, Any]:
+    values, ground = _find_values(expert, kind), _parse_ground(request["expression"])
+    if ground not in values:
+        problem = "has no value" if kind is TreeNodeKind.FUNCTION else "is not true"
+        raise Ros2Error(f"{format_ground(ground)} {problem}")
+    return {"node": make_ground_node(kind, ground, expert.instances, values[ground])}
 
 
-def _get_predicates(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
-    types, predicates = expert.instances, expert.knowledge.predicates
-    return {"states": [make_ground_node(TreeNodeKind.PREDICATE, ground, types) for ground in predicates]}
+def _get_grounds(
+    expert: ProblemExpert, _codec: NodeCodec, _request: Message, *, kind: TreeNodeKind
+) -> Mapping[str, Any]:
+    types, values = expert.instances, _find_values(expert, kind)
+    return {"states": [make_ground_node(kind, ground, types, value) for ground, value in values.items()]}
 
 
-def _get_function(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
-    functions, ground = expert.knowledge.functions, _parse_ground(request["expression"])
-    if ground not in functions:
-        raise Ros2Error(f"{format_ground(ground)} has no value")
-    return {"node": make_ground_node(TreeNodeKind.FUNCTION, ground, expert.instances, functions[ground])}
-
-
-def _get_functions(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
-    types, functions = expert.instances, expert.knowledge.functions.items()
-    return {
-        "states": [
-            make_ground_node(TreeNodeKind.FUNCTION, ground, types, value) for ground, value in functions
-        ]
-    }
+def _find_values(expert: ProblemExpert, kind: TreeNodeKind) -> Mapping[Ground, float]:
+    """Return the values of the functions; for predicates, the true predicates with the value 0."""
+    is_function, knowledge = kind is TreeNodeKind.FUNCTION, expert.knowledge
+    return knowledge.functions if is_function else dict.fromkeys(knowledge.predicates, 0.0)
 
 
 def _parse_ground(text: str) -> Ground:
@@ -158,10 +154,16 @@ PROBLEM_SERVICES: Final[Mapping[str, ExpertService]] = {
             "instances": [make_param(*pair) for pair in expert.instances.items()]
         }
     ),
-    "/problem_expert/get_problem_predicate": ExpertService(_get_predicate, "Predicate not found"),
-    "/problem_expert/get_problem_predicates": ExpertService(_get_predicates),
-    "/problem_expert/get_problem_function": ExpertService(_get_function, "Function not found"),
-    "/problem_expert/get_problem_functions": ExpertService(_get_functions),
+    "/problem_expert/get_problem_predicate": ExpertService(
+        partial(_get_ground, kind=TreeNodeKind.PREDICATE), "Predicate not found"
+    ),
+    "/problem_expert/get_problem_predicates": ExpertService(
+        partial(_get_grounds, kind=TreeNodeKind.PREDICATE)
+    ),
+    "/problem_expert/get_problem_function": ExpertService(
+        partial(_get_ground, kind=TreeNodeKind.FUNCTION), "Function not found"
+    ),
+    "/problem_expert/get_problem_functions": ExpertService(partial(_get_grounds, kind=TreeNodeKind.FUNCTION)),
     "/problem_expert/is_problem_goal_satisfied": ExpertService(
         # a tree without nodes stands for an empty conjunction, which is true
         lambda expert, codec, request: {

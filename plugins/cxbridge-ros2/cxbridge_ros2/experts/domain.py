@@ -37,8 +37,8 @@ _TIMED_FIELDS: Final = {
 
 
 def _get_types(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
-    names = dict.fromkeys(names_of(expert.domain.types))
-    return {"types": [name for name in names if name != ROOT_TYPE]}
+    # a type with several supertypes is declared several times
+    return {"types": [name for name in dict.fromkeys(names_of(expert.domain.types)) if name != ROOT_TYPE]}
 
 
 def _get_constants(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:

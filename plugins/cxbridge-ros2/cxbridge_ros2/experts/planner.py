@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import cached_property
 from typing import Any, Final
 
 from cxbridge.closing import Closing
@@ -26,8 +27,6 @@ class PlanServer(Closing):
 
     def __init__(self, make_planner: Callable[[], Any]) -> None:
         self._make_planner = make_planner
-        self._planner: Any = None
-        self._service: Any = None
         self._calls: list[tuple[Any, SendResponse]] = []
 
     def start_planning(self, request: Message, reply: SendResponse) -> None:
@@ -35,13 +34,17 @@ class PlanServer(Closing):
         try:
             domain = parse_domain(request["domain"])
             problem = parse_problem(request["problem"], domain)
-            if self._service is None:
-                self._planner = self._make_planner()
-                self._service = self._planner.make_service("")
+            self._calls.append((self._service.call(self._planner.make_request(domain, problem)), reply))
         except CxbridgeError as error:
             reply({"success": False, "error_info": f"{_NOT_FOUND}: {error}"})
-        else:
-            self._calls.append((self._service.call(self._planner.make_request(domain, problem)), reply))
+
+    @cached_property
+    def _planner(self) -> Any:
+        return self._make_planner()
+
+    @cached_property
+    def _service(self) -> Any:
+        return self._planner.make_service("")
 
     def validate_domain(self, request: Message, reply: SendResponse) -> None:
         """Respond whether a text is a valid domain."""
@@ -67,7 +70,8 @@ class PlanServer(Closing):
 
     def close(self) -> None:
         """Cancel all planning."""
-        if self._service is not None:
+        # a look into __dict__, since access to the property would make a service
+        if "_service" in self.__dict__:
             self._service.close()
 
 

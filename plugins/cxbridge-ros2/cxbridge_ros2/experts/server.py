@@ -127,8 +127,7 @@ class ExpertServer(Closing):
         with env.lock:
             response = make_response(service, self._feature.make_expert(env), self._codec, request)
         if service.changes_problem:
-            outcome = "done" if response["success"] else response["error_info"]
-            self._log.info(f"{name}: {outcome}")
+            self._log.info(f"{name}: {'done' if response['success'] else response['error_info']}")
         reply(response)
 
     def loop(self) -> None:

@@ -29,7 +29,7 @@ from cxbridge_ros2.hub.protocol import (
     MessageKind,
     PerformerState,
 )
-from cxbridge_ros2.settings import check_keys, nest_settings, to_list
+from cxbridge_ros2.settings import check_keys, nest_settings, settings_by_name, to_list
 from cxbridge_ros2.skills import fill_template
 
 REQUEST_PERIOD_S: Final = 1.0  # time until a REQUEST without a RESPONSE is repeated, as in PlanSys2
@@ -297,6 +297,4 @@ class HubSkills(RosExecutor):
 
 
 def _read_skills(settings: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the settings of each skill; a list names skills without settings."""
-    skills = settings.get("skills", {})
-    return skills if isinstance(skills, Mapping) else {str(name): {} for name in to_list(skills)}
+    return settings_by_name(settings.get("skills", []))

@@ -7,7 +7,7 @@ from typing import Final
 
 from cxbridge.rights import Right, right_of_frame
 from cxbridge_ros2.hub.protocol import Heartbeat, HubMessage, HubProtocol
-from cxbridge_ros2.node import Node, Publisher
+from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import QosProfile
 
 _HUB_QOS: Final = QosProfile(depth=100)  # the profile of PlanSys2 and of ros2-clips-executive
@@ -31,11 +31,9 @@ class Hub:
         on_heartbeat: Callable[[Heartbeat], None] | None = None,
     ) -> None:
         self._protocol = protocol
-        self._node = node
-        topic = f"{namespace}{protocol.topic}"
-        self._heartbeat_topic = f"{namespace}{protocol.heartbeat_topic}"
-        self._heartbeat_publisher: Publisher | None = None
+        topic, heartbeat_topic = f"{namespace}{protocol.topic}", f"{namespace}{protocol.heartbeat_topic}"
         self._message_publisher = node.create_publisher(topic, protocol.message_type, _HUB_QOS)
+        self._heartbeat_publisher = node.create_publisher(heartbeat_topic, protocol.heartbeat_type, _HUB_QOS)
         node.subscribe(
             topic,
             protocol.message_type,
@@ -45,7 +43,7 @@ class Hub:
         )
         if on_heartbeat is not None:
             node.subscribe(
-                self._heartbeat_topic,
+                heartbeat_topic,
                 protocol.heartbeat_type,
                 lambda fields: on_heartbeat(protocol.decode_heartbeat(fields)),
                 _HUB_QOS,
@@ -60,8 +58,4 @@ class Hub:
 
         :param now_us: microseconds since the epoch.
         """
-        if self._heartbeat_publisher is None:  # made here, since only performers publish heartbeats
-            self._heartbeat_publisher = self._node.create_publisher(
-                self._heartbeat_topic, self._protocol.heartbeat_type, _HUB_QOS
-            )
         self._heartbeat_publisher.publish(self._protocol.encode_heartbeat(heartbeat, now_us))

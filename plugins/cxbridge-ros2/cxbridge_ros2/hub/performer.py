@@ -19,7 +19,7 @@ from cxbridge.closing import Closing
 from cxbridge.errors import ConfigError, CxbridgeError, SkillError
 from cxbridge.events import Logger
 from cxbridge.history.exchange import MAPPED_ACTION
-from cxbridge.rights import right_of_frame
+from cxbridge.rights import Rights, right_of_frame
 from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.protocol import ExecutorState, MasterState, SkillCall
 from cxbridge.skiller.board.service import LocalSkillCalls, parse_calls
@@ -34,7 +34,6 @@ from cxbridge_ros2.hub.protocol import (
     MessageKind,
     PerformerState,
 )
-from cxbridge_ros2.node import Node
 from cxbridge_ros2.settings import NodeSettings, check_keys, to_list
 
 # Seconds from a RESPONSE to its CONFIRM or REJECT, after which the reserved executor is free again.
@@ -133,17 +132,18 @@ class _Job(Struct, eq=False):
 
 
 class HubPerformer(Closing):
-    """Performs the configured actions on a hub.
+    """Performs the configured actions on a hub, as a node.
 
     :param find_skill_calls: returns the calls to the skill board, or None without a skill board.
-    :param node: a node that :meth:`loop` polls, and the caller closes.
+    :param rights: the rights of other nodes.
+    :raises Ros2Error: if the domain cannot be joined.
     """
 
     def __init__(
         self,
         settings: PerformerSettings,
         find_skill_calls: Callable[[], LocalSkillCalls | None],
-        node: Node,
+        rights: Rights,
         clock: Clock,
         log: Logger,
     ) -> None:
@@ -152,12 +152,14 @@ class HubPerformer(Closing):
         # node names of performers: one per action, as in PlanSys2, since callers confirm a node for an action
         self._nodes = {re.sub(r"\W", "_", f"{settings.name}_{action}"): action for action in self._actions}
         self._agent = settings.agent
-        self._find_skill_calls, self._node, self._clock, self._log = find_skill_calls, node, clock, log
+        self._find_skill_calls, self._clock, self._log = find_skill_calls, clock, log
         # REQUESTs without a RESPONSE, each with the time until which a RESPONSE is useful
         self._pending_requests: dict[ActionKey, tuple[HubMessage, int]] = {}
         self._jobs: dict[ActionKey, _Job] = {}
         self._next_heartbeat_us = 0
-        self._hub = Hub(node, settings.protocol, settings.node.namespace, self._handle_message)
+        node_settings = settings.node
+        self._node = node_settings.join(settings.name, node_settings.load_definitions(), log.warn, rights)
+        self._hub = Hub(self._node, settings.protocol, node_settings.namespace, self._handle_message)
 
     @property
     def has_running_skills(self) -> bool:
@@ -188,12 +190,13 @@ class HubPerformer(Closing):
                 )
 
     def close(self) -> None:
-        """Stop all executions, and report their end."""
+        """Stop all executions, report their end, and leave the domain."""
         jobs, self._jobs = self._jobs, {}  # emptied first, so that stopped skills send no messages
         for job in jobs.values():
             if job.master is not None:
                 self._stop_skill(job.master)
                 self._publish_finish(job, success=False, status=f"the performer {job.node} was shut down")
+        self._node.close()
 
     # --- messages of other nodes
 

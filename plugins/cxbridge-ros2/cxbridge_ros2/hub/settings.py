@@ -18,7 +18,7 @@ from cxbridge_ros2.settings import (
     locate_errors,
     nest_settings,
     read_section,
-    to_list,
+    settings_by_name,
     typed_setting,
 )
 from cxbridge_ros2.skill_execution import PROTOCOL as SKILL_EXECUTION
@@ -63,9 +63,7 @@ def _parse_performer(
     agent = str(values.get("agent", agents[0] if len(agents) == 1 else ""))
     problem = f"serves the unknown agent '{agent}'" if agent else "must name an agent"
     check_choice(agent, agents, f"{subject} {problem}")
-    actions = values.get("actions", [])
-    if not isinstance(actions, Mapping):  # a list of names stands for actions without settings
-        actions = {str(name): {} for name in to_list(actions)}
+    actions = settings_by_name(values.get("actions", []))
     if not actions:
         raise ConfigError(f"{subject} has no actions", hint="write actions: [move]")
     return PerformerSettings(

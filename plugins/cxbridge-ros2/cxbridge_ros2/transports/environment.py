@@ -41,10 +41,7 @@ def read_discovery_range(default_range: str = "localhost") -> str:
 
 def has_rclpy() -> bool:
     """Return whether a sourced ROS 2 has an rclpy for this Python."""
-    try:
-        spec = find_spec("rclpy")
-    except (ImportError, ValueError):
-        return False
+    spec = find_spec("rclpy")
     # a ROS for another Python has the package, too, but without an extension module for this Python
     folders = () if spec is None else spec.submodule_search_locations or ()
     names = [f"_rclpy_pybind11{suffix}" for suffix in EXTENSION_SUFFIXES]

@@ -95,20 +95,17 @@ class LocalNode(Node):
         self.graph = graph
         self.deliveries: deque[Callable[[], None]] = deque()
 
-    def _check_message_type(self, message_type: str) -> TypeName:
-        type_name = parse_type(message_type)
-        self.graph.codec.encode(type_name, {})  # raises the error about an unknown type
-        return type_name
-
-    def _check_service_type(self, service_type: str) -> TypeName:
-        type_name = parse_type(service_type, "srv")
-        self.graph.codec.encode(type_name.derive("Request"), {})
+    def _parse_type(self, name: str, kind: str) -> TypeName:
+        """Parse the name of a known message or service; see :func:`.names.parse_type`."""
+        type_name = parse_type(name, kind)
+        # raises the error about an unknown type
+        self.graph.codec.encode(type_name if kind == "msg" else type_name.derive("Request"), {})
         return type_name
 
     def create_publisher(
         self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]
     ) -> Publisher:
-        graph, type_name = self.graph, self._check_message_type(message_type)
+        graph, type_name = self.graph, self._parse_type(message_type, "msg")
         check_topic(topic)
 
         def publish(message: Mapping[str, Any]) -> None:
@@ -123,7 +120,7 @@ class LocalNode(Node):
     def _subscribe(
         self, topic: str, message_type: str, callback: MessageCallback, qos: QosProfile
     ) -> Callable[[], None]:
-        subscription = _Subscription(self, self._check_message_type(message_type), callback)
+        subscription = _Subscription(self, self._parse_type(message_type, "msg"), callback)
         subscriptions = self.graph.subscriptions.setdefault(check_topic(topic), [])
         subscriptions.append(subscription)
         if qos.durability == "transient_local":
@@ -154,10 +151,10 @@ class LocalNode(Node):
         self.deliveries.append(deliver)
 
     def create_client(self, service: str, service_type: str) -> Client:
-        return _LocalClient(self, check_topic(service), self._check_service_type(service_type))
+        return _LocalClient(self, check_topic(service), self._parse_type(service_type, "srv"))
 
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
-        server = _Server(self, self._check_service_type(service_type), handler, next(self.graph.numbers))
+        server = _Server(self, self._parse_type(service_type, "srv"), handler, next(self.graph.numbers))
         self.graph.servers[check_topic(service)] = server
 
         def end_service() -> None:

@@ -22,7 +22,6 @@ from cxbridge_ros2.hub.hub import Hub
 from cxbridge_ros2.hub.performer import HubPerformer
 from cxbridge_ros2.hub.protocol import ActionKey, Heartbeat, HubMessage, MessageKind, PerformerState
 from cxbridge_ros2.hub.settings import PROTOCOLS, read_performer_settings
-from cxbridge_ros2.node import Node
 from cxbridge_ros2.settings import NodeSettings
 from cxbridge_ros2.transports.local import LocalGraph
 
@@ -84,14 +83,12 @@ class Side:
         assert settings is not None
         self.service = SkillBoardService(self.board, clock, self.bus, settings)
         self.performers: list[HubPerformer] = []
-        self.nodes: list[Node] = []
         for each in read_performer_settings(
             config, [agent.name for agent in settings.agents], Path()
         ).values():
-            node = each.node.join(each.name, each.node.load_definitions(), self.lines.append, ALL_RIGHTS)
-            self.nodes.append(node)
             log = self.bus.logger("performer")
-            self.performers.append(HubPerformer(each, lambda: self.service.local_calls, node, clock, log))
+            performer = HubPerformer(each, lambda: self.service.local_calls, ALL_RIGHTS, clock, log)
+            self.performers.append(performer)
 
     def _note(self, event: Any) -> None:
         self.lines.append(event.text)
@@ -111,8 +108,6 @@ class Side:
         """End it."""
         for performer in self.performers:
             performer.close()
-        for node in self.nodes:
-            node.close()
         self.service.close()
         self.board.shutdown()
 

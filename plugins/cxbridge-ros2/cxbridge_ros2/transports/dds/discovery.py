@@ -163,13 +163,12 @@ class Discovery:
         )
         if status.total_count_change:  # there are new mismatches since the last call
             policy = _POLICIES.get(status.last_policy_id, f"number {status.last_policy_id}")
+            name, peer = _find_ros_name(local_endpoint.topic), local_endpoint.peer_term
             difference = (
                 "offers less than ours requests"
                 if local_endpoint.is_reader
                 else "requests more than ours offers"
             )
-            name = _find_ros_name(local_endpoint.topic)
-            peer = local_endpoint.peer_term
             self._complain(
                 f"qos {name} {peer}",
                 f"{name}: another node's {peer} {difference}, so no messages arrive; "

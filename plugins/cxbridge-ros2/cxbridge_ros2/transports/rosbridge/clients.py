@@ -39,7 +39,8 @@ class ServiceClient(Client):
     ) -> None:
         super().__init__()
         self._connection, self._encode, self._send = connection, encode, send
-        self._requests: dict[int, Any] = {}
+        # by number, in the order of the calls: the request, and the callbacks for its end
+        self._requests: dict[int, tuple[Any, MessageCallback, FailureCallback | None]] = {}
         self._active_number: int | None = None
 
     def call(
@@ -49,14 +50,12 @@ class ServiceClient(Client):
         on_failure: FailureCallback | None = None,
     ) -> int:
         """Send a request as soon as the earlier requests have ended."""
-        encoded_request = self._encode(request)
-        number = self._register_request(on_response, on_failure)
-        self._requests[number] = encoded_request
+        encoded_request, number = self._encode(request), next(self._numbers)
+        self._requests[number] = encoded_request, on_response, on_failure
         self._send_next()
         return number
 
     def forget(self, number: int) -> None:
-        super().forget(number)
         self._requests.pop(number, None)
         if number == self._active_number:  # the next request must not wait for a response that may not arrive
             self._active_number = None
@@ -66,15 +65,15 @@ class ServiceClient(Client):
         if self._active_number is not None or not self._requests:
             return
         number = self._active_number = next(iter(self._requests))
-        on_response, on_failure = self._pending_callbacks[number]
+        request, on_response, on_failure = self._requests[number]
 
         def finish(callback: Callable[[Any], None] | None, response: Any) -> None:
-            is_pending = number in self._pending_callbacks
+            is_pending = number in self._requests
             self.forget(number)
             if is_pending and callback is not None:
                 callback(response)
 
-        self._send(self._requests[number], partial(finish, on_response), partial(finish, on_failure))
+        self._send(request, partial(finish, on_response), partial(finish, on_failure))
 
     @property
     def server_numbers(self) -> frozenset[int]:

@@ -88,13 +88,11 @@ class RosbridgeConnection:
     def send(self, op: Operation) -> bool:
         """Send an operation; return False without a connection."""
         socket = self._socket
-        if socket is None:
-            return False
-        try:
-            socket.send(json.dumps(op))
-        except (WebSocketException, OSError):
-            return False
-        return True
+        with suppress(WebSocketException, OSError):
+            if socket is not None:
+                socket.send(json.dumps(op))
+                return True
+        return False
 
     def receive(self, timeout_s: float) -> Iterator[Operation]:
         """Yield the operations in the inbox; wait for the first up to a time limit."""

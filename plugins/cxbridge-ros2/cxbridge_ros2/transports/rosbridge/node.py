@@ -68,8 +68,13 @@ class RosbridgeNode(Node):
     ) -> Publisher:
         connection, type_name = self._connection, parse_type(message_type)
         self._definitions.find_fields(type_name)  # raises the error about an unknown type
-        op = {"op": "advertise", "topic": check_topic(topic), "type": str(type_name), "queue_size": qos.depth}
-        op["latch"] = qos.durability == "transient_local"
+        op = {
+            "op": "advertise",
+            "topic": check_topic(topic),
+            "type": str(type_name),
+            "queue_size": qos.depth,
+            "latch": qos.durability == "transient_local",
+        }
         unadvertise = connection.register(op, {"op": "unadvertise", "topic": topic})
 
         def publish(message: Mapping[str, Any]) -> None:
