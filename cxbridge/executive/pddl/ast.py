@@ -49,7 +49,13 @@ class PddlNode(Struct, frozen=True):
         return hash(_content_getter(type(self))(self))
 
 
-class TypedNames(PddlNode, frozen=True):
+class PlacedNode(PddlNode, frozen=True, kw_only=True):
+    """A node with its position in the text."""
+
+    position: Position = Position()
+
+
+class TypedNames(PlacedNode, frozen=True):
     """Names with a common type: ``a b - c``, or ``a b - (either c d)``.
 
     :param names: the names; variables are written without the question mark.
@@ -58,7 +64,6 @@ class TypedNames(PddlNode, frozen=True):
 
     names: tuple[str, ...]
     types: tuple[str, ...] = ()
-    position: Position = Position()
 
 
 TypedList = tuple[TypedNames, ...]
@@ -80,18 +85,16 @@ def pairs_of(typed: TypedList) -> Iterator[tuple[str, str]]:
                 yield name, type_
 
 
-class Variable(PddlNode, frozen=True):
+class Variable(PlacedNode, frozen=True):
     """A variable, written without the question mark."""
 
     name: str
-    position: Position = Position()
 
 
-class Constant(PddlNode, frozen=True):
+class Constant(PlacedNode, frozen=True):
     """An object or a number, as written. The grammar cannot tell the object ``12`` from the number."""
 
     name: str
-    position: Position = Position()
 
 
 _NUMBER: Final = re.compile(r"[+-]?(\d+(?:\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -111,12 +114,11 @@ TOTAL_TIME: Final = "total-time"
 """The function that PDDL predefines for metrics: the duration of a plan."""
 
 
-class FunctionTerm(PddlNode, frozen=True):
+class FunctionTerm(PlacedNode, frozen=True):
     """The value of a function or arithmetic operator: ``(distance ?a ?b)``, ``(+ (f) 3)``."""
 
     function: str
     arguments: tuple[Term, ...]
-    position: Position = Position()
 
 
 Term = Variable | Constant | FunctionTerm
@@ -163,7 +165,7 @@ class BlamedPart(NamedTuple):
     required: bool
 
 
-class FormulaNode(PddlNode, frozen=True):
+class FormulaNode(PlacedNode, frozen=True):
     """A formula: a condition or an effect.
 
     :cvar PARTS: the names of the fields that hold a formula or a tuple of formulas.
@@ -228,13 +230,16 @@ class FormulaNode(PddlNode, frozen=True):
 
     def map_terms(self, change: Callable[[Term], Term]) -> Formula:
         """Return the formula with ``change`` applied to each term, inner terms first."""
+        return self.map(
+            lambda formula: _with_values(formula, formula.TERMS, lambda term: map_term(term, change))
+        )
 
-        def change_inner_first(term: Term) -> Term:
-            if isinstance(term, FunctionTerm):
-                term = _with_values(term, ("arguments",), change_inner_first)
-            return change(term)
 
-        return self.map(lambda formula: _with_values(formula, formula.TERMS, change_inner_first))
+def map_term(term: Any, change: Callable[[Term], Term]) -> Any:
+    """Return a term with ``change`` applied to the term and to its arguments, inner terms first."""
+    if isinstance(term, FunctionTerm):
+        term = _with_values(term, ("arguments",), lambda argument: map_term(argument, change))
+    return change(term)
 
 
 def _with_values(node: Any, fields: tuple[str, ...], change: Callable[[Any], Any]) -> Any:
@@ -266,7 +271,6 @@ class Atom(FormulaNode, frozen=True):
 
     predicate: str
     arguments: tuple[Term, ...]
-    position: Position = Position()
 
     def _holds(self, state: State, binding: Binding) -> bool:
         return state.has(self.predicate, self.arguments, binding)
@@ -279,7 +283,6 @@ class And(FormulaNode, frozen=True):
     PARTS: ClassVar[tuple[str, ...]] = ("parts",)
 
     parts: tuple[Formula, ...]
-    position: Position = Position()
 
     def _holds(self, state: State, binding: Binding) -> bool:
         return all(part.holds(state, binding) for part in self.parts)
@@ -290,7 +293,6 @@ class Or(FormulaNode, frozen=True):
     PARTS: ClassVar[tuple[str, ...]] = ("parts",)
 
     parts: tuple[Formula, ...]
-    position: Position = Position()
 
     def _holds(self, state: State, binding: Binding) -> bool:
         return any(part.holds(state, binding) for part in self.parts)
@@ -301,7 +303,6 @@ class Not(FormulaNode, frozen=True):
     PARTS: ClassVar[tuple[str, ...]] = ("part",)
 
     part: Formula
-    position: Position = Position()
 
     def _holds(self, state: State, binding: Binding) -> bool:
         return not self.part.holds(state, binding)
@@ -316,7 +317,6 @@ class Imply(FormulaNode, frozen=True):
 
     condition: Formula
     consequence: Formula
-    position: Position = Position()
 
     def _holds(self, state: State, binding: Binding) -> bool:
         return not self.condition.holds(state, binding) or self.consequence.holds(state, binding)
@@ -335,7 +335,6 @@ class TermComparison(FormulaNode, frozen=True):
     operator: str
     left: Term
     right: Term
-    position: Position = Position()
 
     def _holds(self, state: State, binding: Binding) -> bool:
         return state.compare(self.operator, self.left, self.right, binding)
@@ -348,7 +347,6 @@ class Timed(FormulaNode, frozen=True):
 
     when: str
     part: Formula
-    position: Position = Position()
 
 
 class Quantified(FormulaNode, frozen=True):
@@ -359,7 +357,6 @@ class Quantified(FormulaNode, frozen=True):
     quantifier: str
     variables: TypedList
     part: Formula
-    position: Position = Position()
 
     def _holds(self, state: State, binding: Binding) -> bool:
         combine = any if self.quantifier == "exists" else all
@@ -375,7 +372,6 @@ class When(FormulaNode, frozen=True):
 
     condition: Formula
     effect: Formula
-    position: Position = Position()
 
 
 class NumericChange(FormulaNode, frozen=True):
@@ -386,21 +382,19 @@ class NumericChange(FormulaNode, frozen=True):
     operator: str
     target: Term
     amount: Term
-    position: Position = Position()
 
 
 Formula = Atom | And | Or | Not | Imply | TermComparison | Timed | Quantified | When | NumericChange
 
 
-class Declaration(PddlNode, frozen=True):
+class Declaration(PlacedNode, frozen=True):
     """The declaration of a predicate or of a numeric function."""
 
     name: str
     parameters: TypedList
-    position: Position = Position()
 
 
-class ActionSchema(PddlNode, frozen=True):
+class ActionSchema(PlacedNode, frozen=True):
     """An action with parameters.
 
     :param durative: whether the action is a ``:durative-action``.
@@ -415,7 +409,6 @@ class ActionSchema(PddlNode, frozen=True):
     effect: Formula | None = None
     durative: bool = False
     duration: Formula | None = None
-    position: Position = Position()
 
 
 class Domain(PddlNode, frozen=True):

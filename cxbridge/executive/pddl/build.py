@@ -1,13 +1,14 @@
-"""Construction of the syntax tree: a method for each rule of PDDL's grammar.
+"""Construction of the syntax tree: a method or a row of a table for each rule of PDDL's grammar.
 
-The parser calls a method at the end of its rule, inner rules first. Methods also check two properties that
-the grammar cannot express: each section occurs once, and the facts of an initial state have objects as
+The parser calls a method at the end of its rule, inner rules first. Some methods also check two properties
+that the grammar cannot express: each section occurs once, and the facts of an initial state have objects as
 arguments.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any, Final, NamedTuple
 
 from cxbridge.executive.pddl.ast import (
     ARITHMETIC,
@@ -23,6 +24,8 @@ from cxbridge.executive.pddl.ast import (
     Not,
     NumericChange,
     Or,
+    PddlNode,
+    Position,
     Problem,
     Quantified,
     Term,
@@ -36,6 +39,7 @@ from cxbridge.executive.pddl.ast import (
 )
 from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
 from cxbridge.executive.pddl.printer import format_term
+from cxbridge.executive.pddl.reader import Build
 from cxbridge.executive.pddl.tokens import SourceText, Token
 from cxbridge.executive.pddl.unsupported import (
     OBJECT_FLUENTS,
@@ -68,18 +72,39 @@ class _TypeNames(NamedTuple):
     start: int
 
 
+MakeValue = Callable[["SyntaxBuilder", Children], Any]
+"""Makes the value of a section from the children of its rule."""
+
+MakeNode = Callable[[Children, Position], PddlNode]
+"""Makes a node of the syntax tree from the children of its rule, and its position."""
+
+
 class SyntaxBuilder:
-    """Makes syntax trees; each method handles the grammar rule of its name.
+    """Makes syntax trees; a method or a row of a table handles the grammar rule of its name.
 
     :param text: the tokenised text, for positions and errors.
     """
 
     def __init__(self, text: SourceText) -> None:
-        self._position = text.position
+        self.position = text.position
         self._file = text.file
 
+    @classmethod
+    def handler(cls, rule: str) -> Build:
+        """Return the function that makes the value of a rule."""
+        if rule in _SECTIONS:
+            field, keyword, make_value = _SECTIONS[rule]
+            return lambda builder, children, start: Section(
+                field, keyword, make_value(builder, children), start
+            )
+        if rule in _NODES:
+            make_node = _NODES[rule]
+            return lambda builder, children, start: make_node(children, builder.position(start))
+        method: Build = getattr(cls, rule)
+        return method
+
     def _error(self, message: str, start: int, hint: str | None = None) -> PddlSyntaxError:
-        return syntax_error(message, self._position(start), self._file, hint)
+        return syntax_error(message, self.position(start), self._file, hint)
 
     def _section_values(self, children: Children, owner: str) -> dict[str, Any]:
         """Return the values of sections by field, without skipped sections (None) and actions.
@@ -90,8 +115,9 @@ class SyntaxBuilder:
         fields: dict[str, Any] = {}
         for section in (child for child in children if isinstance(child, Section)):
             if section.field in fields:
-                message = f"{owner} has {section.keyword} twice"
-                raise self._error(message, section.start, "combine the two")
+                raise self._error(
+                    f"{owner} has {section.keyword} twice", section.start, "combine the two sections"
+                )
             fields[section.field] = section.value
         return fields
 
@@ -101,20 +127,7 @@ class SyntaxBuilder:
         fields = self._section_values(sections, "the domain")
         return Domain(name.text, **fields, actions=actions, file=self._file)
 
-    def requirements(self, children: Children, start: int) -> Section:
-        names = tuple(word.text[1:].lower() for word in children)
-        return Section("requirements", ":requirements", names, start)
-
-    def types(self, children: Children, start: int) -> Section:
-        return Section("types", ":types", self._typed_list(children), start)
-
-    def constants(self, children: Children, start: int) -> Section:
-        return Section("constants", ":constants", self._typed_list(children), start)
-
-    def predicates(self, children: Children, start: int) -> Section:
-        return Section("predicates", ":predicates", tuple(children), start)
-
-    def functions(self, children: Children, start: int) -> Section:
+    def function_declarations(self, children: Children) -> tuple[Declaration, ...]:
         """Return the functions of a domain. ``number`` is their only permitted type."""
         for child in children:
             if isinstance(child, _TypeNames) and tuple(map(str.lower, child.names)) != ("number",):
@@ -123,20 +136,21 @@ class SyntaxBuilder:
                     child.start,
                     "write - number",
                 )
-        functions = tuple(
+        return tuple(
             child
             if isinstance(child, Declaration)
-            else Declaration(child.text, (), self._position(child.start))  # a function without brackets
+            else Declaration(
+                child.text, (), position=self.position(child.start)
+            )  # a function without brackets
             for child in children
             if not isinstance(child, _TypeNames)
         )
-        return Section("functions", ":functions", functions, start)
 
     def declaration(self, children: Children, start: int) -> Declaration:
         name, *typed = children
-        return Declaration(name.text, self._typed_list(typed), self._position(start))
+        return Declaration(name.text, self.typed_list(typed), position=self.position(start))
 
-    def _typed_list(self, children: Children) -> TypedList:
+    def typed_list(self, children: Children) -> TypedList:
         """Return the groups of a typed list, without groups that have no names."""
         groups: list[TypedNames] = []
         names: list[Token] = []
@@ -147,7 +161,7 @@ class SyntaxBuilder:
             if names:
                 texts = tuple(name.text.removeprefix("?") for name in names)
                 types = () if child is None else child.names
-                groups.append(TypedNames(texts, types, self._position(names[0].start)))
+                groups.append(TypedNames(texts, types, position=self.position(names[0].start)))
             names = []
         return tuple(groups)
 
@@ -168,21 +182,14 @@ class SyntaxBuilder:
         fields.pop("requirements", None)  # only the requirements of the domain count
         return Problem(name.text, **fields.pop("init", {}), **fields, file=self._file)
 
-    def domain_name(self, children: Children, start: int) -> Section:
-        return Section("domain", ":domain", children[0].text, start)
-
-    def objects(self, children: Children, start: int) -> Section:
-        return Section("objects", ":objects", self._typed_list(children), start)
-
-    def init(self, children: Children, start: int) -> Section:
-        """Return the section of the initial state: facts and numbers."""
+    def initial_state(self, children: Children) -> dict[str, Any]:
+        """Return the fields of a problem for its initial state: facts and numbers."""
         atoms = [fact for fact in children if isinstance(fact, Atom)]
         for atom in atoms:
             self._check_objects(atom)
-        numbers = [self._initial_number(fact) for fact in children if isinstance(fact, TermComparison)]
+        numbers = (self._initial_number(fact) for fact in children if isinstance(fact, TermComparison))
         # a dictionary in place of a set, to keep the order of the text
-        fields = {"init": tuple(dict.fromkeys(atoms)), "numbers": tuple(numbers)}
-        return Section("init", ":init", fields, start)
+        return {"init": tuple(dict.fromkeys(atoms)), "numbers": tuple(numbers)}
 
     def _initial_number(self, fact: TermComparison) -> tuple[FunctionTerm, float]:
         """Return a function with its initial value."""
@@ -192,9 +199,8 @@ class SyntaxBuilder:
             raise syntax_error("a fact is expected", fact.position, self._file, hint)
         number = number_of(value.name)
         if number is None:
-            message = f"'{value.name}' is not a number"
             hint = f"{OBJECT_FLUENTS} are not supported"
-            raise syntax_error(message, fact.position, self._file, hint)
+            raise syntax_error(f"'{value.name}' is not a number", fact.position, self._file, hint)
         return call, number
 
     def _check_objects(self, atom: Atom) -> None:
@@ -205,19 +211,19 @@ class SyntaxBuilder:
             # (at 5 (open door)) is a timed initial literal, which the grammar reads as an atom
             first = atom.arguments[0]
             has_time = index == 1 and isinstance(first, Constant) and number_of(first.name) is not None
-            is_timed = has_time and atom.predicate.lower() == "at"
-            name = TIMED_INITIAL_LITERALS if is_timed else unsupported_formula(atom.predicate)
+            name = (
+                TIMED_INITIAL_LITERALS
+                if has_time and atom.predicate.lower() == "at"
+                else unsupported_formula(atom.predicate)
+            )
             if name:
                 message, hint = unsupported_texts(name)
                 raise syntax_error(message, atom.position, self._file, hint)
             raise syntax_error(f"{format_term(argument)} is not an object", argument.position, self._file)
 
-    def goal(self, children: Children, start: int) -> Section:
-        return Section("goal", ":goal", children[0], start)
-
-    def metric(self, children: Children, start: int) -> Section:
+    def metric_term(self, children: Children) -> tuple[str, Term]:
         direction, term = children
-        return Section("metric", ":metric", (direction.text.lower(), self._number(term)), start)
+        return direction.text.lower(), self._number(term)
 
     def skipped(self, _children: Children, _start: int) -> None:
         """Skip the expected length of plans and Fawkes' breakups, which cxbridge's planners do not use."""
@@ -225,41 +231,10 @@ class SyntaxBuilder:
     def action(self, children: Children, start: int, *, durative: bool = False) -> ActionSchema:
         name, *sections = children
         fields = self._section_values(sections, f"action {name.text}")
-        return ActionSchema(name.text, **fields, durative=durative, position=self._position(start))
+        return ActionSchema(name.text, **fields, durative=durative, position=self.position(start))
 
     def durative_action(self, children: Children, start: int) -> ActionSchema:
         return self.action(children, start, durative=True)
-
-    def parameters(self, children: Children, start: int) -> Section:
-        return Section("parameters", ":parameters", self._typed_list(children), start)
-
-    def precondition(self, children: Children, start: int) -> Section:
-        return Section("condition", ":precondition", children[0], start)
-
-    def condition_of_time(self, children: Children, start: int) -> Section:
-        return Section("condition", ":condition", children[0], start)
-
-    def duration(self, children: Children, start: int) -> Section:
-        return Section("duration", ":duration", children[0], start)
-
-    def effects(self, children: Children, start: int) -> Section:
-        return Section("effect", ":effect", children[0], start)
-
-    def atom(self, children: Children, start: int) -> Atom:
-        return Atom(children[0].text, tuple(children[1:]), self._position(start))
-
-    def conjunction(self, children: Children, start: int) -> And:
-        """Return a conjunction. ``()`` is an empty conjunction."""
-        return And(tuple(children), self._position(start))
-
-    def disjunction(self, children: Children, start: int) -> Or:
-        return Or(tuple(children), self._position(start))
-
-    def negation(self, children: Children, start: int) -> Not:
-        return Not(children[0], self._position(start))
-
-    def implication(self, children: Children, start: int) -> Imply:
-        return Imply(children[0], children[1], self._position(start))
 
     def exists(self, children: Children, start: int) -> Quantified:
         return self._quantified("exists", children, start)
@@ -269,7 +244,7 @@ class SyntaxBuilder:
 
     def _quantified(self, quantifier: str, children: Children, start: int) -> Quantified:
         *variables, part = children
-        return Quantified(quantifier, self._typed_list(variables), part, self._position(start))
+        return Quantified(quantifier, self.typed_list(variables), part, position=self.position(start))
 
     def comparison(self, children: Children, start: int) -> TermComparison:
         sign, left, right = children
@@ -279,42 +254,75 @@ class SyntaxBuilder:
             isinstance(right, Constant) and number_of(right.name) is not None
         ):
             left = self._number(left)  # two words are objects
-        return TermComparison(sign.text, left, right, self._position(start))
+        return TermComparison(sign.text, left, right, position=self.position(start))
 
     def timed(self, children: Children, start: int) -> Timed:
         time = " ".join(children[0].text.lower().split())  # any white space may be within ``at start``
-        return Timed(time, children[1], self._position(start))
-
-    def conditional_effect(self, children: Children, start: int) -> When:
-        return When(children[0], children[1], self._position(start))
+        return Timed(time, children[1], position=self.position(start))
 
     def change(self, children: Children, start: int) -> NumericChange:
         sign, target, amount = children
         target, amount = self._number(target), self._number(amount)
-        return NumericChange(sign.text.lower(), target, amount, self._position(start))
+        return NumericChange(sign.text.lower(), target, amount, position=self.position(start))
 
     def _number(self, term: Term) -> Term:
         """Return a term in place of a number: a word is a function without arguments and brackets."""
         if isinstance(term, Constant) and number_of(term.name) is None:
-            return FunctionTerm(_function_name(term.name), (), term.position)
+            return FunctionTerm(_function_name(term.name), (), position=term.position)
         return term
 
     def variable(self, children: Children, start: int) -> Variable:
         name = children[0].text[1:]
         if not name:
             raise self._error("this variable has no name", start, "write it right after the '?'")
-        return Variable(name, self._position(start))
-
-    def constant(self, children: Children, start: int) -> Constant:
-        return Constant(children[0].text, self._position(start))
+        return Variable(name, position=self.position(start))
 
     def function(self, children: Children, start: int) -> FunctionTerm:
         name, *arguments = children
         if name.text in ARITHMETIC:
             arguments = [self._number(argument) for argument in arguments]
-        return FunctionTerm(_function_name(name.text), tuple(arguments), self._position(start))
+        return FunctionTerm(_function_name(name.text), tuple(arguments), position=self.position(start))
 
 
 def _function_name(name: str) -> str:
     """Return the declared form of the function that PDDL predefines for metrics."""
     return TOTAL_TIME if name.lower() == TOTAL_TIME else name
+
+
+def _make_only_child(_builder: SyntaxBuilder, children: Children) -> Any:
+    (child,) = children
+    return child
+
+
+# the sections by grammar rule: field of the syntax tree, keyword, and the function that makes the value
+_SECTIONS: Final[dict[str, tuple[str, str, MakeValue]]] = {
+    "requirements": (
+        "requirements",
+        ":requirements",
+        lambda _builder, words: tuple(word.text[1:].lower() for word in words),
+    ),
+    "types": ("types", ":types", SyntaxBuilder.typed_list),
+    "constants": ("constants", ":constants", SyntaxBuilder.typed_list),
+    "predicates": ("predicates", ":predicates", lambda _builder, declarations: tuple(declarations)),
+    "functions": ("functions", ":functions", SyntaxBuilder.function_declarations),
+    "domain_name": ("domain", ":domain", lambda _builder, names: names[0].text),
+    "objects": ("objects", ":objects", SyntaxBuilder.typed_list),
+    "init": ("init", ":init", SyntaxBuilder.initial_state),
+    "goal": ("goal", ":goal", _make_only_child),
+    "metric": ("metric", ":metric", SyntaxBuilder.metric_term),
+    "parameters": ("parameters", ":parameters", SyntaxBuilder.typed_list),
+    "precondition": ("condition", ":precondition", _make_only_child),
+    "condition_of_time": ("condition", ":condition", _make_only_child),
+    "duration": ("duration", ":duration", _make_only_child),
+    "effects": ("effect", ":effect", _make_only_child),
+}
+# the nodes by grammar rule; ``()`` is an empty conjunction
+_NODES: Final[dict[str, MakeNode]] = {
+    "atom": lambda children, place: Atom(children[0].text, tuple(children[1:]), position=place),
+    "conjunction": lambda children, place: And(tuple(children), position=place),
+    "disjunction": lambda children, place: Or(tuple(children), position=place),
+    "negation": lambda children, place: Not(*children, position=place),
+    "implication": lambda children, place: Imply(*children, position=place),
+    "conditional_effect": lambda children, place: When(*children, position=place),
+    "constant": lambda children, place: Constant(children[0].text, position=place),
+}

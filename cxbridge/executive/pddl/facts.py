@@ -120,19 +120,20 @@ class _FactMaker:
             self._warn(self._error(message, position))
 
     def domain_facts(self, domain: Domain) -> list[FactToAssert]:
-        facts = []
-        for name, super_type in pairs_of(domain.types):
-            slots: dict[str, SlotValue] = {"name": name}
-            if super_type:
-                slots["super-type"] = super_type
-            facts.append(FactToAssert("domain-object-type", slots))
-        facts += [self._predicate_fact(predicate) for predicate in domain.predicates]
-        for action in domain.actions:
-            facts += self._action_facts(action)
-        return facts
+        return [
+            *(
+                FactToAssert(
+                    "domain-object-type",
+                    {"name": name, "super-type": super_type} if super_type else {"name": name},
+                )
+                for name, super_type in pairs_of(domain.types)
+            ),
+            *map(self._predicate_fact, domain.predicates),
+            *(fact for action in domain.actions for fact in self._action_facts(action)),
+        ]
 
     def _predicate_fact(self, predicate: Declaration) -> FactToAssert:
-        names, types = self._predicate_parameters(predicate.parameters)
+        names, types = self._declared_parameters(predicate.parameters)
         return FactToAssert(
             "domain-predicate",
             {
@@ -142,9 +143,9 @@ class _FactMaker:
             },
         )
 
-    def _predicate_parameters(self, parameters: TypedList) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Return names and types of a predicate's parameters."""
-        # Fawkes repeats the names for each type of an ``either``, which adds arguments to the predicate
+    def _declared_parameters(self, parameters: TypedList) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Return names and types of the parameters of a predicate or an action."""
+        # Fawkes repeats the names for each type of an ``either``, which adds parameters
         if self._fawkes_compat:
             pairs = list(pairs_of(parameters))
             return tuple(name for name, _ in pairs), tuple(type_ for _, type_ in pairs)
@@ -156,18 +157,17 @@ class _FactMaker:
         return names_of(parameters), tuple(types)
 
     def _action_facts(self, action: ActionSchema) -> Iterator[FactToAssert]:
-        pairs = list(pairs_of(action.parameters))
-        for name, type_ in pairs:
-            slots: dict[str, SlotValue] = {"name": name, "operator": action.name}
-            if type_:
-                slots["type"] = type_
-            elif self._fawkes_compat:
+        for name, type_ in pairs_of(action.parameters):
+            if self._fawkes_compat and not type_:
                 self._warn_about_dropped_part(
                     f"parameter ?{name} of {action.name} has no type, and gets no fact", action.position
                 )
-                continue
-            yield FactToAssert("domain-operator-parameter", slots)
-        names = tuple(name for name, _ in pairs) if self._fawkes_compat else names_of(action.parameters)
+            else:
+                type_slot = {"type": type_} if type_ else {}
+                yield FactToAssert(
+                    "domain-operator-parameter", {"name": name, "operator": action.name, **type_slot}
+                )
+        names, _types = self._declared_parameters(action.parameters)
         yield FactToAssert("domain-operator", {"name": action.name, "param-names": names})
         if action.condition is not None:
             yield from self.condition_facts(action.condition, action.name, 1, is_root=True)
@@ -243,14 +243,14 @@ class _FactMaker:
         if is_root:  # as in Fawkes, a condition that is a single atom becomes a conjunction
             yield FactToAssert("pddl-formula", {"id": id_, "part-of": parent, "type": "conjunction"})
             parent, id_ = id_, f"{id_}1"
-        names, constants = self._parameter_slots(terms, position)
+        parameters = self._parameter_slots(terms, position)
         yield FactToAssert("pddl-formula", {"id": id_, "part-of": parent, "type": "atom"})
-        slots: dict[str, SlotValue] = {"id": f"{id_}-atom", "part-of": id_, "predicate": predicate}
-        yield FactToAssert("pddl-predicate", {**slots, "param-names": names, "param-constants": constants})
+        yield FactToAssert(
+            "pddl-predicate",
+            {"id": f"{id_}-atom", "part-of": id_, "predicate": predicate, **parameters},
+        )
 
-    def _parameter_slots(
-        self, terms: tuple[Term, ...], position: Position
-    ) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    def _parameter_slots(self, terms: tuple[Term, ...], position: Position) -> dict[str, SlotValue]:
         """Return the slots ``param-names`` and ``param-constants`` of an atom's fact."""
         names, constants = [], []
         for term in terms:
@@ -266,24 +266,20 @@ class _FactMaker:
             else:
                 names.append(CONSTANT_PARAMETER_NAME)
                 constants.append(term.name)
-        return tuple(names), tuple(constants)
+        return {"param-names": tuple(names), "param-constants": tuple(constants)}
 
     def _effect_facts(self, formula: Formula, action: str, *, is_positive: bool) -> Iterator[FactToAssert]:
         match formula:
-            case And(parts=parts):
-                for part in parts:
+            case And() | Timed():
+                for part in formula.children:
                     yield from self._effect_facts(part, action, is_positive=is_positive)
             case Not(part=part):
                 yield from self._effect_facts(part, action, is_positive=not is_positive)
-            case Timed(part=part):
-                yield from self._effect_facts(part, action, is_positive=is_positive)
             case Atom(predicate=predicate, arguments=terms):
-                names, constants = self._parameter_slots(terms, formula.position)
-                slots: dict[str, SlotValue] = {"part-of": action, "predicate": predicate}
-                slots |= {"param-names": names, "param-constants": constants}
-                yield FactToAssert(
-                    "domain-effect", {**slots, "type": "POSITIVE" if is_positive else "NEGATIVE"}
-                )
+                slots = {"part-of": action, "predicate": predicate}
+                parameters = self._parameter_slots(terms, formula.position)
+                sign = "POSITIVE" if is_positive else "NEGATIVE"
+                yield FactToAssert("domain-effect", {**slots, **parameters, "type": sign})
             case NumericChange(operator=operator):
                 # PddlNumbers computes numeric effects from the domain
                 if self._fawkes_compat:
@@ -300,8 +296,7 @@ class _FactMaker:
     def _refuse_effect(self, formula: Formula) -> None:
         """Refuse an effect that facts cannot express; with ``fawkes_compat``, drop it with a warning."""
         names: dict[type, str] = {When: "a conditional effect (when)", Or: "'or'", Imply: "'imply'"}
-        kind = names.get(type(formula), "a comparison")
-        message = f"{kind} in an effect cannot be expressed as facts"
+        message = f"{names.get(type(formula), 'a comparison')} in an effect cannot be expressed as facts"
         if not self._fawkes_compat:
             raise self._error(message, formula.position, "split the action into two")
         self._warn_about_dropped_part(message, formula.position)

@@ -107,4 +107,4 @@ def _parse(source: SourceText, symbol: str) -> Any:
 
 @cache
 def _load_reader() -> Reader:
-    return Reader(SyntaxBuilder)
+    return Reader(SyntaxBuilder.handler)

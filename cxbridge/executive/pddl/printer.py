@@ -21,13 +21,13 @@ def format_formula(formula: Formula) -> str:
     """Return a formula as PDDL in one line."""
     variables = [f"({format_typed(formula.variables, '?')})"] if isinstance(formula, Quantified) else []
     terms = map(format_term, formula.terms)
-    return _format_list(formula.head, *variables, *terms, *map(format_formula, formula.children))
+    return format_list(formula.head, *variables, *terms, *map(format_formula, formula.children))
 
 
 def format_domain(domain: Domain) -> str:
     """Return a domain as PDDL text."""
     requirements = (f":{name}" for name in domain.requirements)
-    sections = [_format_list(":requirements", *requirements)]
+    sections = [format_list(":requirements", *requirements)]
     if domain.types:
         sections.append(f"(:types {format_typed(domain.types)})")
     if domain.constants:
@@ -41,8 +41,8 @@ def format_domain(domain: Domain) -> str:
 
 
 def _format_declarations(section: str, declarations: Iterable[Declaration]) -> str:
-    texts = (_format_list(declared.name, format_typed(declared.parameters, "?")) for declared in declarations)
-    return _format_list(section, *texts)
+    texts = (format_list(declared.name, format_typed(declared.parameters, "?")) for declared in declarations)
+    return format_list(section, *texts)
 
 
 def _format_action(action: ActionSchema) -> str:
@@ -59,8 +59,8 @@ def _format_action(action: ActionSchema) -> str:
     return "\n".join(lines) + ")"
 
 
-def _format_list(*words: str) -> str:
-    """Return words in brackets, without empty words."""
+def format_list(*words: str) -> str:
+    """Return words in brackets, without empty words: an action or a fact with its objects, for example."""
     return f"({' '.join(filter(None, words))})"
 
 
@@ -77,7 +77,7 @@ def format_typed(typed: TypedList, prefix: str = "") -> str:
 def format_term(term: Term) -> str:
     """Return a term as PDDL."""
     if isinstance(term, FunctionTerm):
-        return _format_list(term.function, *map(format_term, term.arguments))
+        return format_list(term.function, *map(format_term, term.arguments))
     return f"?{term.name}" if isinstance(term, Variable) else term.name
 
 

@@ -13,7 +13,7 @@ from cxbridge.executive.pddl.grammar import END_TERMINAL, Rule, load_tables
 from cxbridge.executive.pddl.tokens import Token
 
 Build = Callable[[Any, list[Any], int], Any]
-"""Makes the value of a rule from the values of its right side and the start position."""
+"""Makes the value of a rule: gets the builder, the values of the right side, and the start position."""
 
 
 class UnexpectedToken(Exception):  # noqa: N818  it never leaves this package
@@ -31,19 +31,19 @@ class UnexpectedToken(Exception):  # noqa: N818  it never leaves this package
 class Reader:
     """Parses token lists.
 
-    :param builder: the class with a :data:`Build` method for each rule and alias of the grammar.
+    :param find_build: returns the function for a rule or alias of the grammar.
     """
 
-    def __init__(self, builder: type) -> None:
+    def __init__(self, find_build: Callable[[str], Build]) -> None:
         tables = load_tables()
         self._states = tables.states
         self._starts = tables.starts
-        self._rules = [(rule.size, rule.result, _make_reduction(rule, builder)) for rule in tables.rules]
+        self._rules = [(rule.size, rule.result, _make_reduction(rule, find_build)) for rule in tables.rules]
 
     def read(self, tokens: list[Token], symbol: str, builder: object) -> Any:
         """Return the value of a start symbol that matches all tokens.
 
-        :param builder: an instance of the builder for this text.
+        :param builder: the object that the functions of rules get.
         :raises UnexpectedToken: if the tokens do not match.
         """
         table, rules = self._states, self._rules
@@ -74,7 +74,7 @@ class Reader:
         return values[0]
 
 
-def _make_reduction(rule: Rule, builder: type) -> Build:
+def _make_reduction(rule: Rule, find_build: Callable[[str], Build]) -> Build:
     """Return the function that makes a rule's value from all values on its right side."""
     value_indices, list_indices = rule.value_indices, set(rule.list_indices)
     if rule.result.startswith("__"):  # lark's rule for the list of a repeated part, such as ``condition*``
@@ -82,7 +82,7 @@ def _make_reduction(rule: Rule, builder: type) -> Build:
     if not rule.build and len(value_indices) == 1:
         (index,) = value_indices
         return lambda _builder, values, _start: values[index]
-    build: Build = getattr(builder, rule.build) if rule.build else _all_values
+    build = find_build(rule.build) if rule.build else _all_values
     # the common case has a function without a test of each value, because each rule of a text calls it
     if not list_indices:
         return lambda builder, values, start: build(

@@ -6,7 +6,7 @@ checks here include timed formulas, conditional effects and numbers, unless ``fa
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from graphlib import CycleError, TopologicalSorter
 from typing import Final
 
@@ -18,7 +18,6 @@ from cxbridge.executive.pddl.ast import (
     ActionSchema,
     Atom,
     Constant,
-    Declaration,
     Domain,
     Formula,
     FunctionTerm,
@@ -122,49 +121,44 @@ class DomainChecker:
     def _refuse_duplicates(self) -> None:
         """Refuse duplicate names, whose facts would have the same ids."""
         domain = self._domain
-        declared: list[tuple[str, Sequence[Declaration | ActionSchema]]] = [
-            ("predicate", domain.predicates),
-            ("function", domain.functions),
-            ("action", domain.actions),
+        declared: list[tuple[str, str, Position]] = [
+            *(("predicate", predicate.name, predicate.position) for predicate in domain.predicates),
+            *(("function", function.name, function.position) for function in domain.functions),
+            *(("action", action.name, action.position) for action in domain.actions),
+            *(
+                (f"parameter of action {action.name}", name, group.position)
+                for action in domain.actions
+                for group in action.parameters
+                for name in group.names
+            ),
         ]
-        for noun, declarations in declared:
-            self._refuse_duplicate_names(
-                noun, [(declaration.name, declaration.position) for declaration in declarations]
-            )
-        for action in domain.actions:
-            names = [(name, group.position) for group in action.parameters for name in group.names]
-            self._refuse_duplicate_names(f"parameter of action {action.name}", names)
-
-    def _refuse_duplicate_names(self, noun: str, names: list[tuple[str, Position]]) -> None:
-        declared: dict[str, Position] = {}
-        for name, position in names:
-            if name in declared:
+        first_positions: dict[tuple[str, str], Position] = {}
+        for noun, name, position in declared:
+            if (noun, name) in first_positions:
                 raise self._error(
                     f"there is a second {noun} {name}",
                     position,
-                    f"the first is in line {declared[name].line}: rename or remove one",
+                    f"the first is in line {first_positions[noun, name].line}: rename or remove one",
                 )
-            declared[name] = position
+            first_positions[noun, name] = position
 
     def _error(self, message: str, position: Position, hint: str | None = None) -> PddlSemanticError:
         return semantic_error(message, position, self._domain.file, hint)
 
-    def _first_type_position(self) -> Position | None:
-        """Return the position of the first type, if the requirements do not permit types."""
-        if self._domain.requires_typing:
-            return None
-        typed = (group.position for groups in self._domain.typed_lists for group in groups if group.types)
-        return min(typed, default=None)
+    def warn(self, message: str, position: Position, hint: str | None = None) -> None:
+        """Warn about a mistake that does not prevent the use of the text."""
+        if self._warn is not None:
+            self._warn(self._error(message, position, hint))
 
     def _check_typing_requirement(self) -> None:
         """Refuse types without the requirement ``:typing`` as Fawkes does, or else warn about them."""
-        position, hint = self._first_type_position(), "add :typing to (:requirements ...)"
-        if position is None:
+        typed = (group.position for groups in self._domain.typed_lists for group in groups if group.types)
+        position, hint = min(typed, default=None), "add :typing to (:requirements ...)"
+        if position is None or self._domain.requires_typing:
             return
         if self._fawkes_compat:
             raise self._error("Requirement typing disabled, unexpected type found.", position, hint)
-        if self._warn is not None:
-            self._warn(self._error("there are types, but the requirements have no :typing", position, hint))
+        self.warn("there are types, but the requirements have no :typing", position, hint)
 
     def _refuse_cyclic_types(self) -> None:
         """Refuse types that are supertypes of themselves."""
@@ -175,16 +169,17 @@ class DomainChecker:
         try:
             TopologicalSorter(parents).prepare()
         except CycleError as error:
-            cycle = set(error.args[1])
+            _text, cycle = error.args
             for group in self._domain.types:
-                for name in sorted(cycle.intersection(group.names)):
-                    message = f"the type {name} is a subtype of itself"
-                    raise self._error(message, group.position, "remove the cycle of types") from None
+                for name in sorted({*cycle}.intersection(group.names)):
+                    raise self._error(
+                        f"the type {name} is a subtype of itself", group.position, "remove the cycle of types"
+                    ) from None
 
     def _check_action(self, action: ActionSchema) -> None:
         if self._has_types:
             self._check_types(action.parameters)
-        scope = {name: group.types for group in action.parameters for name in group.names}
+        scope = _scope_of(action.parameters)
         if action.duration is not None and not self._fawkes_compat:
             self._check_formula(action.duration, {**scope, "duration": ()})
         if action.durative:  # a parameter named ?duration hides the predefined variable
@@ -217,8 +212,7 @@ class DomainChecker:
         if isinstance(formula, Quantified):
             if not self._fawkes_compat:
                 self._check_types(formula.variables)
-            bound = {name: group.types for group in formula.variables for name in group.names}
-            scope = {**scope, **bound}
+            scope = scope | _scope_of(formula.variables)
         for term in formula.terms:
             self._check_number(term, scope)
         for part in formula.children:
@@ -244,17 +238,15 @@ class DomainChecker:
         for index, (argument, types) in enumerate(zip(atom.arguments, expected, strict=True)):
             actual = self._term_types(argument, scope)
             if self._has_types and not self._accepts(argument, actual, types):
-                error = self._error(
+                message = (
                     f"Type missmatch: Argument {index} of {atom.predicate} expects {_types_text(types)}"
-                    f" but got {_types_text(actual)}",
-                    argument.position,
+                    f" but got {_types_text(actual)}"
                 )
                 if actual or self._fawkes_compat:
-                    raise error
+                    raise self._error(message, argument.position)
                 # a parameter without type accepts any object; for objects of a wrong type the predicate is
                 # false
-                if self._warn is not None:
-                    self._warn(error)
+                self.warn(message, argument.position)
 
     def _refuse_unsupported(self, name: str, position: Position) -> None:
         """Refuse an unsupported part of PDDL by its name."""
@@ -312,6 +304,10 @@ class DomainChecker:
             self._term_types(term, scope)
 
 
+def _scope_of(variables: TypedList) -> Scope:
+    return {name: group.types for group in variables for name in group.names}
+
+
 def _types_text(types: tuple[str, ...]) -> str:
     if len(types) == 1:
         return types[0]
@@ -324,19 +320,22 @@ def check_problem(domain: Domain, problem: Problem, warn: Warn | None = None) ->
     :param warn: receives mistakes that do not prevent the use of the problem.
     :raises PddlSemanticError: for the first mistake.
     """
-    if problem.domain.lower() != domain.name.lower():
-        message = f"this problem belongs to the domain {problem.domain}, not to {domain.name}"
-        hint = "use the domain that the problem names"
-        if warn is not None:
-            warn(semantic_error(message, Position(), problem.file, hint))
     # a domain with the problem's objects as constants, and with the problem's file for errors
-    checked_domain = domain.changed(constants=domain.constants + problem.objects, file=problem.file)
-    checker = DomainChecker(checked_domain, warn=warn)
+    checker = DomainChecker(
+        domain.changed(constants=domain.constants + problem.objects, file=problem.file), warn=warn
+    )
+    if problem.domain.lower() != domain.name.lower():
+        checker.warn(
+            f"this problem belongs to the domain {problem.domain}, not to {domain.name}",
+            Position(),
+            "use the domain that the problem names",
+        )
     checker.check_objects(problem.objects)
     for atom in problem.init:
         checker.check_formula(atom)
     for call, _value in problem.numbers:
-        checker.check_formula(TermComparison("=", call, Constant("0"), call.position))
+        checker.check_formula(TermComparison("=", call, Constant("0")))
     checker.check_formula(problem.goal)
     if problem.metric is not None:
-        checker.check_number(problem.metric[1])
+        _direction, term = problem.metric
+        checker.check_number(term)

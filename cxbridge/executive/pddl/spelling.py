@@ -6,7 +6,7 @@ The functions of this module give names their declared form, so that names can b
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, Final
+from typing import Any
 
 from msgspec.structs import replace
 
@@ -23,6 +23,7 @@ from cxbridge.executive.pddl.ast import (
     Term,
     TypedList,
     Variable,
+    map_term,
     names_of,
 )
 
@@ -68,7 +69,7 @@ class _Speller:
     """Gives the names of a syntax tree the spelling of their declarations."""
 
     def __init__(self, domain: Domain, objects: TypedList) -> None:
-        self._name = domain.name
+        self._names = _make_spelling_table((domain.name,))
         self._types = _make_spelling_table((ROOT_TYPE, *names_of(domain.types)))
         self._objects = _make_spelling_table(names_of(objects))
         self._predicates = _make_spelling_table(predicate.name for predicate in domain.predicates)
@@ -91,14 +92,17 @@ class _Speller:
     def spell_problem(self, problem: Problem) -> Problem:
         metric = problem.metric
         if metric is not None:
-            metric = (metric[0], self._spell_nested_term(metric[1], {}))
+            direction, term = metric
+            metric = direction, map_term(term, self._spell_constant_term)
         return replace(
             problem,
-            domain=_declared_form(problem.domain, _make_spelling_table((self._name,))),
+            domain=_declared_form(problem.domain, self._names),
             objects=self._spell_typed_list(problem.objects, self._objects),
             # atoms that differ in case only become equal here
             init=tuple(dict.fromkeys(self._spell_formula(atom, {}) for atom in problem.init)),
-            numbers=tuple((self._spell_nested_term(call, {}), value) for call, value in problem.numbers),
+            numbers=tuple(
+                (map_term(call, self._spell_constant_term), value) for call, value in problem.numbers
+            ),
             goal=self._spell_formula(problem.goal, {}),
             metric=metric,
         )
@@ -121,14 +125,16 @@ class _Speller:
         )
 
     def _spell_action(self, action: ActionSchema) -> ActionSchema:
-        formulas = {name: getattr(action, name) for name in _FORMULA_FIELDS}
+        formulas = {"duration": action.duration, "condition": action.condition, "effect": action.effect}
         quantified = [name for formula in formulas.values() for name in _find_quantified_names(formula)]
         variables = _make_spelling_table((*names_of(action.parameters), *quantified, "duration"))
-        spelt_formulas = {
-            name: formula and self._spell_formula(formula, variables) for name, formula in formulas.items()
-        }
         return replace(
-            action, parameters=self._spell_typed_list(action.parameters, variables), **spelt_formulas
+            action,
+            parameters=self._spell_typed_list(action.parameters, variables),
+            **{
+                name: formula and self._spell_formula(formula, variables)
+                for name, formula in formulas.items()
+            },
         )
 
     def _spell_formula(self, formula: Formula, variables: Spellings) -> Any:
@@ -144,11 +150,9 @@ class _Speller:
         variables = variables or _make_spelling_table(_find_quantified_names(formula))
         return formula.map_terms(lambda term: self._spell_term(term, variables)).map(spell)
 
-    def _spell_nested_term(self, term: Any, variables: Spellings) -> Any:
-        if isinstance(term, FunctionTerm):
-            arguments = tuple(self._spell_nested_term(argument, variables) for argument in term.arguments)
-            term = replace(term, arguments=arguments)
-        return self._spell_term(term, variables)
+    def _spell_constant_term(self, term: Term) -> Any:
+        """Return a term without variables."""
+        return self._spell_term(term, {})
 
     def _spell_term(self, term: Term, variables: Spellings) -> Any:
         match term:
@@ -158,9 +162,6 @@ class _Speller:
                 return _rename(term, "name", _declared_form(name, self._objects))
             case FunctionTerm(function=name):
                 return _rename(term, "function", _declared_form(name, self._functions))
-
-
-_FORMULA_FIELDS: Final = ("duration", "condition", "effect")
 
 
 def _find_quantified_names(formula: Formula | None) -> Iterator[str]:
@@ -175,10 +176,8 @@ def _rename(node: Any, field: str, name: str) -> Any:
 
 
 def _make_spelling_table(names: Iterable[str]) -> dict[str, str]:
-    spellings: dict[str, str] = {}
-    for name in names:
-        spellings.setdefault(name.lower(), name)
-    return spellings
+    # reversed: of several spellings, the first counts
+    return {name.lower(): name for name in reversed(tuple(names))}
 
 
 def _declared_form(name: str, spellings: Spellings) -> str:

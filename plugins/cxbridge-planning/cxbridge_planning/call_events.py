@@ -5,8 +5,9 @@ A call that cannot start emits a single event.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any
+
+from msgspec.structs import replace
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import EventBus, PlannerCall, SourceRead
@@ -21,75 +22,63 @@ STATUS_TEXTS = {
     PlanStatus.TIMEOUT: "timeout",
     PlanStatus.CANCELLED: "cancelled",
 }
+"""The statuses in events; a call without a result has the status ``started``."""
 
 
-@dataclass(frozen=True, slots=True)
 class PlannerCallReporter:
     """Emits the events of a planner call.
 
-    The fields except the bus are those of the event :class:`~cxbridge.events.PlannerCall`.
+    The parameters except the bus are fields of the event :class:`~cxbridge.events.PlannerCall`.
     """
 
-    bus: EventBus
-    env: str
-    call: str
-    goal: str
-    planner: str
-    domain: str
-    problem: str
+    def __init__(
+        self, bus: EventBus, *, env: str, goal: str, planner: str, domain: str, problem: str
+    ) -> None:
+        # names from rules are Symbols, a subclass of str, which recorders of events cannot encode
+        self._bus = bus
+        self._event = PlannerCall(
+            0,
+            str(env),
+            "",
+            str(goal),
+            str(planner),
+            str(domain),
+            str(problem),
+            "started",
+            duration_us=0,
+            actions=0,
+            reason="",
+        )
 
-    def report_start(self, call: str, problem: Problem | None = None) -> Self:
-        """Report the start of a call; return the reporter with the call's id.
+    def report_start(self, call: str, problem: Problem | None = None) -> None:
+        """Report the start of a call.
 
+        :param call: the id of the call, also for later events.
         :param problem: the problem to emit as a source of the run; None if its file is a source already.
         """
-        reporter = replace(self, call=call)
-        if problem is not None and self.bus.wants(SourceRead):
+        self._event = replace(self._event, call=str(call))
+        if problem is not None and self._bus.wants(SourceRead):
             text = format_problem(problem).encode("utf-8", "backslashreplace")
-            self.bus.emit_source("pddl", self.env, f"{call}.pddl", text, kind="problem", call=call)
-        reporter.emit("started")
-        return reporter
+            self._bus.emit_source("pddl", self._event.env, f"{call}.pddl", text, kind="problem", call=call)
+        self._emit()
 
     def report_end(self, result: PlanResult) -> None:
         """Report the end of a call, with its plan."""
-        replace(self, planner=result.planner).emit(
-            STATUS_TEXTS[result.status],
-            round(result.seconds * MICROSECONDS),
-            len(result.actions),
-            result.message,
-            plan_text(result.actions),
-            result.why,
+        self._emit(
+            planner=result.planner,
+            status=STATUS_TEXTS[result.status],
+            duration_us=round(result.seconds * MICROSECONDS),
+            actions=len(result.actions),
+            reason=result.message,
+            plan=plan_text(result.actions),
+            why=result.why,
         )
 
     def report_refusal(self, reason: str) -> None:
         """Report a call that could not start: a single event with the status ``failed``."""
-        self.emit("failed", reason=reason)
+        self._emit(status="failed", reason=reason)
 
-    def emit(
-        self,
-        status: str,
-        duration_us: int = 0,
-        actions: int = 0,
-        reason: str = "",
-        plan: str = "",
-        why: str = "",
-    ) -> None:
-        """Emit an event of the call."""
-        if self.bus.wants(PlannerCall):
-            # names from rules are Symbols, a subclass of str, which recorders of events cannot encode
-            call = PlannerCall(
-                self.bus.clock.now_us(),
-                str(self.env),
-                str(self.call),
-                str(self.goal),
-                str(self.planner),
-                str(self.domain),
-                str(self.problem),
-                status,
-                duration_us,
-                actions,
-                reason,
-                plan,
-                why,
-            )
-            self.bus.emit(call)
+    def _emit(self, **fields: Any) -> None:
+        """Emit the event of a call with changed fields."""
+        if self._bus.wants(PlannerCall):
+            self._bus.emit(replace(self._event, time_us=self._bus.clock.now_us(), **fields))

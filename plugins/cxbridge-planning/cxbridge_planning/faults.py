@@ -7,6 +7,7 @@ from typing import Final
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge_planning.planner import PlanResult, PlanStatus
+from cxbridge_planning.service.delayed import DelayedCall, EndedCall
 from cxbridge_planning.service.service import PlanCall, PlanningService, PlanRequest
 
 FAULTS: Final = "planning.faults"
@@ -32,41 +33,8 @@ class FaultyPlanning(PlanningService):
         """Start making a plan, unless the program decides on a fault."""
         status, delay_s = self._choose_fault(self._env, request.problem.name)
         if status:
-            return _CallWithoutPlan(self, request, PlanStatus(status))
-        if delay_s:
-            due_us = self._now_us() + round(delay_s * MICROSECONDS)
-            return _LateCall(self, request, super().call(request), lambda: self._now_us() >= due_us)
-        return super().call(request)
-
-
-class _CallWithoutPlan(PlanCall):
-    """A call that has ended at once, without a plan."""
-
-    def __init__(self, service: PlanningService, request: PlanRequest, status: PlanStatus) -> None:
-        super().__init__(service, request)
-        self._result = PlanResult(status, request.planner, message="the world has chosen this result")
-        self._done.set()
-
-
-class _LateCall(PlanCall):
-    """A call whose plan is delivered late."""
-
-    def __init__(
-        self, service: PlanningService, request: PlanRequest, call: PlanCall, is_due: Callable[[], bool]
-    ) -> None:
-        super().__init__(service, request)
-        self._call, self._is_due, self._cancelled = call, is_due, False
-
-    @property
-    def result(self) -> PlanResult | None:
-        """The result; None before the end of the delay."""
-        return self._call.result if self._cancelled or self._is_due() else None
-
-    def wait(self, timeout: float | None = None) -> PlanResult | None:
-        """Return the result; None before the end of the delay."""
-        # a wait for the end of the delay would be endless, since this thread advances the run's clock
-        return self._call.wait(timeout) if self._cancelled or self._is_due() else None
-
-    def cancel(self) -> None:
-        self._cancelled = True
-        self._call.cancel()
+            message = "the world has chosen this result"
+            return EndedCall(self, request, PlanResult(PlanStatus(status), request.planner, message=message))
+        due_us = self._now_us() + round(delay_s * MICROSECONDS)
+        call = super().call(request)
+        return DelayedCall(self, call, lambda: self._now_us() >= due_us) if delay_s else call

@@ -42,8 +42,8 @@ class Need(Enum):
     CONDITIONAL_EFFECTS = "conditional effects"
     EQUALITY = "equality"
     COSTS = "costs of actions"
-    # changes of numbers other than costs; conditions that read numbers need NUMBERS, too
-    COUNTERS = "numbers that no condition reads"
+    # effects on numbers other than costs; a condition that reads a number needs NUMBERS, too
+    NUMERIC_CHANGES = "effects on numbers"
     NUMBERS = "numbers"
     FRACTIONS = "numbers with fractions"
     TIME = "durative actions"
@@ -51,8 +51,12 @@ class Need(Enum):
 
 CLASSICAL = frozenset(
     {
-        *(Need.HIERARCHY, Need.NEGATION, Need.DISJUNCTION, Need.QUANTIFIERS),
-        *(Need.CONDITIONAL_EFFECTS, Need.EQUALITY),
+        Need.HIERARCHY,
+        Need.NEGATION,
+        Need.DISJUNCTION,
+        Need.QUANTIFIERS,
+        Need.CONDITIONAL_EFFECTS,
+        Need.EQUALITY,
     }
 )
 """All features except numbers, costs and time."""
@@ -62,33 +66,36 @@ def problem_needs(domain: Domain, problem: Problem) -> dict[Need, str]:
     """Return the required features, each with its first user, e.g. ``action pick``."""
     needs: dict[Need, str] = {}
     for user, formula, is_effect in _formulas(domain, problem):
-        for need in () if formula is None else _formula_needs(formula, is_effect=is_effect):
+        for need in _formula_needs(formula, is_effect=is_effect):
             needs.setdefault(need, user)
     for action in domain.actions:
         if action.durative:
             needs.setdefault(Need.TIME, f"action {action.name}")
     if any(supertype not in ("", ROOT_TYPE) for _, supertype in pairs_of(domain.types)):
         needs[Need.HIERARCHY] = "the types"
-    if problem.metric is not None and problem.metric[1] != FunctionTerm(TOTAL_TIME, ()):
-        needs[Need.COSTS] = "the metric"
+    if problem.metric is not None:
+        _direction, term = problem.metric
+        if term != FunctionTerm(TOTAL_TIME, ()):
+            needs[Need.COSTS] = "the metric"
     if {Need.NUMBERS, Need.TIME} & needs.keys() and _has_fractions(domain, problem):
         needs[Need.FRACTIONS] = "the values of functions"
     return needs
 
 
-def _formulas(domain: Domain, problem: Problem) -> Iterator[tuple[str, Formula | None, bool]]:
+def _formulas(domain: Domain, problem: Problem) -> Iterator[tuple[str, Formula, bool]]:
     """Yield each formula with its user, and whether it is an effect."""
     for action in domain.actions:
-        yield f"action {action.name}", action.condition, False
-        yield f"action {action.name}", action.effect, True
+        for formula, is_effect in ((action.condition, False), (action.effect, True)):
+            if formula is not None:
+                yield f"action {action.name}", formula, is_effect
     yield "the goal", problem.goal, False
 
 
 def _has_fractions(domain: Domain, problem: Problem) -> bool:
     """Return whether numbers may get fractions. Some planners know integers only."""
     formulas = [formula for _, formula, _ in _formulas(domain, problem)]
-    formulas += [action.duration for action in domain.actions]
-    parts = [part for formula in formulas if formula is not None for part in formula.walk()]
+    formulas += [action.duration for action in domain.actions if action.duration is not None]
+    parts = [part for formula in formulas for part in formula.walk()]
     return (
         any(value != int(value) for _, value in problem.numbers)
         or any(isinstance(part, NumericChange) and part.operator == "scale-down" for part in parts)
@@ -134,6 +141,6 @@ def _formula_needs(formula: Formula, *, is_effect: bool) -> Iterator[Need]:
         case NumericChange(operator=operator, target=target):
             # planners without numbers still count the costs of a plan
             if operator != "increase" or target != FunctionTerm(TOTAL_COST, ()):
-                yield Need.COUNTERS
+                yield Need.NUMERIC_CHANGES
     for part in formula.children:
         yield from _formula_needs(part, is_effect=is_effect)

@@ -7,7 +7,6 @@ stand-in in Python here.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from functools import partial
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.config import Configuration
@@ -16,7 +15,8 @@ from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.blackboard import BlackBoardFeature
 from cxbridge.executive.features.config import RedefineWarningFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
-from cxbridge_planning.feature.base import MakeService, make_default_service
+from cxbridge_planning.feature.base import MakeService
+from cxbridge_planning.service.service import PlanningService
 from cxbridge_planning.settings import PlannerSettings
 from cxbridge_ros2cx.confvals import ParametersFeature
 from cxbridge_ros2cx.parameters import FeatureEntry
@@ -34,7 +34,7 @@ def make_features(
     board: BlackBoard,
     get_skills: Callable[[], Ros2CxSkills | None],
     on_removal: Callable[[], None] = lambda: None,
-    make_planning: MakeService = make_default_service,
+    make_planning: MakeService = lambda _env: PlanningService(),
 ) -> list[Feature]:
     """Return ``config_feature``, ``redefine_warning_feature``, and the features that the parameters list.
 
@@ -43,36 +43,21 @@ def make_features(
     :param make_planning: returns the planning service of an environment.
     :raises ConfigError: if the plugin of an entry is unknown.
     """
-    repeats_defects = Ros2CxSettings.from_config(config).repeats_defects
     parser, redefine_warning = PddlParserFeature(), RedefineWarningFeature()
     redefine_warning.name = REDEFINE_FEATURE
-
-    def make_pddl_parser(name: str) -> Feature:
-        # one parser, whatever its name: the feature plansys2 takes the domain from the same object
-        parser.name = name
-        return parser
-
-    def make_blackboard(name: str) -> Feature:
-        # as in the thesis' executive, facts of interfaces live for one run of the rules
-        blackboard = BlackBoardFeature(board, retract_early=True)
-        blackboard.name = name
-        return blackboard
-
-    def make_plansys2(name: str) -> Feature:
-        return PlanSys2Feature(name, PlannerSettings.from_config(config), parser.domain_of, make_planning)
-
-    plugins: dict[str, Callable[[str], Feature]] = {
-        "cx::Plansys2Feature": make_plansys2,
-        "cx::ClipsPddlParserFeature": make_pddl_parser,
-        "cx::SkillExecutionFeature": partial(
-            SkillExecutionFeature, get_skills, on_removal, repeats_defects=repeats_defects
+    plugins: dict[str, Callable[[], Feature]] = {
+        # plans are for the domain that the parser feature has parsed last
+        "cx::Plansys2Feature": lambda: PlanSys2Feature(
+            PlannerSettings.from_config(config), parser.domain_of, make_planning
         ),
-        "cx::BlackboardFeature": make_blackboard,
+        "cx::ClipsPddlParserFeature": lambda: parser,
+        "cx::SkillExecutionFeature": lambda: SkillExecutionFeature(
+            get_skills, on_removal, repeats_defects=Ros2CxSettings.from_config(config).repeats_defects
+        ),
+        # as in the thesis' executive, facts of interfaces live for one run of the rules
+        "cx::BlackboardFeature": lambda: BlackBoardFeature(board, retract_early=True),
     }
-    features: list[Feature] = [
-        ParametersFeature(config),
-        redefine_warning,
-    ]
+    features: list[Feature] = [ParametersFeature(config), redefine_warning]
     for entry in entries:
         if entry.plugin not in plugins:
             raise ConfigError(
@@ -81,5 +66,6 @@ def make_features(
                 line=entry.line,
                 hint=f"use one of: {', '.join(plugins)}",
             )
-        features.append(plugins[entry.plugin](entry.name))
+        features.append(plugins[entry.plugin]())
+        features[-1].name = entry.name
     return features

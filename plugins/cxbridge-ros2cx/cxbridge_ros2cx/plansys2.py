@@ -16,18 +16,14 @@ from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol
 from cxbridge_planning.feature.base import (
-    DomainOf,
     KnownWorld,
-    MakeService,
     PlanningFeature,
     PlanningFunctions,
-    make_default_service,
 )
-from cxbridge_planning.settings import PlannerSettings
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain
-    from cxbridge_planning import PlanCall, PlannerCallReporter, PlanningService, PlanResult
+    from cxbridge_planning import PlanCall, PlannerCallReporter, PlanResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,14 +41,8 @@ class _PlanArguments:
 class _PlanSys2Functions(PlanningFunctions):
     """The functions of the feature in one environment, with its instances, predicates and running calls."""
 
-    def __init__(
-        self,
-        env: ClipsEnvironment,
-        service: PlanningService,
-        settings: PlannerSettings,
-        domain_of: DomainOf,
-    ) -> None:
-        super().__init__(env, service, settings, domain_of)
+    def __init__(self, env: ClipsEnvironment, feature: PlanningFeature) -> None:
+        super().__init__(env, feature)
         from cxbridge_ros2.experts.knowledge import MemoryKnowledge, ProblemExpert  # noqa: PLC0415 - slow
 
         self._problem_expert = ProblemExpert(MemoryKnowledge(), lambda: self.domain)
@@ -60,6 +50,12 @@ class _PlanSys2Functions(PlanningFunctions):
         self._running_calls: list[tuple[_PlanArguments, PlanCall, PlannerCallReporter]] = []
 
     # --- functions ----------------------------------------------------------------------------------------
+
+    def define(self) -> None:
+        self.env.define("psys2-add-domain-instance", self.add_instance, 2, types="*;sy;sy")
+        self.env.define("psys2-add-domain-predicate", self.add_predicate, 1, types="*;sy")
+        self.env.define("psys2-clear-knowledge", self._problem_expert.clear)
+        self.env.define("psys2-call-planner", self.call_planner, 3, types="*;sy;sy;sy")
 
     def add_instance(self, name: str, type_name: str) -> None:
         try:
@@ -79,9 +75,6 @@ class _PlanSys2Functions(PlanningFunctions):
         except PddlError as error:
             self._log.error(f"Problem adding predicate: {text}: {error.message}")
 
-    def clear_knowledge(self) -> None:
-        self._problem_expert.clear()
-
     def call_planner(self, goal_id: str, formula: str, plan_id: str) -> None:
         arguments = _PlanArguments(str(goal_id), str(plan_id), str(formula))
         try:
@@ -92,19 +85,19 @@ class _PlanSys2Functions(PlanningFunctions):
             self._assert_feedback(arguments, "PLAN-FAILED")
             return
         call = self.service.call(request)
-        call_reporter = reporter.report_start(Symbol(arguments.plan_id), request.problem)
+        reporter.report_start(arguments.plan_id, request.problem)
         if self.env.bus.clock.is_virtual:
             # planning takes no virtual time, and the thesis' executive, too, waits for the planner here
             result = call.wait()
             assert result is not None
-            self._report_result(arguments, result, call_reporter)
+            self._report_result(arguments, result, reporter)
         else:
-            self._running_calls.append((arguments, call, call_reporter))
+            self._running_calls.append((arguments, call, reporter))
 
     def known_world(self, domain: Domain) -> KnownWorld:  # noqa: ARG002 - the same for each domain
         """Return the added instances and predicates."""
         knowledge = self._problem_expert.knowledge
-        return list(knowledge.instances.items()), list(knowledge.predicates)
+        return KnownWorld(list(knowledge.instances.items()), list(knowledge.predicates), [])
 
     # --- results ------------------------------------------------------------------------------------------
 
@@ -149,30 +142,8 @@ class _PlanSys2Functions(PlanningFunctions):
         self._running_calls.clear()
 
 
-class PlanSys2Feature(PlanningFeature[_PlanSys2Functions]):
-    """Defines the ``psys2-*`` functions.
+class PlanSys2Feature(PlanningFeature):
+    """Defines the ``psys2-*`` functions."""
 
-    :param settings: the choice of planners and their time limit.
-    :param domain_of: returns the last domain that an environment has parsed; None before the first domain.
-    :param make_service: returns the planning service of an environment.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        settings: PlannerSettings,
-        domain_of: DomainOf,
-        make_service: MakeService = make_default_service,
-    ) -> None:
-        super().__init__(settings, domain_of, make_service)
-        self.name = name
-
-    def make_functions(
-        self, env: ClipsEnvironment, service: PlanningService, settings: PlannerSettings, domain_of: DomainOf
-    ) -> _PlanSys2Functions:
-        functions = _PlanSys2Functions(env, service, settings, domain_of)
-        env.define("psys2-add-domain-instance", functions.add_instance, 2, types="*;sy;sy")
-        env.define("psys2-add-domain-predicate", functions.add_predicate, 1, types="*;sy")
-        env.define("psys2-clear-knowledge", functions.clear_knowledge)
-        env.define("psys2-call-planner", functions.call_planner, 3, types="*;sy;sy;sy")
-        return functions
+    name = "plansys2"
+    functions_class = _PlanSys2Functions

@@ -42,19 +42,18 @@ class SkillExecutionFeature(Feature):
 
     :param get_skills: returns the skill board; None before the skill board exists.
     :param on_removal: called when an ended skill is removed: in the tick that asserts its end.
-    :param name: the name of the feature in the configuration.
     :param repeats_defects: whether to repeat the defects of the thesis' executive.
     """
+
+    name = "skill_execution"
 
     def __init__(
         self,
         get_skills: Callable[[], Ros2CxSkills | None],
         on_removal: Callable[[], None],
-        name: str,
         *,
         repeats_defects: bool = False,
     ) -> None:
-        self.name = name
         self._get_skills, self._on_removal, self._repeats_defects = get_skills, on_removal, repeats_defects
         self._skills_by_environment: dict[str, _EnvironmentSkills] = {}
 

@@ -114,4 +114,4 @@ def test_conditions_come_back(formula: Formula) -> None:
 def test_domains_come_back(domain: Domain) -> None:
     # Not checked: a generated domain parses, but seldom makes sense.
     text = SourceText(format_domain(domain))
-    assert Reader(SyntaxBuilder).read(text.tokens, "domain", SyntaxBuilder(text)) == domain
+    assert Reader(SyntaxBuilder.handler).read(text.tokens, "domain", SyntaxBuilder(text)) == domain

@@ -153,12 +153,12 @@ def _validate_plan(domain: Domain, problem: Problem, plan_file: Path, *, as_json
     if check.unchecked:
         raise CxbridgeError(f"the plan cannot be checked: {check.unchecked}", file=str(plan_file))
     if as_json:
-        say_json({"valid": check.holds, "step": check.step, "message": check.failure}, indent=2)
-    elif check.holds:
-        say(f"the plan holds: {len(actions)} steps")
-    else:
+        say_json({"valid": not check.failure, "step": check.step, "message": check.failure}, indent=2)
+    elif check.failure:
         say(f"the plan does not hold: {check.failure}")
-    return 0 if check.holds else 1
+    else:
+        say(f"the plan holds: {len(actions)} steps")
+    return 1 if check.failure else 0
 
 
 def _parse_options(texts: Iterable[str]) -> dict[str, str]:

@@ -24,6 +24,7 @@ from cxbridge.executive.pddl.ast import (
     TermComparison,
     Timed,
 )
+from cxbridge.executive.pddl.printer import format_list
 from cxbridge_planning.compile.conditions import Evaluator, Fact
 from cxbridge_planning.compile.effects import changed_predicates
 from cxbridge_planning.compile.grounding import reachable
@@ -42,10 +43,9 @@ def unreachable_goal_lines(domain: Domain, problem: Problem) -> list[str]:
     relaxed = replace(domain, actions=tuple(map(_relax_action, domain.actions)))
     # the goal has no influence on the reachable facts
     facts = reachable(relaxed, replace(problem, goal=And(())), _MAX_OPERATORS)
-    alternatives = Evaluator(ObjectTable(domain, problem), lambda _fact: None).alternatives
-    obstacles = [
-        sorted(conjunction.positive - facts) for conjunction in alternatives(_relax_formula(problem.goal), {})
-    ]
+    evaluator = Evaluator(ObjectTable(domain, problem), lambda _fact: None)
+    alternatives = evaluator.alternatives(_relax_formula(problem.goal), {})
+    obstacles = [sorted(conjunction.positive - facts) for conjunction in alternatives]
     return [_obstacle_line(relaxed, fact) for fact in min(obstacles, key=len, default=[])[:_MAX_REASONS]]
 
 
@@ -95,6 +95,6 @@ def _mentions(formula: Formula, predicates: Collection[str]) -> bool:
 
 def _obstacle_line(domain: Domain, fact: Fact) -> str:
     """Return why a fact never becomes true."""
-    text = f"({' '.join((fact.predicate, *fact.arguments))})"
     changed = any(fact.predicate in changed_predicates(action.effect) for action in domain.actions)
-    return f"nothing achieves {text}" + ("" if changed else f": no action changes {fact.predicate}")
+    reason = "" if changed else f": no action changes {fact.predicate}"
+    return f"nothing achieves {format_list(fact.predicate, *fact.arguments)}{reason}"

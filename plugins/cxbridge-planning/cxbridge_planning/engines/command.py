@@ -78,29 +78,22 @@ class CommandPlanner(EnginePlanner):
     ) -> tuple[PlannedAction, ...] | None:
         names = PlanNames(domain, problem)
         with tempfile.TemporaryDirectory(prefix=FOLDER_PREFIX) as folder:
-            files = {key: Path(folder, f"{key}.pddl") for key in ("domain", "problem")}
-            files["domain"].write_text(texts.domain)
-            files["problem"].write_text(rename_problem(texts.problem, _PROBLEM_NAME))
-            placeholder_values = {
-                **{key: str(path) for key, path in files.items()},
-                "plan": str(Path(folder, _PLAN_PREFIX)),
-            }
-            if (
-                self._program.improving_arguments
-                and self.improve_s > 0
-                and Need.COSTS in problem_needs(domain, problem)
-            ):
+            contents = {"domain": texts.domain, "problem": rename_problem(texts.problem, _PROBLEM_NAME)}
+            for key, text in contents.items():
+                Path(folder, f"{key}.pddl").write_text(text)
+            placeholder_values = {key: str(Path(folder, f"{key}.pddl")) for key in contents}
+            placeholder_values["plan"] = str(Path(folder, _PLAN_PREFIX))
+            improves = self._program.improving_arguments and self.improve_s > 0
+            if improves and Need.COSTS in problem_needs(domain, problem):
                 placeholder_values["improve"] = str(max(1, round(self.improve_s)))
                 self._run_program(self._program.improving_arguments, placeholder_values, folder)
                 if plan := self.read_plan(Path(folder), names):
                     return plan
             output = self._run_program(self._program.arguments, placeholder_values, folder)
-            if not self._program.step:
-                plan = self.read_plan(Path(folder), names)
-                if plan is not None:
-                    return plan
+            if not self._program.step and (plan := self.read_plan(Path(folder), names)) is not None:
+                return plan
         # errors refer to the user's files, not to the temporary copies
-        for key, file in zip(files, texts.files, strict=True):
+        for key, file in zip(contents, texts.files, strict=True):
             output = output.replace(placeholder_values[key], file or f"the {key}")
         return self._parse_output(output, names)
 
@@ -133,7 +126,8 @@ class CommandPlanner(EnginePlanner):
                 steps = load_plan(path, names)
             except PlanningError as error:
                 raise PlanningError(f"{self.name} wrote an invalid plan: {error.message}") from None
-            return steps if self._program.has_times and names.durative else _drop_times(steps)
+            has_times = self._program.has_times and names.durative
+            return steps if has_times else tuple(PlannedAction(step.name, step.arguments) for step in steps)
         return None
 
     def _parse_output(self, output: str, names: PlanNames) -> tuple[PlannedAction, ...] | None:
@@ -160,14 +154,6 @@ class CommandPlanner(EnginePlanner):
             yield names.make_step(name, arguments, **times)
 
 
-def _drop_times(steps: tuple[PlannedAction, ...]) -> tuple[PlannedAction, ...]:
-    return tuple(PlannedAction(step.name, step.arguments) for step in steps)
-
-
-fast_downward = partial(CommandPlanner, "fast-downward")
-enhsp = partial(CommandPlanner, "enhsp")
-lpg = partial(CommandPlanner, "lpg")
-ff = partial(CommandPlanner, "ff")
-fd = partial(CommandPlanner, "fd")
-popf = partial(CommandPlanner, "popf")
-optic = partial(CommandPlanner, "optic")
+fast_downward, enhsp, lpg, ff, fd, popf, optic = (
+    partial(CommandPlanner, name) for name in ("fast-downward", "enhsp", "lpg", "ff", "fd", "popf", "optic")
+)

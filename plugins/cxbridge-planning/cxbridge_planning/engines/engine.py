@@ -8,24 +8,26 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Collection
 from contextlib import suppress
-from math import isfinite
 from pathlib import Path
 from typing import Final
 
 from msgspec import Struct
 
 from cxbridge.executive.pddl import Domain, Problem
+from cxbridge.executive.pddl.ast import number_of
 from cxbridge.history.plan_steps import PlannedAction
 from cxbridge_planning.errors import PlanningError, UnknownPlannerError
 from cxbridge_planning.needs import Need
 from cxbridge_planning.plan_files import PlanNames
 from cxbridge_planning.planner import DEFAULT_RANK, Planner
 
-# The engines by kind of problem, in the order of their measured success (docs/planning.md).
-_BEST_CLASSICAL: Final = ("fast-downward",)
-_CLASSICAL: Final = ("lpg", "enhsp", "fd", "ff", "aries", "tamer")
-_NUMERIC: Final = ("enhsp", "lpg", "tamer", "aries")
-_TEMPORAL: Final = ("lpg", "aries", "tamer", "optic", "popf")
+# The engines by kind of problem, in the order of their measured success (docs/planning.md). Pyperplan
+# stands for all planners with the rank DEFAULT_RANK.
+_PYPERPLAN: Final = "pyperplan"
+_CLASSICAL: Final = ("fast-downward", _PYPERPLAN, "lpg", "enhsp", "fd", "ff", "aries", "tamer")
+_NUMERIC: Final = (_PYPERPLAN, "enhsp", "lpg", "tamer", "aries")
+_TEMPORAL: Final = (_PYPERPLAN, "lpg", "aries", "tamer", "optic", "popf")
+
 FOLDER_PREFIX: Final = "cxbridge-plan-"
 """The start of the names of the engines' work folders."""
 
@@ -61,7 +63,10 @@ class EnginePlanner(Planner):
         self.ignores = engine.ignores
         self.fails_with = engine.fails_with
         self.proves = engine.proves
-        self._improve_s = _parse_seconds(improve)
+        improve_s = number_of(improve)
+        if improve_s is None:
+            raise UnknownPlannerError(f"improve must be a number of seconds, not {improve!r}")
+        self._improve_s = improve_s
 
     @property
     def improve_s(self) -> float:
@@ -86,23 +91,6 @@ class EnginePlanner(Planner):
 
     def rank(self, needs: Collection[Need]) -> int:
         """Return the rank by measured success (docs/planning.md)."""
-        order: tuple[str, ...]
-        if Need.TIME in needs:
-            order = _TEMPORAL
-        elif Need.NUMBERS in needs:
-            order = _NUMERIC
-        elif self.name in _BEST_CLASSICAL:
-            return DEFAULT_RANK - 1  # before pyperplan, whose rank is DEFAULT_RANK
-        else:
-            order = _CLASSICAL
-        return DEFAULT_RANK + 1 + (order.index(self.name) if self.name in order else len(order))
-
-
-def _parse_seconds(improve: str) -> float:
-    try:
-        seconds = float(improve)
-    except ValueError:
-        seconds = float("nan")
-    if not isfinite(seconds):
-        raise UnknownPlannerError(f"improve must be a number of seconds, not {improve!r}")
-    return seconds
+        order = _TEMPORAL if Need.TIME in needs else _NUMERIC if Need.NUMBERS in needs else _CLASSICAL
+        place = order.index(self.name) if self.name in order else len(order)
+        return DEFAULT_RANK + place - order.index(_PYPERPLAN)

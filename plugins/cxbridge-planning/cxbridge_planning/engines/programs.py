@@ -83,13 +83,8 @@ class PlannerProgram(Engine, frozen=True):
         return python_command(*words) if _PYTHON in self.words else words
 
 
-_POPF_NEEDS: Final = frozenset(
-    {
-        *(Need.HIERARCHY, Need.TIME, Need.NUMBERS, Need.FRACTIONS),
-        *(Need.COUNTERS, Need.COSTS, Need.EQUALITY),
-    }
-)
-_NUMERIC: Final = frozenset({Need.COSTS, Need.COUNTERS, Need.NUMBERS, Need.FRACTIONS})
+_NUMERIC: Final = frozenset({Need.COSTS, Need.NUMERIC_CHANGES, Need.NUMBERS, Need.FRACTIONS})
+_POPF_NEEDS: Final = _NUMERIC | {Need.HIERARCHY, Need.TIME, Need.EQUALITY}
 _TASK_FILES: Final = ("{domain}", "{problem}")
 _TASK_OPTIONS: Final = ("-o", "{domain}", "-f", "{problem}")
 

@@ -36,7 +36,7 @@ class PyperplanPlanner(Planner):
 
     name = "pyperplan"
     understands = CLASSICAL
-    ignores = frozenset({Need.COSTS, Need.COUNTERS})
+    ignores = frozenset({Need.COSTS, Need.NUMERIC_CHANGES})
 
     def __init__(self, search: str = "gbf", heuristic: str = "hff") -> None:
         for option, value, values in (("search", search, SEARCHES), ("heuristic", heuristic, HEURISTICS)):

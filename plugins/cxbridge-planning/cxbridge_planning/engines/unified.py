@@ -40,8 +40,13 @@ class UnifiedEngine(Engine, frozen=True):
 
 _EXPRESSIVE: Final = frozenset(
     {
-        *(Need.NEGATION, Need.EQUALITY, Need.DISJUNCTION, Need.QUANTIFIERS),
-        *(Need.COUNTERS, Need.NUMBERS, Need.TIME),
+        Need.NEGATION,
+        Need.EQUALITY,
+        Need.DISJUNCTION,
+        Need.QUANTIFIERS,
+        Need.NUMERIC_CHANGES,
+        Need.NUMBERS,
+        Need.TIME,
     }
 )
 
@@ -131,16 +136,15 @@ class UnifiedPlanner(EnginePlanner):
         if status.startswith("UNSOLVABLE"):
             return None
         if result.plan is None:
-            log = "; ".join(message.message.strip() for message in result.log_messages or ())
-            log_excerpt = " ".join(log.split())[-_MAX_EXCERPT:] or "it gives no reason"
-            raise PlanningError(f"{self.name} ended with {status}: {log_excerpt}")
-        if hasattr(result.plan, "timed_actions"):
-            steps = sorted(result.plan.timed_actions, key=lambda step: step[0])
-            return tuple(
-                _make_step(instance, names, float(start), None if duration is None else float(duration))
-                for start, instance, duration in steps
-            )
-        return tuple(_make_step(instance, names) for instance in result.plan.actions)
+            log = " ".join("; ".join(message.message for message in result.log_messages or ()).split())
+            reason = log[-_MAX_EXCERPT:] or "it gives no reason"
+            raise PlanningError(f"{self.name} ended with {status}: {reason}")
+        if not hasattr(result.plan, "timed_actions"):
+            return tuple(_make_step(instance, names) for instance in result.plan.actions)
+        return tuple(
+            _make_step(instance, names, float(start), None if duration is None else float(duration))
+            for start, instance, duration in sorted(result.plan.timed_actions, key=lambda step: step[0])
+        )
 
 
 aries = partial(UnifiedPlanner, "aries")

@@ -27,9 +27,7 @@ class PlanningPlugins(Component):
         self._generator = PddlRobotMemory(context.board, context.bus, config, store, files)
         try:
             service = service_maker(context, PlannerSettings.from_config(config))(context.name)
-            self._planner = PddlPlanner(
-                context.board, context.clock, context.bus, config, store, files, service
-            )
+            self._planner = PddlPlanner(context.board, context.bus, config, store, files, service)
         except BaseException:
             self._generator.close()  # its interface would keep its writer
             raise

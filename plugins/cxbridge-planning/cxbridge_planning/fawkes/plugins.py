@@ -7,13 +7,13 @@ interface for requests and status. docs/planning.md lists the differences from F
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from cxbridge.blackboard import BlackBoard
-from cxbridge.clock import Clock
+from cxbridge.closing import Closing
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.events import EventBus
@@ -69,15 +69,60 @@ class ProblemFiles:
         if self.writes_to_disk:
             path.write_text(text, encoding="utf-8")
 
-    def read(self, path: Path) -> str:
-        """Return the stored text of a problem, or the content of its file.
+    def read(self, path: Path, kind: str) -> str:
+        """Return the stored text of a problem, or the content of a file.
 
+        :param kind: the expected content, for the error.
         :raises PddlError: if the file cannot be read.
         """
-        return self._texts.get(path) or read_text(path, "problem")
+        return self._texts.get(path) or read_text(path, kind)
 
 
-class PddlRobotMemory:
+class _Plugin(Closing):
+    """A plugin with an interface for requests and status.
+
+    :param name: the name of the plugin in the log, and of the writer of its interface.
+    """
+
+    _interface: Any  # the class of the interface is made from XML at run time, so it has no static type
+
+    def __init__(
+        self, name: str, board: BlackBoard, bus: EventBus, store: Store, files: ProblemFiles
+    ) -> None:
+        self._name, self._log = name, bus.logger(name)
+        self._board, self._bus, self._store, self._files = board, bus, store, files
+
+    def _open_interface(self, interface_type: str, name: str, **fields: Any) -> None:
+        """Open the interface after all settings are read: their errors would leave the interface open.
+
+        :raises BlackBoardError: if the interface has another writer.
+        """
+        self._interface = self._board.open_for_writing(interface_type, name, owner=self._name)
+        self._write_fields(**fields)
+
+    def _write_fields(self, **fields: Any) -> None:
+        for name, value in fields.items():
+            self._interface.set(name, value)
+        self._interface.write()
+
+    def _requests(self, message_type: str) -> Iterator[Any]:
+        """Yield the requests in the interface; drop other messages."""
+        while (message := self._interface.msgq_first()) is not None:
+            if message.type == message_type:
+                yield message
+            self._interface.msgq_pop()
+
+    def _read_source(self, file: Path, kind: str) -> str:
+        """Return the text of a file or a stored problem, and emit the text as a source of the run."""
+        text = self._files.read(file, kind)
+        self._bus.emit_source("pddl", "", str(file), text.encode(), kind=kind.rpartition(" ")[2])
+        return text
+
+    def close(self) -> None:
+        self._board.close(self._interface)
+
+
+class PddlRobotMemory(_Plugin):
     """The generator: writes ``PddlGenInterface`` and fills the template of the problem.
 
     :raises BlackBoardError: if the interface has another writer.
@@ -87,25 +132,18 @@ class PddlRobotMemory:
     def __init__(
         self, board: BlackBoard, bus: EventBus, config: Configuration, store: Store, files: ProblemFiles
     ) -> None:
-        self._board = board
-        self._bus = bus
-        self._log = bus.logger("PddlRobotMemory")
-        self._store = store
-        self._files = files
+        super().__init__("PddlRobotMemory", board, bus, store, files)
         self._collection = config.get_str(f"{_GENERATOR_KEY}/collection")
-        source = Path("src") if "@BASEDIR@" in files.substitutions else Path()
-        base = Path(files.substitutions.get("@BASEDIR@", str(files.folder))) / source
-        template_path = config.get_str(f"{_GENERATOR_KEY}/input-problem-description")
-        self._template_file = self._find_file(base, template_path)
-        self._problem_file = self._find_file(
-            base, config.get_str(f"{_GENERATOR_KEY}/output-problem-description")
+        source = "src" if "@BASEDIR@" in files.substitutions else ""
+        base = Path(files.substitutions.get("@BASEDIR@", str(files.folder)), source)
+        self._template_file, self._problem_file = (
+            self._find_file(base, config.get_str(f"{_GENERATOR_KEY}/{key}"))
+            for key in ("input-problem-description", "output-problem-description")
         )
         self._goal = config.get_str(f"{_GENERATOR_KEY}/goal", default="")
-        name = config.get_str(f"{_GENERATOR_KEY}/interface-name", default="pddl-gen")
-        # the class of the interface is made from XML at run time, so it has no static type
-        self._interface: Any = board.open_for_writing("PddlGenInterface", name, owner="PddlRobotMemory")
-        self._interface.write()
         self._is_requested = config.get_bool(f"{_GENERATOR_KEY}/generate-on-init", default=False)
+        name = config.get_str(f"{_GENERATOR_KEY}/interface-name", default="pddl-gen")
+        self._open_interface("PddlGenInterface", name)
 
     def _find_file(self, base: Path, text: str) -> Path:
         """Return a file in the scenario's folder if it exists there, or else in ``base``, Fawkes' sources."""
@@ -117,32 +155,24 @@ class PddlRobotMemory:
         if self._is_requested:
             self._is_requested = False
             self._write_problem()
-            self._interface.final = True
-            self._interface.write()
-        while (message := self._interface.msgq_first()) is not None:
-            if message.type == "GenerateMessage":
-                self._goal = message.goal or self._goal
-                self._interface.msg_id = message.id
-                self._interface.final = False
-                self._interface.write()
-                # the problem is written in the next loop, so that readers see `final` become false before
-                self._is_requested = True
-            self._interface.msgq_pop()
+            self._write_fields(final=True)
+        for message in self._requests("GenerateMessage"):
+            self._goal = message.goal or self._goal
+            self._write_fields(msg_id=message.id, final=False)
+            # the problem is written in the next loop, so that readers see `final` become false before
+            self._is_requested = True
 
     def _write_problem(self) -> None:
         """Fill the template and write the problem; log an error."""
         try:
-            source = read_text(self._template_file, "problem template")
-            self._bus.emit_source("pddl", "", str(self._template_file), source.encode(), kind="template")
+            source = self._read_source(self._template_file, "problem template")
             template = ProblemTemplate(source, str(self._template_file))
             for warning in template.warnings:
                 self._log.error(warning)
-            text = template.fill(
-                lambda queries: {
-                    name: self._store.find(self._collection, query) for name, query in queries.items()
-                },
-                {"GOAL": self._goal or _EMPTY_GOAL},
-            )
+            documents = {
+                name: self._store.find(self._collection, query) for name, query in template.queries.items()
+            }
+            text = template.fill(documents, {"GOAL": self._goal or _EMPTY_GOAL})
             self._files.write(self._problem_file, text)
         except CxbridgeError as error:
             self._log.error(f"Cannot generate the problem: {error}")
@@ -151,11 +181,8 @@ class PddlRobotMemory:
         else:
             self._log.info(f"Finished generation of problem {self._problem_file.name}")
 
-    def close(self) -> None:
-        self._board.close(self._interface)
 
-
-class PddlPlanner:
+class PddlPlanner(_Plugin):
     """Writes ``PddlPlannerInterface``: plans, and stores the plan in the robot memory.
 
     :param service: makes the plans.
@@ -166,24 +193,20 @@ class PddlPlanner:
     def __init__(
         self,
         board: BlackBoard,
-        clock: Clock,
         bus: EventBus,
         config: Configuration,
         store: Store,
         files: ProblemFiles,
         service: PlanningService,
     ) -> None:
-        self._board = board
-        self._clock = clock
-        self._bus = bus
-        self._log = bus.logger("PddlPlanner")
-        self._store = store
-        self._files = files
+        super().__init__("PddlPlanner", board, bus, store, files)
         folder = config.get_str(f"{_PLANNER_KEY}/description-folder")
-        self._domain_file = files.resolve(folder, config.get_str(f"{_PLANNER_KEY}/domain-description"))
-        self._problem_file = files.resolve(folder, config.get_str(f"{_PLANNER_KEY}/problem-description"))
+        self._domain_file, self._problem_file = (
+            files.resolve(folder, config.get_str(f"{_PLANNER_KEY}/{key}"))
+            for key in ("domain-description", "problem-description")
+        )
         self._collection = config.get_str(f"{_PLANNER_KEY}/collection", default="robmem.pddl-plan")
-        self._settings = PlannerSettings.from_config(config)
+        self._timeout = PlannerSettings.from_config(config).timeout
         configured = config.get_str(f"{_PLANNER_KEY}/planner", default=AUTO)
         self._planner = self._usable_planner(configured)
         # Fawkes' options are those of Fast Downward, which is called fd
@@ -193,9 +216,7 @@ class PddlPlanner:
         self._service.warm_up()
         self._running: tuple[PlanCall, PlannerCallReporter] | None = None
         name = config.get_str(f"{_PLANNER_KEY}/interface-name", default="pddl-planner")
-        self._interface: Any = board.open_for_writing("PddlPlannerInterface", name, owner="PddlPlanner")
-        self._interface.set("active_planner", configured[:_MAX_NAME_LENGTH])
-        self._interface.write()
+        self._open_interface("PddlPlannerInterface", name, active_planner=configured[:_MAX_NAME_LENGTH])
 
     def _usable_planner(self, name: str) -> str:
         """Return the configured planner, or ``auto`` if it is not installed."""
@@ -205,23 +226,20 @@ class PddlPlanner:
         reason = make_planner(name).not_installed if exists else f"planner '{name}' is unknown"
         if reason:
             self._log.warn(f"{reason}: the first planner that supports the problem is used")
-            return AUTO
-        return name
+        return AUTO if reason else name
 
     def loop(self) -> None:
         """Handle requests. To be called once per main loop."""
         if self._running is not None:
             call, reporter = self._running
             # a virtual clock does not advance during the call, so that runs are reproducible
-            result = call.wait() if self._clock.is_virtual else call.result
+            result = call.wait() if self._bus.clock.is_virtual else call.result
             if result is not None:
                 self._running = None
                 reporter.report_end(result)
                 self._store_result(result)
-        while (message := self._interface.msgq_first()) is not None:
-            if message.type == "PlanMessage":
-                self._start_request(message.id)
-            self._interface.msgq_pop()
+        for message in self._requests("PlanMessage"):
+            self._start_request(message.id)
 
     def _start_request(self, message_id: int) -> None:
         """Start to plan for a message; cancel the running call."""
@@ -232,29 +250,26 @@ class PddlPlanner:
             reporter.report_end(
                 PlanResult(PlanStatus.CANCELLED, self._planner, message="another call replaced it")
             )
-        self._interface.msg_id = message_id
-        self._interface.final = False
-        self._interface.success = False
-        self._interface.write()
+        self._write_fields(msg_id=message_id, final=False, success=False)
         try:
-            source = read_text(self._domain_file, "domain")
-            self._bus.emit_source("pddl", "", str(self._domain_file), source.encode(), kind="domain")
-            domain = parse_domain(source, str(self._domain_file))
-            source = self._files.read(self._problem_file)
-            self._bus.emit_source("pddl", "", str(self._problem_file), source.encode(), kind="problem")
-            problem = parse_problem(source, domain, self._problem_file)
-        except PddlError as error:
-            # no environment and no goal: the request came over the blackboard
-            reporter = PlannerCallReporter(
-                self._bus, "", "", "nil", self._planner, "", str(self._problem_file)
+            domain = parse_domain(self._read_source(self._domain_file, "domain"), self._domain_file)
+            problem = parse_problem(
+                self._read_source(self._problem_file, "problem"), domain, self._problem_file
             )
-            reporter.report_refusal(str(error))
+        except PddlError as error:
+            self._make_reporter("", str(self._problem_file)).report_refusal(str(error))
             self._store_result(PlanResult(PlanStatus.FAILED, self._planner, message=str(error)))
             return
-        request = PlanRequest(domain, problem, self._planner, self._options, self._settings.timeout)
-        reporter = PlannerCallReporter(self._bus, "", "", "nil", self._planner, domain.name, problem.name)
-        reporter = reporter.report_start(f"message-{message_id}")
+        request = PlanRequest(domain, problem, self._planner, self._options, self._timeout)
+        reporter = self._make_reporter(domain.name, problem.name)
+        reporter.report_start(f"message-{message_id}")
         self._running = (self._service.call(request), reporter)
+
+    def _make_reporter(self, domain: str, problem: str) -> PlannerCallReporter:
+        # without environment and goal, because requests come over the blackboard
+        return PlannerCallReporter(
+            self._bus, env="", goal="nil", planner=self._planner, domain=domain, problem=problem
+        )
 
     def _store_result(self, result: PlanResult) -> None:
         """Store the plan, or its absence, in the robot memory, then update the interface."""
@@ -272,9 +287,7 @@ class PddlPlanner:
         except CxbridgeError as error:
             self._log.error(f"Cannot store the plan: {error}")
             success = False
-        self._interface.final = True
-        self._interface.success = success
-        self._interface.write()
+        self._write_fields(final=True, success=success)
 
     def close(self) -> None:
         """Cancel all planning and close the interface."""
@@ -283,4 +296,4 @@ class PddlPlanner:
             call, reporter = self._running
             if call.result is not None:
                 reporter.report_end(call.result)
-        self._board.close(self._interface)
+        super().close()

@@ -16,15 +16,15 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
 from cxbridge_planning.errors import PlanningError
 from cxbridge_robot_memory.values import ObjectId
 
-FindDocuments = Callable[[dict[str, dict[str, Any]]], Mapping[str, list[dict[str, Any]]]]
-"""Gets queries by section, and returns the documents that each query finds, by section."""
+Documents = Mapping[str, list[dict[str, Any]]]
+"""The documents that the query of each section finds, by the name of the section."""
 
 _TAG: Final = re.compile(r"<<(?P<mark>[#/]?)(?P<name>[A-Za-z0-9_]+)(?:\|(?P<query>.*?))?>>", re.DOTALL)
 _UNQUOTED_KEY: Final = re.compile(r"([{,]\s*)([A-Za-z_$][\w$.]*)\s*:")
@@ -60,13 +60,11 @@ class ProblemTemplate:
         self.warnings: list[str] = []
         self._root = self._parse()
 
-    def fill(self, find_documents: FindDocuments, values: Mapping[str, str]) -> str:
+    def fill(self, documents: Documents, values: Mapping[str, str]) -> str:
         """Return the text with documents and values in place of the tags.
 
-        :param find_documents: called once with all queries.
         :param values: fields that all sections have, e.g. ``GOAL``.
         """
-        documents = find_documents(self.queries) if self.queries else {}
         return "".join(_filled_texts(self._root, dict(values), documents))
 
     def _parse(self) -> _Section:
@@ -122,13 +120,10 @@ def _read_query(text: str) -> Any:
     return json.loads(_UNQUOTED_KEY.sub(r'\1"\2":', text).replace("'", '"'))
 
 
-def _filled_texts(
-    section: _Section, values: dict[str, str], documents: Mapping[str, list[dict[str, Any]]]
-) -> Iterator[str]:
+def _filled_texts(section: _Section, values: dict[str, str], documents: Documents) -> Iterator[str]:
     """Yield the texts of a section's body in order.
 
     :param values: the texts of fields.
-    :param documents: the documents by section.
     """
     for item in section.body:
         if isinstance(item, str):

@@ -6,10 +6,10 @@ request plans from a planning service, and assert plans as facts.
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Container, Iterable
 from functools import partial
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.feature import Feature
@@ -17,7 +17,7 @@ from cxbridge.executive.features.config import clips_scalar
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.executive.pddl import parse_formula, problem_of_facts
-from cxbridge.executive.pddl.ast import Domain, Ground, Problem
+from cxbridge.executive.pddl.ast import Domain, Ground, Problem, names_of
 from cxbridge.executive.problem.facts import INSTANCE, PREDICATE
 from cxbridge.history.plan_steps import PlannedAction
 from cxbridge_planning.call_events import PlannerCallReporter
@@ -34,11 +34,22 @@ DomainOf = Callable[[ClipsEnvironment], Domain | None]
 MakeService = Callable[[str], PlanningService]
 """Makes the planning service of an environment."""
 
-KnownWorld = tuple[list[tuple[str, str]], list[Ground]]
-"""Objects with their types, and facts."""
 
-Numbers = list[tuple[Ground, float]]
-"""Function values."""
+class KnownWorld(NamedTuple):
+    """The initial state of a problem: objects with their types, facts, and the values of functions."""
+
+    objects: list[tuple[str, str]]
+    facts: list[Ground]
+    numbers: list[tuple[Ground, float]]
+
+    def restricted_to(self, names: Container[str]) -> KnownWorld:
+        """Return the state without the objects that lack in ``names``, and without all about them."""
+        # the check of a problem refuses facts about objects that the problem lacks
+        return KnownWorld(
+            [(name, type_) for name, type_ in self.objects if name in names],
+            [(name, values) for name, values in self.facts if all(value in names for value in values)],
+            [number for number in self.numbers if all(value in names for value in number[0][1])],
+        )
 
 
 def service_maker(run: Run, settings: PlannerSettings) -> MakeService:
@@ -53,22 +64,19 @@ def service_maker(run: Run, settings: PlannerSettings) -> MakeService:
     return lambda _env: PlanningService(settings.at_once, settings.memory)
 
 
-def make_default_service(_env: str) -> PlanningService:
-    """Return a service with default settings."""
-    return PlanningService()
-
-
 def make_request(
-    settings: PlannerSettings, domain: Domain, problem: Problem, planner: str, timeout: float = 0.0
+    settings: PlannerSettings, domain: Domain, problem: Problem, planner: str = "", timeout: float = 0.0
 ) -> PlanRequest:
     """Return a request with the configured values.
 
-    :param planner: replaces the configured planner.
+    :param planner: replaces the configured planner; empty: the configured planner.
     :param timeout: replaces the configured timeout; 0: the configured timeout.
     """
     # the configured options belong to the configured planner
-    options = settings.options if planner == settings.planner else {}
-    return PlanRequest(domain, problem, planner, dict(options), float(timeout) or settings.timeout)
+    options = settings.options if planner in ("", settings.planner) else {}
+    return PlanRequest(
+        domain, problem, planner or settings.planner, options, float(timeout) or settings.timeout
+    )
 
 
 def objects_in(env: ClipsEnvironment) -> list[tuple[str, str]]:
@@ -76,8 +84,9 @@ def objects_in(env: ClipsEnvironment) -> list[tuple[str, str]]:
     return [(str(name), str(kind)) for name, kind in env.columns(INSTANCE, "name", "type")]
 
 
-def facts_in(env: ClipsEnvironment, predicates: Container[str]) -> list[Ground]:
-    """Return the domain facts of some predicates."""
+def facts_in(env: ClipsEnvironment, domain: Domain) -> list[Ground]:
+    """Return the facts of a domain's predicates."""
+    predicates = {predicate.name for predicate in domain.predicates}
     return [
         (str(name), tuple(map(str, values)))
         for name, values in env.columns(PREDICATE, "name", "param-values")
@@ -85,23 +94,15 @@ def facts_in(env: ClipsEnvironment, predicates: Container[str]) -> list[Ground]:
     ]
 
 
-class PlanningFunctions:
-    """The functions of a planning feature in one environment, and their running calls.
+class PlanningFunctions(ABC):
+    """The functions of a planning feature in one environment, and their running calls."""
 
-    :param domain_of: returns the last domain parsed in the environment.
-    """
-
-    def __init__(
-        self,
-        env: ClipsEnvironment,
-        service: PlanningService,
-        settings: PlannerSettings,
-        domain_of: DomainOf,
-    ) -> None:
+    def __init__(self, env: ClipsEnvironment, feature: PlanningFeature) -> None:
         self.env = env
-        self.service = service
-        self.settings = settings
-        self._domain_of = domain_of
+        self.settings = feature.settings
+        self.service = feature.make_service(env.name)
+        self.service.warm_up()
+        self._domain_of = feature.domain_of
 
     @property
     def domain(self) -> Domain | None:
@@ -109,27 +110,12 @@ class PlanningFunctions:
         return self._domain_of(self.env)
 
     @abstractmethod
+    def define(self) -> None:
+        """Define the functions in the environment."""
+
+    @abstractmethod
     def known_world(self, domain: Domain) -> KnownWorld:
-        """Return the objects and facts of a problem's initial state."""
-
-    def numbers(self, domain: Domain) -> Numbers:  # noqa: ARG002  for subclasses with functions
-        """Return the function values of a problem's initial state."""
-        return []
-
-    def initial_state(self, domain: Domain, objects: Collection[str] | None) -> tuple[KnownWorld, Numbers]:
-        """Return the initial state of a problem, with some of the objects and all constants.
-
-        :param objects: the names of the objects; None: all objects.
-        """
-        (typed_objects, facts), numbers = self.known_world(domain), self.numbers(domain)
-        if objects is None:
-            return (typed_objects, facts), numbers
-        # the problem's check would refuse facts about objects that the problem lacks
-        names = {*objects, *(name for group in domain.constants for name in group.names)}
-        return (
-            [pair for pair in typed_objects if pair[0] in names],
-            [fact for fact in facts if names.issuperset(fact[1])],
-        ), [number for number in numbers if names.issuperset(number[0][1])]
+        """Return the initial state of a problem."""
 
     @abstractmethod
     def before_run(self) -> None:
@@ -155,19 +141,28 @@ class PlanningFunctions:
         :raises PddlError: without a domain, or if the formula does not suit the domain. The reason is
             also reported as an event.
         """
-        domain, settings = self.domain, self.settings
-        name = planner or settings.planner
+        domain, name = self.domain, planner or self.settings.planner
         domain_name = "" if domain is None else domain.name
-        reporter = PlannerCallReporter(self.env.bus, self.env.name, "", goal_id, name, domain_name, formula)
+        reporter = PlannerCallReporter(
+            self.env.bus,
+            env=self.env.name,
+            goal=goal_id,
+            planner=name,
+            domain=domain_name,
+            problem=formula,
+        )
         try:
             if domain is None:
                 raise PddlError("no PDDL domain was parsed, call parse-pddl-domain first")  # noqa: TRY301
-            known_world, numbers = self.initial_state(domain, objects)
-            problem = problem_of_facts(domain, *known_world, parse_formula(formula), numbers=numbers)
+            world = self.known_world(domain)
+            if objects is not None:
+                world = world.restricted_to({*objects, *names_of(domain.constants)})
+            goal = parse_formula(formula)
+            problem = problem_of_facts(domain, world.objects, world.facts, goal, numbers=world.numbers)
         except PddlError as error:
             reporter.report_refusal(str(error))
             raise
-        return make_request(settings, domain, problem, name, timeout), reporter
+        return make_request(self.settings, domain, problem, planner, timeout), reporter
 
     def assert_plan(
         self, plan_id: Symbol, goal_id: Symbol, actions: Iterable[PlannedAction], *, timed: bool = False
@@ -193,38 +188,32 @@ class PlanningFunctions:
             self.env.assert_fact("plan-action", {**slots, **times})
 
 
-FunctionsT = TypeVar("FunctionsT", bound=PlanningFunctions)
-
-
-class PlanningFeature(Feature, Generic[FunctionsT]):
-    """A feature with a planning service per environment.
+class PlanningFeature(Feature):
+    """A feature with functions that plan, and a planning service per environment.
 
     :param domain_of: returns the last domain parsed in an environment.
     :param make_service: makes the service of an environment.
+    :cvar functions_class: the class of the functions.
     """
 
-    def __init__(
-        self, settings: PlannerSettings, domain_of: DomainOf, make_service: MakeService = make_default_service
-    ) -> None:
-        self.settings = settings
-        self._domain_of = domain_of
-        self.make_service = make_service
-        self._functions: dict[str, FunctionsT] = {}
+    functions_class: ClassVar[type[PlanningFunctions]]
 
-    @abstractmethod
-    def make_functions(
-        self, env: ClipsEnvironment, service: PlanningService, settings: PlannerSettings, domain_of: DomainOf
-    ) -> FunctionsT:
-        """Define the functions in an environment, and return them."""
+    def __init__(
+        self,
+        settings: PlannerSettings,
+        domain_of: DomainOf,
+        make_service: MakeService = lambda _env: PlanningService(),
+    ) -> None:
+        self.settings, self.domain_of, self.make_service = settings, domain_of, make_service
+        self._functions: dict[str, PlanningFunctions] = {}
 
     def make_request(self, domain: Domain, problem: Problem) -> PlanRequest:
         """Return a request of a client that is not a rule."""
-        return make_request(self.settings, domain, problem, self.settings.planner)
+        return make_request(self.settings, domain, problem)
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        service = self.make_service(env.name)
-        service.warm_up()
-        self._functions[env.name] = self.make_functions(env, service, self.settings, self._domain_of)
+        self._functions[env.name] = functions = self.functions_class(env, self)
+        functions.define()
 
     def before_run(self, env: ClipsEnvironment) -> None:
         self._functions[env.name].before_run()

@@ -137,7 +137,7 @@ class PlanChecks:
     ) -> str:
         """Return why the actions fail in the present state; empty if they do not."""
         domain = plan.domain
-        facts = facts_in(self._env, {predicate.name for predicate in domain.predicates})
+        facts = facts_in(self._env, domain)
         numbers = numbers_in(self._env) if domain.functions else {}
         objects = self._objects(plan)
         if plan.object_names is not None:

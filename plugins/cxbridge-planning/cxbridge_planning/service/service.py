@@ -10,7 +10,9 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Final
 
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
@@ -21,6 +23,11 @@ from cxbridge_planning.service.attempts import Attempts
 from cxbridge_planning.service.jobs import Job
 from cxbridge_planning.service.process import PlannerProcess
 from cxbridge_planning.settings import DEFAULT_AT_ONCE, DEFAULT_MEMORY, DEFAULT_TIMEOUT
+
+_TIME_SHARE: Final = 0.6  # the share of the remaining time for each planner except the last
+
+CANCELLED_TEXT: Final = "planning was cancelled"
+"""The message of a cancelled call's result."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,17 +75,14 @@ class PlanCall:
     def run(self) -> None:
         """Make the plan. Called in the thread of the call."""
         start = time.monotonic()
-        timer = threading.Timer(self.request.timeout, self._end_call, (PlanStatus.TIMEOUT,))
-        timer.daemon = True
-        timer.start()
+        timer = _start_timer(self.request.timeout, lambda: self._end_call(PlanStatus.TIMEOUT))
         attempts = Attempts(self.request.planner)
         try:
             result = self._try_planners(attempts, start + self.request.timeout)
         except OSError as error:
             text = f"no process for a planner can be started: {error}"
             result = PlanResult(PlanStatus.FAILED, self.request.planner, message=text)
-        finally:
-            timer.cancel()
+        timer.cancel()
         seconds = time.monotonic() - start
         with self._lock:  # a cancellation from now on comes too late
             end_status = self._end_status
@@ -87,7 +91,7 @@ class PlanCall:
             if end_status is not None and not has_plan:
                 text = {
                     PlanStatus.TIMEOUT: f"no plan within {self.request.timeout:g} s{attempts.advice}",
-                    PlanStatus.CANCELLED: "planning was cancelled",
+                    PlanStatus.CANCELLED: CANCELLED_TEXT,
                 }[end_status]
                 result = PlanResult(end_status, self.request.planner, message=text, seconds=seconds)
             self._result = result
@@ -102,9 +106,10 @@ class PlanCall:
             )
         except CxbridgeError as error:
             return PlanResult(PlanStatus.FAILED, request.planner, message=str(error))
-        for planner, share in attempts.shares():
-            remaining = deadline - time.monotonic()
-            result = self._try_planner(planner, remaining * share, is_last=share == 1.0)
+        for planner in attempts.choice.planners:
+            is_last = planner is attempts.choice.planners[-1]
+            seconds = (deadline - time.monotonic()) * (1.0 if is_last else _TIME_SHARE)
+            result = self._try_planner(planner, seconds, is_last=is_last)
             if self.is_ended or attempts.add_result(planner, result):
                 return attempts.with_reasons(result)
         return attempts.final_result()
@@ -124,13 +129,10 @@ class PlanCall:
         if self._process is None:  # the call ended while it waited for the process
             self._service.return_process(process)
             return PlanResult(PlanStatus.CANCELLED, name)
-        timer = threading.Timer(seconds, process.kill)
-        if not is_last:
-            timer.daemon = True
-            timer.start()
-        job = Job(planner, request.domain, request.problem, self._service.memory, seconds)
-        result = process.run(job)
-        timer.cancel()
+        timer = None if is_last else _start_timer(seconds, process.kill)
+        result = process.run(Job(planner, request.domain, request.problem, self._service.memory, seconds))
+        if timer is not None:
+            timer.cancel()
         with self._lock:
             self._process = None
         if process.is_killed and result.status is PlanStatus.FAILED:
@@ -146,7 +148,7 @@ class PlanCall:
         name, domain, problem = planner.name, self.request.domain, self.request.problem
         if self._end_status is not PlanStatus.CANCELLED:
             actions = planner.best_so_far(process.folder, domain, problem)
-            if actions is not None and check_plan(domain, problem, actions).holds:
+            if actions is not None and not check_plan(domain, problem, actions).failure:
                 why = f"the time limit was reached: the best plan within {seconds:.3g} s"
                 return PlanResult(PlanStatus.PLANNED, name, actions, why=why)
         return PlanResult(PlanStatus.TIMEOUT, name, message=f"{name} found no plan within {seconds:.3g} s")
@@ -163,6 +165,13 @@ class PlanCall:
                 if self._process is not None:
                     self._process.kill()
         self._service.wake_waiting_calls()
+
+
+def _start_timer(seconds: float, function: Callable[[], None]) -> threading.Timer:
+    timer = threading.Timer(seconds, function)
+    timer.daemon = True
+    timer.start()
+    return timer
 
 
 class PlanningService(Closing):

@@ -37,10 +37,8 @@ def run_job(job: Job) -> PlanResult:
         status, message = _judge_plan(job, actions)
     except CxbridgeError as error:
         message = str(error)
-    except MemoryError:
-        message = f"{name} exceeded its memory limit"
-    except RecursionError:
-        message = f"{name} exceeded the recursion limit"
+    except (MemoryError, RecursionError) as error:
+        message = f"{name} exceeded the {'memory' if isinstance(error, MemoryError) else 'recursion'} limit"
     except Exception as error:  # noqa: BLE001  a planner may raise anything
         message = f"{name} failed: {type(error).__name__}: {error}"
     valid_actions = actions or () if status is PlanStatus.PLANNED else ()
@@ -54,13 +52,13 @@ def _judge_plan(job: Job, actions: tuple[PlannedAction, ...] | None) -> tuple[Pl
         # imported late, because most problems have a plan
         from cxbridge_planning.compile.relaxed import no_plan_reason  # noqa: PLC0415
 
-        text = f"{name} says that there is no plan{no_plan_reason(job.domain, job.problem)}"
-        return PlanStatus.NO_PLAN, text
+        reason = no_plan_reason(job.domain, job.problem)
+        return PlanStatus.NO_PLAN, f"{name} says that there is no plan{reason}"
     # no planner is trusted: an invalid plan would fail in the middle of its execution
     check = check_plan(job.domain, job.problem, actions)
-    if check.holds:
-        return PlanStatus.PLANNED, ""
-    return PlanStatus.FAILED, f"{name} made an invalid plan: {check.failure}"
+    if check.failure:
+        return PlanStatus.FAILED, f"{name} made an invalid plan: {check.failure}"
+    return PlanStatus.PLANNED, ""
 
 
 def _limit_memory(memory: int) -> None:

@@ -7,9 +7,11 @@ the start, the moment of an end refers to the moment of the start.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Final, NamedTuple
+
+from msgspec.structs import replace
 
 from cxbridge.executive.pddl.ast import (
     And,
@@ -64,7 +66,7 @@ class Moment:
         """Return the state in the form in which conditions are evaluated."""
         return KnownState(self.state.facts, self.state.numbers, self.objects.of_types, self.duration)
 
-    def reads_of(self, formulas: list[Formula], binding: Binding) -> tuple[set[Ground], set[Ground]]:
+    def reads_of(self, formulas: Iterable[Formula], binding: Binding) -> tuple[set[Ground], set[Ground]]:
         """Return the facts that conditions read as true, and all other facts and functions that they read."""
         facts, numbers = RecordingFacts(self.state.facts), RecordingNumbers(self.state.numbers)
         state = KnownState(facts, numbers, self.objects.of_types, self.duration)
@@ -90,7 +92,7 @@ def parts_at(formula: Formula | None, time: str) -> Iterator[Formula]:
                 yield from parts_at(part, AT_START)  # the inner part has no time
         case Quantified(quantifier="forall", part=part) if _has_times(part):
             for inner in parts_at(part, time):
-                yield Quantified(formula.quantifier, formula.variables, inner, formula.position)
+                yield replace(formula, part=inner)
         case _ if time == AT_START:
             yield formula
 

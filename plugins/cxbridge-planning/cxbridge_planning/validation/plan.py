@@ -22,6 +22,7 @@ from cxbridge.executive.pddl.ast import (
     Variable,
     names_of,
 )
+from cxbridge.executive.pddl.printer import format_list
 from cxbridge.executive.problem.truth import DURATION
 from cxbridge.history.plan_steps import PlannedAction
 from cxbridge_planning.errors import PlanningError
@@ -48,21 +49,14 @@ TOLERANCE_S: Final = 0.001
 class PlanCheck:
     """The result of checking a plan.
 
-    :param end: the state after the plan, or before the failed step.
     :param failure: why the plan is invalid; else empty.
     :param step: the number of the first impossible step, from 1; 0: the goal is not reached.
     :param unchecked: why the check is inconclusive; else empty.
     """
 
-    end: WorldState
     failure: str = ""
     step: int = 0
     unchecked: str = ""
-
-    @property
-    def holds(self) -> bool:
-        """Whether the check found no failure."""
-        return not self.failure
 
 
 class _StepError(Exception):
@@ -120,8 +114,12 @@ def check_plan(
     :param running: actions that have started; their ``start`` may be negative.
     :param objects: the objects by type, by default those of the problem.
     """
-    begin = state or WorldState.from_problem(problem)
-    checker = _Checker(domain, problem.goal, begin, objects or ObjectTable(domain, problem))
+    checker = _Checker(
+        domain,
+        problem.goal,
+        state or WorldState.from_problem(problem),
+        objects or ObjectTable(domain, problem),
+    )
     return checker.check(tuple(actions), tuple(running))
 
 
@@ -148,18 +146,12 @@ class _Checker:
             events = sorted(self._events(steps), key=lambda event: event.time)
             for group in _simultaneous_groups(events):
                 self._execute(group)
-            return self._check_goal()
+            missing = false_part_text(self._goal, {}, Moment(self._state, self._objects))
         except _StepError as error:
-            return self._result(failure=str(error), step=error.step)
+            return PlanCheck(str(error), error.step)
         except (PlanningError, PddlError) as error:
-            return self._result(unchecked=str(error))
-
-    def _result(self, failure: str = "", step: int = 0, unchecked: str = "") -> PlanCheck:
-        return PlanCheck(self._state, failure, step, unchecked)
-
-    def _check_goal(self) -> PlanCheck:
-        missing = false_part_text(self._goal, {}, Moment(self._state, self._objects))
-        return self._result(failure=f"the goal is not reached: {missing}" if missing else "")
+            return PlanCheck(unchecked=str(error))
+        return PlanCheck(f"the goal is not reached: {missing}" if missing else "")
 
     def _make_step(self, number: int, planned: PlannedAction, *, is_running: bool = False) -> _Step:
         """Return a step, after checks of its name and objects."""
@@ -191,11 +183,10 @@ class _Checker:
             if not is_timed:
                 step.start, step.end = clock, clock + (step.planned.duration or 1.0)
                 clock = step.end + 1.0  # a gap, because simultaneous moments may interfere
-            if not step.action.durative:
+            if step.action.durative:
+                yield from (_Event(step.start, step, "start"), _Event(step.end, step, "end"))
+            else:
                 yield _Event(step.start, step, "")
-                continue
-            yield _Event(step.start, step, "start")
-            yield _Event(step.end, step, "end")
 
     def _execute(self, events: Sequence[_Event]) -> None:
         """Execute simultaneous moments."""
@@ -233,10 +224,8 @@ class _Checker:
                 _check_duration(step, action.duration, moment)
             reads = set[Ground]().union(*moment.reads_of(conditions, step.binding))
             if is_start:  # the start also needs the facts that must be true from now on
-                invariants = list(parts_at(action.condition, OVER_ALL))
-                reads |= moment.reads_of(invariants, step.binding)[0]
-        changes = effect_changes(action.effect, step.binding, moment, AT_START if is_start else AT_END)
-        return reads, changes
+                reads |= moment.reads_of(parts_at(action.condition, OVER_ALL), step.binding)[0]
+        return reads, effect_changes(action.effect, step.binding, moment, AT_START if is_start else AT_END)
 
     def _require(self, step: _Step, conditions: Iterable[Formula], state: WorldState) -> None:
         """Raise ``_StepError`` if a condition of a step is false in a state."""
@@ -273,7 +262,7 @@ def _refuse_interference(executed: Sequence[tuple[_Event, set[Ground], Changes]]
             raise _StepError(
                 second.step.number,
                 f"{_step_text(second.step)}: at {second.time:g} s it and {_action_text(first.step.planned)} "
-                f"both affect ({' '.join((name, *arguments))}); one must begin later",
+                f"both affect {format_list(name, *arguments)}; one must begin later",
             )
 
 
@@ -297,7 +286,7 @@ def _check_duration(step: _Step, constraint: Formula, moment: Moment) -> None:
 
 
 def _action_text(planned: PlannedAction) -> str:
-    return f"({' '.join((planned.name, *planned.arguments))})"
+    return format_list(planned.name, *planned.arguments)
 
 
 def _step_text(step: _Step) -> str:

@@ -33,10 +33,8 @@ class WorldState:
 
     def after(self, changes: Changes) -> WorldState:
         """Return the state after changes. Deletions precede additions."""
-        if not changes:  # spares a copy of the facts
-            return self
-        numbers = {**self.numbers, **changes.numbers} if changes.numbers else self.numbers
-        return WorldState((self.facts - changes.deletes) | changes.adds, numbers)
+        facts = (self.facts - changes.deletes) | changes.adds
+        return WorldState(facts, {**self.numbers, **changes.numbers})
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,9 +44,6 @@ class Changes:
     adds: set[Ground] = field(default_factory=set)
     deletes: set[Ground] = field(default_factory=set)
     numbers: dict[Ground, float] = field(default_factory=dict)
-
-    def __bool__(self) -> bool:
-        return bool(self.adds or self.deletes or self.numbers)
 
     @property
     def written(self) -> set[Ground]:

@@ -127,14 +127,22 @@ def test_costs_count(service):
     assert [str(step) for step in result.actions] == ["(cheap)", "(cheaper)"], result.why
 
 
+FRACTIONS = {Need.NUMERIC_CHANGES, Need.NUMBERS, Need.FRACTIONS}
+
+
 @pytest.mark.parametrize(
     ("effect", "condition", "init", "expected"),
     [
-        ("(increase (f) 1)", "(p)", "", {Need.COUNTERS}),
-        ("(increase (f) 1)", "(> (f) 1)", "(= (f) 2)", {Need.COUNTERS, Need.NUMBERS}),
-        ("(increase (f) 1)", "(> (f) 1)", "(= (f) 2.5)", {Need.COUNTERS, Need.NUMBERS, Need.FRACTIONS}),
-        ("(increase (f) 0.5)", "(> (f) 1)", "", {Need.COUNTERS, Need.NUMBERS, Need.FRACTIONS}),
-        ("(scale-down (f) 2)", "(> (f) 1)", "", {Need.COUNTERS, Need.NUMBERS, Need.FRACTIONS}),
+        ("(increase (f) 1)", "(p)", "", {Need.NUMERIC_CHANGES}),
+        ("(increase (f) 1)", "(> (f) 1)", "(= (f) 2)", {Need.NUMERIC_CHANGES, Need.NUMBERS}),
+        (
+            "(increase (f) 1)",
+            "(> (f) 1)",
+            "(= (f) 2.5)",
+            {Need.NUMERIC_CHANGES, Need.NUMBERS, Need.FRACTIONS},
+        ),
+        ("(increase (f) 0.5)", "(> (f) 1)", "", {Need.NUMERIC_CHANGES, Need.NUMBERS, Need.FRACTIONS}),
+        ("(scale-down (f) 2)", "(> (f) 1)", "", {Need.NUMERIC_CHANGES, Need.NUMBERS, Need.FRACTIONS}),
         ("(p)", "(> (/ (f) 3) 1)", "", {Need.NUMBERS, Need.FRACTIONS}),
     ],
 )

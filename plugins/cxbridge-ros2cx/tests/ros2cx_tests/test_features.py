@@ -59,8 +59,8 @@ class Bench:
         parser = PddlParserFeature()
         features = [
             parser,
-            PlanSys2Feature("plansys2", PlannerSettings(planner="pyperplan"), parser.domain_of),
-            SkillExecutionFeature(lambda: cast("Ros2CxSkills", self.skills), self._remove, "skill_execution"),
+            PlanSys2Feature(PlannerSettings(planner="pyperplan"), parser.domain_of),
+            SkillExecutionFeature(lambda: cast("Ros2CxSkills", self.skills), self._remove),
         ]
         self.manager = EnvironmentManager(self.bus, features)
         self.env = self.manager.create("executive")

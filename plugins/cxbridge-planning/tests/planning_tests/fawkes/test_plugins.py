@@ -62,7 +62,7 @@ class World:
         files = ProblemFiles({"@CONFDIR@": str(self.folder)}, self.folder, **more)
         self.plugins = [
             PddlRobotMemory(self.board, self.bus, config, self.store, files),
-            PddlPlanner(self.board, self.bus.clock, self.bus, config, self.store, files, PlanningService()),
+            PddlPlanner(self.board, self.bus, config, self.store, files, PlanningService()),
         ]
         self.generator = self.board.open_for_reading("PddlGenInterface", "pddl-gen")
         self.planner = self.board.open_for_reading("PddlPlannerInterface", "pddl-planner")

@@ -16,25 +16,18 @@ DOCUMENTS = {
 
 
 def fill(text, documents=None, **values):
-    asked = []
-
-    def find(queries):
-        asked.append(queries)
-        return documents or {}
-
-    return ProblemTemplate(text).fill(find, values), asked
+    return ProblemTemplate(text).fill(documents or {}, values)
 
 
 def test_a_section_is_there_once_a_document():
     text = '(:objects<<#OBJECTS|{"relation": "domain-object"}>> <<name>> - <<type>><</OBJECTS>>)'
-    filled, asked = fill(text, DOCUMENTS)
-    assert filled == "(:objects BOB - name HELLO - text)"
-    assert asked == [{"OBJECTS": {"relation": "domain-object"}}]
+    assert fill(text, DOCUMENTS) == "(:objects BOB - name HELLO - text)"
+    assert ProblemTemplate(text).queries == {"OBJECTS": {"relation": "domain-object"}}
 
 
 def test_an_array_has_a_blank_before_each_element():
     text = "<<#FACTS|{}>>(<<name>> <<param_values>>) <<param_values_1>><</FACTS>>"
-    assert fill(text, DOCUMENTS)[0] == "(said  BOB HELLO) HELLO"
+    assert fill(text, DOCUMENTS) == "(said  BOB HELLO) HELLO"
 
 
 def test_values_of_every_kind():
@@ -48,19 +41,18 @@ def test_values_of_every_kind():
         "list": [{"a": 1}],
     }
     text = "<<#D|{}>><<whole>> <<real>> <<yes>> <<id>> <<none>> <<in_side_deep>> <<list_0_a>> <<no>>.<</D>>"
-    filled, _ = fill(text, {"D": [document]})
-    assert filled == "3 1.500000 1 0123456789abcdef01234567 INVALID_VALUE_TYPE x 1 ."
+    assert fill(text, {"D": [document]}) == "3 1.500000 1 0123456789abcdef01234567 INVALID_VALUE_TYPE x 1 ."
 
 
 def test_the_goal_is_known_everywhere():
-    assert fill("<<GOAL>><<#D|{}>>,<<GOAL>><</D>>", {"D": [{}, {}]}, GOAL="(g)")[0] == "(g),(g),(g)"
+    assert fill("<<GOAL>><<#D|{}>>,<<GOAL>><</D>>", {"D": [{}, {}]}, GOAL="(g)") == "(g),(g),(g)"
 
 
 def test_a_section_again_and_in_another():
     text = "<<#D|{}>><<a>><</D>>|<<#D>>[<<a>>]<</D>><<#E>>never<</E>>"
-    assert fill(text, {"D": [{"a": "1"}, {"a": "2"}]})[0] == "12|[1][2]"
+    assert fill(text, {"D": [{"a": "1"}, {"a": "2"}]}) == "12|[1][2]"
     nested = '<<#D|{}>><<a>>:<<#E|{"b": 1}>><<a>><<b>><</E>> <</D>>'
-    assert fill(nested, {"D": [{"a": "1"}, {"a": "2"}], "E": [{"b": "x"}]})[0] == "1:1x 2:2x "
+    assert fill(nested, {"D": [{"a": "1"}, {"a": "2"}], "E": [{"b": "x"}]}) == "1:1x 2:2x "
 
 
 def test_queries_of_old_templates():
@@ -68,9 +60,8 @@ def test_queries_of_old_templates():
     assert template.queries == {"D": {"relation": "domain-fact", "$or": [{"a.b": 1}]}}
 
 
-def test_without_queries_nobody_is_asked():
-    filled, asked = fill("plain > text <", {})
-    assert (filled, asked) == ("plain > text <", [])
+def test_without_sections_the_text_is_as_it_is():
+    assert fill("plain > text <") == "plain > text <"
 
 
 def test_two_queries_of_one_name_are_told():
@@ -102,4 +93,4 @@ def test_templates_of_fawkes(scenario):
     path = SHARED / "fawkes-data/pddl" / scenario / "problem-template.pddl"
     template = ProblemTemplate(path.read_text(), str(path))
     assert template.queries
-    assert template.fill(lambda queries: {name: [] for name in queries}, {"GOAL": "(and)"})
+    assert template.fill({}, {"GOAL": "(and)"})
