@@ -60,7 +60,7 @@ class CxManager(EnvironmentManager):
             # the text of the ROS 2 CX, with its misspelling
             raise ClipsError(f"Enviroment {name} already exists!")
         parameters = self.context.parameters
-        items = parameters.get_strings(f"{name}.watch")
+        watch_items = parameters.get_strings(f"{name}.watch")
         redirects_stdout = parameters.get(f"{name}.redirect_stdout_to_debug", default=False)
         env = self._environment(name, self.bus, log_component or name)
         self.add_environment(env)
@@ -72,7 +72,7 @@ class CxManager(EnvironmentManager):
         if not isinstance(env, StockEnvironment):
             return env
         try:
-            env.watch_items(items)
+            env.watch_items(watch_items)
         except ClipsError as error:
             # an unknown item: the error below names its place in the parameter file
             self.destroy(name)
@@ -84,11 +84,9 @@ class CxManager(EnvironmentManager):
         return env
 
     def stock_environment(self, name: str) -> StockEnvironment:
-        entry = self._managed_environments.get(name)
-        if entry is None:
-            raise ClipsError(f"there is no CLIPS environment '{name}'")
-        assert isinstance(entry.environment, StockEnvironment)
-        return entry.environment
+        env = self.find(name)
+        assert isinstance(env, StockEnvironment)
+        return env
 
     def load_plugins(self, name: str) -> None:
         """Load the plug-ins of an environment in the order of the parameters.
@@ -104,7 +102,7 @@ class CxManager(EnvironmentManager):
 
         :raises CxbridgeError: if a plug-in or a parameter is invalid and the manager is strict.
         """
-        env = self._managed_environments[name].environment
+        env, functions = self.find(name), self._managed_environments[name].functions
         try:
             plugin = self._get_plugin(feature_name)
         except Exception as error:  # noqa: BLE001 - a plug-in of another package may raise anything
@@ -115,12 +113,11 @@ class CxManager(EnvironmentManager):
             return FALSE
         with env.lock:
             # as in the ROS 2 CX, a second request defines all functions again
-            if feature_name in self._loaded_plugins[name]:
-                env.udfs.revoke(self._managed_environments[name].functions[feature_name], "")
+            env.udfs.revoke(functions.get(feature_name, ()), "")
             previous_names = env.udfs.names
             if not self.attempt(plugin, partial(plugin.init_context, env)):
                 return FALSE
-            self._managed_environments[name].functions[feature_name] = env.udfs.names - previous_names
+            functions[feature_name] = env.udfs.names - previous_names
         self._loaded_plugins[name].append(feature_name)
         return TRUE
 
@@ -171,14 +168,16 @@ class CxManager(EnvironmentManager):
         plugin = self.plugins[plugin_name]
         self.attempt(plugin, partial(plugin.context_destroyed, env))
         self._loaded_plugins[env.name].remove(plugin_name)
-        reason = f"the plug-in '{plugin_name}' was unloaded from the environment '{env.name}'"
         # a plug-in that was loaded twice keeps its functions until the second unloading
         if plugin_name not in self._loaded_plugins[env.name]:
-            env.udfs.revoke(self._managed_environments[env.name].functions.pop(plugin_name, ()), reason)
+            env.udfs.revoke(
+                self._managed_environments[env.name].functions.pop(plugin_name, ()),
+                f"the plug-in '{plugin_name}' was unloaded from the environment '{env.name}'",
+            )
 
     def unload_plugins(self, name: str) -> None:
         """Unload all plug-ins of an environment, the last one first."""
-        env = self._managed_environments[name].environment
+        env = self.find(name)
         with env.lock:
             for plugin_name in reversed(self._loaded_plugins[name][:]):
                 self._unload(env, plugin_name)
@@ -192,9 +191,7 @@ class CxManager(EnvironmentManager):
 
     def destroy(self, name: str) -> None:
         """Unload the plug-ins of an environment, then destroy the environment."""
-        if name not in self._managed_environments:
-            raise ClipsError(f"there is no CLIPS environment '{name}'")
-        env = self._managed_environments[name].environment
+        env = self.find(name)
         self.unload_plugins(name)
         del self._managed_environments[name], self._loaded_plugins[name]
         env.destroy()

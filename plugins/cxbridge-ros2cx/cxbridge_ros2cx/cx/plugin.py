@@ -17,14 +17,18 @@ from typing import TYPE_CHECKING, Final
 
 from msgspec import Struct
 
-from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.errors import ClipsError, ConfigError, CxbridgeError
 from cxbridge.executive.feature import Feature
+from cxbridge.executive.host.values import FALSE
 from cxbridge.suggestions import did_you_mean
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from cxbridge.clock import Clock
     from cxbridge.events import EventBus, Logger
     from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.executive.host.values import Value
     from cxbridge_protobuf.connections import MakeConnections
     from cxbridge_ros2cx.cx.packages import Packages
     from cxbridge_ros2cx.cx.parameters import NodeParameters, Parameter
@@ -51,12 +55,6 @@ _SHIPPED_CLASSES: Final = {
 }
 
 
-def run_rules(env: StockEnvironment) -> int:
-    """Run an environment's rules and return the number of firings; the caller holds its lock."""
-    env.refresh_agenda()
-    return env.run()
-
-
 # the classes that replace shipped classes since pull request 33 of carologistics/clips_executive (June 2026)
 _CLASSES_SINCE_2026: Final = {
     "cx::ConfigPlugin": f"{_PLUGIN_PACKAGE}.config:QuotedKeyConfigPlugin",
@@ -67,7 +65,8 @@ _CLASSES_SINCE_2026: Final = {
 class NodeContext(Struct):
     """The shared state of a node's plug-ins.
 
-    :param run_environment: runs the rules of an environment and returns the number of firings.
+    :param run_environment: runs the rules of an environment and returns the number of firings; the node sets
+        this function.
     """
 
     parameters: NodeParameters
@@ -75,7 +74,7 @@ class NodeContext(Struct):
     clock: Clock
     bus: EventBus
     ros: RosNode
-    run_environment: Callable[[StockEnvironment], int] = run_rules
+    run_environment: Callable[[StockEnvironment], int] = lambda env: env.run()
     connections: MakeConnections | None = None  # makes protobuf connections; None for sockets
     has_2026_changes: bool = False  # whether the checkout has the changes of pull request 33 (June 2026)
     # whether a command only inspects agents: the command itself loads their files, and no rule fires
@@ -116,6 +115,40 @@ class CxPlugin(Feature):
         """Return the full name of a parameter of the plug-in."""
         return f"{self.name}.{name}"
 
+    def or_false(self, function: Callable[..., Value], log_prefix: str = "") -> Callable[..., Value]:
+        """Return a function that logs an error and then returns FALSE.
+
+        :param log_prefix: the text before the error in the log.
+        """
+
+        def call(*arguments: Value) -> Value:
+            try:
+                return function(*arguments)
+            except ClipsError as error:
+                self.log.error(f"{log_prefix}{error}")
+                return FALSE
+
+        return call
+
+    def find_share_folders(self) -> list[Path]:
+        """Return the share folders of the packages in ``pkg_share_dirs``; log the unknown packages."""
+        folders = []
+        for package in self.parameters.get_strings(self.parameter("pkg_share_dirs")):
+            folder = self.context.packages.find_share_folder(package)
+            if folder is None:
+                self.log_parameter_error(
+                    "pkg_share_dirs",
+                    f"names a package that does not exist: {package}",
+                    "name a checkout or workspace that has the package with --ros2cx, or source a ROS"
+                    " environment",
+                )
+            else:
+                folders.append(folder)
+        return folders
+
+    def log_parameter_error(self, name: str, fault: str, hint: str | None = None) -> None:
+        self.log.error(str(self.parameters.make_error(self.parameter(name), fault, hint)))
+
 
 MakePlugin = Callable[[str, NodeContext], CxPlugin]  # creates a plug-in with a name
 
@@ -143,18 +176,17 @@ def find_plugin_class(plugin: str, class_name: str, context: NodeContext) -> Mak
 
     :raises ConfigError: if no class stands in for the C++ class.
     """
-    target, parameters = _SHIPPED_CLASSES.get(class_name), context.parameters
-    if context.has_2026_changes:
-        target = _CLASSES_SINCE_2026.get(class_name, target)
-    if target is not None:
-        shipped_class: MakePlugin = resolve_name(target)
-        return shipped_class
+    shipped_classes = _SHIPPED_CLASSES | (_CLASSES_SINCE_2026 if context.has_2026_changes else {})
+    make_plugin: MakePlugin
+    if class_name in shipped_classes:
+        make_plugin = resolve_name(shipped_classes[class_name])
+        return make_plugin
     from importlib.metadata import entry_points  # noqa: PLC0415 - slow, and rarely needed
 
     external_classes = {entry.name: entry for entry in entry_points(group=PLUGIN_GROUP)}
     if class_name in external_classes:
-        external_class: MakePlugin = external_classes[class_name].load()
-        return external_class
+        make_plugin = external_classes[class_name].load()
+        return make_plugin
     proto_files = context.packages.find_proto_files(class_name)
     if proto_files:
         return partial(import_module(f"{_PLUGIN_PACKAGE}.protobuf").ProtobufPlugin, proto_files=proto_files)
@@ -163,7 +195,7 @@ def find_plugin_class(plugin: str, class_name: str, context: NodeContext) -> Mak
         type_name = generated.find_type(class_name, context)
         if type_name is not None:
             return partial(generated.GeneratedPlugin, type_name=type_name)
-    raise parameters.make_error(
+    raise context.parameters.make_error(
         f"{plugin}.plugin",
         f"names a class without a stand-in in cxbridge: {class_name}",
         did_you_mean(
@@ -180,5 +212,8 @@ def locate_error(plugin: str, error: Exception) -> CxbridgeError:
     if isinstance(error, CxbridgeError):
         return error
     frame = extract_tb(error.__traceback__)[-1]
-    text = f"the plug-in '{plugin}' failed: {type(error).__name__}: {error}"
-    return CxbridgeError(text, file=frame.filename, line=frame.lineno)
+    return CxbridgeError(
+        f"the plug-in '{plugin}' failed: {type(error).__name__}: {error}",
+        file=frame.filename,
+        line=frame.lineno,
+    )

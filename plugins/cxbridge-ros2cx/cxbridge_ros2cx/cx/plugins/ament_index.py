@@ -8,13 +8,23 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from cxbridge.errors import ClipsError
 from cxbridge.executive.host.values import FALSE, TRUE, Value
 from cxbridge_ros2cx.cx.plugin import CxPlugin
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-_FUNCTION_PREFIX = "ament-index-"
+
+def _refuse_empty(function: Callable[..., Value]) -> Callable[..., Value]:
+    """Return a function that raises an error for an empty argument."""
+
+    def call(*arguments: str) -> Value:
+        if not all(arguments):
+            raise ClipsError("an argument is empty")
+        return function(*arguments)
+
+    return call
 
 
 class AmentIndexPlugin(CxPlugin):
@@ -31,35 +41,24 @@ class AmentIndexPlugin(CxPlugin):
             ("get-search-paths", self._get_search_paths, 0, "*"),
             ("has-resource", self._has_resource, 2, "*;sy;sy"),
         ):
-            env.define(f"{_FUNCTION_PREFIX}{name}", self._wrap_function(name, function), count, types=types)
-
-    def _wrap_function(self, name: str, function: Callable[..., Value]) -> Callable[..., Value]:
-        """Return a function that logs a failed lookup and then returns FALSE."""
-
-        def call(*arguments: str) -> Value:
-            try:
-                return function(*map(_check_argument, arguments))
-            except LookupError as error:
-                self.log.error(f"{_FUNCTION_PREFIX}{name}: {error.args[0]}")
-                return FALSE
-
-        return call
+            full_name = f"ament-index-{name}"
+            logged_function = self.or_false(_refuse_empty(function), f"{full_name}: ")
+            env.define(full_name, logged_function, count, types=types)
 
     def _get_package_prefix(self, package: str) -> Value:
         prefix = self.context.packages.prefix_by_package.get(package)
         if prefix is None:
-            raise LookupError(
+            raise ClipsError(
                 f"package '{package}' not found, searching: [{', '.join(self._get_search_paths())}]"
             )
         return str(prefix.path)
 
     def _get_package_share(self, package: str) -> Value:
-        self._get_package_prefix(package)  # raises LookupError for an unknown package
+        self._get_package_prefix(package)  # raises ClipsError for an unknown package
         return str(self.context.packages.find_share_folder(package))
 
     def _get_packages(self) -> Value:
-        prefixes = self.context.packages.prefix_by_package.items()
-        return tuple(item for name, prefix in prefixes for item in (name, str(prefix.path)))
+        return self._get_resources("packages")
 
     def _get_resource(self, kind: str, name: str) -> Value:
         resource = self.context.packages.find_resources(kind).get(name)
@@ -80,9 +79,3 @@ class AmentIndexPlugin(CxPlugin):
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         self.log.info(f"Destroying plugin for environment {env.name}")
-
-
-def _check_argument(argument: str) -> str:
-    if not argument:
-        raise LookupError("an argument is empty")
-    return argument

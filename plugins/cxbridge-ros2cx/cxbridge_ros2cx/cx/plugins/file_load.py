@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cxbridge.config.documents import Mark
-from cxbridge.errors import ClipsError, ConfigError
+from cxbridge.errors import ClipsError
 from cxbridge.executive.host.values import Symbol
 from cxbridge.run.source import LoadedFile
 from cxbridge_ros2cx.cx.plugin import CxPlugin
@@ -23,36 +23,21 @@ class FileLoadPlugin(CxPlugin):
     def initialize(self) -> None:
         """Find the files, by absolute paths or in the share folders of packages; log the missing files."""
         self._files: dict[str, list[Path]] = {parameter_name: [] for parameter_name in _FILE_LISTS}
-        packages = self.parameters.get_strings(self.parameter("pkg_share_dirs"))
-        folders = [folder for package in packages if (folder := self._find_share_folder(package)) is not None]
-        for parameter_name in _FILE_LISTS:
+        folders = self.find_share_folders()
+        for parameter_name, paths in self._files.items():
             for file in self.parameters.get_strings(self.parameter(parameter_name)):
                 # `folder / file` is `file` if that is absolute; without any folder, only absolute paths are
                 # found
                 candidates = [folder / file for folder in folders] or [Path(file)] * Path(file).is_absolute()
                 path = next((path for path in candidates if path.is_file()), None)
                 if path is None:
-                    self.log.error(str(self._make_missing_file_error(parameter_name, file, folders)))
+                    self.log_parameter_error(
+                        parameter_name,
+                        f"names a file that does not exist: {file}",
+                        f"searched: {', '.join(map(str, folders)) or 'no folder'}",
+                    )
                 else:
-                    self._files[parameter_name].append(path.resolve())
-
-    def _find_share_folder(self, package: str) -> Path | None:
-        folder = self.context.packages.find_share_folder(package)
-        if folder is None:
-            fault = f"names a package that does not exist: {package}"
-            hint = (
-                "name a checkout or workspace that has the package with --ros2cx, or source a ROS environment"
-            )
-            self.log.error(str(self.parameters.make_error(self.parameter("pkg_share_dirs"), fault, hint)))
-        return folder
-
-    def _make_missing_file_error(self, parameter_name: str, file: str, folders: list[Path]) -> ConfigError:
-        searched_folders = ", ".join(map(str, folders)) or "no folder"
-        return self.parameters.make_error(
-            self.parameter(parameter_name),
-            f"names a file that does not exist: {file}",
-            f"searched: {searched_folders}",
-        )
+                    paths.append(path.resolve())
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Load the files, then execute the batch files."""

@@ -8,6 +8,7 @@ commands.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from clips._clips import ffi, lib
@@ -22,7 +23,6 @@ from cxbridge_ros2cx.cx.stock import StockEnvironment
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge_ros2.messages import Message
 
 _MAIN_MODULE: Final = "MAIN"
@@ -47,7 +47,6 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
         """Read the parameters, start the timer and offer the services."""
         super().initialize()
         self._is_paused = not self.parameters.get(self.parameter("autostart"), default=True)
-        self._environments: list[StockEnvironment] = []
         if self.context.ros.has_peers:
             self._offer_services()
 
@@ -58,8 +57,8 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
     def _offer_services(self) -> None:
         node, prefix = self.context.ros.node, f"{self.parameters.name}/{self.name}"
         for name, trigger in (
-            ("pause", self._pause),
-            ("resume", self._resume),
+            ("pause", partial(self._set_paused, is_paused=True, change="paused", state="paused")),
+            ("resume", partial(self._set_paused, is_paused=False, change="resumed", state="running")),
             ("tick_once", self._tick_once),
         ):
             node.serve(f"{prefix}/{name}", "std_srvs/srv/Trigger", trigger, right=Right.CONTROL)
@@ -69,7 +68,7 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
         except Ros2Error as error:
             self.log.warn(f"eval and build are not offered: {error.message}")
 
-    def _init_time_fact(self, env: StockEnvironment) -> None:
+    def _define_time(self, env: StockEnvironment) -> None:
         # (unwatch facts time) needs the template, which the first fact creates
         index = env.assert_string(f"(time {self._now_s()})")
         env.eval("(unwatch facts time)")
@@ -87,7 +86,7 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
 
     def _run_environments(self) -> None:
         fired_count = 0
-        for env in list(self._environments):
+        for env in self._environments[:]:
             with env.lock:
                 fired_count += self._run_passes(env)
         if self._refresh_publisher is not None:
@@ -137,13 +136,7 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
 
     # --- services -----------------------------------------------------------------------------------------
 
-    def _pause(self, _request: Message) -> Message:
-        return self._set_paused(True, "paused", "paused")
-
-    def _resume(self, _request: Message) -> Message:
-        return self._set_paused(False, "resumed", "running")
-
-    def _set_paused(self, is_paused: bool, change: str, state: str) -> Message:
+    def _set_paused(self, _request: Message, *, is_paused: bool, change: str, state: str) -> Message:
         if self._is_paused == is_paused:
             return {"success": False, "message": f"executive already {state}."}
         self._is_paused = is_paused
@@ -185,9 +178,3 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
         return self._run_command(
             request, lambda env, text: int(lib.Build(env.c_env, text)), "Build", _BUILD_ERRORS
         )
-
-    def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Stop running the rules of the environment."""
-        self._environments = [
-            remaining_env for remaining_env in self._environments if remaining_env is not env
-        ]

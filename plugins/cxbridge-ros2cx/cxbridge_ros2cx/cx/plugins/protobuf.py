@@ -82,30 +82,19 @@ class ProtobufPlugin(CxPlugin):
 
     def initialize(self) -> None:
         """Find the folders with message definitions."""
-        packages = self.parameters.get_strings(self.parameter("pkg_share_dirs"))
-        share_folders = [
-            share_folder
-            for package in packages
-            if (share_folder := self.context.packages.find_share_folder(package)) is not None
-        ]
+        share_folders = (Path("/"), *self.find_share_folders())
         folders = [file.parent for file in self._proto_files]
         for path_text in self.parameters.get_strings(self.parameter("proto_paths")):
             # `share_folder / path_text` is `path_text` if that is absolute
-            folder_path = next(
-                (
-                    folder
-                    for share_folder in (Path("/"), *share_folders)
-                    if (folder := share_folder / path_text).is_dir()
-                ),
-                None,
-            )
-            if folder_path is None:
-                fault = f"names a folder that does not exist: {path_text}"
-                self.log.error(str(self.parameters.make_error(self.parameter("proto_paths"), fault)))
+            candidates = (share_folder / path_text for share_folder in share_folders)
+            folder = next(filter(Path.is_dir, candidates), None)
+            if folder is None:
+                self.log_parameter_error("proto_paths", f"names a folder that does not exist: {path_text}")
             else:
-                folders.append(folder_path.resolve())
-        settings = ProtobufSettings(tuple(dict.fromkeys(folders)))
-        self._feature = _CxProtobufFeature(settings, self.context.connections, templates=False)
+                folders.append(folder.resolve())
+        self._feature = _CxProtobufFeature(
+            ProtobufSettings(tuple(dict.fromkeys(folders))), self.context.connections, templates=False
+        )
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Define functions, templates and rules."""

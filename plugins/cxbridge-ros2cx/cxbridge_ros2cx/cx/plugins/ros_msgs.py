@@ -12,7 +12,7 @@ from cxbridge.executive.host.values import FALSE, ExternalAddress, Symbol
 from cxbridge_ros2.names import parse_type
 from cxbridge_ros2cx.cx.ros.action_clients import ActionClients
 from cxbridge_ros2cx.cx.ros.messages import FieldError
-from cxbridge_ros2cx.cx.ros.plugin import FunctionDefinition, RosPlugin
+from cxbridge_ros2cx.cx.ros.plugin import RosPlugin
 from cxbridge_ros2cx.cx.ros.services import ServiceClients, ServiceServers
 from cxbridge_ros2cx.cx.ros.topics import Topics
 
@@ -36,14 +36,17 @@ class RosMsgsPlugin(RosPlugin):
         )
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        functions: tuple[FunctionDefinition, ...] = (
-            ("create-message", lambda text: self.messages.create(parse_type(text)), "sy"),
-            ("destroy-message", self.messages.destroy, "e"),
-            ("get-field", self._get_field, "e;sy"),
-            ("set-field", self._set_field, "e;sy;*"),
+        self.define_functions(
+            env,
+            NAME_PREFIX,
+            (
+                ("create-message", lambda text: self.messages.create(parse_type(text)), "sy"),
+                ("destroy-message", self.messages.destroy, "e"),
+                ("get-field", self._get_field, "e;sy"),
+                ("set-field", self._set_field, "e;sy;*"),
+                ("goal-uuid-to-string", self._format_uuid, "m"),
+            ),
         )
-        self.define_functions(env, NAME_PREFIX, functions)
-        self.define_function(env, f"{NAME_PREFIX}goal-uuid-to-string", self._format_uuid, "m", "y")
         for endpoints in self.endpoints:
             endpoints.define(env)
 

@@ -62,8 +62,7 @@ class Tf2PoseTrackerPlugin(RosPlugin):
     def initialize(self) -> None:
         """Subscribe to the transforms."""
         self._buffer = TransformBuffer()
-        self._lookup_handles: HandleTable[_PeriodicLookup] = HandleTable("timer", _FIRST_ADDRESS)
-        self._lookups: list[_PeriodicLookup] = []
+        self._lookups: HandleTable[_PeriodicLookup] = HandleTable("timer", _FIRST_ADDRESS)
         for topic, profile, is_static in _TOPICS:
             receive = partial(self._receive, is_static=is_static)
             self.ros.node.subscribe(topic, TF_MESSAGE_TYPE, receive, PROFILES[profile], right=Right.CONTROL)
@@ -78,10 +77,8 @@ class Tf2PoseTrackerPlugin(RosPlugin):
     def init_context(self, env: ClipsEnvironment) -> None:
         if not env.has_template(_POSE_TEMPLATE):
             env.build(f"(deftemplate {_POSE_TEMPLATE} {_SLOTS})")
-        self.define_function(
-            env, "tf2-start-periodic-lookup", partial(self._start_lookup, env), "sy;sy;d", "b"
-        )
-        self.define_function(env, "tf2-stop-periodic-lookup", self._stop_lookup, "e", "b")
+        self.define_function(env, "tf2-start-periodic-lookup", partial(self._start_lookup, env), "sy;sy;d")
+        self.define_function(env, "tf2-stop-periodic-lookup", self._stop_lookup, "e")
 
     def _start_lookup(self, env: ClipsEnvironment, parent: str, child: str, rate_hz: float) -> Value:
         # the shortest period is a microsecond, the resolution of the clock
@@ -89,22 +86,21 @@ class Tf2PoseTrackerPlugin(RosPlugin):
             raise ClipsError(f"the rate cannot be {rate_hz} Hz")
         timer = RefreshTimer(self.context.clock, round(MICROSECONDS / rate_hz))
         lookup = _PeriodicLookup(env, str(parent), str(child), timer)
-        lookup.address = self._lookup_handles.add(lookup)
-        self._lookups.append(lookup)
+        lookup.address = self._lookups.add(lookup)
         return TRUE
 
     def _stop_lookup(self, address: ExternalAddress) -> Value:
         try:
-            self._lookups.remove(self._lookup_handles.find(address))
+            self._lookups.find(address)
         except ClipsError:
             self.log.warn("no lookup has this timer")
             return FALSE
-        self._lookup_handles.destroy(address)
+        self._lookups.destroy(address)
         return TRUE
 
     def tick(self) -> None:
         """Do the lookups that are due."""
-        for lookup in list(self._lookups):
+        for lookup in self._lookups.objects():
             if lookup.timer.advance_if_due():
                 try:
                     pose = self._buffer.lookup(lookup.parent, lookup.child)
@@ -135,7 +131,9 @@ class Tf2PoseTrackerPlugin(RosPlugin):
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Stop the lookups of an environment."""
-        self._lookups = [lookup for lookup in self._lookups if lookup.env is not env]
+        for lookup in self._lookups.objects():
+            if lookup.env is env:
+                self._lookups.destroy(lookup.address)
 
 
 def _make_pose_slots(pose: StampedTransform) -> dict[str, Value]:

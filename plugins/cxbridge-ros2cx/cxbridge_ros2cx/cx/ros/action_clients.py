@@ -88,14 +88,14 @@ class ActionClients(ClientGroup[ClientEndpoint]):
 
     def __init__(self, plugin: RosPlugin, prefix: str, type_name: TypeName | None = None) -> None:
         super().__init__(plugin, prefix, type_name)
-        self._names = _ROS_MSGS_NAMES if type_name is None else _GENERATED_NAMES
+        self.names = _ROS_MSGS_NAMES if type_name is None else _GENERATED_NAMES
         self.clients = EndpointTable(
             plugin, "action client", "Action client {name} not found in environment {env}"
         )
         self.handles: HandleTable[SentGoal] = HandleTable("goal handle", _FIRST_HANDLE)
 
     def define(self, env: ClipsEnvironment) -> None:
-        plugin, prefix, names = self.plugin, self.prefix, self._names
+        plugin, prefix, names = self.plugin, self.prefix, self.names
         self._define_templates(env)
         functions: list[FunctionDefinition] = [
             (names.create, partial(self._create_client, env), "sy;sy" if self.type_name is None else "sy"),
@@ -119,15 +119,19 @@ class ActionClients(ClientGroup[ClientEndpoint]):
         return self.plugin.messages.create(self.resolve_type(type_text, "action").derive("Goal"))
 
     def _define_templates(self, env: ClipsEnvironment) -> None:
-        define, prefix, names = self.plugin.define_template, self.prefix, self._names
+        define, prefix, names = self.plugin.define_template, self.prefix, self.names
         is_generic = self.type_name is None
         define(env, f"{prefix}{names.client}", server=STRING, **({"type": STRING} if is_generic else {}))
-        define(env, f"{prefix}goal-response", server=STRING, client_goal_handle_ptr=ADDRESS)
         handle = {"server": STRING, "client_goal_handle_ptr": ADDRESS}
+        define(env, f"{prefix}goal-response", **handle)
         define(env, f"{prefix}{names.feedback}", **handle, feedback_ptr=ADDRESS)
-        goal_id = SYMBOL if is_generic else STRING
         define(
-            env, f"{prefix}wrapped-result", server=STRING, goal_id=goal_id, code=SYMBOL, result_ptr=ADDRESS
+            env,
+            f"{prefix}wrapped-result",
+            server=STRING,
+            goal_id=SYMBOL if is_generic else STRING,
+            code=SYMBOL,
+            result_ptr=ADDRESS,
         )
         if is_generic:
             define(env, f"{prefix}cancel-response", **handle, cancel_response_ptr=ADDRESS)
@@ -147,14 +151,17 @@ class ActionClients(ClientGroup[ClientEndpoint]):
             find(address)
             return TRUE
 
-        functions: tuple[FunctionDefinition, ...] = (
-            ("get-goal-id", lambda address: self.format_goal_id(find(address)), "e"),
-            ("get-goal-stamp", lambda address: find(address).accepted_s, "e"),
-            ("get-status", get_status, "e"),
-            ("is-feedback-aware", is_aware, "e"),
-            ("is-result-aware", is_aware, "e"),
+        self.plugin.define_functions(
+            env,
+            f"{self.prefix}client-goal-handle-",
+            (
+                ("get-goal-id", lambda address: self.format_goal_id(find(address)), "e"),
+                ("get-goal-stamp", lambda address: find(address).accepted_s, "e"),
+                ("get-status", get_status, "e"),
+                ("is-feedback-aware", is_aware, "e"),
+                ("is-result-aware", is_aware, "e"),
+            ),
         )
-        self.plugin.define_functions(env, f"{self.prefix}client-goal-handle-", functions)
 
     def format_goal_id(self, sent_goal: SentGoal) -> str:
         """Return the id of a goal: a SYMBOL in the plug-in ros_msgs, a STRING in generated plug-ins."""
@@ -167,9 +174,9 @@ class ActionClients(ClientGroup[ClientEndpoint]):
             return
         type_name, ros = self.resolve_type(type_text, "action"), self.plugin.ros
         client = ActionClient(ros.node, ros.prepare_client(server, type_name), str(type_name))
+        endpoint = ClientEndpoint(type_name, client.close, env, client, [])
         slots = {"server": str(server)} | self.make_type_slot(type_text)
-        fact = self.plugin.assert_fact(env, f"{self.prefix}{self._names.client}", slots)
-        self.clients[env, server] = ClientEndpoint(type_name, client.close, fact, env, client, [])
+        self.clients.add(env, server, endpoint, f"{self.prefix}{self.names.client}", slots)
 
     def call(self, name: str, client: ClientEndpoint, fields: Mapping[str, Any]) -> None:
         client.ros_client.send(fields, _GoalFactWriter(self, client.env, name, client.type_name))
@@ -180,8 +187,9 @@ class ActionClients(ClientGroup[ClientEndpoint]):
 
     def _cancel_goals_before(self, env: ClipsEnvironment, server: str, seconds: float = 0.0) -> None:
         """Cancel the goals that a server accepted before a time of the epoch; 0 cancels all goals."""
-        on_response = partial(self.assert_cancel_response, env, str(server), NO_HANDLE)
-        self.find(env, server).ros_client.cancel_goals_until(float(seconds), on_response)
+        self.find(env, server).ros_client.cancel_goals_until(
+            float(seconds), partial(self.assert_cancel_response, env, str(server), NO_HANDLE)
+        )
 
     def assert_cancel_response(
         self, env: ClipsEnvironment, server: str, handle: ExternalAddress, response: Message
@@ -189,8 +197,9 @@ class ActionClients(ClientGroup[ClientEndpoint]):
         """Assert a server's response to a cancel request."""
         plugin, prefix = self.plugin, self.prefix
         if self.type_name is None:
-            type_name = parse_type(CANCEL_GOAL_TYPE, "srv").derive("Response")
-            address = plugin.messages.add_received(type_name, response)
+            address = plugin.messages.add_received(
+                parse_type(CANCEL_GOAL_TYPE, "srv").derive("Response"), response
+            )
             slots = {"server": server, "client-goal-handle-ptr": handle, "cancel-response-ptr": address}
             plugin.assert_fact(env, f"{prefix}cancel-response", slots)
             return
@@ -199,9 +208,11 @@ class ActionClients(ClientGroup[ClientEndpoint]):
         slots = {"server": server, "return-code": Symbol(name), "num-goals": len(goals)}
         plugin.assert_fact(env, f"{prefix}cancel-goal-response", slots)
         for goal in goals:
-            stamp = goal["stamp"]["sec"] + goal["stamp"]["nanosec"] / 1e9
-            goal_id = str(uuid.UUID(bytes=bytes(goal["goal_id"]["uuid"])))
-            slots = {"server": server, "goal-id": goal_id, "stamp": stamp}
+            slots = {
+                "server": server,
+                "goal-id": str(uuid.UUID(bytes=bytes(goal["goal_id"]["uuid"]))),
+                "stamp": goal["stamp"]["sec"] + goal["stamp"]["nanosec"] / 1e9,
+            }
             plugin.assert_fact(env, f"{prefix}cancel-goal-entry", slots)
 
 
@@ -227,9 +238,11 @@ class _GoalFactWriter(GoalObserver):
         self._add_goal_fact("goal-response", {"client-goal-handle-ptr": self._handle})
 
     def on_feedback(self, sent_goal: SentGoal, feedback: Message) -> None:  # noqa: ARG002
-        name = "feedback" if self._clients.type_name is None else "goal-feedback"
         address = self._clients.plugin.messages.add_received(self._type_name.derive("Feedback"), feedback)
-        self._add_goal_fact(name, {"client-goal-handle-ptr": self._handle, "feedback-ptr": address})
+        self._add_goal_fact(
+            self._clients.names.feedback,
+            {"client-goal-handle-ptr": self._handle, "feedback-ptr": address},
+        )
 
     def on_end(self, sent_goal: SentGoal) -> None:
         messages, type_name = self._clients.plugin.messages, self._type_name.derive("Result")
@@ -239,8 +252,11 @@ class _GoalFactWriter(GoalObserver):
             if sent_goal.result
             else messages.create(type_name)
         )
-        code = Symbol(_RESULT_CODES.get(sent_goal.status, "UNKNOWN"))
-        slots = {"goal-id": self._clients.format_goal_id(sent_goal), "code": code, "result-ptr": address}
+        slots = {
+            "goal-id": self._clients.format_goal_id(sent_goal),
+            "code": Symbol(_RESULT_CODES.get(sent_goal.status, "UNKNOWN")),
+            "result-ptr": address,
+        }
         self._add_goal_fact("wrapped-result", slots)
 
     def on_cancel_response(self, sent_goal: SentGoal, response: Message) -> None:  # noqa: ARG002

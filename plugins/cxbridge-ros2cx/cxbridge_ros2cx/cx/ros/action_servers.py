@@ -16,13 +16,12 @@ from cxbridge_ros2cx.cx.ros.plugin import (
     Endpoint,
     EndpointGroup,
     EndpointTable,
+    FunctionDefinition,
     HandleTable,
     RosPlugin,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.host.values import Value
     from cxbridge_ros2.names import TypeName
@@ -49,42 +48,34 @@ class ActionServers(EndpointGroup):
         self.handles: HandleTable[ServedGoal] = HandleTable("goal handle or result pointer", _FIRST_HANDLE)
 
     def define(self, env: ClipsEnvironment) -> None:
-        plugin, prefix = self.plugin, self.prefix
+        plugin, prefix, find = self.plugin, self.prefix, self.handles.find
         plugin.define_template(env, f"{prefix}server", name=STRING)
         plugin.define_template(env, f"{prefix}accepted-goal", server=STRING, server_goal_handle_ptr=ADDRESS)
-        plugin.define_function(env, f"{prefix}create-server", partial(self._create_server, env), "sy")
-        plugin.define_function(
-            env, f"{prefix}destroy-server", partial(self._servers.close_endpoint, env), "sy"
-        )
-        functions: tuple[tuple[str, Callable[..., Value], str], ...] = (
+        functions: tuple[FunctionDefinition, ...] = (
             ("abort", partial(self._finish_goal, GoalStatus.ABORTED), "e;e"),
             ("succeed", partial(self._finish_goal, GoalStatus.SUCCEEDED), "e;e"),
             ("canceled", partial(self._finish_goal, GoalStatus.CANCELED), "e;e"),
             ("publish-feedback", self._publish_feedback, "e;e"),
             ("get-goal", self._get_goal, "e"),
-            ("get-goal-id", lambda address: _format_goal_id(self.handles.find(address)), "e"),
+            ("get-goal-id", lambda address: _format_goal_id(find(address)), "e"),
             ("is-canceling", partial(self._has_status, GoalStatus.CANCELING), "e"),
             ("is-executing", partial(self._has_status, GoalStatus.EXECUTING), "e"),
             ("is-active", partial(self._has_status, *GoalStatus.__members__.values()), "e"),
-            ("execute", lambda address: self.handles.find(address).execute(), "e"),
+            ("execute", lambda address: find(address).execute(), "e"),
             ("destroy", self.handles.destroy, "e"),
         )
-        for name, function, types in functions:
-            plugin.define_function(
-                env, f"{prefix}server-goal-handle-{name}", self._wrap_function(function), types
-            )
-
-    def _wrap_function(self, function: Callable[..., Value]) -> Callable[..., Value]:
-        """Return a function that logs an unknown handle and then returns FALSE."""
-
-        def call(*arguments: Value) -> Value:
-            try:
-                return function(*arguments)
-            except ClipsError as error:
-                self.plugin.log.error(str(error))
-                return FALSE
-
-        return call
+        plugin.define_functions(
+            env,
+            prefix,
+            [
+                ("create-server", partial(self._create_server, env), "sy"),
+                ("destroy-server", partial(self._servers.close_endpoint, env), "sy"),
+                *(
+                    (f"server-goal-handle-{name}", plugin.or_false(function), types)
+                    for name, function, types in functions
+                ),
+            ],
+        )
 
     def _create_server(self, env: ClipsEnvironment, server: str) -> None:
         if self._servers.get(env, server) is not None:
@@ -99,8 +90,8 @@ class ActionServers(EndpointGroup):
             self.plugin.context.clock,
             right=Right.CONTROL,
         )
-        fact = self.plugin.assert_fact(env, f"{self.prefix}server", {"name": str(server)})
-        self._servers[env, server] = _ActionServerEndpoint(self.type_name, goal_server.close, fact, handler)
+        endpoint = _ActionServerEndpoint(self.type_name, goal_server.close, handler)
+        self._servers.add(env, server, endpoint, f"{self.prefix}server", {"name": str(server)})
 
     def find_handler(self, env: ClipsEnvironment, server: str) -> GoalHandler | None:
         """Return the handler of an environment's server; None if there is no such server."""
@@ -108,8 +99,9 @@ class ActionServers(EndpointGroup):
         return None if endpoint is None else endpoint.handler
 
     def _get_goal(self, address: ExternalAddress) -> Value:
-        goal = self.handles.find(address).goal
-        return self.plugin.messages.add_received(self.type_name.derive("Goal"), goal)
+        return self.plugin.messages.add_received(
+            self.type_name.derive("Goal"), self.handles.find(address).goal
+        )
 
     def _has_status(self, *arguments: GoalStatus | ExternalAddress) -> Value:
         """Return whether a goal, the last argument, is active and has one of the preceding states."""
@@ -181,8 +173,11 @@ class _DeffunctionGoalHandler(GoalHandler):
     def begin(self, served_goal: ServedGoal) -> None:
         # the address is kept: a later cancel request names the goal by its id
         address = self._goal_addresses[served_goal.goal_id] = self._servers.handles.add(served_goal)
-        slots = {"server": self._server, "server-goal-handle-ptr": address}
-        self._plugin.assert_fact(self._env, f"{self._prefix}accepted-goal", slots)
+        self._plugin.assert_fact(
+            self._env,
+            f"{self._prefix}accepted-goal",
+            {"server": self._server, "server-goal-handle-ptr": address},
+        )
 
     def may_cancel(self, served_goal: ServedGoal) -> bool:
         """Let the deffunction decide about a cancel request; without a deffunction, accept the request."""

@@ -61,6 +61,9 @@ class HandleTable(Generic[ItemT]):
             raise ClipsError(f"Unknown {self._noun}")
         return self._objects_by_address[address]
 
+    def objects(self) -> list[ItemT]:
+        return list(self._objects_by_address.values())
+
     def destroy(self, address: ExternalAddress) -> None:
         """Remove an object; unknown addresses are ignored."""
         self._objects_by_address.pop(address, None)
@@ -110,12 +113,11 @@ class RosPlugin(CxPlugin):
             return env.assert_fact(template, slots)
 
     def define_function(
-        self, env: ClipsEnvironment, name: str, function: Callable[..., Value], types: str, result: str = "*"
+        self, env: ClipsEnvironment, name: str, function: Callable[..., Value], types: str
     ) -> None:
         """Define a function for rules; its ROS errors become errors of the calling rule.
 
         :param types: CLIPS' codes for the types of the arguments, separated by ``;``.
-        :param result: CLIPS' codes for the types of the result.
         """
 
         def call(*arguments: Value) -> Value:
@@ -124,8 +126,8 @@ class RosPlugin(CxPlugin):
             except Ros2Error as error:
                 raise ClipsError(str(error)) from None
 
-        argument_count = len(types.split(";")) if types else 0
-        env.define(name, call, argument_count, types=f"{result};{types}" if types else result)
+        argument_types = types.split(";") if types else []
+        env.define(name, call, len(argument_types), types=";".join(("*", *argument_types)))
 
     def define_functions(
         self, env: ClipsEnvironment, prefix: str, functions: Iterable[FunctionDefinition]
@@ -156,13 +158,16 @@ class RosPlugin(CxPlugin):
             except FieldError:
                 raise ClipsError(f"cannot retrieve unknown slot name {field}") from None
 
-        functions: tuple[FunctionDefinition, ...] = (
-            (create, lambda: self.messages.create(type_name), ""),
-            (destroy, self.messages.destroy, "e"),
-            ("get-field", get_field, "e;sy"),
-            ("set-field", self.messages.set, "e;sy;*"),
+        self.define_functions(
+            env,
+            prefix,
+            (
+                (create, lambda: self.messages.create(type_name), ""),
+                (destroy, self.messages.destroy, "e"),
+                ("get-field", get_field, "e;sy"),
+                ("set-field", self.messages.set, "e;sy;*"),
+            ),
         )
-        self.define_functions(env, prefix, functions)
 
 
 # --- endpoints ----------------------------------------------------------------------------------------------
@@ -173,12 +178,10 @@ class Endpoint(Struct, eq=False):
 
     :param type_name: the type of the messages, the service or the action.
     :param close: closes the endpoint.
-    :param fact: the index of the endpoint's fact; None if CLIPS has refused the fact.
     """
 
     type_name: TypeName
     close: Callable[[], None]
-    fact: int | None
 
 
 EndpointT = TypeVar("EndpointT", bound=Endpoint)
@@ -195,10 +198,20 @@ class EndpointTable(Generic[EndpointT]):
     def __init__(self, plugin: RosPlugin, noun: str, unknown_text: str, *, keeps_facts: bool = False) -> None:
         self._plugin, self._noun, self._unknown_text = plugin, noun, unknown_text
         self._keeps_facts = keeps_facts
+        # endpoints and the indices of their facts by environment and name; None: CLIPS has refused the fact
         self._endpoints: dict[tuple[str, str], EndpointT] = {}
+        self._facts: dict[tuple[str, str], int | None] = {}
 
-    def __setitem__(self, key: tuple[ClipsEnvironment, str], endpoint: EndpointT) -> None:
-        env, name = key
+    def add(
+        self,
+        env: ClipsEnvironment,
+        name: str,
+        endpoint: EndpointT,
+        template: str,
+        slots: Mapping[str, Value],
+    ) -> None:
+        """Assert the fact of an open endpoint, and store the endpoint."""
+        self._facts[env.name, str(name)] = self._plugin.assert_fact(env, template, slots)
         self._endpoints[env.name, str(name)] = endpoint
 
     def get(self, env: ClipsEnvironment, name: str) -> EndpointT | None:
@@ -215,8 +228,9 @@ class EndpointTable(Generic[EndpointT]):
             self._plugin.log.warn(self._unknown_text.format(name=name, env=env.name))
             return
         endpoint.close()
-        if endpoint.fact is not None and not self._keeps_facts:
-            env.retract(endpoint.fact)
+        fact = self._facts.pop((env.name, str(name)))
+        if fact is not None and not self._keeps_facts:
+            env.retract(fact)
 
     def close(self, env: ClipsEnvironment) -> None:
         """Close the endpoints that an environment has left open, with a warning."""

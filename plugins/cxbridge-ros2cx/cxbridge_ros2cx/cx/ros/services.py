@@ -18,6 +18,7 @@ from cxbridge_ros2cx.cx.ros.plugin import (
     Endpoint,
     EndpointGroup,
     EndpointTable,
+    FunctionDefinition,
     RosPlugin,
 )
 
@@ -52,40 +53,28 @@ class ServiceClients(ClientGroup[_ServiceClient]):
         self._has_request_ids = type_name is None or plugin.context.has_2026_changes
 
     def define(self, env: ClipsEnvironment) -> None:
-        plugin, prefix = self.plugin, self.prefix
-        plugin.define_function(
-            env, f"{prefix}destroy-client", partial(self.clients.close_endpoint, env), "sy"
-        )
-        if self.type_name is None:
-            plugin.define_template(env, f"{prefix}client", service=STRING, type=STRING)
-            plugin.define_template(
-                env, f"{prefix}response", service=STRING, request_id=INTEGER, msg_ptr=ADDRESS
-            )
-            plugin.define_function(env, f"{prefix}create-client", partial(self._create_client, env), "sy;sy")
-            plugin.define_function(
-                env,
-                f"{prefix}create-request",
-                lambda type_text: plugin.messages.create(
-                    self.resolve_type(type_text, "srv").derive("Request")
-                ),
-                "sy",
-            )
-            plugin.define_function(
-                env, f"{prefix}async-send-request", partial(self._send_request, env), "e;sy", "bl"
-            )
-            return
-        plugin.define_template(env, f"{prefix}client", service=STRING)
-        plugin.define_function(env, f"{prefix}create-client", partial(self._create_client, env), "sy")
-        if self._has_request_ids:
-            plugin.define_template(
-                env, f"{prefix}response", service=STRING, msg_ptr=ADDRESS, request_id=INTEGER
-            )
-            plugin.define_function(
-                env, f"{prefix}send-request", partial(self._send_request, env), "e;sy", "bl"
-            )
+        plugin, prefix, is_generic = self.plugin, self.prefix, self.type_name is None
+        # the orders of the slots are those of the ROS 2 CX, and show in facts
+        if is_generic:
+            response_slots = {"service": STRING, "request_id": INTEGER, "msg_ptr": ADDRESS}
         else:
-            plugin.define_template(env, f"{prefix}response", service=STRING, msg_ptr=ADDRESS)
-            plugin.define_function(env, f"{prefix}send-request", partial(self.send, env), "e;sy", "v")
+            response_slots = {"service": STRING, "msg_ptr": ADDRESS}
+            response_slots |= {"request_id": INTEGER} if self._has_request_ids else {}
+        client_slots = {"service": STRING, "type": STRING} if is_generic else {"service": STRING}
+        plugin.define_template(env, f"{prefix}client", **client_slots)
+        plugin.define_template(env, f"{prefix}response", **response_slots)
+        send = partial(self._send_request if self._has_request_ids else self.send, env)
+        functions: list[FunctionDefinition] = [
+            ("create-client", partial(self._create_client, env), "sy;sy" if is_generic else "sy"),
+            ("destroy-client", partial(self.clients.close_endpoint, env), "sy"),
+            ("async-send-request" if is_generic else "send-request", send, "e;sy"),
+        ]
+        if is_generic:
+            functions.append(("create-request", self._create_request, "sy"))
+        plugin.define_functions(env, prefix, functions)
+
+    def _create_request(self, type_text: str) -> ExternalAddress:
+        return self.plugin.messages.create(self.resolve_type(type_text, "srv").derive("Request"))
 
     def _create_client(self, env: ClipsEnvironment, service: str, type_text: str | None = None) -> None:
         if self.clients.get(env, service) is not None:
@@ -93,11 +82,9 @@ class ServiceClients(ClientGroup[_ServiceClient]):
             return
         type_name, ros = self.resolve_type(type_text, "srv"), self.plugin.ros
         client = ros.node.create_client(ros.prepare_client(service, type_name), str(type_name))
+        endpoint = _ServiceClient(type_name, client.close, env, client, [], time.monotonic())
         slots = {"service": str(service)} | self.make_type_slot(type_text)
-        fact = self.plugin.assert_fact(env, f"{self.prefix}client", slots)
-        self.clients[env, service] = _ServiceClient(
-            type_name, client.close, fact, env, client, [], time.monotonic()
-        )
+        self.clients.add(env, service, endpoint, f"{self.prefix}client", slots)
 
     def _send_request(self, env: ClipsEnvironment, message: ExternalAddress, service: str) -> Value:
         """Send a request; return its number, or FALSE without a server."""
@@ -145,17 +132,19 @@ class ServiceServers(EndpointGroup):
             "Service {name} not found in environment {env}",
             keeps_facts=type_name is not None,
         )
+        self._name_slot = "service" if type_name is None else "name"
 
     def define(self, env: ClipsEnvironment) -> None:
-        plugin, prefix = self.plugin, self.prefix
-        if self.type_name is None:
-            plugin.define_template(env, f"{prefix}service", service=STRING, type=STRING)
-        else:
-            plugin.define_template(env, f"{prefix}service", name=STRING)
+        slots = {self._name_slot: STRING} | ({"type": STRING} if self.type_name is None else {})
+        self.plugin.define_template(env, f"{self.prefix}service", **slots)
         types = "sy;sy" if self.type_name is None else "sy"
-        plugin.define_function(env, f"{prefix}create-service", partial(self._create_server, env), types)
-        plugin.define_function(
-            env, f"{prefix}destroy-service", partial(self._servers.close_endpoint, env), "sy"
+        self.plugin.define_functions(
+            env,
+            self.prefix,
+            (
+                ("create-service", partial(self._create_server, env), types),
+                ("destroy-service", partial(self._servers.close_endpoint, env), "sy"),
+            ),
         )
 
     def _create_server(self, env: ClipsEnvironment, service: str, type_text: str | None = None) -> None:
@@ -163,14 +152,14 @@ class ServiceServers(EndpointGroup):
             self.plugin.log.warn(f"Already registered to service {service}")
             return
         type_name = self.resolve_type(type_text, "srv")
-        handler = partial(self._handle_request, env, str(service), type_name)
         close = self.plugin.ros.node.serve_later(
-            self.plugin.ros.full_name(service), str(type_name), handler, right=Right.CONTROL
+            self.plugin.ros.full_name(service),
+            str(type_name),
+            partial(self._handle_request, env, str(service), type_name),
+            right=Right.CONTROL,
         )
-        name_slot = "service" if self.type_name is None else "name"
-        slots = {name_slot: str(service)} | self.make_type_slot(type_text)
-        fact = self.plugin.assert_fact(env, f"{self.prefix}service", slots)
-        self._servers[env, service] = Endpoint(type_name, close, fact)
+        slots = {self._name_slot: str(service)} | self.make_type_slot(type_text)
+        self._servers.add(env, service, Endpoint(type_name, close), f"{self.prefix}service", slots)
 
     def _handle_request(
         self, env: ClipsEnvironment, service: str, type_name: TypeName, request: Message, reply: SendResponse

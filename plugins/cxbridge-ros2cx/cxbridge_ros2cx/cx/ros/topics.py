@@ -14,7 +14,6 @@ from cxbridge_ros2cx.cx.ros.plugin import (
     Endpoint,
     EndpointGroup,
     EndpointTable,
-    FunctionDefinition,
     RosPlugin,
 )
 
@@ -50,14 +49,17 @@ class Topics(EndpointGroup):
         plugin.define_template(env, f"{prefix}publisher", **slots)
         plugin.define_template(env, f"{prefix}subscription", **slots)
         plugin.define_template(env, f"{prefix}message", topic=STRING, msg_ptr=ADDRESS)
-        functions: tuple[FunctionDefinition, ...] = (
-            ("create-publisher", partial(self._create_publisher, env), types),
-            ("destroy-publisher", partial(self._publishers.close_endpoint, env), "sy"),
-            ("publish", partial(self._publish, env), "e;sy"),
-            ("create-subscription", partial(self._subscribe, env), types),
-            ("destroy-subscription", partial(self._subscriptions.close_endpoint, env), "sy"),
+        plugin.define_functions(
+            env,
+            prefix,
+            (
+                ("create-publisher", partial(self._create_publisher, env), types),
+                ("destroy-publisher", partial(self._publishers.close_endpoint, env), "sy"),
+                ("publish", partial(self._publish, env), "e;sy"),
+                ("create-subscription", partial(self._subscribe, env), types),
+                ("destroy-subscription", partial(self._subscriptions.close_endpoint, env), "sy"),
+            ),
         )
-        plugin.define_functions(env, prefix, functions)
 
     def _create_publisher(self, env: ClipsEnvironment, topic: str, type_text: str | None = None) -> None:
         type_name, previous_endpoint = self.resolve_type(type_text), self._publishers.get(env, topic)
@@ -67,9 +69,9 @@ class Topics(EndpointGroup):
         publisher = self.plugin.ros.node.create_publisher(self.plugin.ros.full_name(topic), str(type_name))
         if previous_endpoint is not None:  # as in the ROS 2 CX, a generated plug-in replaces its publisher
             previous_endpoint.close()
+        endpoint = _PublisherEndpoint(type_name, publisher.close, publisher)
         slots = {"topic": str(topic)} | self.make_type_slot(type_text)
-        fact = self.plugin.assert_fact(env, f"{self.prefix}publisher", slots)
-        self._publishers[env, topic] = _PublisherEndpoint(type_name, publisher.close, fact, publisher)
+        self._publishers.add(env, topic, endpoint, f"{self.prefix}publisher", slots)
 
     def _publish(self, env: ClipsEnvironment, message: ExternalAddress, topic: str) -> None:
         endpoint = self._publishers.get(env, topic)
@@ -90,13 +92,15 @@ class Topics(EndpointGroup):
             return
         if previous_endpoint is not None:  # as in the ROS 2 CX, a generated plug-in replaces its subscription
             previous_endpoint.close()
-        receive = partial(self._assert_message, env, str(topic), type_name)
         close = self.plugin.ros.node.subscribe(
-            self.plugin.ros.full_name(topic), str(type_name), receive, right=Right.CONTROL
+            self.plugin.ros.full_name(topic),
+            str(type_name),
+            partial(self._assert_message, env, str(topic), type_name),
+            right=Right.CONTROL,
         )
         slots = {"topic": str(topic)} | self.make_type_slot(type_text)
-        fact = self.plugin.assert_fact(env, f"{self.prefix}subscription", slots)
-        self._subscriptions[env, topic] = Endpoint(type_name, close, fact)
+        endpoint = Endpoint(type_name, close)
+        self._subscriptions.add(env, topic, endpoint, f"{self.prefix}subscription", slots)
 
     def _assert_message(
         self, env: ClipsEnvironment, topic: str, type_name: TypeName, message: Message

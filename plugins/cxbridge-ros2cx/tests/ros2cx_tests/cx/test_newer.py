@@ -8,10 +8,14 @@ from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
 from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge_ros2cx.cx.node import CxNode
-from tests.support import CX_NEWER_DIR, needs_newer_cx
 
-pytestmark = needs_newer_cx
-
+# The types of the plug-in's services and of clips_log. Their package tells that the executive is the newer one.
+DEFINITIONS = {
+    "package.xml": "<package><name>cx_msgs</name></package>",
+    "srv/ClipsCommand.srv": "string env_name\nstring command\n---\nbool success\nstring message\n",
+    "srv/SetTopicLogging.srv": "string env_name\nbool enabled\n---\nbool success\n",
+    "msg/Log.msg": "string env_name\nstring logical_name\nstring line\n",
+}
 PARAMETERS = """
 /**:
   ros__parameters:
@@ -33,6 +37,11 @@ def said():
 def run(tmp_path, said):
     """Run an agent while services of the executive plug-in are called, a loop each."""
 
+    for name, text in DEFINITIONS.items():
+        file = tmp_path / "workspace" / "cx_msgs" / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+
     def run(program, calls=(), more="rule_limit: -1"):
         (tmp_path / "agent.clp").write_text(program)
         file = tmp_path / "params.yaml"
@@ -50,9 +59,6 @@ def run(tmp_path, said):
 
             node.subscribe("/clips_manager/clips_log", "cx_msgs/msg/Log", note)
 
-            def receive_messages(answer):
-                answers.append((answer["success"], answer["message"]))
-
             def step():
                 if left:
                     name, *command = left.pop(0)
@@ -65,7 +71,9 @@ def run(tmp_path, said):
 
             assembly.loop.add(Hook.PRE_LOOP, step)
 
-        options = options_from_keywords(file, ros2cx=CX_NEWER_DIR, timeout=2.0, log_dir=tmp_path / "logs")
+        options = options_from_keywords(
+            file, ros2cx=tmp_path / "workspace", timeout=2.0, log_dir=tmp_path / "logs"
+        )
         result = run_scenario(options, attach=attach)
         lines = [line.split("[info] ")[1] for line in (tmp_path / "logs/one.log").read_text().splitlines()]
         return result, lines, answers, fired
