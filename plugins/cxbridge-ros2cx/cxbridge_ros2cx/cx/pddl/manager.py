@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -41,25 +42,6 @@ _MAX_CLASS_GAP_S: Final = 0.1  # actions whose starts are closer than this are i
 _TEMPLATE_MARKS: Final = ("{{", "{%", "{#")
 
 Fields = Mapping[str, Any]
-ItemChange = Callable[[ManagedProblem, Fields], None]  # changes a problem by an item of a request
-
-# the field of a request that lists items, and the change by each item, by the type of the service
-_ITEM_CHANGES: Final[dict[str, tuple[str, ItemChange]]] = {
-    "AddFluents": (
-        "fluents",
-        lambda problem, item: problem.set_fluent(item["name"], item["args"], value=True),
-    ),
-    "RemoveFluents": (
-        "fluents",
-        lambda problem, item: problem.set_fluent(item["name"], item["args"], value=False),
-    ),
-    "AddObjects": ("objects", lambda problem, item: problem.add_object(item["name"], item["type"])),
-    "RemoveObjects": ("objects", lambda problem, item: problem.remove_object(item["name"])),
-    "SetFunctions": (
-        "functions",
-        lambda problem, item: problem.set_function(item["name"], item["args"], item["value"]),
-    ),
-}
 
 
 class PddlManager(GoalHandler, Closing):
@@ -89,6 +71,8 @@ class PddlManager(GoalHandler, Closing):
         )
 
     def _list_service_handlers(self) -> dict[str, tuple[str, Callable[[Message], Fields]]]:
+        """Return the type and the handler of each service."""
+        change_items = self._change_items
         return {
             "add_pddl_instance": ("AddPddlInstance", self._add_instance),
             "check_action_condition": ("CheckActionCondition", self._check_condition),
@@ -96,17 +80,32 @@ class PddlManager(GoalHandler, Closing):
             "get_action_effects": ("GetActionEffects", self._get_action_effects),
             "get_action_names": ("GetActionNames", self._get_action_names),
             "get_fluents": ("GetFluents", self._get_fluents),
-            "add_fluents": ("AddFluents", self._make_item_handler(*_ITEM_CHANGES["AddFluents"])),
-            "rm_fluents": ("RemoveFluents", self._make_item_handler(*_ITEM_CHANGES["RemoveFluents"])),
-            "add_objects": ("AddObjects", self._make_item_handler(*_ITEM_CHANGES["AddObjects"])),
-            "rm_objects": ("RemoveObjects", self._make_item_handler(*_ITEM_CHANGES["RemoveObjects"])),
-            "set_functions": ("SetFunctions", self._make_item_handler(*_ITEM_CHANGES["SetFunctions"])),
+            "add_fluents": (
+                "AddFluents",
+                partial(change_items, "fluents", ManagedProblem.add_fluent, ("name", "args")),
+            ),
+            "rm_fluents": (
+                "RemoveFluents",
+                partial(change_items, "fluents", ManagedProblem.remove_fluent, ("name", "args")),
+            ),
+            "add_objects": (
+                "AddObjects",
+                partial(change_items, "objects", ManagedProblem.add_object, ("name", "type")),
+            ),
+            "rm_objects": (
+                "RemoveObjects",
+                partial(change_items, "objects", ManagedProblem.remove_object, ("name",)),
+            ),
+            "set_functions": (
+                "SetFunctions",
+                partial(change_items, "functions", ManagedProblem.set_function, ("name", "args", "value")),
+            ),
             "get_functions": ("GetFunctions", self._get_functions),
             "set_goals": ("SetGoals", self._set_goals),
             "clear_goals": ("ClearGoals", self._clear_goals),
-            "set_action_filter": ("SetActionFilter", lambda request: self._set_filter(request, "actions")),
-            "set_object_filter": ("SetObjectFilter", lambda request: self._set_filter(request, "objects")),
-            "set_fluent_filter": ("SetFluentFilter", lambda request: self._set_filter(request, "fluents")),
+            "set_action_filter": ("SetActionFilter", partial(self._set_filter, "actions")),
+            "set_object_filter": ("SetObjectFilter", partial(self._set_filter, "objects")),
+            "set_fluent_filter": ("SetFluentFilter", partial(self._set_filter, "fluents")),
             "create_goal_instance": ("CreateGoalInstance", self._create_goal),
             "get_predicates": ("GetPredicates", self._get_predicates),
             "get_type_objects": ("GetTypeObjects", self._get_type_objects),
@@ -132,25 +131,25 @@ class PddlManager(GoalHandler, Closing):
         self._problems[name] = ManagedProblem(domain, problem, str(folder / request["domain_file"]))
         return {}
 
-    def _make_item_handler(self, field: str, change: ItemChange) -> Callable[[Message], Fields]:
-        """Return a handler that changes a problem for each item of a field.
+    def _change_items(
+        self, field: str, change: Callable[..., None], keys: tuple[str, ...], request: Message
+    ) -> Fields:
+        """Change a problem by each item of a request; an invalid item does not stop further changes.
 
-        An invalid item does not stop the changes by further items.
+        :param field: the field of the request that lists the items.
+        :param change: gets the problem of an item, and the values of the item.
+        :param keys: the names of these values.
         """
-
-        def respond(request: Message) -> Fields:
-            errors, name = [], ""
-            for item in request[field]:
-                name = item["pddl_instance"]
-                try:
-                    change(self._find_problem(name), item)
-                except PddlError as error:
-                    errors.append(error.message)
-            if name:
-                self._updates.publish({"data": name})
-            return {"success": not errors, "error": " ".join(errors)}
-
-        return respond
+        errors = []
+        for item in request[field]:
+            try:
+                change(self._find_problem(item["pddl_instance"]), *(item[key] for key in keys))
+            except PddlError as error:
+                errors.append(error.message)
+        # as in the ROS 2 CX, the problem of the first item stands for all
+        for item in request[field][:1]:
+            self._updates.publish({"data": item["pddl_instance"]})
+        return {"success": not errors, "error": " ".join(errors)}
 
     def _get_fluents(self, request: Message) -> Fields:
         name = request["pddl_instance"]
@@ -158,8 +157,12 @@ class PddlManager(GoalHandler, Closing):
 
     def _get_functions(self, request: Message) -> Fields:
         name = request["pddl_instance"]
-        functions = self._find_problem(name).functions.items()
-        return {"functions": [{**_make_fluent(name, ground), "value": value} for ground, value in functions]}
+        return {
+            "functions": [
+                {**_make_fluent(name, ground), "value": value}
+                for ground, value in self._find_problem(name).functions.items()
+            ]
+        }
 
     def _get_predicates(self, request: Message) -> Fields:
         name = request["pddl_instance"]
@@ -207,9 +210,9 @@ class PddlManager(GoalHandler, Closing):
         fluents, functions = [], []
         for change in self._find_problem(name).list_action_changes(action["name"], action["args"]):
             fluent, time = _make_fluent(name, change.ground), {"time_point": change.time_point}
-            if change.sign:
-                value = {"operator_type": change.sign, "value": change.value}
-                functions.append({"function": fluent, **time, **value})
+            if change.operator:
+                operation = {"operator_type": change.operator, "value": change.value}
+                functions.append({"function": fluent, **time, **operation})
             else:
                 fluents.append({"fluent": fluent, **time, "value": bool(change.value)})
         return {"fluent_effects": fluents, "function_effects": functions}
@@ -217,8 +220,7 @@ class PddlManager(GoalHandler, Closing):
     # --- goals --------------------------------------------------------------------------------------------
 
     def _create_goal(self, request: Message) -> Fields:
-        problem = self._find_problem(request["pddl_instance"])
-        problem.goals[request["goal_instance"]] = ManagedGoal()
+        self._find_problem(request["pddl_instance"]).goals[request["goal_instance"]] = ManagedGoal()
         return {}
 
     def _set_goals(self, request: Message) -> Fields:
@@ -226,15 +228,16 @@ class PddlManager(GoalHandler, Closing):
         for item in request["fluents"]:
             self._find_problem(item["pddl_instance"]).add_goal_fluent(goal, item["name"], item["args"])
         for item in request["functions"]:
-            problem = self._find_problem(item["pddl_instance"])
-            problem.add_goal_function(goal, item["name"], item["args"], item["value"])
+            self._find_problem(item["pddl_instance"]).add_goal_function(
+                goal, item["name"], item["args"], item["value"]
+            )
         return {}
 
     def _clear_goals(self, request: Message) -> Fields:
         self._find_problem(request["pddl_instance"]).find_goal(request["goal_instance"]).formulas.clear()
         return {}
 
-    def _set_filter(self, request: Message, field: str) -> Fields:
+    def _set_filter(self, field: str, request: Message) -> Fields:
         goal = self._find_problem(request["pddl_instance"]).find_goal(request["goal_instance"])
         setattr(goal, f"kept_{field}", tuple(request[field]))
         return {}
@@ -257,23 +260,25 @@ class PddlManager(GoalHandler, Closing):
         """Plan for the waiting goals; planning takes no virtual time."""
         while self._waiting_goals:
             served_goal = self._waiting_goals.popleft()
+            # as in the ROS 2 CX, the action succeeds without a plan, too: its result tells the difference
             served_goal.finish(GoalStatus.SUCCEEDED, self._plan_goal(served_goal.goal))
 
     def _plan_goal(self, goal: Message) -> Fields:
         name, goal_name = goal["pddl_instance"], goal["goal_instance"]
-        self._log.info("Start planning...")
+        goal_text = f"for the goal '{goal_name}' of '{name}'"
+        self._log.info(f"Start planning {goal_text}...")
         if self._planning is None:
             self._planning = PlanningService(at_once=1)
         try:
             domain, problem = self._find_problem(name).filter_problem(goal_name, f"{name}_{goal_name}")
         except PddlError as error:
-            self._log.error(str(error))
+            self._log.error(f"Cannot plan {goal_text}: {error}")
             return {"success": False}
         result = self._planning.plan(PlanRequest(domain, problem))
         if result.status is not PlanStatus.PLANNED:
-            self._log.warn(f"no plan: {result.message}")
+            self._log.warn(f"No plan {goal_text}: {result.message}")
             return {"success": False}
-        self._log.info(f"Successfully planned, by {result.planner} in {result.seconds:.1f} s")
+        self._log.info(f"Successfully planned {goal_text}, by {result.planner} in {result.seconds:.1f} s")
         return {"success": True, "actions": list(_add_times(result.actions, name, goal_name))}
 
     def close(self) -> None:
@@ -326,8 +331,7 @@ def _read_template(folder: Path, name: str) -> str:
             hint=install_command("pddl", "cxbridge-ros2cx"),
         ) from None
     try:
-        environment = SandboxedEnvironment(loader=FileSystemLoader(folder))
-        return str(environment.get_template(name).render())
+        return str(SandboxedEnvironment(loader=FileSystemLoader(folder)).get_template(name).render())
     except TemplateError as error:
         raise PddlError(
             f"the template is invalid: {error}", file=file, line=getattr(error, "lineno", None)

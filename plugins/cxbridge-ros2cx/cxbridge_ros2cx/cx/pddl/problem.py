@@ -7,17 +7,18 @@ case, and a domain may use requirements that it does not declare.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import Domain, Problem, parse_domain, parse_problem
 from cxbridge.executive.pddl.ast import (
+    EMPTY_BINDING,
     And,
     Atom,
+    Binding,
     Constant,
     Formula,
     FunctionTerm,
@@ -32,7 +33,9 @@ from cxbridge.executive.pddl.ast import (
     names_of,
     pairs_of,
 )
+from cxbridge.executive.pddl.printer import format_formula
 from cxbridge.executive.pddl.problems import problem_of_facts
+from cxbridge.executive.pddl.types import TypeHierarchy
 from cxbridge.executive.problem.truth import KnownState
 
 BASE_GOAL: Final = "base"  # the name of the goal that each problem has from the start
@@ -52,13 +55,13 @@ class FluentChange(Struct, frozen=True):
     """The effect of an action on a fluent or a function.
 
     :param time_point: START or END.
-    :param sign: the operator on a function's value: ``=``, ``+`` or ``-``; empty for a fluent.
+    :param operator: the operator on a function's value: ``=``, ``+`` or ``-``; empty for a fluent.
     :param value: the operand; for a fluent, 1.0 means true and 0.0 means false.
     """
 
     ground: Ground
     time_point: str
-    sign: str
+    operator: str
     value: float
 
 
@@ -83,14 +86,12 @@ class ManagedProblem:
         self.fluents: dict[Ground, None] = {}  # the true fluents; a dict keeps their order
         self.functions: dict[Ground, float] = {}
         self.goals: dict[str, ManagedGoal] = {BASE_GOAL: ManagedGoal()}
-        self._parents = {name: parent or "object" for name, parent in pairs_of(domain.types)}
+        self._hierarchy = TypeHierarchy(domain.types)
         self._predicate_parameters = {predicate.name: predicate.parameters for predicate in domain.predicates}
         self._function_parameters = {function.name: function.parameters for function in domain.functions}
         if problem_text:
             problem = parse_problem(_COMMENT.sub("", problem_text).lower(), domain, file)
-            self.objects.update(
-                (name, type_name or "object") for name, type_name in pairs_of(problem.objects)
-            )
+            self.objects |= {name: type_name or "object" for name, type_name in pairs_of(problem.objects)}
             self.fluents = dict.fromkeys(
                 (atom.predicate, _list_argument_names(atom.arguments)) for atom in problem.init
             )
@@ -101,78 +102,71 @@ class ManagedProblem:
 
     # --- objects and facts --------------------------------------------------------------------------------
 
-    def _make_ground(self, name: str, arguments: Sequence[str]) -> Ground:
+    def _make_ground(
+        self, name: str, arguments: Sequence[str], declared_parameters: dict[str, TypedList]
+    ) -> Ground:
         """Return a fluent or function with its arguments.
 
-        :raises PddlError: if an argument is not an object of the problem.
+        :param declared_parameters: the parameters of the declared predicates or functions.
+        :raises PddlError: if the predicate or function is not declared, or an argument is not an object.
         """
+        if name not in declared_parameters:
+            raise PddlError(f"the domain has no '{name}'", hint=f"it has: {', '.join(declared_parameters)}")
+        self._check_arguments(name, arguments, declared_parameters[name])
+        return name, tuple(arguments)
+
+    def _check_arguments(self, name: str, arguments: Sequence[str], parameters: TypedList) -> None:
+        count = len(names_of(parameters))
+        if len(arguments) != count:
+            raise PddlError(f"'{name}' has {count} arguments, not {len(arguments)}")
         for argument in arguments:
             if argument not in self.objects:
                 raise PddlError(f"there is no object '{argument}'")
-        return name, tuple(arguments)
 
-    def set_fluent(self, name: str, arguments: Sequence[str], *, value: bool) -> None:
-        """Set the truth of a fluent.
+    def add_fluent(self, name: str, arguments: Sequence[str]) -> None:
+        """Make a fluent true.
 
         :raises PddlError: if the predicate or an object is unknown.
         """
-        self._check_arguments(name, arguments, self._predicate_parameters)
-        ground = self._make_ground(name, arguments)
-        if value:
-            self.fluents[ground] = None
-        else:
-            self.fluents.pop(ground, None)
+        self.fluents[self._make_ground(name, arguments, self._predicate_parameters)] = None
+
+    def remove_fluent(self, name: str, arguments: Sequence[str]) -> None:
+        """Make a fluent false.
+
+        :raises PddlError: if the predicate or an object is unknown.
+        """
+        self.fluents.pop(self._make_ground(name, arguments, self._predicate_parameters), None)
 
     def set_function(self, name: str, arguments: Sequence[str], value: float) -> None:
         """Set the value of a function.
 
         :raises PddlError: if the function or an object is unknown.
         """
-        self._check_arguments(name, arguments, self._function_parameters)
-        self.functions[self._make_ground(name, arguments)] = value
-
-    @staticmethod
-    def _check_arguments(
-        name: str, arguments: Sequence[str], declared_parameters: dict[str, TypedList]
-    ) -> None:
-        if name not in declared_parameters:
-            raise PddlError(f"the domain has no '{name}'", hint=f"it has: {', '.join(declared_parameters)}")
-        count = len(names_of(declared_parameters[name]))
-        if len(arguments) != count:
-            raise PddlError(f"'{name}' has {count} arguments, not {len(arguments)}")
+        self.functions[self._make_ground(name, arguments, self._function_parameters)] = value
 
     def add_object(self, name: str, type_name: str) -> None:
-        if type_name not in self._parents and type_name != "object":
+        if not self.has_type(type_name):
             raise PddlError(f"the domain has no type '{type_name}'")
         if name in self.objects:
             raise PddlError(f"the object '{name}' already exists")
         self.objects[name] = type_name
 
     def remove_object(self, name: str) -> None:
+        """Remove an object, and all fluents and functions about the object."""
         self.objects.pop(name, None)
-        for table in (self.fluents, self.functions):
-            for ground in list(table):
-                _, arguments = ground
-                if name in arguments:
-                    table.pop(ground)
+        self.fluents = {ground: None for ground in self.fluents if name not in ground[1]}
+        self.functions = {ground: value for ground, value in self.functions.items() if name not in ground[1]}
 
     def find_objects(self, type_names: Sequence[str]) -> list[str]:
         """Return the objects of types and of their subtypes; all objects if no type is given."""
         return [
             name
             for name, type_name in self.objects.items()
-            if not type_names or self._is_subtype(type_name, type_names)
+            if not type_names or not self._hierarchy.supertypes(type_name).isdisjoint(type_names)
         ]
 
-    def _is_subtype(self, type_name: str, type_names: Sequence[str]) -> bool:
-        visited: set[str] = set()  # a domain may have types that inherit from each other in a circle
-        while type_name not in type_names and type_name in self._parents and type_name not in visited:
-            visited.add(type_name)
-            type_name = self._parents[type_name]
-        return type_name in type_names
-
     def has_type(self, type_name: str) -> bool:
-        return type_name == "object" or type_name in self._parents
+        return type_name == "object" or type_name in self._hierarchy.parents
 
     # --- actions ------------------------------------------------------------------------------------------
 
@@ -183,14 +177,9 @@ class ManagedProblem:
         action_definition = next((item for item in self.domain.actions if item.name == action), None)
         if action_definition is None:
             raise PddlError(f"the domain has no action '{action}'")
-        variables = names_of(action_definition.parameters)
-        if len(variables) != len(arguments):
-            raise PddlError(f"'{action}' has {len(variables)} arguments, not {len(arguments)}")
-        return (
-            action_definition.condition,
-            action_definition.effect,
-            dict(zip(variables, self._make_ground(action, arguments)[1], strict=True)),
-        )
+        self._check_arguments(action, arguments, action_definition.parameters)
+        bindings = dict(zip(names_of(action_definition.parameters), arguments, strict=True))
+        return action_definition.condition, action_definition.effect, bindings
 
     def find_unsatisfied_conditions(self, action: str, arguments: Sequence[str]) -> list[str]:
         """Return the unsatisfied start conditions of an action.
@@ -253,18 +242,16 @@ class ManagedProblem:
 
         :raises PddlError: if the goal, the predicate or an object is unknown.
         """
-        self._check_arguments(name, arguments, self._predicate_parameters)
-        ground = self._make_ground(name, arguments)
-        self.find_goal(goal).formulas.append(Atom(name, tuple(map(Constant, ground[1]))))
+        self._make_ground(name, arguments, self._predicate_parameters)  # a check
+        self.find_goal(goal).formulas.append(Atom(name, tuple(map(Constant, arguments))))
 
     def add_goal_function(self, goal: str, name: str, arguments: Sequence[str], value: float) -> None:
         """Add a function value to a goal.
 
         :raises PddlError: if the goal, the function or an object is unknown.
         """
-        self._check_arguments(name, arguments, self._function_parameters)
-        ground = self._make_ground(name, arguments)
-        term = FunctionTerm(name, tuple(map(Constant, ground[1])))
+        self._make_ground(name, arguments, self._function_parameters)  # a check
+        term = FunctionTerm(name, tuple(map(Constant, arguments)))
         self.find_goal(goal).formulas.append(TermComparison("=", term, Constant(f"{value:g}")))
 
     def filter_problem(self, goal: str, name: str) -> tuple[Domain, Problem]:
@@ -272,48 +259,44 @@ class ManagedProblem:
 
         :param name: the name of the returned problem.
         """
-        managed_goal = self.find_goal(goal)
-        is_kept_object = _make_filter(managed_goal.kept_objects)
-        is_kept_fluent = _make_filter(managed_goal.kept_fluents)
-        is_kept_action = _make_filter(managed_goal.kept_actions)
-        domain = self.domain
-        if managed_goal.kept_actions:
-            kept_actions = tuple(action for action in domain.actions if is_kept_action(action.name))
-            # without the text, which has all actions: planners then get a text of the kept actions
-            domain = replace(domain, actions=kept_actions, text="")
+        managed_goal, domain = self.find_goal(goal), self.domain
 
         def is_kept(ground: Ground) -> bool:
-            return is_kept_fluent(ground[0]) and all(map(is_kept_object, ground[1]))
+            predicate, arguments = ground
+            return _is_kept(predicate, managed_goal.kept_fluents) and all(
+                _is_kept(argument, managed_goal.kept_objects) for argument in arguments
+            )
 
-        problem = problem_of_facts(
+        if managed_goal.kept_actions:
+            # without the text, which has all actions: planners then get a text of the kept actions
+            domain = domain.changed(
+                actions=tuple(action for action in domain.actions if action.name in managed_goal.kept_actions)
+            )
+        return domain, problem_of_facts(
             domain,
-            [(name, type_name) for name, type_name in self.objects.items() if is_kept_object(name)],
+            [pair for pair in self.objects.items() if _is_kept(pair[0], managed_goal.kept_objects)],
             [fluent for fluent in self.fluents if is_kept(fluent)],
             And(tuple(managed_goal.formulas)),
             re.sub(r"\W", "_", name) or "problem",
             [(ground, value) for ground, value in self.functions.items() if is_kept(ground)],
         )
-        return domain, problem
 
 
-def _make_filter(names: tuple[str, ...]) -> Callable[[str], bool]:
-    return lambda name: not names or name in names
+def _is_kept(name: str, kept_names: tuple[str, ...]) -> bool:
+    return not kept_names or name in kept_names
 
 
 def _declare_all_requirements(text: str) -> str:
     """Return a domain without comments, in lower case, that declares all requirements."""
-    stripped_text = _REQUIREMENTS_SECTION.sub("", _COMMENT.sub("", text).lower())
-    return _DOMAIN_HEAD.sub(lambda head: f"{head[0]} (:requirements {_REQUIREMENTS})", stripped_text, count=1)
+    text = _REQUIREMENTS_SECTION.sub("", _COMMENT.sub("", text).lower())
+    return _DOMAIN_HEAD.sub(lambda head: f"{head[0]} (:requirements {_REQUIREMENTS})", text, count=1)
 
 
-def _list_argument_names(terms: Sequence[Term], bindings: dict[str, str] | None = None) -> tuple[str, ...]:
-    names = []
-    for term in terms:
-        if isinstance(term, Variable) and bindings is not None:
-            names.append(bindings.get(term.name, term.name))
-        else:
-            names.append(getattr(term, "name", ""))
-    return tuple(names)
+def _list_argument_names(terms: Sequence[Term], bindings: Binding = EMPTY_BINDING) -> tuple[str, ...]:
+    return tuple(
+        bindings.get(term.name, term.name) if isinstance(term, Variable) else getattr(term, "name", "")
+        for term in terms
+    )
 
 
 def _find_conjuncts(formula: Formula | None, time: str = "START") -> Iterator[tuple[str, Formula]]:
@@ -339,6 +322,4 @@ def _format_condition(formula: Formula, bindings: dict[str, str]) -> str:
         case Not(part=negated):
             return f"(not {_format_condition(negated, bindings)})"
         case _:
-            from cxbridge.executive.pddl.printer import format_formula  # noqa: PLC0415 - few conditions are neither atoms nor negations
-
             return format_formula(formula)

@@ -76,8 +76,8 @@ class MessageTable:
         :raises Ros2Error: if the type is unknown, or a field does not fit.
         """
         # encoding and decoding checks the given fields and adds the missing fields
-        fields = self._codec.decode(type_name, self._codec.encode(type_name, field_values or {}))
-        return self._add_view(MessageView(type_name, fields))
+        data = self._codec.encode(type_name, field_values or {})
+        return self.add_received(type_name, self._codec.decode(type_name, data))
 
     def add_received(self, type_name: TypeName, fields: Fields) -> ExternalAddress:
         """Return the address of a received message, without a copy."""
@@ -97,7 +97,7 @@ class MessageTable:
         """
         view = self._views.get(address)
         if view is None:
-            raise ClipsError("Invalid pointer: there is no message at this address, or no longer")
+            raise ClipsError("Invalid pointer: the address is that of no message, or of a destroyed message")
         return view
 
     def destroy(self, address: ExternalAddress) -> None:
@@ -118,22 +118,22 @@ class MessageTable:
         :raises ClipsError: if the message or field is unknown.
         """
         view = self.find(address)
-        node, details = field_type = self.find_field_type(view, field)
         value = view.fields[field]
-        if node in (Nodetype.BASE, Nodetype.NAME):
-            return self._to_clips_value(address, field_type, value)
-        return tuple(self._to_clips_value(address, details[0], element) for element in value)
+        match self.find_field_type(view, field):
+            case (Nodetype.ARRAY | Nodetype.SEQUENCE, (element_type, _max_length)):
+                return tuple(self._to_clips_value(address, element_type, element) for element in value)
+            case field_type:
+                return self._to_clips_value(address, field_type, value)
 
     def _to_clips_value(self, address: ExternalAddress, field_type: FieldType, value: Any) -> Value:
-        node, details = field_type
-        if node == Nodetype.NAME:
+        kind, details = field_type
+        if kind == Nodetype.NAME:
             return self._add_view(MessageView(parse_type(details), value, address))
-        if details[0] == "bool":
+        base_type, _max_length = details
+        if base_type == "bool":
             return TRUE if value else FALSE
         # CLIPS has only signed 64-bit integers: larger values wrap around, as in C++
-        if details[0] == "uint64" and value >= 1 << 63:
-            return int(value) - (1 << 64)
-        clips_value: Value = value
+        clips_value: Value = value - (1 << 64) if base_type == "uint64" and value >= 1 << 63 else value
         return clips_value
 
     def set(self, address: ExternalAddress, field: str, value: Value) -> None:
@@ -142,46 +142,45 @@ class MessageTable:
         :raises ClipsError: if the message or field is unknown, or the value does not fit.
         """
         view = self.find(address)
-        node, details = field_type = self.find_field_type(view, field)
-        if node in (Nodetype.BASE, Nodetype.NAME):
+        kind, details = field_type = self.find_field_type(view, field)
+        if kind in (Nodetype.BASE, Nodetype.NAME):
             view.fields[field] = self._to_field_value(field_type, value, field, view.fields[field])
             return
         if not isinstance(value, Sequence) or isinstance(value, str):
-            raise FieldError("expected multifield value!")
-        element_type, max_length = details
-        if node == Nodetype.ARRAY and len(value) != max_length:
+            raise FieldError(
+                "expected multifield value!"
+            )  # the text of the ROS 2 CX; the caller adds the field
+        element_type, max_length = details  # without a limit, a sequence has the maximum 0
+        if kind == Nodetype.ARRAY and len(value) != max_length:
             raise FieldError(f"the field '{field}' takes {max_length} values, not {len(value)}")
-        if node == Nodetype.SEQUENCE and max_length and len(value) > max_length:
+        if kind == Nodetype.SEQUENCE and max_length and len(value) > max_length:
             raise FieldError(f"the field '{field}' takes up to {max_length} values, not {len(value)}")
         view.fields[field] = [self._to_field_value(element_type, element, field, None) for element in value]
 
     def _to_field_value(self, field_type: FieldType, value: Value, field: str, previous: Any) -> Any:
-        node, details = field_type
-        if node == Nodetype.NAME:
+        kind, details = field_type
+        if kind == Nodetype.NAME:
             return self._move_fields(parse_type(details), value, field, previous)
-        field_value = _CONVERTERS[details[0]](value, details[0])
+        base_type, max_length = details
+        field_value = _CONVERTERS[base_type](value, base_type)
         if field_value is None:
-            raise FieldError(f"the field '{field}' of type {details[0]} cannot be {_describe_value(value)}")
-        if isinstance(field_value, str) and details[1] and len(field_value) > details[1]:
+            raise FieldError(f"the field '{field}' of type {base_type} cannot be {_describe_value(value)}")
+        if isinstance(field_value, str) and max_length and len(field_value) > max_length:
             raise FieldError(
-                f"the field '{field}' takes up to {details[1]} characters, not {len(field_value)}"
+                f"the field '{field}' takes up to {max_length} characters, not {len(field_value)}"
             )
         return field_value
-
-    def _have_same_fields(self, type_name: TypeName, field_type: TypeName) -> bool:
-        """Return whether two types have the same fields.
-
-        The ROS 2 CX checks no types when a message becomes the value of a field, and agents rely on that.
-        """
-        find_fields = self.definitions.find_fields
-        return type_name == field_type or list(find_fields(type_name)) == list(find_fields(field_type))
 
     def _move_fields(self, type_name: TypeName, value: Value, field: str, previous: Any) -> Fields:
         """Return the fields of the message at an address, and empty that message."""
         view = self._views.get(value) if isinstance(value, ExternalAddress) else None
         if view is None:
-            raise FieldError(f"Failed to set unknown message: the field '{field}' takes a {type_name}")
-        if not self._have_same_fields(view.type_name, type_name):
+            raise FieldError(
+                f"the field '{field}' takes a message of type {type_name}, not {_describe_value(value)}"
+            )
+        # the ROS 2 CX does not compare the types, and agents rely on it for types with the same fields
+        find_fields = self.definitions.find_fields
+        if view.type_name != type_name and [*find_fields(view.type_name)] != [*find_fields(type_name)]:
             raise FieldError(f"the field '{field}' takes a {type_name}, not a {view.type_name}")
         fields = dict(view.fields)
         _clear_fields(view.fields)
@@ -217,13 +216,10 @@ def _to_integer(value: Value, type_name: str) -> int | None:
         value = int(value)
     if not isinstance(value, int):
         return None
-    bits = _BIT_WIDTHS[type_name]
-    wrapped_value = value % (1 << bits)
-    return (
-        wrapped_value - (1 << bits)
-        if type_name.startswith("int") and wrapped_value >> (bits - 1)
-        else wrapped_value
-    )
+    size = 1 << _BIT_WIDTHS[type_name]
+    wrapped_value = value % size
+    is_negative = type_name.startswith("int") and wrapped_value >= size // 2
+    return wrapped_value - size if is_negative else wrapped_value
 
 
 def _to_float64(value: Value, _type_name: str) -> float | None:
@@ -234,10 +230,10 @@ def _to_float32(value: Value, _type_name: str) -> float | None:
     if not isinstance(value, int | float):
         return None
     try:
-        rounded_value: float = struct.unpack("<f", struct.pack("<f", value))[0]
+        (rounded_value,) = struct.unpack("<f", struct.pack("<f", value))
     except OverflowError:
         return None
-    return rounded_value
+    return float(rounded_value)
 
 
 def _to_string(value: Value, _type_name: str) -> str | None:

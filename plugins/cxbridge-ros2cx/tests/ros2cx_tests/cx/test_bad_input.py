@@ -192,7 +192,7 @@ def test_a_wrong_call_ends_the_rule_only(run, action, message):
         ("String", "data", "1", "cannot be 1"),
         ("Int32", "data", "2.5", "cannot be 2.5"),
         ("Float64MultiArray", "data", "1.0", "expected multifield value!"),
-        ("Header", "stamp", "1", "Failed to set unknown message"),
+        ("Header", "stamp", "1", "takes a message of type builtin_interfaces/msg/Time, not 1"),
     ],
 )
 def test_a_value_that_a_field_does_not_take_changes_nothing(run, kind, field, value, message):

@@ -9,7 +9,7 @@ from cxbridge.run import run_scenario
 from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge_ros2cx.cx.node import CxNode
 
-# The types of the plug-in's services and of clips_log. Their package tells that the executive is the newer one.
+# The types of services and of clips_log; their package tells that the executive is the newer one.
 DEFINITIONS = {
     "package.xml": "<package><name>cx_msgs</name></package>",
     "srv/ClipsCommand.srv": "string env_name\nstring command\n---\nbool success\nstring message\n",

@@ -56,7 +56,7 @@ DOMAIN = """
 
 def test_a_planner_sees_the_actions_that_a_filter_leaves():
     problem = ManagedProblem(DOMAIN)
-    problem.set_fluent("here", (), value=True)
+    problem.add_fluent("here", ())
     problem.goals["there"] = ManagedGoal([Atom("there", ())], kept_actions=("fly",))
     domain, _ = problem.filter_problem("there", "task")
     assert [each.name for each in domain.actions] == ["fly"]
