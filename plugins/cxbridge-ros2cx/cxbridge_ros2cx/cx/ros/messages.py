@@ -118,12 +118,13 @@ class MessageTable:
         :raises ClipsError: if the message or field is unknown.
         """
         view = self.find(address)
-        value = view.fields[field]
         match self.find_field_type(view, field):
             case (Nodetype.ARRAY | Nodetype.SEQUENCE, (element_type, _max_length)):
-                return tuple(self._to_clips_value(address, element_type, element) for element in value)
+                return tuple(
+                    self._to_clips_value(address, element_type, element) for element in view.fields[field]
+                )
             case field_type:
-                return self._to_clips_value(address, field_type, value)
+                return self._to_clips_value(address, field_type, view.fields[field])
 
     def _to_clips_value(self, address: ExternalAddress, field_type: FieldType, value: Any) -> Value:
         kind, details = field_type
@@ -147,9 +148,8 @@ class MessageTable:
             view.fields[field] = self._to_field_value(field_type, value, field, view.fields[field])
             return
         if not isinstance(value, Sequence) or isinstance(value, str):
-            raise FieldError(
-                "expected multifield value!"
-            )  # the text of the ROS 2 CX; the caller adds the field
+            # the text of the ROS 2 CX; the caller adds the name of the field
+            raise FieldError("expected multifield value!")
         element_type, max_length = details  # without a limit, a sequence has the maximum 0
         if kind == Nodetype.ARRAY and len(value) != max_length:
             raise FieldError(f"the field '{field}' takes {max_length} values, not {len(value)}")
