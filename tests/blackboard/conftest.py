@@ -1,4 +1,4 @@
-"""Failing asserts of the contract modules show their values, too."""
+"""Failed asserts of the contract modules show their values."""
 
 import pytest
 

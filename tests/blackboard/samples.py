@@ -48,23 +48,23 @@ SampleInterface: Any = make_interface_class(SAMPLE_SCHEMA)
 """Fields count, text, numbers[64]; messages SetCount(count), Add(summand, addend), Reset()."""
 
 OtherInterface: Any = make_interface_class(OTHER_SCHEMA)
-"""Field enabled; a message of the same name and layout as one of SampleInterface."""
+"""Field enabled; a message with the name and layout of a message of SampleInterface."""
 
 NewerSampleInterface: Any = make_interface_class(replace(SAMPLE_SCHEMA, hash=bytes(16)))
-"""SampleInterface of another hash."""
+"""SampleInterface with another hash."""
 
 
 def remade_sample_interface() -> Any:
-    """Return another class of the same definition as SampleInterface, as another registry has it."""
+    """Return another class with the definition of SampleInterface, as of another registry."""
     return make_interface_class.__wrapped__(SAMPLE_SCHEMA)
 
 
 class SampleRegistry:
-    """Knows the two types, and one whose writer tells which message it works on."""
+    """A registry of the two types and of SkillerInterface, whose writer shows the message in execution."""
 
     def get(self, name: str) -> type[Interface]:
-        known: type[Interface]
-        for known in (SampleInterface, OtherInterface, SkillerInterface):
-            if known.SCHEMA.name == name:
-                return known
+        interface_class: type[Interface]
+        for interface_class in (SampleInterface, OtherInterface, SkillerInterface):
+            if interface_class.SCHEMA.name == name:
+                return interface_class
         raise InterfaceError(f"no interface '{name}'", hint="it is not among the samples")

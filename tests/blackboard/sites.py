@@ -1,4 +1,4 @@
-"""Blackboards of every transport, as the state machine wants them: to be served, killed and restarted."""
+"""Blackboards of all transports for the state machine, which starts, kills and restarts them."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from tests.blackboard.samples import SampleRegistry
 
 
 class Site(ABC):
-    """A blackboard, and programs that come to it over a transport.
+    """A blackboard and its programs over a transport.
 
-    :param window: of a transport that has one: updates that may be under way to a client.
+    :param window: the maximum number of unacknowledged updates of a client, for transports with such a limit.
     """
 
     acknowledges: ClassVar[bool] = True
-    """Whether a message that was sent is in the writer's queue when the sender goes on."""
+    """Whether a sender waits until its message is in the writer's queue."""
     restarts: ClassVar[bool] = True
     keeps: ClassVar[bool] = True
-    """Whether readers keep the last value when the server has come back without it, until somebody writes."""
+    """Whether readers keep the last value after a restart of the server, until the next write."""
     exact: ClassVar[bool] = True
-    """Whether a listener reads the very write that it is notified of, though newer ones have come."""
+    """Whether a listener reads the data of the write in its notification, even after newer writes."""
     board: LocalBlackBoard
-    """The one that is served."""
+    """The blackboard of the server's process."""
 
     def __init__(self, window: int) -> None:
         self.window = window
@@ -35,46 +35,46 @@ class Site(ABC):
 
     @abstractmethod
     def connect(self, name: str) -> BlackBoard:
-        """Return another program's way to the blackboard."""
+        """Return the blackboard of another program."""
 
     @abstractmethod
     def settle(self) -> None:
-        """Return when whatever a client has done has arrived at all others."""
+        """Wait until the effects of all clients have arrived at all clients."""
 
     @abstractmethod
     def kill(self, client: Any) -> None:
-        """End a client as SIGKILL does: without a goodbye."""
+        """End a client without Bye, as SIGKILL does."""
 
     @abstractmethod
     def wait_reaped(self) -> None:
-        """Return when the server knows of all that were killed."""
+        """Wait until the server has ended the sessions of killed clients."""
 
     @abstractmethod
     def stop(self) -> None:
-        """Stop the server; its blackboard and all that was in it are lost."""
+        """Stop the server and lose its blackboard."""
 
     @abstractmethod
     def start(self) -> None:
-        """Serve an empty blackboard at the same address; return when the clients are there again."""
+        """Serve an empty blackboard at the same address, and wait until the clients are connected."""
 
     @abstractmethod
     def close(self) -> None:
-        """Give everything back."""
+        """Close the clients and the server."""
 
     @contextmanager
     def not_reading(self, client: Any) -> Iterator[None]:
-        """Let a client take nothing from its connection."""
+        """Stop a client's receiving."""
         del client
         yield
 
     def skipped(self, client: Any) -> int:
-        """Return how many updates a client knows to have missed."""
+        """Return the number of updates that a client knows as skipped."""
         del client
         return 0
 
 
 class LocalSite(Site):
-    """The programs are parts of one process."""
+    """Programs in a single process."""
 
     restarts = False
 

@@ -1,4 +1,4 @@
-"""Writes told to the bus as bytes, for recorders of raw data."""
+"""Writes on the bus as bytes, for recorders of raw data."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ def writer(bus):
     return board.open_for_writing("SwitchInterface", "s")
 
 
-def test_the_block_is_told_as_it_was_when_it_was_written(bus, writer):
+def test_block_event_has_block_at_time_of_write(bus, writer):
     events: list[Event] = []
     bus.subscribe(events.append, BlockWrite)
     writer.enabled = True
     writer.write()
     first = writer.to_bytes()
     bus.clock.sleep_until(START_US + 5)
-    writer.write()  # nothing was set: the old time stamp goes out again
+    writer.write()  # no field was set: the block keeps its time stamp
     writer.enabled = False
     writer.write()
     assert events == [
@@ -40,7 +40,7 @@ def test_the_block_is_told_as_it_was_when_it_was_written(bus, writer):
     ]
 
 
-def test_values_and_bytes_are_told_of_each_write_to_those_who_want_them(bus, writer):
+def test_subscribers_get_values_and_block_of_each_write(bus, writer):
     both: list[Event] = []
     values: list[Event] = []
     bus.subscribe(both.append, InterfaceWrite, BlockWrite)

@@ -1,4 +1,4 @@
-"""The contract of all blackboards: one entry a transport, more where it depends on which end is remote."""
+"""The contract of all blackboards, for the transports of the core."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.blackboard.zmq.threads import watched_sockets
 
 @contextmanager
 def local_pair(_: Path) -> Iterator[BoardPair]:
-    """Twice the same board."""
+    """Yield a pair with the same local board twice."""
     clock = VirtualClock()
     bus = EventBus(clock)
     board = LocalBlackBoard(SampleRegistry(), clock, bus)
@@ -27,13 +27,13 @@ def local_pair(_: Path) -> Iterator[BoardPair]:
 
 
 def zmq_pairs(transport: str) -> Callable[[Path], AbstractContextManager[BoardPair]]:
-    """Two clients of a server; two threads in one of their sockets are found."""
+    """Return the pairs of two clients of a server, with a check for sockets in two threads."""
 
     @contextmanager
     def pairs(folder: Path) -> Iterator[BoardPair]:
-        with watched_sockets(), bench(transport, folder) as made:
-            near, far = made.client(name="near"), made.client(name="far")
-            yield BoardPair(near=near, far=far, clock=made.clock, bus=made.bus, settle=made.settle)
+        with watched_sockets(), bench(transport, folder) as served:
+            near, far = served.client(name="near"), served.client(name="far")
+            yield BoardPair(near=near, far=far, clock=served.clock, bus=served.bus, settle=served.settle)
 
     return pairs
 

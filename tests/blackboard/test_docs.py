@@ -1,4 +1,4 @@
-"""The examples of docs/blackboard.md run and print what they say."""
+"""The examples of docs/blackboard.md."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 from tests.support import ROOT
 
 
-def test_the_examples_run(capsys):
+def test_examples_print_documented_output(capsys):
     text = (ROOT / "docs" / "blackboard.md").read_text().partition("## Interface types")[0]
     examples = re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
     assert len(examples) == 2

@@ -1,4 +1,4 @@
-"""A thread with an event loop may be closed at any moment: while it starts, while it serves, twice."""
+"""Threads with event loops, closed during their start and during work."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from tests.support import module_files
 LOOPS = re.compile(r"new_event_loop|asyncio\.run\(|Runner\(|run_until_complete|run_forever")
 
 
-def made() -> LoopThread:
+def make_thread() -> LoopThread:
     return LoopThread("tested")
 
 
 @contextmanager
 def complaints() -> Iterator[list[str]]:
-    """Collect what Python says of errors in threads, of loops and of sockets that are left open."""
+    """Collect errors of threads, and warnings about open loops and sockets."""
     found: list[str] = []
     gc.collect()
     hooks = threading.excepthook, sys.unraisablehook
@@ -37,29 +37,33 @@ def complaints() -> Iterator[list[str]]:
             warnings.simplefilter("always")
             yield found
             gc.collect()
-        found += [str(each.message) for each in warned if each.category in (ResourceWarning, RuntimeWarning)]
+        found += [
+            str(warning.message)
+            for warning in warned
+            if warning.category in (ResourceWarning, RuntimeWarning)
+        ]
     finally:
         threading.excepthook, sys.unraisablehook = hooks
 
 
-def test_one_module_makes_event_loops():
-    """Who makes a loop by itself gets its end wrong: a close while the thread starts, sockets left open."""
+def test_single_module_makes_event_loops():
+    """Other code with event loops had errors at their end, such as open sockets."""
     files = module_files().values()
     makers = {path.name for path in files if LOOPS.search(path.read_text("utf-8"))}
     assert makers == {"event_loop.py"}
 
 
 def close_a_thread() -> None:
-    made().close()
+    make_thread().close()
 
 
 def close_a_thread_that_has_work() -> None:
-    with made() as thread:
+    with make_thread() as thread:
         thread.spawn(asyncio.Event().wait())
 
 
 @pytest.mark.parametrize("close", [close_a_thread, close_a_thread_that_has_work])
-def test_a_close_after_the_start_leaves_nothing_behind(close: Callable[[], None]):
+def test_close_after_start_ends_thread_without_complaints(close: Callable[[], None]):
     threads = threading.active_count()
     with complaints() as found:
         for _ in range(20):
@@ -68,8 +72,8 @@ def test_a_close_after_the_start_leaves_nothing_behind(close: Callable[[], None]
     assert threading.active_count() <= threads
 
 
-def test_a_close_before_the_thread_runs_is_heeded(monkeypatch: pytest.MonkeyPatch):
-    """A machine under load starts the thread late: the close waits in the loop's queue."""
+def test_close_before_thread_runs_ends_thread(monkeypatch: pytest.MonkeyPatch):
+    """A machine under load starts the thread late, and the close waits in the loop's queue."""
     run, late = threading.Thread.run, threading.Event()
 
     def run_late(self: threading.Thread) -> None:
@@ -78,7 +82,7 @@ def test_a_close_before_the_thread_runs_is_heeded(monkeypatch: pytest.MonkeyPatc
 
     monkeypatch.setattr(threading.Thread, "run", run_late)
     with complaints() as found:
-        thread = made()
+        thread = make_thread()
         monkeypatch.undo()
         work = thread.spawn(asyncio.Event().wait())
         closing = threading.Thread(target=thread.close)
@@ -92,9 +96,9 @@ def test_a_close_before_the_thread_runs_is_heeded(monkeypatch: pytest.MonkeyPatc
     assert not closing.is_alive()
 
 
-def test_a_closed_thread_takes_no_work():
+def test_closed_thread_refuses_calls_and_coroutines():
     with complaints() as found:
-        thread = made()
+        thread = make_thread()
         thread.close()
         assert not thread.call(print)
         with pytest.raises(RuntimeError, match="closed"):

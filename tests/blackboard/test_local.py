@@ -1,4 +1,4 @@
-"""The blackboard in this process: what it promises beside the contract of all blackboards."""
+"""The local blackboard, beyond the contract of all blackboards."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ def board() -> LocalBlackBoard:
     return LocalBlackBoard(SampleRegistry(), VirtualClock())
 
 
-def test_given_serials_are_used_in_order():
+def test_instances_get_serials_in_order():
     numbers = itertools.count(1)
     board = LocalBlackBoard(SampleRegistry(), VirtualClock(), serials=lambda: UUID(int=next(numbers)))
     serials = [board.open_for_reading(SampleInterface, "a").serial.int for _ in range(3)]
     assert serials == [1, 2, 3]
 
 
-def test_an_instance_of_another_board_is_refused(board):
-    stranger = LocalBlackBoard(SampleRegistry(), VirtualClock()).open_for_reading(SampleInterface, "a")
+def test_board_refuses_instance_of_another_board(board):
+    foreign = LocalBlackBoard(SampleRegistry(), VirtualClock()).open_for_reading(SampleInterface, "a")
     board.open_for_reading(SampleInterface, "a")
     with pytest.raises(errors.ForeignInstanceError, match="SampleInterface::a was not opened on this"):
-        board.close(stranger)
-    assert stranger.valid
+        board.close(foreign)
+    assert foreign.valid
 
 
-def test_without_a_bus_failing_observers_are_told_to_logging(board, caplog):
+def test_board_without_bus_logs_failed_observers(board, caplog):
     class Fails(Observer):
         def interface_created(self, interface_type, interface_id):
             raise ValueError("broken")
@@ -46,7 +46,7 @@ def test_without_a_bus_failing_observers_are_told_to_logging(board, caplog):
     assert "interface_created of SampleInterface::a failed" in caplog.text
 
 
-def test_a_wrong_definition_is_not_taken_for_a_missing_one(tmp_path):
+def test_wrong_definition_is_not_reported_as_unknown_type(tmp_path):
     (tmp_path / "WrongInterface.xml").write_text("<interface name='WrongInterface'>")
     board = LocalBlackBoard(InterfaceRegistry([tmp_path]), VirtualClock())
     with pytest.raises(InterfaceDefinitionError) as caught:
@@ -64,7 +64,7 @@ def test_shipped_types_open_by_name():
         board.open_for_reading("SkilerInterface", "Skiller")
 
 
-def test_the_shared_number_is_never_used_again(board):
+def test_number_of_destroyed_interface_is_not_reused(board):
     first = board.open_for_reading(SampleInterface, "a")
     number = first.mem_serial
     first.close()

@@ -13,19 +13,19 @@ IDS = st.text(st.characters(codec="ascii", exclude_characters="\0"), min_size=1,
 
 @settings(deadline=None)
 @given(TYPES, IDS)
-def test_a_uid_comes_apart_into_what_it_was_made_of(interface_type, interface_id):
+def test_uid_splits_into_type_and_id(interface_type, interface_id):
     check_names(interface_type, interface_id)
     assert parse_uid(f"{interface_type}::{interface_id}") == (interface_type, interface_id)
 
 
 @pytest.mark.parametrize("uid", ["", "Sample", "Sample:a", "Sample::", "::a", "Sam ple::a", "Sample\n::a"])
-def test_what_is_no_uid_is_refused(uid):
+def test_invalid_uid_is_refused(uid):
     with pytest.raises(errors.InvalidNameError) as caught:
         parse_uid(uid)
     assert caught.value.message == f"Failed to match UID {uid}, format error."
 
 
-def test_the_length_of_an_id_is_that_of_its_bytes():
+def test_limit_of_id_counts_bytes():
     check_names("T", "ä" * 32)
     with pytest.raises(errors.InvalidNameError, match="maximum length is 64"):
         check_names("T", "ä" * 33)
@@ -33,7 +33,7 @@ def test_the_length_of_an_id_is_that_of_its_bytes():
 
 @settings(deadline=None)
 @given(st.text(max_size=70), st.text(max_size=70))
-def test_any_names_are_taken_or_refused(interface_type, interface_id):
+def test_names_are_valid_or_refused(interface_type, interface_id):
     try:
         check_names(interface_type, interface_id)
     except errors.InvalidNameError:
@@ -42,7 +42,7 @@ def test_any_names_are_taken_or_refused(interface_type, interface_id):
     assert 0 < len(interface_id) <= 64
 
 
-def test_patterns_are_those_of_the_shell_and_mind_the_case():
+def test_patterns_match_as_in_shell_with_case():
     assert matches("SampleInterface", "/a/b", "*", "/a/*")
     assert matches("SampleInterface", "a1", "Sample[IJ]*", "a?")
     assert not matches("SampleInterface", "a1", "sample*", "*")

@@ -1,4 +1,4 @@
-"""Patterns for interfaces, as people write them."""
+"""Patterns for interfaces on the command line."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from cxbridge.blackboard.patterns import Pattern, escape_glob
         ("a*", ("AInterface", "x"), False),
     ],
 )
-def test_what_it_selects(text, key, selected):
+def test_pattern_selects_matching_keys(text, key, selected):
     assert Pattern.parse(text).matches(key) is selected
 
 
@@ -38,13 +38,13 @@ def test_what_it_selects(text, key, selected):
         ("A" * 49, "too long"),
     ],
 )
-def test_what_can_select_nothing_is_refused(text, message):
+def test_pattern_without_possible_match_is_refused(text, message):
     with pytest.raises(InvalidNameError, match=message) as caught:
         Pattern.parse(text)
     assert "TYPE::ID" in str(caught.value)
 
 
 @given(st.text("a*?[]!", min_size=1, max_size=6), st.text("a*?[]!", min_size=1, max_size=6))
-def test_an_escaped_name_matches_itself_only(name, other):
+def test_escaped_name_matches_only_itself(name, other):
     assert fnmatchcase(name, escape_glob(name))
     assert fnmatchcase(other, escape_glob(name)) == (other == name)

@@ -1,4 +1,4 @@
-"""Parts of one process on a local blackboard against the model that all transports share."""
+"""Programs in a process on a local blackboard, compared with the model of all transports."""
 
 from __future__ import annotations
 

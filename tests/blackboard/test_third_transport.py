@@ -1,4 +1,4 @@
-"""A transport of one's own: a package, a line in the table, and an entry in the contract."""
+"""A transport of a plug-in: its package, its row, and its contract entry."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.plugins import forget, install
 from tests.support import share
 
 PACKAGE = '''
-"""A transport that was made up: boards of this process by name, each client with a way of its own."""
+"""A transport to boards of this process by name, with separate clients."""
 
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.blackboard.errors import BlackBoardGoneError
@@ -101,13 +101,13 @@ TRANSPORTS = (Row("shelf", "shelf_transport.transport:ShelfTransport"),)
 
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A folder with the made-up transport as a plug-in."""
+    """A folder with the transport as a plug-in."""
     install(tmp_path, monkeypatch, "shelf_transport", {"transport.py": PACKAGE, "plugin.py": PLUGIN})
     yield tmp_path
     forget("shelf_transport")
 
 
-def test_a_plug_in_adds_a_transport(package):
+def test_plugin_adds_transport(package):
     near, far = (open_blackboard("shelf://one", SampleRegistry(), VirtualClock()) for _ in "ab")
     seen = []
 
@@ -127,7 +127,7 @@ def test_a_plug_in_adds_a_transport(package):
     assert "shelf://" in str(caught.value.hint)
 
 
-def test_an_entry_holds_it_to_the_contract(package):
+def test_contract_entry_tests_transport(package):
     test = package / "test_shelf.py"
     test.write_text(CONTRACT)
     plain = ("-q", "-p", "no:cacheprovider", "-p", "no:xdist", f"--rootdir={package}")

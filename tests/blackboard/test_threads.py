@@ -1,4 +1,4 @@
-"""The blackboard under several threads: nothing torn, nothing lost, one writer."""
+"""The local blackboard in several threads."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.blackboard.samples import SampleInterface, SampleRegistry
 
 @pytest.fixture(autouse=True)
 def fine_switching() -> Iterator[None]:
-    """Let threads change as often as Python allows."""
+    """Switch between threads as often as Python allows."""
     before = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)
     yield
@@ -29,7 +29,7 @@ def board() -> LocalBlackBoard:
 
 
 def run_together(*jobs: Callable[[], None]) -> None:
-    """Run the jobs in a thread each; raise what the first of them that failed raised."""
+    """Run each job in a thread; raise the error of the first failed job."""
     faults: list[BaseException] = []
 
     def guarded(job: Callable[[], None]) -> None:
@@ -48,11 +48,11 @@ def run_together(*jobs: Callable[[], None]) -> None:
         raise faults[0]
 
 
-def test_a_write_that_is_late_does_not_disturb_the_next_writer(board):
+def test_late_write_does_not_disturb_next_writer(board):
     reader = board.open_for_reading(SampleInterface, "a")
     late = board.open_for_writing(SampleInterface, "a")
     late.count = 1
-    port = late._port  # as another thread holds it in the midst of write()
+    port = late._port  # as another thread has it during write()
     late.close()
     writer = board.open_for_writing(SampleInterface, "a")
     writer.count = 2
@@ -88,7 +88,7 @@ def test_messages_of_each_sender_arrive_once_and_in_order(board):
     assert writer.msgq_empty()
 
 
-def test_there_is_never_more_than_one_writer(board):
+def test_interface_has_at_most_one_writer(board):
     writing = threading.Semaphore(1)
     won = []
 
@@ -109,14 +109,14 @@ def test_there_is_never_more_than_one_writer(board):
     assert list(board.list_all()) == []
 
 
-def test_who_listens_from_now_on_does_not_hear_of_a_write_that_it_could_read(board):
+def test_later_listener_is_not_notified_of_readable_write(board):
     heard = []
 
     class Hears(Listener):
         def data_refreshed(self, interface):
             heard.append(interface.id)
 
-    def join(event: object) -> None:  # told before the listeners: here it stands for another thread
+    def join(event: object) -> None:  # called before the listeners, in place of another thread
         late = board.open_for_reading(SampleInterface, "a")
         assert late.read()
         board.register_listener(Hears(), late, EventKind.DATA_REFRESHED)

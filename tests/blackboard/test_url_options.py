@@ -25,14 +25,14 @@ from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
         ("tcp://192.0.2.1:1911", "could be reached from beyond this machine"),
     ],
 )
-def test_urls_that_make_no_sense(url, message):
+def test_invalid_urls_are_refused_with_hint(url, message):
     with pytest.raises(BlackBoardError) as caught:
         open_blackboard(url, InterfaceRegistry(), RealClock())
     assert message in caught.value.message
     assert caught.value.hint
 
 
-def test_keys_in_the_query_open_a_server_that_wants_them(tmp_path):
+def test_keys_in_query_connect_to_server_with_keys(tmp_path):
     (tmp_path / "clients").mkdir()
     server_key, server_secret = zmq.auth.create_certificates(tmp_path, "server")
     _, client_secret = zmq.auth.create_certificates(tmp_path / "clients", "client")

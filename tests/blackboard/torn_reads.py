@@ -1,9 +1,9 @@
-"""Reads while somebody writes as fast as it can: no read is torn, none is older than the one before.
+"""Reads during continuous writes: a torn read mixes two writes, an old read is older than an earlier read.
 
-Each word of a block is made of one counter and of its place, the time stamp too; so every mix of two writes
-and every shift is found out. Only reads that gave a new block count. Half of them are made by threads on a
-local blackboard, half by processes over ZeroMQ (``ipc``) that keep several instances open, while other
-processes write and serve.
+Each word of a block depends on a counter and on the position of the word, as does the time stamp, so that
+each mix of two writes and each shift is detected. Only reads of a new block count. Threads read on a local
+blackboard; processes with several open instances read over ZeroMQ (``ipc``), while other processes write and
+serve.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ from cxbridge.interfaces.schema import InterfaceSchema
 
 WORDS = 320
 INSTANCES = 8
-"""That a reader keeps open, and reads in turn."""
+"""The number of instances of a reader, which reads them in turn."""
 READERS = 2
 SECOND = 1_000_000
 
 _FIELDS, _SIZE = place_fields([make_field("words", "uint32", WORDS)])
 _SCHEMA = InterfaceSchema("TornInterface", hashlib.md5(b"torn").digest(), _SIZE, _FIELDS, ())
 _TornInterface: Any = make_interface_class(_SCHEMA)
-_PLACES = int.from_bytes(random.Random(7).randbytes(4 * WORDS), "little")  # differ from word to word
+_PLACES = int.from_bytes(random.Random(7).randbytes(4 * WORDS), "little")  # different words
 _EACH = int.from_bytes(struct.pack("<I", 1) * WORDS, "little")
 
 
 class Registry:
-    """Knows the one type."""
+    """A registry with a single type."""
 
     def get(self, name: str) -> type[Interface]:
         assert name == _SCHEMA.name
@@ -57,8 +57,8 @@ def make_block(number: int) -> bytes:
     return STAMP.pack(*divmod(number, SECOND)) + words.to_bytes(4 * WORDS, "little")
 
 
-def number_of(block: bytes) -> int | None:
-    """Return which write a block is of; None when it is of none."""
+def find_write_number(block: bytes) -> int | None:
+    """Return the number of the write of a block; None for a mixed block."""
     seconds, microseconds = STAMP.unpack_from(block)
     number = int(seconds * SECOND + microseconds)
     words = int.from_bytes(block[STAMP.size :], "little") ^ _PLACES
@@ -67,7 +67,7 @@ def number_of(block: bytes) -> int | None:
 
 @dataclass
 class Tally:
-    """Reads that gave a new block, and those that were torn, or older than the one before."""
+    """The number of reads of a new block, and of torn or old reads."""
 
     reads: int = 0
     faults: int = 0
@@ -90,7 +90,7 @@ def write(board: BlackBoard, done: Callable[[], bool]) -> None:
 
 
 def read(board: BlackBoard, reads: int) -> Tally:
-    """Read until so many new blocks have come."""
+    """Read until ``reads`` new blocks have arrived."""
     instances = [board.open_for_reading(_TornInterface, "torn", owner="reader") for _ in range(INSTANCES)]
     tally = Tally()
     newest = 0
@@ -100,20 +100,20 @@ def read(board: BlackBoard, reads: int) -> Tally:
                 continue
             tally.reads += 1
             block = instance.to_bytes()
-            number = number_of(block) if any(block) else 0  # nobody has written yet
+            number = find_write_number(block) if any(block) else 0  # 0 before the first write
             if number is None or number < newest:
                 tally.faults += 1
             else:
                 newest = number
         if tally.reads == before:
-            time.sleep(0)  # let others write
+            time.sleep(0)  # give the processor to the writer
     for instance in instances:
         instance.close()
     return tally
 
 
 def read_in_threads(reads: int) -> Tally:
-    """Let threads read what another thread writes."""
+    """Read in threads the blocks that another thread writes."""
     board = LocalBlackBoard(Registry(), RealClock())
     total = Tally()
     done = threading.Event()
@@ -156,7 +156,7 @@ def _read_in_process(url: str, pipe: Connection, reads: int) -> None:
 
 
 def read_in_processes(reads: int) -> Tally:
-    """Let processes read over ZeroMQ what another one writes."""
+    """Read in processes over ZeroMQ the blocks that another process writes."""
     spawn = multiprocessing.get_context("spawn")
     total = Tally()
     with tempfile.TemporaryDirectory() as folder:
@@ -167,9 +167,9 @@ def read_in_processes(reads: int) -> Tally:
             writer = spawn.Process(target=_write_in_process, args=(url, stopped), daemon=True)
             pipes, processes = [], [writer]
             for _ in range(READERS):
-                here, there = spawn.Pipe()
-                pipes.append(here)
-                arguments = (url, there, reads // READERS)
+                own_end, reader_end = spawn.Pipe()
+                pipes.append(own_end)
+                arguments = (url, reader_end, reads // READERS)
                 processes.append(spawn.Process(target=_read_in_process, args=arguments, daemon=True))
             for process in processes:
                 process.start()

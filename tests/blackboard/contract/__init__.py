@@ -1,6 +1,6 @@
-"""What every blackboard must do, whatever its transport.
+"""The contract of the blackboards of all transports.
 
-A transport's tests derive a class from each contract and give the fixture ``pair``::
+The tests of a transport derive a class from each contract and define the fixture ``pair``::
 
     class LocalPair:
         @pytest.fixture
@@ -22,26 +22,26 @@ from cxbridge.clock import VirtualClock
 from cxbridge.events import Event, EventBus
 
 
-def _nothing_to_wait_for() -> None:
+def _settle_at_once() -> None:
     pass
 
 
 @dataclass
 class BoardPair:
-    """Two ways to the same interfaces: two clients of a remote blackboard, or twice the same local one.
+    """Two boards with the same interfaces: two clients of a remote blackboard, or the same local board twice.
 
-    :param near: where the tests read and listen.
-    :param far: where they write.
-    :param clock: of the board that keeps the interfaces.
-    :param bus: of that board.
-    :param settle: returns when everything that was done on one side has arrived at the other.
+    :param near: the board on which tests read and listen.
+    :param far: the board on which tests write.
+    :param clock: the clock of the board that stores the interfaces.
+    :param bus: the bus of the board that stores the interfaces.
+    :param settle: waits until the effects of each board have arrived at the other board.
     """
 
     near: BlackBoard
     far: BlackBoard
     clock: VirtualClock
     bus: EventBus
-    settle: Callable[[], None] = field(default=_nothing_to_wait_for)
+    settle: Callable[[], None] = field(default=_settle_at_once)
 
     def publish(self, writer: Any, **values: object) -> None:
         """Set fields of a writer, write, and wait until the write has arrived."""
@@ -58,7 +58,7 @@ class BoardPair:
 
 
 class Contract:
-    """Base of the contracts."""
+    """Base class of contracts."""
 
     @pytest.fixture
     def pair(self) -> BoardPair:

@@ -1,4 +1,4 @@
-"""Reading and writing, time stamps, refreshed and changed."""
+"""Reads and writes, time stamps, and the flags refreshed and changed."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ class DataContract(Contract):
     def writer(self, pair: BoardPair, reader: Any) -> Any:
         return pair.far.open_for_writing(SampleInterface, "a", owner="w")
 
-    def test_a_reader_sees_what_was_written_when_it_reads(self, pair, reader, writer):
+    def test_read_loads_written_data(self, pair, reader, writer):
         pair.publish(writer, count=3, text="three")
         assert (reader.count, reader.text) == (0, "")
         assert reader.read() is True
         assert (reader.count, reader.text) == (3, "three")
 
-    def test_write_on_a_reader_is_refused(self, reader):
+    def test_reader_refuses_write(self, reader):
         with pytest.raises(errors.WriteDeniedError) as caught:
             reader.write()
         assert caught.value.message == (
             "This interface instance 'a' of type 'SampleInterface' is not opened for writing. Cannot write."
         )
 
-    def test_a_later_reader_gets_the_current_data(self, pair, writer):
+    def test_later_reader_gets_present_data(self, pair, writer):
         pair.publish(writer, count=5)
         late = pair.near.open_for_reading(SampleInterface, "a")
         assert late.refreshed is False
@@ -75,7 +75,7 @@ class DataContract(Contract):
             stamps.append(reader.timestamp_us)
         assert stamps == [pair.clock.now_us()] * 2
 
-    def test_a_write_without_setting_anything_refreshes_nobody(self, pair, reader, writer):
+    def test_write_without_set_fields_does_not_refresh_readers(self, pair, reader, writer):
         pair.publish(writer, count=1)
         reader.read()
         pair.clock.sleep_until(pair.clock.now_us() + 1000)
@@ -84,28 +84,28 @@ class DataContract(Contract):
         assert reader.read() is False
         assert (reader.timestamp_us, reader.changed) == (before, False)
 
-    def test_reading_undoes_what_a_reader_set_itself(self, pair, reader, writer):
+    def test_read_discards_values_set_by_reader(self, pair, reader, writer):
         pair.publish(writer, count=1)
         reader.read()
         reader.count = 7
         assert reader.read() is False
         assert (reader.count, reader.changed) == (1, False)
 
-    def test_reading_brings_a_writer_back_to_the_shared_data(self, writer):
+    def test_read_restores_shared_data_of_writer(self, writer):
         writer.count = 1
         writer.write()
         writer.count = 2
         writer.read()
         assert writer.count == 1
 
-    def test_chunks_replace_the_private_copy_and_raise_no_flag(self, pair, reader, writer):
+    def test_chunk_replaces_copy_without_flags(self, pair, reader, writer):
         other = pair.far.open_for_writing(SampleInterface, "b")
         other.count = 9
         other.write()
         writer.set_from_chunk(other.to_bytes())
         assert (writer.count, writer.refreshed, writer.changed) == (9, False, False)
         pair.publish(writer)
-        assert reader.read() is True  # the time stamp came with the chunk
+        assert reader.read() is True  # the chunk has a new time stamp
         assert (reader.count, reader.timestamp_us) == (9, other.timestamp_us)
         reader.set_from_chunk(bytes(SampleInterface.SCHEMA.datasize))
         assert reader.count == 0
@@ -114,7 +114,7 @@ class DataContract(Contract):
 
     # -- time stamps
 
-    def test_writes_are_stamped_by_the_clock_of_the_board(self, pair, reader, writer):
+    def test_write_has_time_of_board_clock(self, pair, reader, writer):
         for step in (0, 1, 1_000_000):
             pair.clock.sleep_until(pair.clock.now_us() + step)
             pair.publish(writer, count=1)
@@ -146,7 +146,7 @@ class DataContract(Contract):
 
     # -- the life of the data
 
-    def test_data_outlive_the_writer_while_a_reader_is_there(self, pair, reader, writer):
+    def test_data_remain_after_writer_while_reader_is_open(self, pair, reader, writer):
         writer.count = 4
         writer.write()
         writer.close()
@@ -154,7 +154,7 @@ class DataContract(Contract):
         assert reader.read() is True
         assert (reader.count, reader.has_writer) == (4, False)
 
-    def test_data_die_with_the_last_instance(self, pair, reader, writer):
+    def test_data_are_lost_with_last_instance(self, pair, reader, writer):
         writer.count = 4
         writer.write()
         writer.close()
@@ -164,7 +164,7 @@ class DataContract(Contract):
         assert again.read() is False
         assert (again.count, again.timestamp_us) == (0, 0)
 
-    def test_a_later_writer_starts_with_zeros(self, pair, reader, writer):
+    def test_later_writer_starts_with_zeros(self, pair, reader, writer):
         writer.count, writer.text = 4, "keep"
         writer.write()
         writer.close()
@@ -175,7 +175,7 @@ class DataContract(Contract):
         reader.read()
         assert (reader.count, reader.text) == (5, "")
 
-    def test_a_later_writer_keeps_what_it_reads_first(self, pair, reader, writer):
+    def test_later_writer_keeps_data_that_it_reads(self, pair, reader, writer):
         writer.count, writer.text = 4, "keep"
         writer.write()
         writer.close()
@@ -188,7 +188,7 @@ class DataContract(Contract):
 
     # -- recording
 
-    def test_writes_are_told_to_the_bus(self, pair, writer):
+    def test_bus_gets_writes(self, pair, writer):
         events = pair.collect(InterfaceWrite)
         pair.publish(writer, count=2, text="two")
         assert [(event.time_us, event.uid) for event in events] == [

@@ -1,4 +1,4 @@
-"""Listeners: what they hear, in which order, in which thread."""
+"""Listeners: their events, the order of events, and their threads."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class EventsContract(Contract):
 
     # -- data
 
-    def test_refreshed_comes_with_each_write_and_changed_after_it(self, pair, reader, writer):
+    def test_each_write_notifies_refreshed_before_changed(self, pair, reader, writer):
         recorder = Recorder()
         pair.near.register_listener(recorder, reader)
         pair.publish(writer)
@@ -46,7 +46,7 @@ class EventsContract(Contract):
         pair.publish(writer, count=1)
         assert recorder.take() == [("refreshed", A)]
 
-    def test_registering_twice_is_registering_once(self, pair, reader, writer):
+    def test_second_registration_has_no_effect(self, pair, reader, writer):
         recorder = Recorder()
         pair.near.register_listener(recorder, reader, *DATA)
         pair.near.register_listener(recorder, reader, *DATA)
@@ -70,7 +70,7 @@ class EventsContract(Contract):
 
     # -- instances
 
-    def test_opening_and_closing_are_told_with_the_serial(self, pair, reader):
+    def test_listener_gets_serial_of_opened_and_closed_instance(self, pair, reader):
         recorder = Recorder()
         pair.near.register_listener(recorder, reader, *INSTANCES)
         second = pair.far.open_for_reading(SampleInterface, "a")
@@ -82,7 +82,7 @@ class EventsContract(Contract):
         pair.settle()
         assert recorder.take() == [("-writer", A, writer.serial), ("-reader", A, second.serial)]
 
-    def test_an_instance_hears_its_own_end_and_not_its_beginning(self, pair, reader):
+    def test_listener_gets_end_but_not_begin_of_its_instance(self, pair, reader):
         recorder = Recorder()
         pair.near.register_listener(recorder, reader)
         reader.close()
@@ -115,7 +115,7 @@ class EventsContract(Contract):
 
     # -- messages
 
-    def test_message_listeners_hear_before_the_message_is_queued(self, pair, reader, writer):
+    def test_message_listener_is_called_before_queueing(self, pair, reader, writer):
         seen = []
 
         class Peeks(Listener):
@@ -129,7 +129,7 @@ class EventsContract(Contract):
         assert seen == [(0, False, 1)]
         assert writer.msgq_size() == 1
 
-    def test_the_first_listener_that_says_no_stops_the_message(self, pair, reader, writer):
+    def test_first_listener_that_returns_false_stops_message(self, pair, reader, writer):
         calls = []
 
         class Says(Listener):
@@ -216,7 +216,7 @@ class EventsContract(Contract):
         with pytest.raises(errors.BlackBoardError):
             pair.near.register_listener(Recorder(), reader, *DATA)
 
-    def test_a_listener_that_fails_harms_nobody_and_is_logged(self, pair, reader, writer):
+    def test_failed_listener_is_logged_and_next_listener_called(self, pair, reader, writer):
         lines = pair.collect(LogLine)
         after = Recorder()
 
@@ -232,7 +232,7 @@ class EventsContract(Contract):
             (Level.ERROR, "data_refreshed of SampleInterface::a failed: ValueError: broken")
         ]
 
-    def test_a_message_listener_that_fails_has_not_said_no(self, pair, reader, writer):
+    def test_failed_message_listener_does_not_stop_message(self, pair, reader, writer):
         lines = pair.collect(LogLine)
 
         class Fails(Listener):
@@ -247,7 +247,7 @@ class EventsContract(Contract):
 
 
 class CallersThreadContract(Contract):
-    """For blackboards in this process: everything happens in the thread of the caller."""
+    """For local blackboards, which call listeners in the thread of the caller."""
 
     def test_events_are_delivered_in_the_thread_of_the_caller(self, pair: BoardPair):
         threads = []
@@ -266,10 +266,10 @@ class CallersThreadContract(Contract):
 
 
 class RegistrationContract(Contract):
-    """A listener that is registered while an interface is being opened misses nothing."""
+    """A listener that is registered during the opening of an interface gets all its events."""
 
-    def test_a_message_sent_as_soon_as_there_is_a_writer_is_heard(self, pair):
-        """Between opening and registering, what came was told to nobody."""
+    def test_listener_gets_message_sent_at_opening_of_writer(self, pair):
+        """Listeners that were registered after the opening missed earlier messages."""
         heard: list[str] = []
 
         class Hasty(Listener):
@@ -289,7 +289,7 @@ class RegistrationContract(Contract):
         assert heard == ["ResetMessage"]
         assert writer.msgq_empty()
 
-    def test_a_reader_that_leaves_as_soon_as_there_is_a_writer_is_heard(self, pair):
+    def test_listener_gets_reader_closed_at_opening_of_writer(self, pair):
         heard: list[object] = []
 
         class Leaving(Listener):

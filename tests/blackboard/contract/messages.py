@@ -1,4 +1,4 @@
-"""Messages: from readers, numbered, to the queue of the writer."""
+"""Messages of readers in the queue of the writer."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class MessagesContract(Contract):
     def writer(self, pair: BoardPair, reader: Any) -> Any:
         return pair.far.open_for_writing(SampleInterface, "a", owner="w")
 
-    def test_a_message_reaches_the_queue_with_its_envelope(self, pair, reader, writer):
+    def test_queued_message_has_id_sender_and_time(self, pair, reader, writer):
         message = Add(3, 4)
         assert (message.id, message.sender_id, message.enqueued) == (0, None, False)
         assert reader.msgq_enqueue(message) == 1
@@ -47,14 +47,14 @@ class MessagesContract(Contract):
         assert got.enqueued
         assert got.time_enqueued_us == got.timestamp_us == pair.clock.now_us()
 
-    def test_no_message_has_the_id_0(self, pair, reader, writer):
-        """It came after 65535, and callers took the message for one that could not be sent."""
+    def test_message_id_is_never_0(self, pair, reader, writer):
+        """The id 0, after 65535, means a message that could not be sent."""
         reader._last_message_id = 65534
         ids = [reader.msgq_enqueue(Reset()) for _ in range(3)]
-        assert ids == ([65535, 0, 1] if self.counts_at_the_other_end(pair) else [65535, 1, 2])
+        assert ids == ([65535, 0, 1] if self.server_numbers_messages(pair) else [65535, 1, 2])
 
-    def test_no_message_has_the_id_that_the_interface_shows(self, pair):
-        """It is of an earlier message: what became of that one was taken for the answer to the new one."""
+    def test_message_id_differs_from_shown_id(self, pair):
+        """The shown id belongs to an earlier message, whose result would count as that of the new message."""
         writer = pair.far.open_for_writing(SkillerInterface, "Skiller")
         for shown in (*range(1, 6), 65534, 65535):
             writer.msgid = shown
@@ -64,14 +64,14 @@ class MessagesContract(Contract):
                 pair.settle()
                 reader._last_message_id = last
                 sent = reader.msgq_enqueue(SkillerInterface.StopExecMessage())
-                if not self.counts_at_the_other_end(pair):
+                if not self.server_numbers_messages(pair):
                     assert sent not in (0, shown)
                     assert sent in {(last + step) % 65536 for step in (1, 2, 3)}
                 reader.close()
 
     @staticmethod
-    def counts_at_the_other_end(pair: BoardPair) -> bool:
-        """Whether a reader's messages have the numbers that a Fawkes gives them."""
+    def server_numbers_messages(pair: BoardPair) -> bool:
+        """Return whether the server numbers the messages of readers, as Fawkes does."""
         return False
 
     def test_first_in_first_out(self, pair, reader, writer):
@@ -84,7 +84,7 @@ class MessagesContract(Contract):
             got.append(message.count)
         assert got == [0, 1, 2, 3]
 
-    def test_looking_at_the_queue(self, pair, reader, writer):
+    def test_queue_has_size_first_and_iteration(self, pair, reader, writer):
         assert (writer.msgq_size(), writer.msgq_empty(), writer.msgq_first()) == (0, True, None)
         assert writer.msgq_pop() is None
         reader.msgq_enqueue(Add(1, 2))
@@ -143,7 +143,7 @@ class MessagesContract(Contract):
             )
         assert writer.msgq_empty()
 
-    def test_classes_made_twice_of_one_definition_are_no_hindrance(self, pair, reader, writer):
+    def test_message_of_equal_class_is_accepted(self, pair, reader, writer):
         reader.msgq_enqueue(remade_sample_interface().AddMessage(1, 2))
         pair.settle()
         assert writer.msgq_first().addend == 2
@@ -152,7 +152,7 @@ class MessagesContract(Contract):
         with pytest.raises(errors.ForeignMessageError):
             reader.msgq_enqueue(NewerSampleInterface.AddMessage(1, 2))
 
-    def test_a_message_is_sent_once(self, pair, reader, writer):
+    def test_message_cannot_be_sent_twice(self, pair, reader, writer):
         message = Reset()
         reader.msgq_enqueue(message)
         pair.settle()
@@ -173,7 +173,7 @@ class MessagesContract(Contract):
         assert message.source_id == reader.serial
         assert not message.enqueued
 
-    def test_without_a_writer_the_sender_is_told(self, pair, reader):
+    def test_message_without_writer_is_error_of_sender(self, pair, reader):
         lines = pair.collect(LogLine)
         with pytest.raises(errors.NoWriterError) as caught:
             reader.msgq_enqueue(Reset())
@@ -186,7 +186,7 @@ class MessagesContract(Contract):
             (Level.WARN, "BlackBoard", text),
         ]
 
-    def test_a_bounded_queue_refuses_what_is_too_much(self, pair):
+    def test_full_queue_refuses_messages(self, pair):
         reader = pair.near.open_for_reading(SampleInterface, "bounded")
         writer = pair.far.open_for_writing(SampleInterface, "bounded", queue_limit=2)
         reader.msgq_enqueue(Reset())
@@ -199,7 +199,7 @@ class MessagesContract(Contract):
 
     # -- proxies
 
-    def test_a_proxy_keeps_the_source(self, pair, reader, writer):
+    def test_proxy_keeps_source_of_message(self, pair, reader, writer):
         origin = pair.near.open_for_reading(SampleInterface, "origin")
         relay = pair.far.open_for_writing(SampleInterface, "origin")
         origin.msgq_enqueue(Add(1, 2))
@@ -210,7 +210,7 @@ class MessagesContract(Contract):
         got = writer.msgq_first()
         assert (got.source_id, got.sender_id, got.summand) == (origin.serial, reader.serial, 1)
 
-    def test_sender_threads(self, pair, reader, writer):
+    def test_message_has_name_of_sender_thread(self, pair, reader, writer):
         def send() -> None:
             reader.msgq_enqueue(Reset())
 
@@ -222,7 +222,7 @@ class MessagesContract(Contract):
 
     # -- recording
 
-    def test_messages_are_told_to_the_bus(self, pair, reader, writer):
+    def test_bus_gets_messages_with_outcome(self, pair, reader, writer):
         class Declines(Listener):
             def message_received(self, interface, message):
                 return False
@@ -247,7 +247,7 @@ class MessagesContract(Contract):
         assert [event.outcome for event in events] == ["queued", "handled"]
         assert [event.sender for event in events] == ["r", "r"]
 
-    def test_a_message_without_a_writer_is_told_as_refused(self, pair, reader):
+    def test_bus_gets_refused_message(self, pair, reader):
         events = pair.collect(InterfaceMessage)
         with pytest.raises(errors.NoWriterError):
             reader.msgq_enqueue(Reset())

@@ -1,4 +1,4 @@
-"""Observers: which interfaces come into being and vanish."""
+"""Observers of created and destroyed interfaces."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class ObserversContract(Contract):
     def reader(self, pair: BoardPair) -> Any:
         return pair.near.open_for_reading(SampleInterface, "a", owner="r")
 
-    def test_observers_hear_of_what_matches(self, pair):
+    def test_observer_gets_events_of_matching_interfaces(self, pair):
         everything, some = Recorder(), Recorder()
         pair.near.register_observer(everything)
         pair.near.register_observer(some, "Sample*", "x?")
@@ -29,7 +29,7 @@ class ObserversContract(Contract):
         assert some.log == [("created", "SampleInterface::x1"), ("destroyed", "SampleInterface::x1")]
         assert len(everything.log) == 4
 
-    def test_an_observer_with_several_patterns_hears_once(self, pair):
+    def test_observer_with_several_patterns_is_called_once(self, pair):
         recorder = Recorder()
         pair.near.register_observer(recorder, "Sample*")
         pair.near.register_observer(recorder, "*Interface")
@@ -48,7 +48,7 @@ class ObserversContract(Contract):
         pair.settle()
         assert recorder.log == [("destroyed", A)]
 
-    def test_unregistered_observers_hear_nothing(self, pair):
+    def test_unregistered_observer_is_not_called(self, pair):
         recorder = Recorder()
         pair.near.register_observer(recorder)
         pair.near.unregister_observer(recorder)
@@ -56,7 +56,7 @@ class ObserversContract(Contract):
         pair.settle()
         assert recorder.log == []
 
-    def test_who_is_unregistered_in_a_callback_of_another_observer_is_not_called(self, pair):
+    def test_observer_unregistered_by_another_observer_is_not_called(self, pair):
         victim = Recorder()
 
         class Unregisters(Observer):

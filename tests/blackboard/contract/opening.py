@@ -12,7 +12,7 @@ SAMPLE = "SampleInterface"
 
 
 class OpeningContract(Contract):
-    def test_an_instance_knows_what_it_is(self, pair: BoardPair):
+    def test_instance_has_type_id_owner_and_mode(self, pair: BoardPair):
         reader = pair.near.open_for_reading(SAMPLE, "a", owner="me")
         writer = pair.near.open_for_writing(SampleInterface, "a", owner="you")
         assert (reader.type, reader.id, reader.uid, reader.owner) == (SAMPLE, "a", "SampleInterface::a", "me")
@@ -23,7 +23,7 @@ class OpeningContract(Contract):
         assert reader.mem_serial == writer.mem_serial
         assert repr(reader) == "<SampleInterface::a opened for reading by me>"
 
-    def test_a_reader_opened_first_sees_zeros_and_no_writer(self, pair: BoardPair):
+    def test_first_reader_has_zeros_and_no_writer(self, pair: BoardPair):
         reader = pair.near.open_for_reading(SAMPLE, "a")
         assert reader.read() is False
         assert (reader.has_writer, reader.writer, reader.timestamp_us) == (False, "", 0)
@@ -47,7 +47,7 @@ class OpeningContract(Contract):
         )
         assert "00000000000000000000000000000000" in str(caught.value)
 
-    def test_a_refused_open_leaves_nothing_behind(self, pair: BoardPair):
+    def test_refused_open_leaves_no_instance(self, pair: BoardPair):
         pair.far.open_for_writing(SAMPLE, "a", owner="w")
         with pytest.raises(errors.WriterActiveError):
             pair.near.open_for_writing(SAMPLE, "a", owner="second")
@@ -73,7 +73,7 @@ class OpeningContract(Contract):
             assert caught.value.message == text
         assert list(pair.near.list_all()) == []
 
-    def test_an_unknown_type_is_refused_with_what_the_registry_says(self, pair: BoardPair):
+    def test_unknown_type_is_refused_with_reason_of_registry(self, pair: BoardPair):
         with pytest.raises(errors.UnknownTypeError) as caught:
             pair.near.open_for_reading("NoInterface", "a")
         assert caught.value.message == "Interface of type 'NoInterface' not found. Module file not found."
@@ -88,7 +88,7 @@ class OpeningContract(Contract):
             assert (instance.has_writer, instance.writer) == (True, "w")
             assert (instance.num_readers, instance.readers) == (2, ("r1", "r2"))
 
-    def test_listing_tells_everything(self, pair: BoardPair):
+    def test_list_has_all_data_of_interface(self, pair: BoardPair):
         writer = pair.far.open_for_writing(SAMPLE, "a", owner="w")
         pair.near.open_for_reading(SAMPLE, "a", owner="r")
         writer.mark_data_refreshed()
@@ -100,7 +100,7 @@ class OpeningContract(Contract):
         assert info.serial == writer.mem_serial
         assert info.timestamp_us == pair.clock.now_us()
 
-    def test_listing_by_patterns_oldest_first(self, pair: BoardPair):
+    def test_list_by_patterns_has_oldest_first(self, pair: BoardPair):
         for interface_type, interface_id in [(SAMPLE, "b1"), ("OtherInterface", "b1"), (SAMPLE, "a2")]:
             pair.far.open_for_reading(interface_type, interface_id)
 
@@ -113,7 +113,7 @@ class OpeningContract(Contract):
         assert uids("*Interface", "[!b]*") == ["SampleInterface::a2"]
         assert uids("sample*") == []
 
-    def test_closing(self, pair: BoardPair):
+    def test_closed_writer_is_invalid_and_removed(self, pair: BoardPair):
         reader = pair.near.open_for_reading(SAMPLE, "a")
         writer = pair.far.open_for_writing(SAMPLE, "a")
         pair.far.close(writer)
@@ -123,7 +123,7 @@ class OpeningContract(Contract):
         pair.settle()
         assert list(pair.far.list_all()) == []
 
-    def test_a_closed_instance_refuses_but_still_tells_its_name(self, pair: BoardPair):
+    def test_closed_instance_refuses_write_but_has_uid(self, pair: BoardPair):
         writer = pair.near.open_for_writing(SAMPLE, "a")
         serial = writer.serial
         writer.close()
@@ -135,7 +135,7 @@ class OpeningContract(Contract):
         )
         assert writer.uid == "SampleInterface::a"
 
-    def test_after_shutdown_everything_is_invalid(self, pair: BoardPair):
+    def test_shutdown_invalidates_instances_and_board(self, pair: BoardPair):
         reader = pair.near.open_for_reading(SAMPLE, "a")
         serial = reader.serial
         pair.near.shutdown()

@@ -1,4 +1,4 @@
-"""A listener and observer that notes everything."""
+"""A listener and observer that records all events."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cxbridge.interfaces.instance import Interface, Message
 
 
 class Recorder(Listener, Observer):
-    """Notes everything."""
+    """Records all events in ``log``."""
 
     def __init__(self, log: list[tuple[object, ...]] | None = None) -> None:
         self.log = [] if log is None else log
@@ -43,6 +43,6 @@ class Recorder(Listener, Observer):
         self.log.append(("destroyed", f"{interface_type}::{interface_id}"))
 
     def take(self) -> list[tuple[object, ...]]:
-        """Return what was noted and forget it."""
+        """Return the recorded events and clear the log."""
         taken, self.log[:] = list(self.log), []
         return taken

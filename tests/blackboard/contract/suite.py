@@ -1,4 +1,4 @@
-"""The contract of all blackboards as one list of classes, made into tests for a transport by one entry."""
+"""The contracts of all blackboards, and the test classes of a transport."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ CONTRACTS: tuple[type[Contract], ...] = (
 
 @dataclass(frozen=True)
 class ContractEntry:
-    """A transport that is held to the contract.
+    """A transport whose blackboards the contracts test.
 
-    :param name: begins the names of its tests' classes.
-    :param pairs: makes two ways to the same interfaces, given a folder.
-    :param contracts: those that it keeps; a transport derives from one where its wire cannot carry something.
-    :param fixtures: a class with fixtures that take the place of the contracts'.
+    :param name: the start of the names of the test classes.
+    :param pairs: makes a pair of boards in a folder.
+    :param contracts: the contracts; derived classes express the limits of a wire.
+    :param fixtures: a class with fixtures that replace those of the contracts.
     """
 
     name: str
@@ -43,14 +43,16 @@ class ContractEntry:
 
 
 def contract_tests(*entries: ContractEntry) -> dict[str, type]:
-    """Return the tests' classes of some entries, for a module's globals."""
-    made = {}
+    """Return the test classes of entries by name, for the globals of a module."""
+    classes = {}
     for entry in entries:
         for contract in entry.contracts:
             name = f"Test{entry.name}{contract.__name__.removeprefix('Wire').removesuffix('Contract')}"
-            bases = tuple(one for one in (_with_pair(entry), entry.fixtures, contract) if one is not object)
-            made[name] = type(name, bases, {})
-    return made
+            bases = tuple(
+                base for base in (_with_pair(entry), entry.fixtures, contract) if base is not object
+            )
+            classes[name] = type(name, bases, {})
+    return classes
 
 
 def _with_pair(entry: ContractEntry) -> type:

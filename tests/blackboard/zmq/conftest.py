@@ -1,4 +1,4 @@
-"""All tests here find out when two threads are in one socket."""
+"""All tests of this folder check for sockets in two threads."""
 
 from __future__ import annotations
 
@@ -11,6 +11,6 @@ from tests.blackboard.zmq.threads import SocketUse, watched_sockets
 
 @pytest.fixture(autouse=True)
 def socket_use() -> Iterator[SocketUse]:
-    """Fail a test in which two threads were in one socket at once."""
+    """Fail a test in which two threads use a socket at once."""
     with watched_sockets() as use:
         yield use

@@ -1,4 +1,4 @@
-"""A server of ZeroMQ and its clients, for the state machine."""
+"""A ZeroMQ server and its clients, for the state machine."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.blackboard.zmq.support import Bench, eventually
 
 
 class ZmqSite(Site):
-    """A server of ZeroMQ.
+    """A ZeroMQ server.
 
     :param transport: ``ipc`` or ``tcp``.
     """
@@ -37,14 +37,14 @@ class ZmqSite(Site):
             for client in (*self.clients, *self.clients):
                 client.flush()
             if not any(session.waiting_channels for session in tuple(self.server._sessions.values())):
-                break  # else something waits until a client gives credit
+                break  # otherwise an update waits for credit
         for client in self.clients:
             client.flush()
 
     def kill(self, client: Any) -> None:
         self.clients.remove(client)
         self.bench.clients.remove(client)
-        client._sender.detach()  # nothing leaves it any more, no Bye either
+        client._sender.detach()  # the client sends no frames, not even Bye
         client.shutdown()
 
     def wait_reaped(self) -> None:
@@ -55,7 +55,7 @@ class ZmqSite(Site):
         eventually(all_noticed)
 
     def _beat(self) -> None:
-        """Send heartbeats now, not when they are due: that is how a dead connection is noticed."""
+        """Send heartbeats before they are due, because a failed send shows a dead connection."""
         for session in tuple(self.server._sessions.values()):
             session.send(Beat())
 
@@ -77,12 +77,12 @@ class ZmqSite(Site):
 
     @contextmanager
     def not_reading(self, client: Any) -> Iterator[None]:
-        go_on = threading.Event()
+        resume = threading.Event()
         receiver = client._dispatcher
         handle_message = receiver._handle_message
 
         def take(data: bytes) -> None:
-            go_on.wait()
+            resume.wait()
             handle_message(data)
 
         receiver._handle_message = take
@@ -90,7 +90,7 @@ class ZmqSite(Site):
             yield
         finally:
             receiver._handle_message = handle_message
-            go_on.set()
+            resume.set()
 
     def skipped(self, client: Any) -> int:
         return int(getattr(client, "skipped", 0))

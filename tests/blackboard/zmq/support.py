@@ -1,4 +1,4 @@
-"""A server and clients for tests, all in this process unless a test says otherwise."""
+"""A server and clients in the process of the tests."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from cxbridge.events import EventBus, LogLine
 from tests.blackboard.samples import SampleRegistry
 
 LONG = 20.0
-"""Seconds; a bound for what takes milliseconds on a machine with nothing else to do."""
+"""The limit in seconds for operations that take milliseconds on an idle machine."""
 
 
 def endpoint_of(transport: str, folder: Path) -> str:
-    """Return an endpoint that nobody else uses."""
+    """Return an unused endpoint."""
     return {"ipc": f"ipc://{folder}/board", "tcp": "tcp://127.0.0.1:*"}[transport]
 
 
 def eventually(condition: Callable[[], object], timeout: float = LONG) -> None:
-    """Wait until ``condition`` holds; fail when it never does."""
+    """Wait until ``condition`` is true; fail after the timeout."""
     deadline = time.monotonic() + timeout
     while not condition():
-        assert time.monotonic() < deadline, "it never came to that"
+        assert time.monotonic() < deadline, "the condition did not become true"
         time.sleep(0.005)
 
 
 class Bench:
-    """A server with its local blackboard, and as many clients as a test wants."""
+    """A server with its local blackboard, and its clients."""
 
     def __init__(self, transport: str, folder: Path, **options: Any) -> None:
         self.clock = VirtualClock()
@@ -52,7 +52,7 @@ class Bench:
         return board
 
     def collect_lines(self) -> list[Any]:
-        """Return a list that grows with the log."""
+        """Return a list to which the bus adds log lines."""
         lines: list[Any] = []
         self.bus.subscribe(lines.append, LogLine)
         return lines
@@ -62,7 +62,7 @@ class Bench:
             client.shutdown()
 
     def settle(self) -> None:
-        """Return when what any client has done has arrived at all others."""
+        """Wait until the effects of all clients have arrived at all clients."""
         for client in (*self.clients, *self.clients):
             if not client._is_shut_down:
                 client.flush()
@@ -71,9 +71,9 @@ class Bench:
 @contextmanager
 def bench(transport: str, folder: Path, **options: Any) -> Iterator[Bench]:
     """Start a server; close everything at the end."""
-    made = Bench(transport, folder, **options)
+    served = Bench(transport, folder, **options)
     with ExitStack() as stack:
-        made.server.start()
-        stack.callback(lambda: made.server.stop())  # noqa: PLW0108 - tests replace it
-        stack.callback(made.shut_down_clients)
-        yield made
+        served.server.start()
+        stack.callback(lambda: served.server.stop())  # noqa: PLW0108 - tests replace it
+        stack.callback(served.shut_down_clients)
+        yield served

@@ -1,4 +1,4 @@
-"""Peers that do not read, stand still, vanish without a word, announce gigabytes, or come by the thousand."""
+"""Peers that do not read, stop, end without Bye, announce gigabytes, or connect by the thousand."""
 
 from __future__ import annotations
 
@@ -28,56 +28,58 @@ def open_sample(number: int) -> bytes:
 
 
 def memory() -> int:
-    """Return the bytes that this process has in memory."""
+    """Return the resident memory of this process in bytes."""
     with open("/proc/self/statm") as file:  # noqa: PTH123 - no file of ours
         return int(file.read().split()[1]) * resource.getpagesize()
 
 
 @pytest.fixture
-def made(tmp_path):
-    with bench("tcp", tmp_path, heartbeat=HEARTBEAT) as made:
-        yield made
+def served(tmp_path):
+    with bench("tcp", tmp_path, heartbeat=HEARTBEAT) as served:
+        yield served
 
 
-# -- who does not read
+# -- peers that do not read
 
 
 @pytest.mark.parametrize("transport", ["ipc", "tcp"])
-def test_who_never_reads_costs_little_and_is_given_up(transport, tmp_path):
-    with bench(transport, tmp_path, heartbeat=3600.0) as made:  # it is silent, too
-        lines = made.collect_lines()
+def test_client_that_does_not_read_is_dropped(transport, tmp_path):
+    with bench(
+        transport, tmp_path, heartbeat=3600.0
+    ) as served:  # a long heartbeat, because the client is silent, too
+        lines = served.collect_lines()
         context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         events, commands = (context.socket(zmq.DEALER) for _ in range(2))
         session, commands.sndtimeo = os.urandom(16), int(LONG * 1000)
-        for route, one in ((b"e", events), (b"c", commands)):
-            one.linger, one.rcvhwm, one.rcvbuf, one.routing_id = 0, 1, 4096, route + session
-            one.connect(made.url)
+        for route, peer in ((b"e", events), (b"c", commands)):
+            peer.linger, peer.rcvhwm, peer.rcvbuf, peer.routing_id = 0, 1, 4096, route + session
+            peer.connect(served.url)
         try:
             events.send(encode(Hello(session, name="deaf")))
-            eventually(lambda: made.server.session_count == 1)
+            eventually(lambda: served.server.session_count == 1)
             commands.send(open_sample(1))
-            writer = made.board.open_for_writing(SampleInterface, "a")
-            reader = made.client().open_for_reading(SampleInterface, "a")
-            for number in range(10):  # so that answers are long
-                made.board.open_for_reading(SampleInterface, f"number {number}", owner="x" * 200)
+            writer = served.board.open_for_writing(SampleInterface, "a")
+            reader = served.client().open_for_reading(SampleInterface, "a")
+            for number in range(10):  # for long replies
+                served.board.open_for_reading(SampleInterface, f"number {number}", owner="x" * 200)
             before = memory()
             for count in range(1, 3001):
                 writer.count = count
                 writer.write()
             eventually(lambda: reader.read() and reader.count == 3000)
-            for number in range(2, 30_000):  # answers cannot be conflated
-                if made.server.session_count == 1:
+            for number in range(2, 30_000):  # replies are not conflated
+                if served.server.session_count == 1:
                     break
                 commands.send(encode(List("*", "*", number=number, request=number)))
-            eventually(lambda: made.server.session_count == 1)
+            eventually(lambda: served.server.session_count == 1)
             assert memory() - before < 50e6
         finally:
             context.destroy(linger=0)
-        assert serves(made)
+        assert serves(served)
         assert [line.text for line in lines if "deaf" in line.text] == ["dropped client deaf: TOO_SLOW"]
 
 
-# -- who stands still, or vanishes
+# -- peers that stop or end
 
 CLIENT = """
 import sys, time
@@ -101,20 +103,20 @@ sys.stdin.readline()
 
 
 @pytest.mark.parametrize("last", [signal.SIGCONT, signal.SIGKILL])
-def test_what_a_stopped_process_had_is_free_and_stays_so_when_it_goes_on(made, last):
-    command = [sys.executable, "-c", CLIENT, made.url]
+def test_instances_of_stopped_process_stay_closed_after_continue(served, last):
+    command = [sys.executable, "-c", CLIENT, served.url]
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True) as victim:
         assert victim.stdin is not None
         assert victim.stdout is not None
         try:
             assert victim.stdout.readline() == "open\n"
-            reader = made.client().open_for_reading(SampleInterface, "a")
+            reader = served.client().open_for_reading(SampleInterface, "a")
             assert reader.writer == "victim"
             victim.send_signal(signal.SIGSTOP)
-            eventually(lambda: not made.board.list("*", "b"))
+            eventually(lambda: not served.board.list("*", "b"))
             eventually(lambda: not reader.has_writer)
-            writer = made.client().open_for_writing(SampleInterface, "a", owner="heir")
+            writer = served.client().open_for_writing(SampleInterface, "a", owner="heir")
             victim.send_signal(last)
             if last is signal.SIGCONT:
                 victim.stdin.write("\n")
@@ -122,14 +124,14 @@ def test_what_a_stopped_process_had_is_free_and_stays_so_when_it_goes_on(made, l
                 assert victim.stdout.readline() == "InvalidInstanceError\n"
             writer.count = 70_000
             writer.write()
-            made.settle()
+            served.settle()
             assert reader.read()
             assert (reader.count, reader.writer) == (70_000, "heir")
         finally:
             victim.kill()
 
 
-# -- who announces too much
+# -- peers that announce large frames
 
 GREETING = b"\xff" + bytes(8) + b"\x7f\x03\x00" + b"NULL".ljust(20, b"\0") + bytes(32)
 _READY = b"\x05READY\x0bSocket-Type\x00\x00\x00\x06DEALER"
@@ -138,46 +140,46 @@ SIZES = [MAX_FRAME_BYTES + 1, (1 << 32) - 1, 1 << 32, (1 << 63) - 1, (1 << 64) -
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_an_announcement_of_gigabytes_costs_no_memory(made, size):
-    address = urlsplit(made.url)
+def test_announced_frame_of_gigabytes_needs_no_memory(served, size):
+    address = urlsplit(served.url)
     before = memory()
     with socket.create_connection((address.hostname, address.port)) as peer:
         peer.settimeout(LONG)
         peer.sendall(GREETING + READY)
-        heard = b""
-        while b"READY" not in heard:
+        received = b""
+        while b"READY" not in received:
             data = peer.recv(4096)
-            assert data, "the server does not speak with us"
-            heard += data
+            assert data, "the server has closed the connection"
+            received += data
         peer.sendall(b"\x02" + size.to_bytes(8, "big") + b"x" * 1000)
         with suppress(ConnectionError):
             while peer.recv(4096):
-                pass  # until it hangs up
+                pass  # until the server closes the connection
     assert memory() - before < 50e6
-    assert serves(made)
+    assert serves(served)
 
 
-# -- the many
+# -- many peers
 
 
-def test_a_thousand_clients_that_say_hello_and_nothing_more(tmp_path):
+def test_thousand_silent_clients_are_dropped(tmp_path):
     if resource.getrlimit(resource.RLIMIT_NOFILE)[0] < 5000:
         pytest.skip("too few file descriptors")
-    with bench("ipc", tmp_path, heartbeat=HEARTBEAT) as made, ExitStack() as stack:
-        lines = made.collect_lines()
+    with bench("ipc", tmp_path, heartbeat=HEARTBEAT) as served, ExitStack() as stack:
+        lines = served.collect_lines()
         before = memory()
         context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         context.max_sockets = 1100
         stack.callback(context.term)
         for number in range(1000):
             session = number.to_bytes(16, "big")
-            one = context.socket(zmq.DEALER)
-            stack.callback(one.close, linger=0)
-            one.routing_id = b"e" + session
-            one.connect(made.url)
-            one.send(encode(Hello(session, name=f"number {number}")))
+            client_socket = context.socket(zmq.DEALER)
+            stack.callback(client_socket.close, linger=0)
+            client_socket.routing_id = b"e" + session
+            client_socket.connect(served.url)
+            client_socket.send(encode(Hello(session, name=f"number {number}")))
         eventually(lambda: any("dropped client" in line.text for line in lines))
-        assert serves(made)
-        eventually(lambda: made.server.session_count <= len(made.clients), timeout=60)
+        assert serves(served)
+        eventually(lambda: served.server.session_count <= len(served.clients), timeout=60)
         assert memory() - before < 300e6
         assert len([line for line in lines if "dropped client" in line.text]) <= 4

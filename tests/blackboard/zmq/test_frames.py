@@ -1,4 +1,4 @@
-"""Frames: what fits passes unchanged, whatever else comes is one of our errors."""
+"""Frames: valid frames pass unchanged, invalid bytes raise ProtocolError."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ PAGE = (ROOT / "docs" / "evidence" / "protocol-zmq.md").read_text()
 
 
 @pytest.mark.parametrize("frame", ZMQ_FRAMES, ids=lambda frame: type(frame).__name__)
-def test_a_frame_that_is_encoded_is_decoded_by_the_other_side_only(frame: Frame):
+def test_only_peer_decodes_encoded_frame(frame: Frame):
     for decode, kinds in ((decode_client_frame, ClientFrame), (decode_server_frame, ServerFrame)):
         if isinstance(frame, kinds):
             assert decode(encode(frame)) == frame
@@ -47,11 +47,11 @@ def test_a_frame_that_is_encoded_is_decoded_by_the_other_side_only(frame: Frame)
                 decode(encode(frame))
 
 
-def test_there_is_a_sample_of_each_kind():
+def test_samples_have_each_kind_of_frame():
     assert {type(frame) for frame in ZMQ_FRAMES} == KINDS
 
 
-def test_the_bytes_on_the_wire_stay_as_they_are():
+def test_bytes_of_frames_do_not_change():
     assert encode(Update(3, 4, True, False, 5, b"block")).hex(" ") == (
         "98 18 03 04 c3 c2 05 c4 05 62 6c 6f 63 6b 00"
     )
@@ -60,7 +60,7 @@ def test_the_bytes_on_the_wire_stay_as_they_are():
     )
 
 
-def test_the_compiled_envelope_is_that_of_the_file(tmp_path):
+def test_compiled_envelope_matches_proto_file(tmp_path):
     """``make proto`` compiles it."""
     protoc = pytest.importorskip("grpc_tools.protoc")
     source, out = Path(frames.__file__).with_name("envelope.proto"), tmp_path / "envelope.binpb"
@@ -69,7 +69,7 @@ def test_the_compiled_envelope_is_that_of_the_file(tmp_path):
     assert compiled == FileDescriptorSet.FromString(out.read_bytes())
 
 
-def test_the_manual_has_the_kinds_of_frames_and_the_codes():
+def test_manual_lists_frames_and_codes():
     for kind in KINDS:
         row = re.search(rf"^\| {kind.__name__} \| (\w+) \| ([\w, ]*) \|", PAGE, re.MULTILINE)
         assert row, kind
@@ -81,12 +81,12 @@ def test_the_manual_has_the_kinds_of_frames_and_the_codes():
 
 
 @given(st.binary(max_size=300))
-def test_random_bytes_are_refused_or_make_sense(data):
+def test_random_bytes_are_frame_or_refused(data):
     zmq_frame(data)
 
 
 @given(st.sampled_from(tuple(zmq_seeds())), st.data())
-def test_damaged_frames_are_refused_or_make_sense(seed, data):
+def test_damaged_frames_are_frame_or_refused(seed, data):
     damaged = bytearray(seed)
     for _ in range(data.draw(st.integers(1, 4))):
         position = data.draw(st.integers(0, len(damaged) - 1))
@@ -115,11 +115,11 @@ def test_damaged_frames_are_refused_or_make_sense(seed, data):
         (encode(Open("T", "i", SERIAL, 0)).replace(b"\x01i", b"\x01\xff"), "not a frame of version 3"),
     ],
 )
-def test_what_is_refused(data, text):
+def test_invalid_bytes_are_refused(data, text):
     with pytest.raises(ProtocolError, match=text):
         decode_client_frame(data)
 
 
-def test_a_text_without_utf8_form_is_not_sent():
+def test_text_without_utf8_form_is_not_sent():
     with pytest.raises(ProtocolError, match="Open cannot be sent"):
         encode(Open("T", "i", SERIAL, 0, "\ud800"))

@@ -1,4 +1,4 @@
-"""Definitions of equal layout in other words: Fawkes' and ours."""
+"""Definitions of Fawkes and of cxbridge with equal layout and different hashes."""
 
 from __future__ import annotations
 
@@ -17,38 +17,38 @@ SKILLER = InterfaceRegistry().schema("SkillerInterface")
 
 
 def registry(schema: InterfaceSchema) -> InterfaceRegistry:
-    made = InterfaceRegistry()
-    made.add(make_interface_class(schema))
-    return made
+    new_registry = InterfaceRegistry()
+    new_registry.add(make_interface_class(schema))
+    return new_registry
 
 
 FAWKES = replace(SKILLER, hash=known_hashes(SKILLER)[0])
-PAIRS = {"a daemon with Fawkes' files": (FAWKES, SKILLER), "a client with them": (SKILLER, FAWKES)}
+PAIRS = {"server with Fawkes' files": (FAWKES, SKILLER), "client with Fawkes' files": (SKILLER, FAWKES)}
 
 
 @pytest.mark.parametrize("pair", PAIRS)
 def test_clients_reach_a_daemon_with_definitions_of_equal_layout(tmp_path, pair):
-    """Every client of a daemon with --fawkes-dir was refused, "cxbridge skill exec" among them."""
-    at_server, at_client = PAIRS[pair]
+    """A daemon with --fawkes-dir refused all clients, e.g. "cxbridge skill exec"."""
+    server_schema, client_schema = PAIRS[pair]
     url = f"ipc://{tmp_path}/board"
-    board = LocalBlackBoard(registry(at_server), RealClock())
-    here = board.open_for_writing("SkillerInterface", "Skiller")
+    board = LocalBlackBoard(registry(server_schema), RealClock())
+    server_writer = board.open_for_writing("SkillerInterface", "Skiller")
     with (
         ZmqBlackBoardServer(board, [url]),
-        ZmqBlackBoard(url, registry(at_client), RealClock()) as client,
+        ZmqBlackBoard(url, registry(client_schema), RealClock()) as client,
     ):
         reader = client.open_for_reading("SkillerInterface", "Skiller")
-        here.set("skill_string", "say{}")
-        here.write()
+        server_writer.set("skill_string", "say{}")
+        server_writer.write()
         client.flush()
         assert reader.read()
         assert reader.get("skill_string") == "say{}"
         message = reader.create_message("ExecSkillMessage")
         message.set("skill_string", "x{}")
         reader.msgq_enqueue(message)
-        taken = here.msgq_pop()
-        assert taken is not None
-        assert taken.get("skill_string") == "x{}"
+        received = server_writer.msgq_pop()
+        assert received is not None
+        assert received.get("skill_string") == "x{}"
         writer = client.open_for_writing("SkillerInterface", "Other")
         local = board.open_for_reading("SkillerInterface", "Other")
         local.msgq_enqueue(local.create_message("StopExecMessage"))

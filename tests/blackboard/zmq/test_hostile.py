@@ -1,4 +1,4 @@
-"""Whatever strangers send, the server serves the others, and says once what happened."""
+"""The server and its other clients survive invalid clients, which are logged once."""
 
 from __future__ import annotations
 
@@ -35,36 +35,36 @@ WRITE = encode(Write(SESSION, True, False, b"", number=1))
 
 
 @pytest.fixture(params=["ipc", "tcp"])
-def made(request, tmp_path):
-    with bench(request.param, tmp_path, max_sessions=8) as made:
-        yield made
+def served(request, tmp_path):
+    with bench(request.param, tmp_path, max_sessions=8) as served:
+        yield served
 
 
-def serves(made) -> bool:
-    """Whether a new client is served."""
-    with made.client() as client, client.open_for_reading(SampleInterface, "a") as reader:
+def serves(served) -> bool:
+    """Return whether the server serves a new client."""
+    with served.client() as client, client.open_for_reading(SampleInterface, "a") as reader:
         return bool(reader.valid)
 
 
-class Stranger:
-    """Somebody with the sockets of a client and no manners."""
+class HostilePeer:
+    """A peer with the sockets of a client that sends arbitrary frames."""
 
-    def __init__(self, made, session: bytes = SESSION) -> None:
+    def __init__(self, served, session: bytes = SESSION) -> None:
         self.session = session
         context: zmq.Context[zmq.Socket[bytes]] = zmq.Context.instance()
         self.events, self.commands = context.socket(zmq.DEALER), context.socket(zmq.DEALER)
-        for route, one in ((b"e", self.events), (b"c", self.commands)):
-            one.linger = 0
-            one.routing_id = route + session
-            one.connect(made.url)
+        for route, client_socket in ((b"e", self.events), (b"c", self.commands)):
+            client_socket.linger = 0
+            client_socket.routing_id = route + session
+            client_socket.connect(served.url)
 
     def hello(self, **fields):
         self.events.send(encode(Hello(self.session, **fields)))
-        return self.hear()
+        return self.receive()
 
-    def hear(self):
+    def receive(self):
         while True:
-            assert self.events.poll(int(LONG * 1000)), "no answer"
+            assert self.events.poll(int(LONG * 1000)), "no reply"
             frame = decode_server_frame(self.events.recv())
             if not isinstance(frame, Beat):
                 return frame
@@ -77,12 +77,12 @@ class Stranger:
         self.commands.close()
 
 
-def test_random_bytes_over_raw_sockets(made):
+def test_server_survives_random_bytes_of_raw_sockets(served):
     rng = random.Random(1)
-    address = urlsplit(made.url)
+    address = urlsplit(served.url)
     samples = [b"GET / HTTP/1.1\r\nHost: x\r\n\r\n", b"\xff" * 64, b"\xff" + b"\xff" * 8 + b"\x7f", b""]
     samples += [rng.randbytes(rng.randrange(1, 200)) for _ in range(30)]
-    # a greeting that is right, then a frame of 4 GiB
+    # a valid greeting, then a frame of 4 GiB
     samples.append(b"\xff" + bytes(8) + b"\x7f\x01\x05" + b"\x00\x02" + b"\xff" * 8 + b"x" * 100)
     with ExitStack() as stack:
         for sample in samples:
@@ -92,24 +92,22 @@ def test_random_bytes_over_raw_sockets(made):
                 peer = socket.socket(socket.AF_UNIX)
                 peer.connect(address.path)
             stack.enter_context(closing(peer))
-            with suppress(OSError):  # it may have hung up already
+            with suppress(OSError):  # the server may have closed the connection
                 peer.sendall(sample)
-        assert serves(made)
+        assert serves(served)
 
 
-def test_strange_frames_of_a_zeromq_peer(made):
-    lines = made.collect_lines()
+def test_server_survives_invalid_frames_of_zeromq_peer(served):
+    lines = served.collect_lines()
     rng = random.Random(2)
-    with Stranger(made) as stranger:
+    with HostilePeer(served) as peer:
         for _ in range(300):
-            stranger.events.send_multipart(
-                [rng.randbytes(rng.randrange(64)) for _ in range(rng.randrange(1, 5))]
-            )
-            stranger.commands.send(rng.randbytes(20))
-        assert stranger.hear().code == ResultCode.PROTOCOL
-        # libzmq hangs up on this one: an answer may or may not get through
-        stranger.events.send(bytes(MAX_FRAME_BYTES + 1))
-        assert serves(made)
+            peer.events.send_multipart([rng.randbytes(rng.randrange(64)) for _ in range(rng.randrange(1, 5))])
+            peer.commands.send(rng.randbytes(20))
+        assert peer.receive().code == ResultCode.PROTOCOL
+        # libzmq closes this connection, perhaps before the reply
+        peer.events.send(bytes(MAX_FRAME_BYTES + 1))
+        assert serves(served)
     assert len([line for line in lines if "dropped a client" in line.text]) < 15
 
 
@@ -125,26 +123,26 @@ def test_strange_frames_of_a_zeromq_peer(made):
         ([encode(Reply(number=1, request=1))], ResultCode.PROTOCOL),
     ],
 )
-def test_a_session_that_breaks_the_rules_is_ended(made, frames, code):
-    with Stranger(made) as stranger:
-        assert isinstance(stranger.hello(), Welcome)
-        stranger.commands.send_multipart(frames)
-        frame = stranger.hear()
+def test_session_with_invalid_frames_is_ended(served, frames, code):
+    with HostilePeer(served) as peer:
+        assert isinstance(peer.hello(), Welcome)
+        peer.commands.send_multipart(frames)
+        frame = peer.receive()
         assert isinstance(frame, Gone)
         assert frame.code == code
-        eventually(lambda: made.server.session_count == 0)
+        eventually(lambda: served.server.session_count == 0)
 
 
-def test_another_version_is_told_so(made):
-    with Stranger(made) as stranger:
-        stranger.events.send(encode(Hello(SESSION)).replace(b"\x08\x03", b"\x08\x09", 1))
-        frame = stranger.hear()
+def test_client_of_another_version_gets_protocol_error(served):
+    with HostilePeer(served) as peer:
+        peer.events.send(encode(Hello(SESSION)).replace(b"\x08\x03", b"\x08\x09", 1))
+        frame = peer.receive()
         assert frame.code == ResultCode.PROTOCOL
         assert "version 9" in frame.text
 
 
 @pytest.mark.parametrize(
-    ("question", "code"),
+    ("request_frame", "code"),
     [
         (Close(SESSION), ResultCode.INVALID_INSTANCE),
         (Open("X", "a", SESSION, 0), ResultCode.UNKNOWN_TYPE),
@@ -154,59 +152,59 @@ def test_another_version_is_told_so(made):
         (Send(SESSION, SESSION, "X", 1, "t", 0, b""), ResultCode.INVALID_INSTANCE),
     ],
 )
-def test_requests_without_sense_are_refused(made, question, code):
-    with Stranger(made) as stranger:
-        stranger.hello()
-        question.number, question.request = 1, 5
-        stranger.commands.send(encode(question))
-        frame = stranger.hear()
+def test_invalid_requests_are_refused(served, request_frame, code):
+    with HostilePeer(served) as peer:
+        peer.hello()
+        request_frame.number, request_frame.request = 1, 5
+        peer.commands.send(encode(request_frame))
+        frame = peer.receive()
         assert isinstance(frame, Reply)
         assert (frame.request, frame.code) == (5, code)
 
 
-def test_frames_behind_a_write_are_no_messages_of_others(made):
-    victim = made.client()
+def test_extra_frames_of_write_do_not_reach_other_clients(served):
+    victim = served.client()
     writer = victim.open_for_writing(SampleInterface, "a")
-    other = made.client()
+    other = served.client()
     reader = other.open_for_reading(SampleInterface, "a")
-    with Stranger(made) as stranger:
-        stranger.hello()
-        stranger.commands.send_multipart([WRITE, b"x"])
-        assert stranger.hear().code == ResultCode.PROTOCOL
+    with HostilePeer(served) as peer:
+        peer.hello()
+        peer.commands.send_multipart([WRITE, b"x"])
+        assert peer.receive().code == ResultCode.PROTOCOL
     writer.count = 3
     writer.write()
-    made.settle()
+    served.settle()
     assert (reader.read(), reader.count) == (True, 3)
 
 
-def test_more_sessions_than_are_served(made):
+def test_sessions_above_limit_are_refused(served):
     with ExitStack() as stack:
-        answers = [stack.enter_context(Stranger(made, os.urandom(16))).hello() for _ in range(10)]
-    assert [type(answer) for answer in answers] == [Welcome] * 8 + [Gone] * 2
-    assert answers[-1].code == ResultCode.TOO_MANY
+        replies = [stack.enter_context(HostilePeer(served, os.urandom(16))).hello() for _ in range(10)]
+    assert [type(reply) for reply in replies] == [Welcome] * 8 + [Gone] * 2
+    assert replies[-1].code == ResultCode.TOO_MANY
 
 
-def test_a_session_that_falls_silent_is_ended(made):
-    with Stranger(made) as stranger:
-        assert stranger.hello().heartbeat_ms == 1000
-        eventually(lambda: made.server.session_count == 0)
-        assert stranger.hear().code == ResultCode.SILENT
+def test_silent_session_is_ended(served):
+    with HostilePeer(served) as peer:
+        assert peer.hello().heartbeat_ms == 1000
+        eventually(lambda: served.server.session_count == 0)
+        assert peer.receive().code == ResultCode.SILENT
 
 
-def test_a_write_to_what_is_not_ones_own_changes_nothing(made):
-    owner = made.client()
-    reader = made.client().open_for_reading(SampleInterface, "a")
+def test_write_to_instance_of_another_client_is_ignored(served):
+    owner = served.client()
+    reader = served.client().open_for_reading(SampleInterface, "a")
     writer = owner.open_for_writing(SampleInterface, "a")
     writer.count = 1
     writer.write()
-    made.settle()
-    with Stranger(made) as stranger:
-        stranger.hello()
+    served.settle()
+    with HostilePeer(served) as peer:
+        peer.hello()
         block = bytes(SampleInterface.SCHEMA.datasize)
         for number, instance in enumerate((writer.serial, reader.serial), start=1):
-            stranger.commands.send(encode(Write(instance.bytes, True, True, block, number=number)))
-        stranger.commands.send(encode(Sync(number=3, request=1)))
-        assert isinstance(stranger.hear(), Reply)
-    made.settle()
+            peer.commands.send(encode(Write(instance.bytes, True, True, block, number=number)))
+        peer.commands.send(encode(Sync(number=3, request=1)))
+        assert isinstance(peer.receive(), Reply)
+    served.settle()
     assert reader.read()
     assert reader.count == 1

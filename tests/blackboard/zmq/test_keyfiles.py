@@ -1,4 +1,4 @@
-"""Key files: ZeroMQ reads them, nobody else the secret one, and none is written over."""
+"""Key files: their access rights, and the refusal to replace them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cxbridge.blackboard.zmq.keyfiles import create_keys
 from cxbridge.blackboard.zmq.security import load_keys
 
 
-def test_the_secret_key_is_for_its_user_only(tmp_path):
+def test_only_user_may_read_secret_key(tmp_path):
     before = os.umask(0)
     try:
         public_file, secret_file = create_keys(tmp_path, "robot")
@@ -23,7 +23,7 @@ def test_the_secret_key_is_for_its_user_only(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", ["key", "key_secret"])
-def test_nothing_is_written_over(tmp_path, suffix):
+def test_existing_key_files_are_kept(tmp_path, suffix):
     (tmp_path / f"robot.{suffix}").write_text("mine")
     with pytest.raises(EndpointError, match="the key file exists already"):
         create_keys(tmp_path, "robot")
@@ -31,7 +31,7 @@ def test_nothing_is_written_over(tmp_path, suffix):
 
 
 @pytest.mark.parametrize("name", ["", "..", "a/b", "/etc/robot", 'a"b', "a\nb", "a "])
-def test_names_that_are_none(tmp_path, name):
+def test_invalid_key_names_are_refused(tmp_path, name):
     with pytest.raises(EndpointError, match="is not a valid name of a key"):
         create_keys(tmp_path, name)
     assert list(tmp_path.iterdir()) == []

@@ -1,4 +1,4 @@
-"""Clients of a server on each transport of ZeroMQ against the model that all blackboards share."""
+"""Clients of a server on each ZeroMQ transport, compared with the model of all blackboards."""
 
 from __future__ import annotations
 
@@ -34,4 +34,4 @@ class TcpMachine(ZmqMachine):
 TestIpc, TestTcp = IpcMachine.TestCase, TcpMachine.TestCase
 for case in (TestIpc, TestTcp):
     case.settings = SETTINGS
-del case  # else it would be run once more
+del case  # otherwise pytest would run it again

@@ -1,4 +1,4 @@
-"""Processes that are killed and stopped at random lose nothing acknowledged and leave no stale writer."""
+"""Processes that are killed and stopped at random lose no acknowledged message and leave no stale writer."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from benchmarks.nemesis_zmq import check_history, parse, payload, run
 from tests.support import many
 
 
-def test_a_few_seconds_with_the_nemesis():
+def test_killed_and_stopped_processes_lose_no_messages():
     seconds = float(os.environ.get("CXBRIDGE_NEMESIS_SECONDS", many(6, 2)))
     assert run(seconds, writers=2, readers=1, pause=0.6) == []
 
@@ -29,7 +29,7 @@ READER = "reads 5\nacknowledged 7 1\nacknowledged 7 2\n"
         ("took 7 1\ntook 7 2\nviolation torn\n", "violation torn"),
     ],
 )
-def test_what_the_journals_give_away(tmp_path, writer, fault):
+def test_faults_in_journals_are_detected(tmp_path, writer, fault):
     (tmp_path / "reader.7.log").write_text(READER)
     (tmp_path / "writer.8.log").write_text(writer)
     faults, counts = check_history(tmp_path)
@@ -37,7 +37,7 @@ def test_what_the_journals_give_away(tmp_path, writer, fault):
     assert [fault is not None and fault in found for found in faults] == ([] if fault is None else [True])
 
 
-def test_a_torn_payload_is_found_out():
-    one, other = payload(11, 41), payload(11, 42)
-    assert parse(one) == (11, 41)
-    assert parse(one[:450] + other[450:]) is None
+def test_mixed_payload_is_detected():
+    first, second = payload(11, 41), payload(11, 42)
+    assert parse(first) == (11, 41)
+    assert parse(first[:450] + second[450:]) is None

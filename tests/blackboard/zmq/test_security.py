@@ -1,4 +1,4 @@
-"""Endpoints beyond this machine need keys; without the right key nobody gets in."""
+"""Keys of endpoints that other machines can reach."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ LOCAL = [
     "tcp://[::1]:1",
     "ipc:///x",
 ]
-BEYOND = [
+REMOTE = [
     "tcp://*:1",
     "tcp://0.0.0.0:1",
     "tcp://192.168.1.2:1",
@@ -38,12 +38,12 @@ BEYOND = [
 
 
 @pytest.mark.parametrize("endpoint", LOCAL)
-def test_endpoints_of_this_machine_are_free(endpoint):
+def test_local_endpoints_need_no_keys(endpoint):
     check_endpoint(endpoint, keys=False, insecure=False)
 
 
-@pytest.mark.parametrize("endpoint", BEYOND)
-def test_endpoints_beyond_need_keys_or_a_word(endpoint):
+@pytest.mark.parametrize("endpoint", REMOTE)
+def test_remote_endpoints_need_keys_or_insecure(endpoint):
     with pytest.raises(InsecureEndpointError, match="needs CURVE keys"):
         check_endpoint(endpoint, keys=False, insecure=False)
     check_endpoint(endpoint, keys=True, insecure=False)
@@ -51,7 +51,7 @@ def test_endpoints_beyond_need_keys_or_a_word(endpoint):
 
 
 @pytest.mark.parametrize("endpoint", ["", "tcp", "tcp://", "udp://127.0.0.1:1", "127.0.0.1:1"])
-def test_what_is_no_endpoint(endpoint):
+def test_invalid_endpoint_is_refused(endpoint):
     with pytest.raises(EndpointError, match="is not an endpoint"):
         check_endpoint(endpoint, keys=False, insecure=False)
 
@@ -68,34 +68,34 @@ def keys(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_only_known_keys_get_in(keys):
+def test_server_accepts_only_known_keys(keys):
     server_keys = CurveServer(keys / "server.key_secret", keys / "clients")
-    with bench("tcp", keys, keys=server_keys) as made:
+    with bench("tcp", keys, keys=server_keys) as served:
         friend = keys / "friend.key_secret"
-        assert list(made.client(keys=CurveClient(friend, keys / "server.key")).list_all()) == []
+        assert list(served.client(keys=CurveClient(friend, keys / "server.key")).list_all()) == []
         for wrong in (
             CurveClient(keys / "stranger.key_secret", keys / "server.key"),
-            CurveClient(friend, keys / "stranger.key"),  # that of another server
+            CurveClient(friend, keys / "stranger.key"),  # the key of another server
             None,
         ):
             with pytest.raises(DisconnectedError, match="no blackboard replies"):
-                made.client(keys=wrong, connect_timeout=0.7)
-        assert made.server.session_count == 1
+                served.client(keys=wrong, connect_timeout=0.7)
+        assert served.server.session_count == 1
 
 
-def test_a_handshake_that_is_refused_before_hello_hangs_nobody(monkeypatch):
-    """libzmq then takes the way to the server away, and a send would wait for another one for ever."""
+def test_handshake_refused_before_hello_times_out(monkeypatch):
+    """libzmq removes the connection then, so that a blocking send would never return."""
 
-    def connect_to_nobody(context, _url, _route, _keys):
+    def make_unconnected_socket(context, _url, _route, _keys):
         return context.socket(zmq.DEALER)
 
-    monkeypatch.setattr(session, "connect", connect_to_nobody)
+    monkeypatch.setattr(session, "connect", make_unconnected_socket)
     with pytest.raises(DisconnectedError, match="no blackboard replies"):
         ZmqBlackBoard("tcp://127.0.0.1:1", SampleRegistry(), VirtualClock(), connect_timeout=0.3)
 
 
 @pytest.mark.parametrize("file", ["none.key", "server.key"])
-def test_a_key_file_that_is_none(keys, file):
+def test_invalid_key_file_is_error_with_path(keys, file):
     board = LocalBlackBoard(SampleRegistry(), VirtualClock())
     server = ZmqBlackBoardServer(
         board, ["tcp://127.0.0.1:*"], keys=CurveServer(keys / file, keys / "clients")
@@ -106,7 +106,7 @@ def test_a_key_file_that_is_none(keys, file):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="abstract sockets are of Linux")
-def test_an_abstract_socket_has_no_owner_and_takes_keys(keys):
+def test_abstract_socket_needs_keys(keys):
     url = f"ipc://@cxbridge-test-{os.getpid()}"
     board = LocalBlackBoard(SampleRegistry(), VirtualClock())
     with pytest.raises(InsecureEndpointError):
@@ -114,9 +114,9 @@ def test_an_abstract_socket_has_no_owner_and_takes_keys(keys):
     friend, stranger = (f"key={keys}/{name}.key_secret&server-key={keys}/server.key" for name in NAMES)
     with ZmqBlackBoardServer(board, [url], keys=CurveServer(keys / "server.key_secret", keys / "clients")):
 
-        def list_all(query: str, patience: float) -> list[object]:
-            place = f"{url}?{query}"
-            with open_blackboard(place, SampleRegistry(), RealClock(), connect_timeout=patience) as client:
+        def list_all(query: str, timeout: float) -> list[object]:
+            full_url = f"{url}?{query}"
+            with open_blackboard(full_url, SampleRegistry(), RealClock(), connect_timeout=timeout) as client:
                 return list(client.list_all())
 
         assert list_all(friend, LONG) == []
@@ -125,6 +125,6 @@ def test_an_abstract_socket_has_no_owner_and_takes_keys(keys):
                 list_all(query, 0.7)
 
 
-def test_an_ipc_endpoint_is_for_its_user_only(tmp_path):
+def test_only_user_may_access_ipc_endpoint(tmp_path):
     with bench("ipc", tmp_path):
         assert (tmp_path / "board").stat().st_mode & 0o777 == 0o600

@@ -1,4 +1,4 @@
-"""Sessions that end and come again; readers that are slow; the server's own process beside its clients."""
+"""Sessions that end and begin again, slow readers, and local instances of the server's process."""
 
 from __future__ import annotations
 
@@ -26,31 +26,31 @@ Reset, SetCount = (SampleInterface.MESSAGES[name] for name in ("ResetMessage", "
 
 
 @pytest.fixture
-def made(tmp_path):
-    with bench("ipc", tmp_path) as made:
-        yield made
+def served(tmp_path):
+    with bench("ipc", tmp_path) as served:
+        yield served
 
 
 def freeze(client) -> None:
-    """Make a client fall silent, as a stopped process does."""
+    """Make a client silent, as a stopped process."""
     client._session._keep_alive = lambda now, gap: None
 
 
-# -- the server's own process
+# -- local instances
 
 
-def test_what_the_servers_process_wrote_before_a_flush_is_there_after_it(made):
-    writer = made.board.open_for_writing(SampleInterface, "a")
-    client = made.client()
+def test_flush_waits_for_earlier_writes_of_server_process(served):
+    writer = served.board.open_for_writing(SampleInterface, "a")
+    client = served.client()
     reader = client.open_for_reading(SampleInterface, "a")
-    really_drain = made.server.run_posted_calls
-    requests = made.server._requests
+    original_run = served.server.run_posted_calls
+    requests = served.server._requests
     requests._loop = SimpleNamespace(
-        is_current_thread=made.server.is_current_thread, post=made.server.post, run_posted_calls=really_drain
+        is_current_thread=served.server.is_current_thread,
+        post=served.server.post,
+        run_posted_calls=original_run,
     )
-    made.server.run_posted_calls = lambda: (
-        None
-    )  # as if there was a frame after each frame, and no time for it
+    served.server.run_posted_calls = lambda: None  # as if further frames always waited
     try:
         writer.count = 7
         writer.write()
@@ -58,16 +58,16 @@ def test_what_the_servers_process_wrote_before_a_flush_is_there_after_it(made):
         assert reader.read()
         assert reader.count == 7
     finally:
-        made.server.run_posted_calls, requests._loop = really_drain, made.server
+        served.server.run_posted_calls, requests._loop = original_run, served.server
 
 
-def test_messages_between_local_and_remote_instances(made):
-    client = made.client()
-    for near, far in ((made.board, client), (client, made.board)):
+def test_messages_between_local_and_remote_instances(served):
+    client = served.client()
+    for near, far in ((served.board, client), (client, served.board)):
         interface_id = type(near).__name__
         reader = near.open_for_reading(SampleInterface, interface_id)
         writer = far.open_for_writing(SampleInterface, interface_id, queue_limit=2)
-        made.settle()
+        served.settle()
         message = SetCount(5)
         assert reader.msgq_enqueue(message) == 1
         got = writer.msgq_first()
@@ -82,18 +82,18 @@ def test_messages_between_local_and_remote_instances(made):
             reader.msgq_enqueue(SetCount(8))
 
 
-def test_what_cannot_be_sent_takes_no_number(made):
-    client = made.client()
-    (session,) = made.server._sessions.values()
+def test_frame_that_cannot_be_encoded_uses_no_number(served):
+    client = served.client()
+    (session,) = served.server._sessions.values()
     with pytest.raises(ProtocolError):
         session.send(Existence(True, "\udc80", ""))
     client.flush()
-    assert made.server._sessions == {session.id: session}
+    assert served.server._sessions == {session.id: session}
 
 
-def test_a_remote_listener_may_decline_a_local_message(made):
-    client = made.client()
-    reader = made.board.open_for_reading(SampleInterface, "a")
+def test_remote_listener_declines_local_message(served):
+    client = served.client()
+    reader = served.board.open_for_reading(SampleInterface, "a")
     writer = client.open_for_writing(SampleInterface, "a")
 
     class SaysNo(Listener):
@@ -107,18 +107,18 @@ def test_a_remote_listener_may_decline_a_local_message(made):
     assert writer.msgq_empty()
 
 
-def test_what_a_silent_client_had_is_released_within_three_heartbeats(tmp_path):
-    with bench("tcp", tmp_path, heartbeat=0.2) as made:
-        witness = made.client()
+def test_instances_of_silent_client_are_closed_within_three_heartbeats(tmp_path):
+    with bench("tcp", tmp_path, heartbeat=0.2) as served:
+        witness = served.client()
         reader = witness.open_for_reading(SampleInterface, "a")
-        victim = made.client()
+        victim = served.client()
         writer = victim.open_for_writing(SampleInterface, "a", owner="victim")
         victim.open_for_reading(SampleInterface, "a")
-        made.settle()
+        served.settle()
         log = Recorder()
         witness.register_listener(log, reader, EventKind.WRITER_REMOVED, EventKind.READER_REMOVED)
         freeze(victim)
-        made.clients.remove(victim)
+        served.clients.remove(victim)
         eventually(lambda: len(log.log) == 2)
         victim.shutdown()
         assert {entry[0] for entry in log.log} == {"-writer", "-reader"}
@@ -127,10 +127,10 @@ def test_what_a_silent_client_had_is_released_within_three_heartbeats(tmp_path):
         assert witness.open_for_writing(SampleInterface, "a").is_writer
 
 
-def test_a_message_to_a_writer_that_dies_is_an_error_in_time(tmp_path):
-    with bench("tcp", tmp_path, heartbeat=0.2) as made:
-        reader = made.client().open_for_reading(SampleInterface, "a")
-        victim = made.client()
+def test_message_to_silent_writer_is_error_within_timeout(tmp_path):
+    with bench("tcp", tmp_path, heartbeat=0.2) as served:
+        reader = served.client().open_for_reading(SampleInterface, "a")
+        victim = served.client()
         victim.open_for_writing(SampleInterface, "a")
         entered, leave = threading.Event(), threading.Event()
 
@@ -149,36 +149,36 @@ def test_a_message_to_a_writer_that_dies_is_an_error_in_time(tmp_path):
         leave.set()
 
 
-# -- losing the server
+# -- loss of the server
 
 
-def restart(made, **options) -> None:
+def restart(served, **options) -> None:
     """Stop the server and serve a new, empty blackboard at the same endpoint."""
-    made.server.stop()
-    made.board.shutdown()
-    made.board = type(made.board)(made.board.registry, made.clock, made.bus)
-    made.server = ZmqBlackBoardServer(made.board, made.server.endpoints, **options)
-    made.server.start()
+    served.server.stop()
+    served.board.shutdown()
+    served.board = type(served.board)(served.board.registry, served.clock, served.bus)
+    served.server = ZmqBlackBoardServer(served.board, served.server.endpoints, **options)
+    served.server.start()
 
 
 @pytest.fixture(params=["ipc", "tcp"])
 def restartable(request, tmp_path):
-    with bench(request.param, tmp_path) as made:
-        yield made
-        made.shut_down_clients()
-        made.server.stop()
+    with bench(request.param, tmp_path) as served:
+        yield served
+        served.shut_down_clients()
+        served.server.stop()
 
 
-def test_after_a_restart_everything_goes_on(restartable):
-    made = restartable
-    near, far = made.client(), made.client()
+def test_clients_continue_after_restart_of_server(restartable):
+    served = restartable
+    near, far = served.client(), served.client()
     reader = near.open_for_reading(SampleInterface, "a", owner="r")
     writer = far.open_for_writing(SampleInterface, "a", owner="w")
     writer.count = 7
     writer.write()
-    made.settle()
+    served.settle()
     assert reader.read()
-    restart(made)
+    restart(served)
     started = time.monotonic()
     eventually(lambda: near.connected and far.connected and reader.has_writer)
     assert time.monotonic() - started < 2
@@ -188,19 +188,19 @@ def test_after_a_restart_everything_goes_on(restartable):
     assert late.count == 7
     writer.count = 8
     writer.write()
-    made.settle()
+    served.settle()
     assert reader.read()
     assert reader.count == 8
     assert reader.msgq_enqueue(Reset()) == 1
     assert writer.msgq_size() == 1
 
 
-def test_writes_without_a_server_are_kept_and_the_last_one_published(made):
-    near, far = made.client(), made.client()
+def test_last_write_without_server_is_published_after_restart(served):
+    near, far = served.client(), served.client()
     reader = near.open_for_reading(SampleInterface, "a")
     writer = far.open_for_writing(SampleInterface, "a")
-    endpoints = made.server.endpoints
-    made.server.stop()
+    endpoints = served.server.endpoints
+    served.server.stop()
     eventually(lambda: not near.connected and not far.connected)
     assert not reader.has_writer
     for count in (1, 2, 3):
@@ -208,24 +208,24 @@ def test_writes_without_a_server_are_kept_and_the_last_one_published(made):
         writer.write()
     with pytest.raises(DisconnectedError, match="no connection"):
         near._sender.request(Sync(), timeout=0.05)
-    made.server = ZmqBlackBoardServer(made.board, endpoints)
-    with made.server:
+    served.server = ZmqBlackBoardServer(served.board, endpoints)
+    with served.server:
         eventually(reader.read)
         assert reader.count == 3
-        made.shut_down_clients()
+        served.shut_down_clients()
 
 
-def test_a_write_that_is_lost_with_its_session_is_sent_again(made):
-    reader = made.client().open_for_reading(SampleInterface, "a")
-    writer = made.client().open_for_writing(SampleInterface, "a")
+def test_write_lost_with_session_is_sent_again(served):
+    reader = served.client().open_for_reading(SampleInterface, "a")
+    writer = served.client().open_for_writing(SampleInterface, "a")
     writer.count = 1
     writer.write()
     eventually(reader.read)
-    requests = made.server._requests
+    requests = served.server._requests
 
     def lose_write(session, _frame):
         del requests._handle_write  # the next write is handled
-        made.server._mark_failed(session, ResultCode.FRAME_LOST)
+        served.server._mark_failed(session, ResultCode.FRAME_LOST)
 
     requests._handle_write = lose_write
     writer.count = 2
@@ -234,43 +234,43 @@ def test_a_write_that_is_lost_with_its_session_is_sent_again(made):
     assert reader.count == 2
 
 
-def test_listeners_and_observers_hear_of_the_loss_and_the_return(made):
-    near, far = made.client(), made.client()
+def test_listeners_and_observers_get_loss_and_return_of_server(served):
+    near, far = served.client(), served.client()
     reader = near.open_for_reading(SampleInterface, "a")
     far.open_for_writing(SampleInterface, "a")
     far.open_for_reading(SampleInterface, "b")
-    made.settle()
+    served.settle()
     log = Recorder()
     near.register_listener(log, reader, EventKind.WRITER_ADDED, EventKind.WRITER_REMOVED)
     near.register_observer(log)
-    made.server.stop()
+    served.server.stop()
     eventually(lambda: log.log)
     assert log.take()[0][:2] == ("-writer", "SampleInterface::a")
     far.shutdown()
-    with ZmqBlackBoardServer(made.board, made.server.endpoints):
+    with ZmqBlackBoardServer(served.board, served.server.endpoints):
         eventually(lambda: log.log)
         near.flush()
         assert log.take() == [("destroyed", "SampleInterface::b")]
-        made.shut_down_clients()
+        served.shut_down_clients()
 
 
-def test_the_writer_that_comes_too_late_becomes_invalid(made):
-    first = made.client()
+def test_writer_that_reconnects_late_becomes_invalid(served):
+    first = served.client()
     writer = first.open_for_writing(SampleInterface, "a", owner="first")
-    lines = made.collect_lines()
-    made.server.stop()
-    made.board.open_for_writing(SampleInterface, "a", owner="second")
-    with ZmqBlackBoardServer(made.board, made.server.endpoints):
+    lines = served.collect_lines()
+    served.server.stop()
+    served.board.open_for_writing(SampleInterface, "a", owner="second")
+    with ZmqBlackBoardServer(served.board, served.server.endpoints):
         eventually(lambda: not writer.valid)
         with pytest.raises(errors.InvalidInstanceError):
             writer.write()
         eventually(lambda: first.connected)
         assert first.list_all()[0].writer == "second"
         assert any("could not be opened again: WRITER_ACTIVE" in line.text for line in lines)
-        made.shut_down_clients()
+        served.shut_down_clients()
 
 
-def test_nobody_answers(tmp_path):
+def test_client_without_server_is_disconnected_error(tmp_path):
     from cxbridge.blackboard.zmq import ZmqBlackBoard
     from cxbridge.clock import VirtualClock
     from tests.blackboard.samples import SampleRegistry
@@ -281,50 +281,50 @@ def test_nobody_answers(tmp_path):
         assert "'cxbridge daemon' starts a daemon" in str(caught.value)
 
 
-def test_an_ipc_endpoint_that_somebody_serves_is_not_taken_over(made):
-    """libzmq unlinks the socket of the server there, and binds."""
-    server = ZmqBlackBoardServer(made.board, made.server.endpoints)
+def test_server_refuses_ipc_endpoint_in_use(served):
+    """libzmq alone would unlink the socket of the other server and bind."""
+    server = ZmqBlackBoardServer(served.board, served.server.endpoints)
     with pytest.raises(EndpointError, match="another process serves ipc://"):
         server.start()
-    assert made.client().connected
+    assert served.client().connected
 
 
 # -- slow readers
 
 
-def test_a_stopped_reader_costs_a_window_and_gets_the_newest_value(tmp_path):
-    with bench("ipc", tmp_path, window=8) as made:
-        slow, quick = made.client(), made.client()
+def test_stopped_reader_gets_newest_value(tmp_path):
+    with bench("ipc", tmp_path, window=8) as served:
+        slow, quick = served.client(), served.client()
         slow_reader = slow.open_for_reading(SampleInterface, "a")
         quick_reader = quick.open_for_reading(SampleInterface, "a")
-        writer = made.client().open_for_writing(SampleInterface, "a")
-        go_on = threading.Event()
-        really_take = slow._dispatcher._handle_message
+        writer = served.client().open_for_writing(SampleInterface, "a")
+        resume = threading.Event()
+        original_handler = slow._dispatcher._handle_message
 
         def take(data: bytes) -> None:
-            go_on.wait(LONG)
-            really_take(data)
+            resume.wait(LONG)
+            original_handler(data)
 
         cast("Any", slow._dispatcher)._handle_message = take
         for count in range(1, 501):
             writer.count = count
             writer.write()
-        made.clients[2].flush()
+        served.clients[2].flush()
         quick.flush()
         assert quick_reader.read()
         assert quick_reader.count == 500
-        (session,) = (s for s in made.server._sessions.values() if s.credit == 0)
+        (session,) = (s for s in served.server._sessions.values() if s.credit == 0)
         assert len(session.waiting_channels) == 1
-        go_on.set()
+        resume.set()
         eventually(lambda: slow_reader.read() and slow_reader.count == 500)
         assert slow.skipped >= 400
 
 
-def test_what_an_open_brings_up_to_date_counts_as_skipped_in_the_client_too(tmp_path):
-    with bench("ipc", tmp_path, window=8) as made:
-        slow = made.client()
+def test_updates_replaced_by_open_count_as_skipped(tmp_path):
+    with bench("ipc", tmp_path, window=8) as served:
+        slow = served.client()
         reader = slow.open_for_reading(SampleInterface, "a")
-        writer = made.board.open_for_writing(SampleInterface, "a")
+        writer = served.board.open_for_writing(SampleInterface, "a")
         cast("Any", slow._dispatcher)._give_credit = lambda: None
         for count in range(1, 51):
             writer.count = count
@@ -336,16 +336,16 @@ def test_what_an_open_brings_up_to_date_counts_as_skipped_in_the_client_too(tmp_
         assert slow.skipped == 41
 
 
-def test_a_listener_never_reads_older_data_than_were_read_before(made):
-    client = made.client()
+def test_listener_does_not_read_older_data_than_instance(served):
+    client = served.client()
     reader = client.open_for_reading(SampleInterface, "a")
-    writer = made.client().open_for_writing(SampleInterface, "a")
-    entered, go_on, seen = threading.Event(), threading.Event(), []
+    writer = served.client().open_for_writing(SampleInterface, "a")
+    entered, resume, seen = threading.Event(), threading.Event(), []
 
     class Slow(Listener):
         def data_changed(self, interface):
             entered.set()
-            go_on.wait(LONG)
+            resume.wait(LONG)
             interface.read()
             seen.append(interface.count)
 
@@ -353,11 +353,11 @@ def test_a_listener_never_reads_older_data_than_were_read_before(made):
     for count in (1, 2, 3):
         writer.count = count
         writer.write()
-    made.clients[1].flush()
+    served.clients[1].flush()
     client._sender.request(Sync(), timeout=LONG)
     assert entered.wait(LONG)
     assert reader.read()
     assert reader.count == 3
-    go_on.set()
+    resume.set()
     client.flush()
     assert seen == [3, 3, 3]

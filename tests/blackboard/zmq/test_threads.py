@@ -1,4 +1,4 @@
-"""Two threads in one socket are found."""
+"""The detection of two threads in a socket."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def use_while_another_thread_waits(socket: Any, wait: threading.Thread, end: Any
 
 
 @pytest.mark.parametrize("wait", [lambda socket: socket.recv(), poll], ids=["recv", "poll"])
-def test_two_threads_in_one_socket_are_found(wait: Any) -> None:
+def test_use_of_socket_by_two_threads_is_detected(wait: Any) -> None:
     with zmq.Context() as context, context.socket(zmq.PULL) as pull, context.socket(zmq.PUSH) as push:
         pull.bind("inproc://found")
         push.connect("inproc://found")

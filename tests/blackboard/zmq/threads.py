@@ -1,8 +1,7 @@
-"""Finds out when two threads are in one socket of ZeroMQ at once: libzmq does not bear that, nor tell of it.
+"""Detects two threads in a ZeroMQ socket at once, which libzmq neither supports nor reports.
 
-It sees what goes through Python: methods of sockets, pollers, and what
-:mod:`cxbridge.blackboard.zmq.wire.sockets`
-hands out to do without them.
+The check covers calls of Python: methods of sockets and pollers, and the functions of
+:mod:`cxbridge.blackboard.zmq.wire.sockets`.
 """
 
 from __future__ import annotations
@@ -31,9 +30,9 @@ Bound = Callable[..., Any]
 
 
 class SocketUse:
-    """Which thread is in which socket.
+    """The threads in sockets.
 
-    :ivar faults: what was found, with the stacks of both threads.
+    :ivar faults: the detected faults, with the stacks of both threads.
     """
 
     def __init__(self) -> None:
@@ -42,78 +41,78 @@ class SocketUse:
         self._inside: WeakKeyDictionary[Any, tuple[threading.Thread, str, int]] = WeakKeyDictionary()
 
     @contextmanager
-    def of(self, socket: Any, what: str) -> Iterator[None]:
-        """Be in a socket for a while.
+    def entered(self, socket: Any, method: str) -> Iterator[None]:
+        """Register the current thread in a socket.
 
-        :raises AssertionError: when another thread is.
+        :raises AssertionError: if another thread is in the socket.
         """
-        me = threading.current_thread()
+        current = threading.current_thread()
         with self._lock:
-            thread, other, depth = self._inside.get(socket, (me, what, 0))
-            if thread is not me:
+            thread, other, depth = self._inside.get(socket, (current, method, 0))
+            if thread is not current:
                 here = "".join(traceback.format_stack(limit=8))
-                fault = f"{what} in {me.name} during {other} in {thread.name}:\n{here}"
+                fault = f"{method} in {current.name} during {other} in {thread.name}:\n{here}"
                 self.faults.append(fault)
                 raise AssertionError(fault)
-            self._inside[socket] = (me, other, depth + 1)
+            self._inside[socket] = (current, other, depth + 1)
         try:
             yield
         finally:
             with self._lock:
                 if depth:
-                    self._inside[socket] = (me, other, depth)
+                    self._inside[socket] = (current, other, depth)
                 else:
                     del self._inside[socket]
 
     def is_used(self, socket: Any) -> bool:
-        """Return whether a thread is in it."""
+        """Return whether a thread is in a socket."""
         with self._lock:
             return socket in self._inside
 
-    def method(self, name: str, really: Bound) -> Bound:
-        """Return a socket's method that notes who is in it."""
+    def method(self, name: str, original: Bound) -> Bound:
+        """Return a method of sockets that registers its thread."""
 
-        def noted(socket: Any, *args: Any, **options: Any) -> Any:
-            with self.of(socket, name):
-                return really(socket, *args, **options)
+        def registered(socket: Any, *args: Any, **options: Any) -> Any:
+            with self.entered(socket, name):
+                return original(socket, *args, **options)
 
-        return noted
+        return registered
 
-    def without_layer(self, really: Callable[[Any], Bound]) -> Callable[[Any], Bound]:
-        """Return ``sender`` or ``receiver`` so that what it returns notes who uses it."""
+    def without_layer(self, original: Callable[[Any], Bound]) -> Callable[[Any], Bound]:
+        """Return ``raw_send`` or ``raw_receive`` whose functions register their thread."""
 
         def make(socket: Any) -> Bound:
-            bound = really(socket)
+            bound = original(socket)
 
-            def noted(*args: Any) -> Any:
-                with self.of(socket, really.__name__):
+            def registered(*args: Any) -> Any:
+                with self.entered(socket, original.__name__):
                     return bound(*args)
 
-            return noted
+            return registered
 
         return make
 
-    def polling(self, really: Bound) -> Bound:
-        """Return a poller's ``poll`` that is in all of its sockets meanwhile."""
+    def polling(self, original: Bound) -> Bound:
+        """Return ``poll`` of pollers, registered in all their sockets during the call."""
 
         def poll(poller: Any, *args: Any) -> Any:
-            found = [one for one, _ in poller.sockets if isinstance(one, zmq.Socket)]
-            return self._poll_in(found, lambda: really(poller, *args))
+            sockets_of_poller = [socket for socket, _ in poller.sockets if isinstance(socket, zmq.Socket)]
+            return self._poll_in(sockets_of_poller, lambda: original(poller, *args))
 
         return poll
 
-    def _poll_in(self, found: list[Any], really: Callable[[], Any]) -> Any:
-        if not found:
-            return really()
-        with self.of(found[0], "poll"):
-            return self._poll_in(found[1:], really)
+    def _poll_in(self, sockets_of_poller: list[Any], original: Callable[[], Any]) -> Any:
+        if not sockets_of_poller:
+            return original()
+        with self.entered(sockets_of_poller[0], "poll"):
+            return self._poll_in(sockets_of_poller[1:], original)
 
 
 @contextmanager
 def watched_sockets() -> Iterator[SocketUse]:
     """Watch all sockets of this process.
 
-    :raises AssertionError: at the end, when two threads were in one at once.
+    :raises AssertionError: at the end, if two threads were in a socket at once.
     """
     use = SocketUse()
     with pytest.MonkeyPatch.context() as patch:

@@ -24,7 +24,7 @@ class WireOpeningContract(OpeningContract):
         with pytest.raises(errors.WriterActiveError, match="already a writer on interface 'a' of type"):
             pair.near.open_for_writing(SAMPLE, "a")
 
-    def test_a_refused_open_leaves_nothing_behind(self, pair):
+    def test_refused_open_leaves_no_instance(self, pair):
         pair.far.open_for_writing(SAMPLE, "a", owner="w")
         with pytest.raises(errors.WriterActiveError):
             pair.near.open_for_writing(SAMPLE, "a", owner="second")
@@ -39,7 +39,7 @@ class WireOpeningContract(OpeningContract):
         for instance in (first, writer):
             assert (instance.has_writer, instance.num_readers) == (True, 2)
 
-    def test_listing_tells_everything(self, pair):
+    def test_list_has_all_data_of_interface(self, pair):
         writer = pair.far.open_for_writing(SAMPLE, "a", owner="w")
         pair.near.open_for_reading(SAMPLE, "a", owner="r")
         writer.mark_data_refreshed()
@@ -71,11 +71,11 @@ class WireMessagesContract(MessagesContract):
     """What becomes of a message at the other end, its sender does not hear."""
 
     @staticmethod
-    def counts_at_the_other_end(pair: BoardPair) -> bool:
+    def server_numbers_messages(pair: BoardPair) -> bool:
         """A Fawkes counts the messages that reach it, with 16 bits."""
         return isinstance(pair.near, FawkesBlackBoard)
 
-    def test_a_bounded_queue_refuses_what_is_too_much(self, pair):
+    def test_full_queue_refuses_messages(self, pair):
         reader = pair.near.open_for_reading(SampleInterface, "bounded")
         writer = pair.far.open_for_writing(SampleInterface, "bounded", queue_limit=2)
         pair.settle()
@@ -83,7 +83,7 @@ class WireMessagesContract(MessagesContract):
         pair.settle()
         assert [message.id for message in writer.msgq_iter()] == [1, 2]
 
-    def test_a_proxy_keeps_the_source(self, pair, reader, writer):
+    def test_proxy_keeps_source_of_message(self, pair, reader, writer):
         origin = pair.near.open_for_reading(SampleInterface, "origin")
         relay = pair.far.open_for_writing(SampleInterface, "origin")
         pair.settle()
@@ -94,7 +94,7 @@ class WireMessagesContract(MessagesContract):
         got = writer.msgq_first()
         assert (got.source_id, got.summand) == (origin.serial, 1)
 
-    def test_sender_threads(self, pair, reader, writer):
+    def test_message_has_name_of_sender_thread(self, pair, reader, writer):
         reader.msgq_enqueue(Reset())
         pair.settle()
         assert writer.msgq_first().sender_thread_name == "Unknown"
@@ -132,7 +132,7 @@ class WireEventsContract(EventsContract):
             ("destroyed", uid),
         ]
 
-    def test_the_first_listener_that_says_no_stops_the_message(self, pair, reader, writer):
+    def test_first_listener_that_returns_false_stops_message(self, pair, reader, writer):
         calls = []
 
         class Says(Listener):

@@ -168,7 +168,7 @@ def test_nobody_there():
 @pytest.mark.parametrize(
     "url", ["tcp://a", "fawkes://", "fawkes:///a", "fawkes://a:b", "fawkes://a/b", "fawkes://u@a"]
 )
-def test_urls_that_make_no_sense(url):
+def test_invalid_urls_are_refused_with_hint(url):
     with pytest.raises(BlackBoardError, match="cannot use"):
         FawkesBlackBoard(url, SampleRegistry(), RealClock())
 
