@@ -1,4 +1,4 @@
-"""Orders the recorded sources of a CLIPS environment, so that the environment can be built again."""
+"""Finds the recorded sources of a CLIPS environment, in the order in which it can be built again."""
 
 from __future__ import annotations
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import dataclass, field
 
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.events import (
@@ -17,14 +18,14 @@ from cxbridge.events import (
 )
 
 
+@dataclass
 class EnvironmentFacts:
     """The facts of each CLIPS environment."""
 
-    def __init__(self) -> None:
-        self.by_env: dict[str, dict[int, FactChange]] = {}
-        """The present facts in the order of assertion, by environment, then by index."""
-        self.templates: dict[str, set[str]] = {}
-        """The deftemplates of all facts so far, by environment."""
+    by_env: dict[str, dict[int, FactChange]] = field(default_factory=dict)
+    """The present facts in the order of assertion, by environment, then by index."""
+    templates: dict[str, set[str]] = field(default_factory=dict)
+    """The deftemplates of all facts so far, by environment."""
 
     def add_change(self, event: FactChange) -> None:
         """Process the next change of a fact."""
@@ -38,10 +39,10 @@ class EnvironmentFacts:
 
     def copy(self) -> EnvironmentFacts:
         """Return an independent copy."""
-        duplicate = EnvironmentFacts()
-        duplicate.by_env = {env: dict(facts) for env, facts in self.by_env.items()}
-        duplicate.templates = {env: set(names) for env, names in self.templates.items()}
-        return duplicate
+        return EnvironmentFacts(
+            {env: dict(facts) for env, facts in self.by_env.items()},
+            {env: set(names) for env, names in self.templates.items()},
+        )
 
     def read_slots(self, env: str, template: str) -> list[Mapping[str, str]]:
         """Return the slots of a deftemplate's facts, as CLIPS prints their values."""
@@ -53,22 +54,22 @@ class EnvironmentFacts:
         return slots
 
 
+@dataclass
 class RunState:
     """The goals, plan-actions, skills, interfaces and facts after the processed events."""
 
-    def __init__(self) -> None:
-        self.goals: dict[tuple[str, str], GoalTransition] = {}
-        """The last transition of each goal by environment and id, also of retracted goals; see `has_goal`."""
-        self.actions: dict[tuple[str, str, str, str], PlanActionTransition] = {}
-        """The last transition of each plan-action by environment, goal, plan and id."""
-        self.skills: dict[tuple[str, str], SkillStatus] = {}
-        """The last status of each Skiller by environment and id."""
-        self.interfaces: dict[str, InterfaceWrite] = {}
-        """The last write of each interface by ``Type::id``."""
-        self.facts = EnvironmentFacts()
-        self.rule: RuleFired | None = None
-        """The rule that fired last."""
-        self._goal_facts: dict[tuple[str, str], int] = {}
+    goals: dict[tuple[str, str], GoalTransition] = field(default_factory=dict)
+    """The last transition of each goal by environment and id, also of retracted goals; see `has_goal`."""
+    actions: dict[tuple[str, str, str, str], PlanActionTransition] = field(default_factory=dict)
+    """The last transition of each plan-action by environment, goal, plan and id."""
+    skills: dict[tuple[str, str], SkillStatus] = field(default_factory=dict)
+    """The last status of each Skiller by environment and id."""
+    interfaces: dict[str, InterfaceWrite] = field(default_factory=dict)
+    """The last write of each interface by ``Type::id``."""
+    facts: EnvironmentFacts = field(default_factory=EnvironmentFacts)
+    rule: RuleFired | None = None
+    """The rule that fired last."""
+    _goal_facts: dict[tuple[str, str], int] = field(default_factory=dict)
 
     def add_event(self, event: Event) -> None:
         """Process the next event."""
@@ -88,15 +89,15 @@ class RunState:
 
     def copy(self) -> RunState:
         """Return an independent copy."""
-        duplicate = RunState()
-        duplicate.goals.update(self.goals)
-        duplicate.actions.update(self.actions)
-        duplicate.skills.update(self.skills)
-        duplicate.interfaces.update(self.interfaces)
-        duplicate.facts = self.facts.copy()
-        duplicate.rule = self.rule
-        duplicate._goal_facts.update(self._goal_facts)
-        return duplicate
+        return RunState(
+            dict(self.goals),
+            dict(self.actions),
+            dict(self.skills),
+            dict(self.interfaces),
+            self.facts.copy(),
+            self.rule,
+            dict(self._goal_facts),
+        )
 
     def has_goal(self, env: str, goal: str) -> bool:
         """Return whether a goal exists. Without recorded facts, a retracted goal counts as existing."""

@@ -185,8 +185,8 @@ class _ConstructReader:
     def _read_rule(self, node: SyntaxNode) -> None:
         self._read_definition(node)
         condition, actions = split_rule(node)
-        declared = (entry for item in condition if item.head == "declare" for entry in item.arguments)
-        self._read_expressions(item for entry in declared for item in entry.arguments)
+        declarations = (entry for item in condition if item.head == "declare" for entry in item.arguments)
+        self._read_expressions(item for entry in declarations for item in entry.arguments)
         self._read_conditions(parse_elements(condition))
         self._read_expressions(actions)
 
@@ -273,9 +273,9 @@ class _ConstructReader:
         if node.items is None:
             self._read_variable(node)
         elif node.items:
-            first = node.items[0]
-            if first.items is None and not _is_variable(first):
-                self._read_call(node, first)
+            head = node.items[0]
+            if head.items is None and not _is_variable(head):
+                self._read_call(node, head)
             else:
                 self._read_expressions(node.items)
 
@@ -294,23 +294,23 @@ class _ConstructReader:
                 name = Name(NameKind.SLOT, slot, template)
                 self.mentions.append(Mention(name, Use.QUERIED, node.end - len(slot), node.end))
 
-    def _read_call(self, node: SyntaxNode, first: SyntaxNode) -> None:
-        if first.text not in _SWITCH_BRANCHES:
-            self._add_mention(NameKind.FUNCTION, first, Use.CALLED)
+    def _read_call(self, node: SyntaxNode, function: SyntaxNode) -> None:
+        if function.text not in _SWITCH_BRANCHES:
+            self._add_mention(NameKind.FUNCTION, function, Use.CALLED)
         arguments = node.arguments
-        if first.text == "assert":
+        if function.text == "assert":
             for fact in arguments:
                 self._read_fact(fact)
-        elif first.text in CHANGE_FUNCTIONS and arguments:
+        elif function.text in CHANGE_FUNCTIONS and arguments:
             self._read_expression(arguments[0])
             template = self._templates_by_variable.get(arguments[0].text, "")
             for slot in arguments[1:]:
                 if slot.head:
                     self._read_slot(slot, template, Use.CHANGED)
-        elif first.text in QUERY_FUNCTIONS and arguments:
+        elif function.text in QUERY_FUNCTIONS and arguments:
             self._read_query(arguments)
-        elif not _OBJECT_FUNCTIONS.fullmatch(first.text):
-            self._read_arguments(first.text, arguments)
+        elif not _OBJECT_FUNCTIONS.fullmatch(function.text):
+            self._read_arguments(function.text, arguments)
 
     def _read_arguments(self, function: str, arguments: tuple[SyntaxNode, ...]) -> None:
         kind = FIRST_ARGUMENT_KINDS.get(function)

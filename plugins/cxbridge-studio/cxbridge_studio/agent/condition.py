@@ -347,10 +347,10 @@ def parse_field_constraints(nodes: tuple[SyntaxNode, ...]) -> Iterator[FieldCons
 def _make_field_constraint(nodes: list[SyntaxNode]) -> FieldConstraint:
     """Return the constraint that the nodes of a field express."""
     text = one_line("".join(node.text for node in nodes))
-    first, *marks = (node.text for node in nodes[:2])
-    is_variable = first.startswith(("?", "$?")) and not _GLOBAL.match(first)
+    first_text, *next_texts = (node.text for node in nodes[:2])
+    is_variable = first_text.startswith(("?", "$?")) and not _GLOBAL.match(first_text)
     # `?x|red` does not bind ?x, but compares the field with its value.
-    binder = first if is_variable and marks != ["|"] else ""
+    binder = first_text if is_variable and next_texts != ["|"] else ""
     # The binder and the `&` after it do not restrict the field.
     constraint_nodes = nodes[2:] if binder else nodes
     alternatives = tuple(

@@ -135,8 +135,8 @@ class _TokenWriter:
         elif inner_list.argument_column is None and inner_list.head != "(":
             # Only an argument in the line of the head sets the column for further arguments.
             tokens_after_head = takewhile(lambda earlier: earlier != inner_list.head, reversed(self._tokens))
-            on_same_line = not any("\n" in earlier for earlier in tokens_after_head)
-            inner_list.argument_column = self._column if on_same_line else inner_list.column + _INDENT_STEP
+            is_on_head_line = not any("\n" in earlier for earlier in tokens_after_head)
+            inner_list.argument_column = self._column if is_on_head_line else inner_list.column + _INDENT_STEP
 
     def _write(self, text: str) -> None:
         self._tokens.append(text)

@@ -74,12 +74,12 @@ def read_table(tokens: Sequence[Token]) -> Table | None:
     """Return the table that the tokens begin with; None if they begin with another value."""
     if not tokens or tokens[0].text != "{":
         return None
-    start = tokens[0].depth
+    outer_depth = tokens[0].depth
     table = Table()
     value: list[Token] = []
     for token in tokens[1:]:
-        is_end = token.text == "}" and token.depth == start
-        if not is_end and not (token.text in {",", ";"} and token.depth == start + 1):
+        is_end = token.text == "}" and token.depth == outer_depth
+        if not is_end and not (token.text in {",", ";"} and token.depth == outer_depth + 1):
             value.append(token)
             continue
         if len(value) > 1 and value[0].kind == "name" and value[1].text == "=":

@@ -76,8 +76,8 @@ def parse_rule(text: str) -> Condition:
     if not any(node.text == "=>" for node in nodes[0].arguments):
         raise ClipsError(f"the rule {name} has no =>")
     condition = tuple(split_rule(nodes[0])[0])
-    declared = (entry for node in condition if node.head == "declare" for entry in node.arguments)
-    entries = [entry for entry in declared if entry.head == "salience" and entry.arguments]
+    declarations = (entry for node in condition if node.head == "declare" for entry in node.arguments)
+    entries = [entry for entry in declarations if entry.head == "salience" and entry.arguments]
     try:
         ces = tuple(parse_elements(condition))
     except RecursionError:

@@ -40,7 +40,7 @@ def find_unclosed_lists(text: str, slots: Mapping[str, Collection[str]] | None =
     """
     slots = slots or {}
     open_lists: list[_OpenList] = []
-    unclosed: list[int] = []
+    unclosed_starts: list[int] = []
     line_start, is_first_in_line = 0, True
     previous_token = ""
     for match in TOKEN.finditer(text):
@@ -58,7 +58,7 @@ def find_unclosed_lists(text: str, slots: Mapping[str, Collection[str]] | None =
             or (is_first_in_line and token != ")" and column <= open_lists[-1].column)
             or (is_head and _is_misplaced(token, open_lists, slots))
         ):
-            unclosed.append(open_lists.pop(-2 if is_head else -1).start)
+            unclosed_starts.append(open_lists.pop(-2 if is_head else -1).start)
         if token == "(":
             open_lists.append(_OpenList(match.start(), column))
         elif token == ")" and open_lists:
@@ -66,7 +66,7 @@ def find_unclosed_lists(text: str, slots: Mapping[str, Collection[str]] | None =
         elif is_head and open_lists:
             open_lists[-1].head = token
         is_first_in_line, previous_token = False, token
-    return sorted([*unclosed, *(open_list.start for open_list in open_lists)])
+    return sorted([*unclosed_starts, *(open_list.start for open_list in open_lists)])
 
 
 def _is_misplaced(head: str, open_lists: list[_OpenList], slots: Mapping[str, Collection[str]]) -> bool:
@@ -109,13 +109,15 @@ def describe_unclosed(
     line = lines.at(start)
     beginning = _BEGINNING.match(construct)
     message = f"{' '.join(beginning.groups()) if beginning else 'this'} never closes"
-    rows = enumerate(text.splitlines()[line:], line + 1)
-    next_line = next((number for number, row in rows if row.lstrip().startswith("(def")), 0)
+    later_lines = enumerate(text.splitlines()[line:], line + 1)
+    next_line = next(
+        (number for number, text_line in later_lines if text_line.lstrip().startswith("(def")), 0
+    )
     end = f"line {next_line}" if next_line else "the end of the file"
-    quote = _find_open_quote(text[start : lines.place(next_line) if next_line else len(text)])
-    if quote is not None:
-        hint = f'a " is missing in line {lines.at(start + quote)} or before {end}'
-        return UnclosedConstruct(start + quote, f"{message}: its string is open", hint)
+    quote_offset = _find_open_quote(text[start : lines.place(next_line) if next_line else len(text)])
+    if quote_offset is not None:
+        hint = f'a " is missing in line {lines.at(start + quote_offset)} or before {end}'
+        return UnclosedConstruct(start + quote_offset, f"{message}: its string is open", hint)
     hint = f"a ) is missing before {end}"
     if list_offset := next(iter(find_unclosed_lists(construct, slots)), 0):  # 0 is the construct itself
         start += list_offset
@@ -131,9 +133,9 @@ def _find_open_quote(construct: str) -> int | None:
     if not any(match["unclosed"] for match in strings):
         return None
     # After a missing quote, each closing quote opens a string, and a word follows it directly.
-    shifted = (
+    shifted_strings = (
         match
         for match in strings
         if "\n" in match[0] and construct[match.end() : match.end() + 1].strip(" \t\n)")
     )
-    return next(shifted, strings[-1]).start()
+    return next(shifted_strings, strings[-1]).start()

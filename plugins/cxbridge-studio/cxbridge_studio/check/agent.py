@@ -138,7 +138,7 @@ class Agent(Closing):
         self.requested_files: list[RequestedFile] = []
         self.missing_files: list[RequestedFile] = []
         self._requested_features: set[str] = set()
-        self._full_names: dict[str, str] = {}
+        self._full_names: dict[str, str] = {}  # the deftemplates' names with modules, by the names without
         base = make_base(options, VirtualClock())
         if sources is not None:
             base.bus.subscribe(sources, SourceRead)

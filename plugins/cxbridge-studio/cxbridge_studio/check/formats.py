@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from cxbridge.printing import format_count
 from cxbridge_studio.check.findings import Finding, Severity
 
 _GITHUB_LEVELS: Final = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}
@@ -20,11 +21,7 @@ def format_text(findings: Sequence[Finding]) -> str:
 def format_severity_counts(findings: Sequence[Finding]) -> str:
     """Return the number of findings of each severity, such as ``1 error, 2 warnings``."""
     counts = Counter(finding.code.severity for finding in findings)
-    texts = [
-        f"{counts[level]} {level.value}{'' if counts[level] == 1 else 's'}"
-        for level in Severity
-        if counts[level]
-    ]
+    texts = [format_count(counts[severity], severity.value) for severity in Severity if counts[severity]]
     return ", ".join(texts) or "no findings"
 
 

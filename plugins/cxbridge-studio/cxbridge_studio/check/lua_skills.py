@@ -91,16 +91,16 @@ def _list_methods(schema: InterfaceSchema) -> frozenset[str]:
 def _find_method_calls(tokens: Sequence[Token]) -> Iterator[tuple[str, Token]]:
     """Yield the variable and the method of each call, in code and in conditions, which are strings."""
     for index, token in enumerate(tokens):
-        before, after = tokens[max(index - 2, 0) : index], tokens[index + 1 : index + 4]
-        previous = before[-1].text if before else ""
+        earlier_tokens, later_tokens = tokens[max(index - 2, 0) : index], tokens[index + 1 : index + 4]
+        previous_text = earlier_tokens[-1].text if earlier_tokens else ""
         if token.literal is not None and (
-            previous == "," or (previous == "=" and before[0].text in _CONDITIONS)
+            previous_text == "," or (previous_text == "=" and earlier_tokens[0].text in _CONDITIONS)
         ):
             for variable, method in _find_method_calls(read_tokens(token.literal)):
                 yield variable, Token(method.kind, method.text, token.offset + 1 + method.offset)
-        is_call = token.kind == "name" and [neighbour.text for neighbour in after[::2]] == [":", "("]
-        if is_call and previous not in {".", ":"}:
-            yield token.text, after[1]
+        is_call = token.kind == "name" and [neighbour.text for neighbour in later_tokens[::2]] == [":", "("]
+        if is_call and previous_text not in {".", ":"}:
+            yield token.text, later_tokens[1]
 
 
 def _find_bound_names(text: str) -> set[str]:

@@ -99,6 +99,7 @@ def _find_skill_uses(tokens: Sequence[Token]) -> Iterator[tuple[int, list[str] |
     """
     skill_list: Table | None = None
     for index, token in enumerate(tokens):
+        # Lua needs no brackets around a single string or table.
         is_bracketed = len(tokens) > index + 1 and tokens[index + 1].text == "("
         arguments = tokens[index + 1 + is_bracketed :]
         if token.text == "ipairs":

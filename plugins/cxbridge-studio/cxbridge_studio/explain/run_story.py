@@ -97,8 +97,8 @@ class _RunStoryWriter:
         """Return the headline of a run without a failed goal, and without a goal that waits for no work."""
         if open_goals:
             further_count = len(open_goals) - 1
-            others = f" and {further_count} more {'goals' if further_count > 1 else 'goal'} are"
-            subject = open_goals[0].title + (others if further_count else " is")
+            further_goals = f" and {further_count} more {'goals' if further_count > 1 else 'goal'} are"
+            subject = open_goals[0].title + (further_goals if further_count else " is")
             return f"{subject} under way: {work[0].text}"
         if not self._root_goals:
             return (

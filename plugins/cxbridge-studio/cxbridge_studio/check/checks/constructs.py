@@ -139,10 +139,10 @@ def _make_finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Find
     if construct is not None:
         if (pattern := _find_unknown_template(agent, construct)) is not None:
             hint = did_you_mean(pattern.head, _find_defined_names(agent, "deftemplate"))
-            text = f"{prefix}there is no deftemplate '{pattern.head}'"
-            return Finding(UNKNOWN_TEMPLATE, file.place(pattern), text, hint)
+            message = f"{prefix}there is no deftemplate '{pattern.head}'"
+            return Finding(UNKNOWN_TEMPLATE, file.place(pattern), message, hint)
         if code is UNREADABLE_CONSTRUCT:
-            # The code is that of a literal that its slot does not allow.
+            # CLIPS has this code for a literal that its slot does not allow.
             is_forbidden_literal = diagnostic.code == "CSTRNCHK1"
             explain = _explain_forbidden_literal if is_forbidden_literal else _explain_missing_slots
             if (finding := explain(agent, file, construct, prefix)) is not None:
@@ -153,14 +153,14 @@ def _make_finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Find
             else _find_word(construct, diagnostic)
         )
     place = SourcePlace(str(file.path), diagnostic.line or 0) if word is None else file.place(word)
-    text = "" if word is None else word.text
+    name = "" if word is None else word.text
     # CLIPS reports an undefined global variable in a condition as a variable without a value.
-    if code is UNKNOWN_GLOBAL or (code is UNBOUND_VARIABLE and text.startswith("?*")):
-        message = f"{prefix}there is no global variable {text}"
-        return Finding(UNKNOWN_GLOBAL, place, message, _make_global_hint(agent, text))
+    if code is UNKNOWN_GLOBAL or (code is UNBOUND_VARIABLE and name.startswith("?*")):
+        message = f"{prefix}there is no global variable {name}"
+        return Finding(UNKNOWN_GLOBAL, place, message, _make_global_hint(agent, name))
     if code is UNKNOWN_FUNCTION:
-        message = f"{prefix}there is no function '{text}'"
-        return Finding(code, place, message, _make_function_hint(agent, text))
+        message = f"{prefix}there is no function '{name}'"
+        return Finding(code, place, message, _make_function_hint(agent, name))
     if code is UNKNOWN_SLOT:
         # Some messages of CLIPS quote fewer names: the missing names are empty.
         slot, template = [*_QUOTED_NAME.findall(diagnostic.message), "", ""][:2]

@@ -149,6 +149,7 @@ def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
             if not node.head or node.head in _CONNECTIVES or node.head.startswith("?"):
                 continue
             used_objects = set(map(literal, node.arguments)) - {""}
+            # If any object is possible, no object is unknown.
             for kind, names, known_names in (
                 ("predicate", {node.head}, predicates),
                 ("object", used_objects, used_objects if objects is None else objects),

@@ -47,16 +47,16 @@ def shorten_names(files: Sequence[FileCoverage]) -> list[str]:
 
 def _list_unfired_rules(coverage: Coverage) -> Iterator[str]:
     names = shorten_names(coverage.files)
-    unfired = [
+    unfired_rules = [
         f"  {name}:{rule.lines[0]} {rule.name}"
         for name, file in zip(names, coverage.files, strict=True)
         for rule, count in file.rules
         if count == 0
     ]
-    yield from ("", "never fired:", *unfired) if unfired else ()
-    unwatched = [rule.name for file in coverage.files for rule, count in file.rules if count is None]
-    if unwatched:
-        yield f"firings not recorded: {', '.join(unwatched)}"
+    yield from ("", "never fired:", *unfired_rules) if unfired_rules else ()
+    unwatched_rules = [rule.name for file in coverage.files for rule, count in file.rules if count is None]
+    if unwatched_rules:
+        yield f"firings not recorded: {', '.join(unwatched_rules)}"
 
 
 def _format_names(title: str, verb: str, names: NameCoverage) -> Iterator[str]:

@@ -89,11 +89,11 @@ class IsolatedEnvironment(ClipsEnvironment):
 
         :param kept_function: the name of a function to keep for now.
         """
-        present = frozenset(str(function) for function in self.call(_FUNCTION_LIST))
-        forbidden = present - ALLOWED_FUNCTIONS.keys() - {kept_function}
-        for function in forbidden:
+        present_functions = frozenset(str(function) for function in self.call(_FUNCTION_LIST))
+        forbidden_functions = present_functions - ALLOWED_FUNCTIONS.keys() - {kept_function}
+        for function in forbidden_functions:
             self.api.remove_udf(function)
-        self.removed_functions |= forbidden
+        self.removed_functions |= forbidden_functions
 
     def build(self, construct: str) -> None:
         """Define a construct, guarded against crashes of the process.

@@ -54,6 +54,7 @@ def test_one_part_and_what_it_needs():
         "(a (y ?y))",
         "(a (x ?x) (z ?z&:(> ?z ?x)&~?w))",
     ]
+    assert first("(a (x ?x|c))").bound_variables == frozenset()  # the field is compared with the value of ?x
     assert [part.label for part in pattern.restrictive_parts(foreign)] == ["x", "z"]
     assert [part.label for part in pattern.restrictive_parts(frozenset("y"))] == ["x", "y", "z"]
 

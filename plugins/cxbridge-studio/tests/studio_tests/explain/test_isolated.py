@@ -102,3 +102,5 @@ def test_a_function_without_end_is_guarded(looking):
     looking.build("(deffunction f (?x) (+ 1 (f ?x)))")
     with pytest.raises(ClipsError):
         looking.eval("(f 1)")
+    with pytest.raises(ClipsError, match="CLIPS cannot read this text"):
+        looking.build(f"(deffunction g () {'(+ 1 ' * 2_000}1{')' * 2_000})")
