@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from msgspec.structs import replace
 
@@ -14,9 +14,11 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import Additions
 from cxbridge.run.source import source_of
 from cxbridge.run.team import Team
+from cxbridge_explore.game.score import POST_GAME
 from cxbridge_protobuf.settings import CONNECTIONS_KEY
 from cxbridge_rcll.field import Field
 from cxbridge_rcll.local import LocalReferee
+from cxbridge_rcll.machines import Machine
 from cxbridge_rcll.refbox import Refbox, find_message_folder
 from cxbridge_rcll.robots import RobotInterfaces, RobotWorld, make_robot_executor
 from cxbridge_rcll.settings import LeagueSettings
@@ -55,7 +57,7 @@ class LeagueRun(Run):
     @property
     def is_over(self) -> bool:
         """Whether the game has ended or the agent has quit."""
-        return self.referee.is_over or self.executive.env.quit_requested
+        return self.referee.phase == POST_GAME or self.executive.env.quit_requested
 
 
 class LeagueTeam(Team):
@@ -74,7 +76,9 @@ class LeagueTeam(Team):
     @property
     def is_over(self) -> bool:
         """Whether the game has ended or an agent has quit."""
-        return self.referee.is_over or any(agent.executive.env.quit_requested for agent in self.agents)
+        return self.referee.phase == POST_GAME or any(
+            agent.executive.env.quit_requested for agent in self.agents
+        )
 
 
 class GameSetup:
@@ -93,7 +97,7 @@ class GameSetup:
             refbox.message_folder,
         )
         self.referee = LocalReferee(refbox, message_folder, settings.referee_config, seed)
-        self.world = RobotWorld(Field(self.referee.machine_facts), self.referee.find_machine)
+        self.world = RobotWorld(Field(self._machine_facts), self._find_machine)
         self.base = make_base(run_options)
         config = self.base.config
         spec = f"{_SPECS_PATH}/{run_options.spec or config.get_str(_SPEC_PATH, default='')}"
@@ -106,6 +110,14 @@ class GameSetup:
         config.set(_PROTO_DIRS_PATH, [str(message_folder)])
         if settings.simtest:
             enable_simtest(config, spec, settings.simtest)
+
+    # the referee does not exist before the run has made its components
+
+    def _machine_facts(self) -> Iterator[dict[str, Any]]:
+        return (slots for _, _, slots in self.referee.component.env.facts("machine"))
+
+    def _find_machine(self, name: str) -> Machine | None:
+        return self.referee.component.machines.get(name)
 
     def _configure_robots(self, config: Configuration, spec: str) -> list[str]:
         """Add the robots to the configuration, and return their names."""

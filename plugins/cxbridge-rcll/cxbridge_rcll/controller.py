@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import StrEnum
 from typing import Final
 
 from cxbridge.clock import MICROSECONDS, Clock
@@ -11,16 +10,9 @@ from cxbridge.errors import ProtobufError
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
+from cxbridge_explore.game.judge import PRODUCTION
+from cxbridge_explore.game.score import POST_GAME
 from cxbridge_protobuf.types import Message, MessageTypes
-
-
-class Phase(StrEnum):
-    PRE_GAME = "PRE_GAME"
-    SETUP = "SETUP"
-    EXPLORATION = "EXPLORATION"
-    PRODUCTION = "PRODUCTION"
-    POST_GAME = "POST_GAME"
-
 
 MESSAGE_PACKAGE: Final = "llsf_msgs"  # the protobuf package of the league's messages
 
@@ -59,10 +51,10 @@ class Controller(Component):
         # the time after the first loop in seconds, the type of the message, and its fields
         self._steps: list[tuple[float, str, dict[str, str]]] = [
             (PRE_GAME_S, "SetTeamName", {"team_color": "CYAN", "team_name": team_name}),
-            (PRE_GAME_S, "SetGamePhase", {"phase": Phase.SETUP}),
+            (PRE_GAME_S, "SetGamePhase", {"phase": "SETUP"}),
             (PRE_GAME_S, "SetGameState", {"state": "RUNNING"}),
-            (production_begin_s, "SetGamePhase", {"phase": Phase.PRODUCTION}),
-            (production_begin_s + production_s, "SetGamePhase", {"phase": Phase.POST_GAME}),
+            (production_begin_s, "SetGamePhase", {"phase": PRODUCTION}),
+            (production_begin_s + production_s, "SetGamePhase", {"phase": POST_GAME}),
         ]
         # a missing definition is an error here, not in the middle of a game
         for message_type in dict.fromkeys(message_type for _, message_type, _ in self._steps):

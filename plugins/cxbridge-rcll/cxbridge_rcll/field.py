@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable
-from typing import Final, NamedTuple
-
-from cxbridge.executive.host.values import Value
+from typing import Any, Final, NamedTuple
 
 # a zone such as `C-Z42` or `M_Z42`: the half (C: cyan, M: magenta), the column and the row
 _ZONE_PATTERN: Final = re.compile(r"([CM])[-_]Z(\d)(\d)")
@@ -51,7 +49,7 @@ class Field:
     :param list_machines: returns the slots of the referee's facts about machines.
     """
 
-    def __init__(self, list_machines: Callable[[], Iterable[dict[str, Value]]]) -> None:
+    def __init__(self, list_machines: Callable[[], Iterable[dict[str, Any]]]) -> None:
         self._list_machines = list_machines
 
     def find_pose(self, location: str) -> Pose | None:
@@ -71,9 +69,7 @@ class Field:
         zone = None if slots is None else _ZONE_PATTERN.fullmatch(str(slots["zone"]))
         if slots is None or zone is None:
             return None
-        rotation = slots["rotation"]
-        degrees = rotation if isinstance(rotation, int | float) else 0
-        centre, yaw = _zone_centre(*zone.groups()), math.radians(degrees)
+        centre, yaw = _zone_centre(*zone.groups()), math.radians(slots["rotation"])
         # The rotation of a machine points to its input. A robot there looks in the opposite direction.
         sign = 1 if side == "I" else -1
         x, y = centre.x + sign * distance_m * math.cos(yaw), centre.y + sign * distance_m * math.sin(yaw)

@@ -11,19 +11,18 @@ from cxbridge.events import LogLine, Sink
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NO_ADDITIONS, Additions
 from cxbridge.skiller.simulation.estimators import SkillPattern
-from cxbridge_explore.game.judge import GameState
+from cxbridge_explore.game.judge import Judge
 from cxbridge_explore.game.playing import play_game
-from cxbridge_explore.game.score import GameResult, Score
+from cxbridge_explore.game.score import GameResult
 from cxbridge_explore.worldmodel.model import NOTHING_FAILS, SkillFailure, SkillModel, WorldModel
 from cxbridge_explore.worldmodel.reading import read_world
 from cxbridge_rcll.assembly import GameSetup, LeagueRun, LeagueTeam
 from cxbridge_rcll.controller import PRE_GAME_S, SETUP_S
-from cxbridge_rcll.local import LocalReferee
 from cxbridge_rcll.settings import LeagueSettings
 from cxbridge_rcll.simtest import VerdictListener
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Sequence
+    from collections.abc import Callable, Collection
 
     from cxbridge.run.agent import Run
     from cxbridge.run.team import Team
@@ -92,29 +91,27 @@ class LeagueGame(LeagueSettings):
         :param console: receives the log lines.
         :param attach: called with the run before its start.
         """
-        verdict_listener, judge = VerdictListener(), _Judge()
+        verdict_listener = VerdictListener()
 
-        def subscribe_verdict(agent: Run) -> None:
-            agent.bus.subscribe(verdict_listener, LogLine)
-            if attach is not None:
-                attach(agent)
+        def make_judge(run: Run | Team) -> Judge:
+            assert isinstance(run, LeagueRun | LeagueTeam)
+            run.bus.subscribe(verdict_listener, LogLine)
+            return run.referee
 
         options, world_model = self.options, self._make_world_model()
         options.check()
-        make_assembly = partial(self.make, seed)
         result = play_game(
             options,
             seed,
             world_model,
-            judge,
-            make_assembly=make_assembly,
+            make_judge,
+            make_assembly=partial(self.make, seed),
             console=console,
-            attach=subscribe_verdict,
+            attach=attach,
         )
         return replace(
             result,
             is_over=bool(verdict_listener.verdict) if self.simtest else result.is_over,
-            faults=(*result.faults, *judge.referee.faults),
             simtest=verdict_listener.verdict if self.simtest else "",
         )
 
@@ -137,20 +134,3 @@ class LeagueGame(LeagueSettings):
         """
         setup = GameSetup(self, options, seed)
         return (LeagueTeam if setup.is_team else LeagueRun)(setup, additions)
-
-
-class _Judge:
-    """Reports the score and the state of the game from the referee of a run."""
-
-    referee: LocalReferee  # set by watch()
-
-    def watch(self, run: Run | Team) -> None:
-        """Use the referee of a run."""
-        assert isinstance(run, LeagueRun | LeagueTeam)
-        self.referee = run.referee
-
-    def state(self) -> GameState:
-        return self.referee.state
-
-    def score(self, _agents: Sequence[Run]) -> Score:
-        return self.referee.score

@@ -13,7 +13,16 @@ from cxbridge.config import Configuration
 from cxbridge.executive.features.config import confvals
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
-from cxbridge_rcll.machines import BeltPosition, Machine
+from cxbridge_rcll.machines import (
+    DISPENSE,
+    HANDLE_CAP,
+    MOUNT_RING,
+    RELOCATE,
+    RETRIEVE,
+    STORE,
+    BeltPosition,
+    Machine,
+)
 from cxbridge_rcll.placing import MACHINE_NAMES, Placement, arrange_machines
 from cxbridge_rcll.refbox import Refbox
 
@@ -26,6 +35,16 @@ _IGNORED_FUNCTIONS: Final = {
     "mps-reset-lights": 1,
     "mps-set-light": 3,
     "mps-set-lights": 4,
+}
+# the functions that give a task to a machine, with the number of further arguments, which name parts
+_TASKS: Final = {
+    "mps-bs-dispense": (DISPENSE, 1),
+    "mps-cs-retrieve-cap": (HANDLE_CAP, 0),
+    "mps-cs-mount-cap": (HANDLE_CAP, 0),
+    "mps-rs-mount-ring": (MOUNT_RING, 2),
+    "mps-ss-retrieve": (RETRIEVE, 2),
+    "mps-ss-store": (STORE, 2),
+    "mps-ss-relocate": (RELOCATE, 4),
 }
 _NO_FIELD: Final = (Symbol("INVALID-GENERATION"),)  # the result before a field has been generated
 
@@ -72,10 +91,12 @@ class MachineFunctions:
         self._define_functions(env)
 
     def _define_functions(self, env: ClipsEnvironment) -> None:
-        def define_machine_function(name: str, task: Callable[..., None], extra_arguments: int = 0) -> None:
+        def define_machine_function(
+            name: str, instruct: Callable[..., None], extra_arguments: int = 0
+        ) -> None:
             env.define(
                 name,
-                lambda machine, *arguments: self._give_task(machine, task, arguments),
+                lambda machine, *arguments: self._instruct(machine, instruct, arguments),
                 1 + extra_arguments,
                 types=_TEXT_ARGUMENT,
             )
@@ -86,29 +107,24 @@ class MachineFunctions:
         define_machine_function(
             "mps-move-conveyor", lambda machine, goal, _direction: machine.move(BeltPosition(goal)), 2
         )
-        define_machine_function("mps-bs-dispense", Machine.dispense, 1)
-        define_machine_function("mps-cs-retrieve-cap", Machine.retrieve_cap)
-        define_machine_function("mps-cs-mount-cap", Machine.mount_cap)
-        define_machine_function(
-            "mps-rs-mount-ring", lambda machine, _slide, colour: machine.mount_ring(colour), 2
-        )
         define_machine_function("mps-ds-process", Machine.deliver, 1)
         define_machine_function("mps-deliver", lambda machine: machine.move(BeltPosition.OUTPUT))
-        define_machine_function("mps-ss-retrieve", lambda machine, *_slot: machine.retrieve(), 2)
-        define_machine_function("mps-ss-store", lambda machine, *_slot: machine.store(), 2)
-        define_machine_function("mps-ss-relocate", lambda machine, *_slots: machine.relocate(), 4)
+        for name, (task, part_count) in _TASKS.items():
+            define_machine_function(
+                name, lambda machine, *_parts, task=task: machine.add_task(task), part_count
+            )
         define_machine_function("mps-reset", Machine.reset)
         for name, argument_count in _IGNORED_FUNCTIONS.items():
             env.define(name, ignore, argument_count, types=_TEXT_ARGUMENT)
         env.define("reconfigure-machine", self._create_machine, 1, types=_TEXT_ARGUMENT)
 
-    def _give_task(self, name: str, task: Callable[..., None], arguments: tuple[Value, ...]) -> None:
+    def _instruct(self, name: str, instruct: Callable[..., None], arguments: tuple[Value, ...]) -> None:
         machine = self.machines.get(name)
         if machine is None:
             # an error of the rules or of the configuration, after which the rules continue
             self._log.error(f"Invalid station {name}")
         else:
-            task(machine, *arguments)
+            instruct(machine, *arguments)
 
     def _create_machine(self, name: str) -> None:
         self.machines[str(name)] = self._make_machine(str(name))

@@ -2,13 +2,13 @@
 
 The referee's rules give tasks to a machine and read its sensors: whether the machine is busy, whether a
 workpiece is ready, and the number of bases in its slide. Robots put workpieces on the belt, and take them
-from the belt.
+from the belt. The referee knows the parts of a workpiece, so that a machine need not know them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
@@ -17,10 +17,6 @@ from cxbridge.clock import MICROSECONDS, Clock
 # the durations of tasks, as in the mockup machines of the referee box, which imitate real machines
 BELT_MIDDLE_S: Final = 1.538
 BELT_END_S: Final = 2.656
-DISPENSE_S: Final = 1.1
-CAP_S: Final = 17.5
-RING_S: Final = 17.308
-STORAGE_S: Final = 17.5
 DELIVERY_S: Final = (3.746, 4.746, 3.983)  # by the number of the gate, which counts from 1
 
 # gets the name of a machine, the changed sensor (`BUSY`, `READY`, `SLIDE-COUNTER`), and its value
@@ -35,126 +31,89 @@ class BeltPosition(StrEnum):
     OUTPUT = "OUTPUT"
 
 
-@dataclass(slots=True)
-class Workpiece:
-    """A workpiece.
-
-    :param parts: the base, the rings and the cap, from bottom to top.
-    """
-
-    parts: list[str] = field(default_factory=list)
-
-    def __str__(self) -> str:
-        return " ".join(self.parts)
-
-
-@dataclass(slots=True)
-class _Task:
+@dataclass(frozen=True, slots=True)
+class Task:
     """A task of a machine, which does its tasks one after another.
 
     :param seconds: the duration after the start.
-    :param sources: the positions of which one must have a workpiece; empty if the task needs no workpiece.
-    :param on_end: called at the end of the task.
-    :param due_us: the time of the end; None before the start.
+    :param sources: the positions of which one must have a workpiece, the preferred position first; empty if
+        the task needs no workpiece.
+    :param target: the position of the workpiece after the task; None if no workpiece is on the belt then.
     """
 
     seconds: float
-    sources: tuple[BeltPosition, ...]
-    on_end: Callable[[], None]
-    due_us: int | None = None
+    sources: tuple[BeltPosition, ...] = ()
+    target: BeltPosition | None = None
+
+
+_INPUT, _MIDDLE, _OUTPUT = BeltPosition
+
+DISPENSE: Final = Task(1.1, (), _MIDDLE)
+MOUNT_RING: Final = Task(17.308, (_MIDDLE,), _MIDDLE)
+HANDLE_CAP: Final = Task(17.5, (_MIDDLE,), _MIDDLE)  # mounting a cap, or taking a cap off
+STORE: Final = Task(17.5, (_MIDDLE,))
+RETRIEVE: Final = Task(17.5, (), _MIDDLE)
+RELOCATE: Final = Task(17.5)  # moves a workpiece within the storage
 
 
 class Machine:
     """A machine.
 
     :param report: gets each change of the machine's sensors.
+    :ivar belt: the positions on the belt that have a workpiece.
     :ivar slide_count: the number of bases in the slide, with which robots pay for rings.
     """
 
     def __init__(self, name: str, clock: Clock, report: ReportSensor) -> None:
         self.name = name
-        self.belt: dict[BeltPosition, Workpiece] = {}
+        self.belt: set[BeltPosition] = set()
         self.slide_count = 0
-        self.has_cap = False
-        self.delivered_workpieces: list[Workpiece] = []
         self._clock = clock
         self._report = report
-        self._tasks: list[_Task] = []
+        self._tasks: list[Task] = []
+        self._due_us: int | None = None  # the end of the first task; None before its start
 
     # -- tasks of the referee
 
-    def dispense(self, colour: str) -> None:
-        """Put a base on the belt."""
-        self._start_task(
-            DISPENSE_S, (), lambda: self._lay_workpiece(BeltPosition.MIDDLE, Workpiece([colour]))
-        )
+    def add_task(self, task: Task) -> None:
+        self._report(self.name, "BUSY", True)
+        self._tasks.append(task)
 
     def move(self, goal: BeltPosition) -> None:
         """Move a workpiece on the belt, as soon as the belt has a workpiece."""
-        seconds = BELT_MIDDLE_S if goal is BeltPosition.MIDDLE else BELT_END_S
-        sources = tuple(position for position in BeltPosition if position is not goal)
-        self._start_task(seconds, sources, lambda: self._move_workpiece(sources, goal))
-
-    def mount_ring(self, colour: str) -> None:
-        """Mount a ring on the workpiece in the middle."""
-        self._start_task(
-            RING_S, (BeltPosition.MIDDLE,), lambda: self.belt[BeltPosition.MIDDLE].parts.append(colour)
-        )
-
-    def retrieve_cap(self) -> None:
-        """Take the cap off the workpiece in the middle."""
-        self._start_task(CAP_S, (BeltPosition.MIDDLE,), self._take_cap)
-
-    def mount_cap(self) -> None:
-        """Mount the cap on the workpiece in the middle."""
-        self._start_task(CAP_S, (BeltPosition.MIDDLE,), self._mount_cap)
+        # a workpiece in the middle arrives first, since it is the closest to either end
+        sources = tuple(position for position in (_MIDDLE, _INPUT, _OUTPUT) if position is not goal)
+        self.add_task(Task(BELT_MIDDLE_S if goal is _MIDDLE else BELT_END_S, sources, goal))
 
     def deliver(self, gate: int) -> None:
         """Deliver the workpiece at the input."""
-        self._start_task(
-            DELIVERY_S[(gate - 1) % len(DELIVERY_S)], (BeltPosition.INPUT,), self._deliver_workpiece
-        )
-
-    def store(self) -> None:
-        """Store the workpiece in the middle."""
-        self._start_task(
-            STORAGE_S, (BeltPosition.MIDDLE,), lambda: self._remove_workpiece(BeltPosition.MIDDLE)
-        )
-
-    def retrieve(self) -> None:
-        """Retrieve a workpiece from the storage."""
-        self._start_task(
-            STORAGE_S, (), lambda: self._lay_workpiece(BeltPosition.MIDDLE, Workpiece(["STORED"]))
-        )
-
-    def relocate(self) -> None:
-        """Relocate a workpiece within the storage."""
-        self._start_task(STORAGE_S, (), lambda: None)
+        self.add_task(Task(DELIVERY_S[(gate - 1) % len(DELIVERY_S)], (_INPUT,)))
 
     def reset(self) -> None:
-        """Stop all work, and remove the workpieces except the one at the input."""
+        """Stop all work, and remove the workpieces except the workpiece at the input."""
         self._tasks.clear()
-        self.belt.pop(BeltPosition.MIDDLE, None)
-        if self.belt.pop(BeltPosition.OUTPUT, None) is not None:
+        self._due_us = None
+        if _OUTPUT in self.belt:
             self._report(self.name, "READY", False)
+        self.belt &= {_INPUT}
 
     # -- methods for robots
 
-    def has_workpiece(self, position: BeltPosition) -> bool:
-        return position in self.belt
-
-    def put_workpiece(self, workpiece: Workpiece) -> None:
-        self.belt[BeltPosition.INPUT] = workpiece
+    def put_workpiece(self) -> None:
+        self.belt.add(_INPUT)
 
     def pay_base(self) -> None:
         self.slide_count += 1
         self._report(self.name, "SLIDE-COUNTER", self.slide_count)
 
-    def take_workpiece(self, position: BeltPosition) -> Workpiece | None:
-        workpiece = self.belt.pop(position, None)
-        if workpiece is not None and not self.belt.keys() & {BeltPosition.INPUT, BeltPosition.OUTPUT}:
+    def take_workpiece(self, position: BeltPosition) -> bool:
+        """Take the workpiece at a position, and return whether there was a workpiece."""
+        if position not in self.belt:
+            return False
+        self.belt.remove(position)
+        if not self.belt & {_INPUT, _OUTPUT}:
             self._report(self.name, "READY", False)
-        return workpiece
+        return True
 
     # -- execution of tasks
 
@@ -162,49 +121,18 @@ class Machine:
         """Start and end the tasks that are due."""
         while self._tasks:
             task = self._tasks[0]
-            if task.due_us is None:
-                # the task starts when its workpiece is on the belt
-                if task.sources and not self.belt.keys() & set(task.sources):
-                    return
-                task.due_us = self._clock.now_us() + round(task.seconds * MICROSECONDS)
-            if self._clock.now_us() < task.due_us:
+            source = next((position for position in task.sources if position in self.belt), None)
+            if self._due_us is None:
+                if task.sources and source is None:
+                    return  # the task starts when its workpiece is on the belt
+                self._due_us = self._clock.now_us() + round(task.seconds * MICROSECONDS)
+            if self._clock.now_us() < self._due_us:
                 return
             del self._tasks[0]
-            task.on_end()
+            self._due_us = None
+            self.belt -= {source}
+            if task.target is not None and (source is not None or not task.sources):
+                self.belt.add(task.target)
+                if task.target is not _MIDDLE:  # each end of the belt has a sensor
+                    self._report(self.name, "READY", True)
             self._report(self.name, "BUSY", False)
-
-    def _start_task(
-        self, seconds: float, sources: tuple[BeltPosition, ...], on_end: Callable[[], None]
-    ) -> None:
-        self._report(self.name, "BUSY", True)
-        self._tasks.append(_Task(seconds, sources, on_end))
-
-    def _lay_workpiece(self, position: BeltPosition, workpiece: Workpiece) -> None:
-        """Lay a workpiece on the belt; a sensor at each end of the belt detects the workpiece."""
-        self.belt[position] = workpiece
-        if position is not BeltPosition.MIDDLE:
-            self._report(self.name, "READY", True)
-
-    def _move_workpiece(self, sources: tuple[BeltPosition, ...], goal: BeltPosition) -> None:
-        # a workpiece in the middle arrives first, since it is the closest to either end
-        for position in sorted(sources, key=lambda source: source is not BeltPosition.MIDDLE):
-            if position in self.belt:
-                self._lay_workpiece(goal, self.belt.pop(position))
-                return
-
-    def _take_cap(self) -> None:
-        parts = self.belt[BeltPosition.MIDDLE].parts
-        if len(parts) > 1:  # the base stays
-            parts.pop()
-        self.has_cap = True
-
-    def _mount_cap(self) -> None:
-        self.belt[BeltPosition.MIDDLE].parts.append(f"CAP-OF-{self.name}")
-        self.has_cap = False
-
-    def _deliver_workpiece(self) -> None:
-        self.delivered_workpieces.append(self.belt[BeltPosition.INPUT])
-        self._remove_workpiece(BeltPosition.INPUT)
-
-    def _remove_workpiece(self, position: BeltPosition) -> None:
-        self.belt.pop(position, None)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from random import Random
 from typing import Final
@@ -59,7 +58,7 @@ class Referee(Component):
             self._define_functions(refbox, config, seed)
             self._load_rules(refbox, seed)
         except Exception:
-            self._close_environment()
+            self.close()
             raise
 
     def _define_functions(self, refbox: Refbox, config: Configuration, seed: int) -> None:
@@ -106,26 +105,9 @@ class Referee(Component):
 
     @property
     def machines(self) -> dict[str, Machine]:
-        """The machines by name."""
+        """The simulated machines by name."""
         return self._machines.machines
 
-    @property
-    def faults(self) -> list[str]:
-        """The errors in the functions of the rules."""
-        return self.env.faults
-
-    def facts(self, template: str) -> Iterator[dict[str, Value]]:
-        """Yield the slots of each fact of a deftemplate."""
-        for _, _, slots in self.env.facts(template):
-            yield slots
-
-    def columns(self, template: str, *slots: str) -> Iterator[tuple[Value, ...]]:
-        """Yield the values of some slots of each fact of a deftemplate, faster than :meth:`facts`."""
-        return self.env.columns(template, *slots)
-
     def close(self) -> None:
-        self._close_environment()
-
-    def _close_environment(self) -> None:
         self._protobuf.context_destroyed(self.env)
         self.env.destroy()

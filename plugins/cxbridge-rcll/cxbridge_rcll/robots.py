@@ -17,7 +17,7 @@ from cxbridge.run.components.component import Component
 from cxbridge.skiller.board.executor import SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge_rcll.field import Field, Pose, entry_pose
-from cxbridge_rcll.machines import BeltPosition, Machine, Workpiece
+from cxbridge_rcll.machines import BeltPosition, Machine
 from cxbridge_rcll.stations import StationNodes
 
 SPEED_M_PER_S: Final = 0.5
@@ -38,14 +38,14 @@ class Robot:
     """A robot.
 
     :param number: the number of the robot, from 1.
-    :param workpiece: the workpiece in the robot's gripper.
+    :param has_workpiece: whether the robot's gripper has a workpiece.
     :param last_supplied_machine: the machine on which the robot last put a workpiece; empty before the first.
     """
 
     name: str
     number: int
     pose: Pose
-    workpiece: Workpiece | None = None
+    has_workpiece: bool = False
     last_supplied_machine: str = ""
 
 
@@ -105,7 +105,7 @@ class RobotExecutor(SkillExecutor):
 
     def _discard(self, _call: SkillCall) -> Steps:
         yield from self._wait(LOOK_S)
-        self.robot.workpiece = None
+        self.robot.has_workpiece = False
 
     def _get_product_from(self, call: SkillCall) -> Steps:
         machine = self._find_machine(call.text("place"))
@@ -140,27 +140,23 @@ class RobotExecutor(SkillExecutor):
         return machine
 
     def _take_workpiece(self, machine: Machine, side: str) -> None:
-        if side.startswith("SHELF"):
-            # the shelf of a cap station has an unlimited number of transparent bases with caps
-            self.robot.workpiece = Workpiece(["BASE_CLEAR", "CAP"])
-            return
-        workpiece = machine.take_workpiece(BeltPosition.INPUT if side == "INPUT" else BeltPosition.OUTPUT)
-        if workpiece is None:
+        # the shelf of a cap station has an unlimited number of transparent bases with caps
+        if not side.startswith("SHELF") and not machine.take_workpiece(_find_position(side)):
             raise SkillFailedError(f"there is no workpiece at {machine.name} {side}")
-        self.robot.workpiece = workpiece
+        self.robot.has_workpiece = True
 
     def _put_workpiece(self, machine: Machine, target: str) -> None:
-        workpiece, self.robot.workpiece = self.robot.workpiece, None
-        if workpiece is None:
+        if not self.robot.has_workpiece:
             raise SkillFailedError("there is no workpiece in the gripper")
+        self.robot.has_workpiece = False
         if target == "SLIDE":
             machine.pay_base()
         else:
-            machine.put_workpiece(workpiece)
+            machine.put_workpiece()
             self.robot.last_supplied_machine = machine.name
 
     def _check_workpiece(self, machine: Machine, side: str, query: str) -> None:
-        is_present = machine.has_workpiece(BeltPosition.INPUT if side == "INPUT" else BeltPosition.OUTPUT)
+        is_present = _find_position(side) in machine.belt
         if side == "INPUT" and query == "THERE":
             # the machine may have moved the workpiece that this robot has put there
             is_present |= self.robot.last_supplied_machine == machine.name
@@ -190,6 +186,11 @@ class RobotExecutor(SkillExecutor):
         begin_us, length_us = self.clock.now_us(), round(seconds * MICROSECONDS)
         while (elapsed_us := self.clock.now_us() - begin_us) < length_us:
             yield elapsed_us / length_us
+
+
+def _find_position(side: str) -> BeltPosition:
+    """Return the position on the belt that the side of a machine in a skill's parameters means."""
+    return BeltPosition.INPUT if side == "INPUT" else BeltPosition.OUTPUT
 
 
 def make_robot_executor(world: RobotWorld) -> type[RobotExecutor]:

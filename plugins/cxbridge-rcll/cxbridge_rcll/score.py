@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from typing import Final
+from typing import Any, Final
 
-from cxbridge.executive.host.values import Value
+from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge_explore.game.score import Award, Delivery, ProductOrder, Score
-from cxbridge_rcll.referee import Referee
 
 TEAMS: Final = ("CYAN", "MAGENTA")
 
@@ -18,14 +17,9 @@ _DETAIL_START: Final = re.compile(r" (?:at|to|of|for) |:| \(")
 _LATE_MARK: Final = " Late (deadline"
 
 
-def read_phase(referee: Referee) -> str:
+def read_phase(env: ClipsEnvironment) -> str:
     """Return the phase; empty before the rules have asserted the state of the game."""
-    return next((str(phase) for (phase,) in referee.columns("gamestate", "phase")), "")
-
-
-def read_machine_states(referee: Referee) -> dict[str, str]:
-    """Return the states of the machines by name."""
-    return {str(name): str(state) for name, state in referee.columns("machine", "name", "state")}
+    return next((str(phase) for (phase,) in env.columns("gamestate", "phase")), "")
 
 
 def find_award_category(reason: str) -> str:
@@ -37,70 +31,58 @@ def find_award_category(reason: str) -> str:
     return f"{category} late" if _LATE_MARK in reason else category
 
 
-def read_score(referee: Referee) -> Score:
-    """Return the score, with awards and deliveries sorted by time: CLIPS yields facts in another order."""
+def read_score(env: ClipsEnvironment) -> Score:
+    """Return the score, with awards and deliveries sorted by time: CLIPS yields facts in another order.
+
+    :param env: the environment of the referee's rules.
+    """
     awards = sorted(
         (
             Award(
                 str(slots["team"]),
-                _to_integer(slots["points"]),
-                _to_seconds(slots["game-time"]),
+                slots["points"],
+                round(slots["game-time"], 3),
                 str(slots["phase"]),
                 str(slots["reason"]),
                 find_award_category(str(slots["reason"])),
             )
-            for slots in referee.facts("points")
+            for slots in _read_facts(env, "points")
         ),
         key=lambda award: award.game_time,
     )
-    complexity_by_order = {
-        _to_integer(slots["id"]): str(slots["complexity"]) for slots in referee.facts("order")
-    }
+    orders = {slots["id"]: slots for slots in _read_facts(env, "order")}
     deliveries = sorted(
         (
             Delivery(
-                _to_integer(slots["order"]),
-                complexity_by_order.get(_to_integer(slots["order"]), ""),
+                slots["order"],
+                str(orders[slots["order"]]["complexity"]) if slots["order"] in orders else "",
                 str(slots["team"]),
-                _to_seconds(slots["game-time"]),
+                round(slots["game-time"], 3),
             )
-            for slots in referee.facts("product-processed")
+            for slots in _read_facts(env, "product-processed")
             # only a confirmed product at the delivery station (DS) counts, and only if it has an order: the
             # order 0 stands for none
-            if slots["mtype"] == "DS" and slots["confirmed"] == "TRUE" and _to_integer(slots["order"])
+            if slots["mtype"] == "DS" and slots["confirmed"] == "TRUE" and slots["order"]
         ),
         key=lambda delivery: delivery.game_time,
     )
-    game_slots = next(referee.facts("gamestate"), {})
-    points = game_slots.get("points")
-    team_points = [_to_integer(value) for value in points] if isinstance(points, tuple) else [0, 0]
-    time_slots = next(referee.facts("time-info"), {"game-time": 0.0})
+    # the rules assert the facts in their first loop, and a game may end before
+    points = next((slots["points"] for slots in _read_facts(env, "gamestate")), (0, 0))
+    game_time = next((slots["game-time"] for slots in _read_facts(env, "time-info")), 0.0)
     return Score(
-        dict(zip(TEAMS, team_points, strict=True)),
+        dict(zip(TEAMS, points, strict=True)),
         tuple(deliveries),
         tuple(awards),
-        str(game_slots.get("phase", "")),
-        _to_seconds(time_slots["game-time"]),
-        tuple(sorted(_read_orders(referee), key=lambda product_order: product_order.order)),
+        read_phase(env),
+        round(game_time, 3),
+        tuple(
+            ProductOrder(number, str(slots["complexity"]), *slots["delivery-period"])
+            for number, slots in sorted(orders.items())
+            if slots["active"] == "TRUE"
+        ),
     )
 
 
-def _read_orders(referee: Referee) -> Iterator[ProductOrder]:
-    """Yield the orders that are part of the game."""
-    for slots in referee.facts("order"):
-        if slots["active"] == "TRUE":
-            period = slots["delivery-period"]
-            begin, end = period if isinstance(period, tuple) else (0, 0)
-            yield ProductOrder(
-                _to_integer(slots["id"]), str(slots["complexity"]), _to_integer(begin), _to_integer(end)
-            )
-
-
-def _to_integer(value: Value) -> int:
-    """Return an integer; 0 for a value of another type."""
-    return value if isinstance(value, int) else 0
-
-
-def _to_seconds(value: Value) -> float:
-    """Return a number rounded to milliseconds; 0 for a value of another type."""
-    return round(value, 3) if isinstance(value, int | float) else 0.0
+def _read_facts(env: ClipsEnvironment, template: str) -> Iterator[dict[str, Any]]:
+    """Yield the slots of each fact of a deftemplate; their types are those in the referee's rules."""
+    return (slots for _, _, slots in env.facts(template))

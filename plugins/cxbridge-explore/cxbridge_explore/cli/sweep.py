@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cxbridge.cli.connect import AsJson
-from cxbridge.cli.console import make_output_folders, say, say_json
+from cxbridge.cli.console import make_output_folders, progress_line, say, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import ScenarioOptions, SourceOptions
-from cxbridge_explore.cli.progress import show_progress
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -96,7 +95,7 @@ def sweep(agent_options: _AgentOptions, settings: _SweepOptions, outputs: _Sweep
     from cxbridge_explore.sweep.engine import LocalEngine
     from cxbridge_explore.sweep.files import write_csv
     from cxbridge_explore.sweep.row_file import RowFile
-    from cxbridge_explore.sweep.summary import AgentComparison, SweepSummary
+    from cxbridge_explore.sweep.summary import AgentComparison, summarize_rows
 
     make_output_folders(outputs.csv)
     jobs = _make_jobs(agent_options, settings)
@@ -110,14 +109,14 @@ def sweep(agent_options: _AgentOptions, settings: _SweepOptions, outputs: _Sweep
         write_csv(rows_by_agent, outputs.csv)
     first_rows, *further_rows = rows_by_agent.values()
     report: dict[str, Any] = {
-        **SweepSummary(first_rows).as_dict(),
+        **summarize_rows(first_rows),
         "seed": settings.seed,
         "wall_seconds": wall_seconds,
     }
     comparison = None
     if further_rows:
         (second_rows,) = further_rows
-        report["against"] = SweepSummary(second_rows).as_dict()
+        report["against"] = summarize_rows(second_rows)
         comparison = AgentComparison(
             {row.seed: row for row in first_rows}, {row.seed: row for row in second_rows}
         )
@@ -168,12 +167,12 @@ def _play_sweep(
     earlier_rows = {} if file is None else file.find_earlier_rows(name)
     rows = {seed: earlier_rows[seed] for seed in seeds if seed in earlier_rows}
     missing_seeds = [seed for seed in seeds if seed not in rows]
-    with show_progress(name, len(missing_seeds)) as advance:
-        for row in engine.play_seeds(job, missing_seeds) if missing_seeds else ():
+    with progress_line() as show_line:
+        for row in engine.play_seeds(job, missing_seeds):
             rows[row.seed] = row
             if file is not None:
                 file.add(name, row)
-            advance()
+            show_line(f"{name}: {len(rows)} of {len(seeds)} runs")
     return [rows[seed] for seed in seeds]
 
 

@@ -19,12 +19,12 @@ _MAX_LISTED_SEEDS: Final = 10
 
 
 def play_games(
-    games: Mapping[str, Game], seeds: Sequence[int], processes: int, advance: Callable[[], None]
+    games: Mapping[str, Game], seeds: Sequence[int], processes: int, show_line: Callable[[str], None]
 ) -> dict[str, dict[int, GameResult]]:
     """Play each game with each seed, in child processes.
 
     :param games: the games by agent.
-    :param advance: called after each game.
+    :param show_line: called with a line about the progress after each game.
     :returns: the results by agent and seed, in order.
     :raises CxbridgeError: if a scenario is invalid, or a process dies.
     """
@@ -34,10 +34,10 @@ def play_games(
             pool.submit(game.play, seed): (name, seed) for seed in seeds for name, game in games.items()
         }
         try:
-            for future in as_completed(pending_games):
+            for count, future in enumerate(as_completed(pending_games), 1):
                 name, seed = pending_games[future]
                 results[name][seed] = future.result()
-                advance()
+                show_line(f"{count} of {len(pending_games)} games")
         except BrokenProcessPool:
             raise CxbridgeError(
                 "a process that played a game has died", hint="play fewer games at once: --jobs 1"

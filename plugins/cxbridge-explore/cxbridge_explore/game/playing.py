@@ -8,16 +8,16 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.events import LogLine, Sink
+from cxbridge.events import InterfaceMessage, InterfaceWrite, LogLine, Sink, SkillStatus
+from cxbridge.history.builder import RunHistory
 from cxbridge.interrupt import Interrupt
 from cxbridge.mainloop import Hook
 from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
 from cxbridge.run.result import FAULT
-from cxbridge_explore.game.judge import GameWatch, Judge
+from cxbridge_explore.game.judge import GameWatch, MakeJudge
 from cxbridge_explore.game.score import POST_GAME, GameResult
-from cxbridge_explore.game.timeline import Timeline
-from cxbridge_explore.game.work import SkillRecorder, find_robots, summarize_work
+from cxbridge_explore.game.work import find_robots, summarize_work
 from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.points import RandomChooser
 from cxbridge_explore.worlds.run import MakeAssembly, WorldRun, make_scenario
@@ -34,7 +34,7 @@ def play_game(
     options: RunOptions,
     seed: int,
     world: WorldModel,
-    judge: Judge,
+    make_judge: MakeJudge,
     *,
     make_assembly: MakeAssembly = make_scenario,
     console: Sink | None = None,
@@ -44,7 +44,7 @@ def play_game(
 
     :param options: the options of the run.
     :param seed: the seed from which the failures of skills are drawn.
-    :param judge: reports the state and the score.
+    :param make_judge: makes the judge, which reports the state and the score.
     :param make_assembly: makes the program to run.
     :param console: a sink for log lines.
     :param attach: called with each agent before the game.
@@ -59,9 +59,9 @@ def play_game(
         if attach is not None:
             for agent in assembly.agents:
                 attach(agent)
-        skill_recorder = SkillRecorder(assembly.clock.now_us())
-        assembly.bus.subscribe(skill_recorder, *SkillRecorder.events)
-        judge.watch(assembly)
+        history = RunHistory(start_us=assembly.clock.now_us())
+        assembly.bus.subscribe(history.record_event, SkillStatus, InterfaceMessage, InterfaceWrite)
+        judge = make_judge(assembly)
         game_watch = GameWatch(judge, assembly.clock)
         recorder = start_recording(assembly, options)
         stack.callback(recorder.close)
@@ -70,26 +70,22 @@ def play_game(
         assembly.loop.add(Hook.POST_LOOP, game_watch.record)
         assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
         verdict = run.play().verdict
-        score = judge.score(assembly.agents)
-        skills = skill_recorder.find_robot_spans(
-            find_robots(assembly.agents), assembly.clock.now_us(), game_watch.seconds_at
-        )
-        timeline = Timeline(game_watch.production_seconds, skills, game_watch.machine_spans())
+        score = judge.score()
         loaders = [agent.executive.env.loader for agent in assembly.agents]
         result = GameResult(
             score,
             score.phase == POST_GAME,
             seed,
             round(time.perf_counter() - start_s, 3),
-            summarize_work(timeline),
-            (verdict.reason,) if verdict.status == FAULT else (),
+            summarize_work(history, find_robots(assembly.agents), assembly.clock.now_us(), game_watch),
+            game_watch.machine_use(),
+            (*((verdict.reason,) if verdict.status == FAULT else ()), *judge.faults),
             tuple(
                 str(diagnostic)
                 for loader in loaders
                 for diagnostic in loader.diagnostics
                 if diagnostic.construct
             ),
-            timeline=timeline,
         )
         progress = "" if result.is_over else f"not over, in {score.phase} at {score.game_time:g} s; "
         status = _INTERRUPTED_STATUS if interrupt.is_signalled else verdict.status

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, InterfaceWrite
-from cxbridge_explore.game.judge import PRODUCTION, GameState
+from cxbridge_explore.game.judge import PRODUCTION
 from cxbridge_explore.game.score import Award, Delivery, ProductOrder, Score
 
 if TYPE_CHECKING:
@@ -29,33 +29,32 @@ FULL: Final = "full"
 
 
 class PublishedGame:
-    """Judges by GameInterface and OrderInterface. The event bus calls the instance with each write."""
+    """Judges by GameInterface and OrderInterface. The event bus calls the instance with each write.
 
-    def __init__(self) -> None:
-        self._phase = ""
-        self._machines: dict[str, str] = {}
+    So the judge opens no readers, which the writers of the interfaces could notice.
+    """
 
-    def watch(self, run: Run | Team) -> None:
-        """Watch the writes of a run without opening readers."""
+    def __init__(self, run: Run | Team) -> None:
+        self.phase = ""
+        self.machine_states: dict[str, str] = {}
+        self.faults = ()
+        self._run = run
         run.bus.subscribe(self, InterfaceWrite)
 
     def __call__(self, event: Event) -> None:
         assert isinstance(event, InterfaceWrite)
         interface_type, _, name = event.uid.partition("::")
         if interface_type == MACHINE_TYPE:
-            self._machines[name] = _find_machine_state(event.values)
+            self.machine_states[name] = _find_machine_state(event.values)
         elif interface_type == GAME_TYPE:
-            self._phase = _find_enum_name(event.values.get("phase", ""))
+            self.phase = _find_enum_name(event.values.get("phase", ""))
 
-    def state(self) -> GameState:
-        return GameState(self._phase, self._machines)
-
-    def score(self, agents: Sequence[Run]) -> Score:
+    def score(self) -> Score:
         """Read the score from the first blackboard with a referee.
 
         :raises CxbridgeError: if no referee writes to a blackboard.
         """
-        for agent in agents:
+        for agent in self._run.agents:
             games = [info for info in agent.board.list(GAME_TYPE) if info.has_writer]
             if games:
                 written_orders = [info for info in agent.board.list(ORDER_TYPE) if info.has_writer]

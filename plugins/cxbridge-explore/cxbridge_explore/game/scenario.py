@@ -68,7 +68,7 @@ class ScenarioGame:
             overlay = Path(folder) / "game.yaml"
             overlay.write_text(yaml.safe_dump(self._referee_values(seed)))
             options = replace(self.run_options, config=(*_list_overlays(self.run_options), overlay))
-            return play_game(options, seed, world, PublishedGame(), console=console, attach=attach)
+            return play_game(options, seed, world, PublishedGame, console=console, attach=attach)
 
     def _referee_values(self, seed: int) -> dict[str, int | float]:
         """Return the referee's configuration values for this game."""

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Final
 
-from cxbridge_explore.game.timeline import Timeline
-
 POST_GAME: Final = "POST_GAME"
 
 
@@ -119,8 +117,8 @@ class GameResult:
     :param is_over: whether the game is finished.
     :param wall_seconds: the real time of the game.
     :param faults: the errors of cxbridge itself.
+    :param machines: the seconds that each machine was in each state of the production.
     :param undefined: the constructs of the agent that CLIPS rejected, with place and reason.
-    :param timeline: the intervals of robots and machines.
     :param simtest: the result of the agent's own tests, ``SUCCEEDED`` or ``FAILED``; empty without tests.
     """
 
@@ -129,10 +127,10 @@ class GameResult:
     seed: int
     wall_seconds: float
     robots: Mapping[str, RobotWork]
+    machines: Mapping[str, Mapping[str, float]]
     faults: tuple[str, ...] = ()
     undefined: tuple[str, ...] = ()
     simtest: str = ""
-    timeline: Timeline = field(default_factory=Timeline)
 
     @property
     def points(self) -> int:
@@ -145,7 +143,7 @@ class GameResult:
         return {
             **self.score.as_dict(),
             "robots": {name: asdict(work) for name, work in self.robots.items()},
-            "machines": self.timeline.machine_use,
+            "machines": self.machines,
             "seed": self.seed,
         }
 

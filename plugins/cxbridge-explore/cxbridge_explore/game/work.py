@@ -1,59 +1,23 @@
-"""Records the skills that robots, or other executors of skills, execute in a run."""
+"""The work of the robots, or of other executors of skills, in a game."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from cxbridge.events import Event, InterfaceMessage, InterfaceWrite, SkillStatus
 from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.model import SkillExecution
 from cxbridge.skiller.backend import DEFAULT_SKILLER
 from cxbridge.skiller.status import Status
+from cxbridge_explore.game.judge import GameWatch
 from cxbridge_explore.game.score import RobotWork
-from cxbridge_explore.game.timeline import Span, Timeline, covered_seconds
 
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run
 
-
-class SkillRecorder:
-    """Records the skills that Skillers and executors execute. The event bus calls it with each event.
-
-    :param start_us: the start of the run.
-    """
-
-    events = (SkillStatus, InterfaceMessage, InterfaceWrite)  # the event types to request from the event bus
-
-    def __init__(self, start_us: int) -> None:
-        self._history = RunHistory(start_us=start_us)
-
-    def __call__(self, event: Event) -> None:
-        self._history.record_event(event)
-
-    def find_robot_spans(
-        self, robots: Mapping[str, str], end_us: int, seconds_at: Callable[[int], float]
-    ) -> dict[str, tuple[Span, ...]]:
-        """Return the intervals of the skills of each robot.
-
-        :param robots: the names of the robots, by the names of their Skillers and executors.
-        :param end_us: the end of the run.
-        :param seconds_at: converts a time to seconds since the start of the production phase.
-        """
-        clock = self._history.clock
-        # the history counts from the first event, with a clock that is never set back
-        steady_end_us, start_us = clock.advance_to(end_us), clock.first_us or 0
-        spans_of_robots: dict[str, list[Span]] = {name: [] for name in sorted(set(robots.values()))}
-        for call in self._history.calls:
-            name = _find_performer(call)
-            robot = robots.get(name, name)
-            begin_s = seconds_at(start_us + call.begin.time)
-            end_s = seconds_at(start_us + (call.end.time if call.end else steady_end_us))
-            span = Span(begin_s, end_s, call.skill_string, call.status, call.error)
-            spans_of_robots.setdefault(robot, []).append(span)
-        return {robot: tuple(spans_of_robots[robot]) for robot in sorted(spans_of_robots)}
+Span = tuple[float, float]  # begin and end in seconds since the start of the production
 
 
 def find_robots(agents: Sequence[Run]) -> dict[str, str]:
@@ -69,16 +33,42 @@ def find_robots(agents: Sequence[Run]) -> dict[str, str]:
     return robot_names
 
 
-def summarize_work(timeline: Timeline) -> dict[str, RobotWork]:
-    """Return the work of each robot during the production."""
-    work_of_robots = {}
-    for robot, spans in timeline.skills.items():
-        failure_counts = Counter(
-            span.error or "failed" for span in spans if span.status == Status.S_FAILED.name
-        )
-        busy, idle = round(covered_seconds(spans), 1), round(timeline.idle_seconds(robot), 1)
-        work_of_robots[robot] = RobotWork(busy, idle, dict(failure_counts))
-    return work_of_robots
+def summarize_work(
+    history: RunHistory, robots: Mapping[str, str], end_us: int, watch: GameWatch
+) -> dict[str, RobotWork]:
+    """Return the work of each robot.
+
+    :param history: the history of the run, with its skill calls.
+    :param robots: the names of the robots, by the names of their Skillers and executors.
+    :param end_us: the end of the run.
+    """
+    # the history counts from the first event, with a clock that is never set back
+    steady_end_us, start_us = history.clock.advance_to(end_us), history.clock.first_us or 0
+    spans: dict[str, list[Span]] = {robot: [] for robot in robots.values()}
+    failures: dict[str, Counter[str]] = {}
+    for call in history.calls:
+        performer = _find_performer(call)
+        robot = robots.get(performer, performer)
+        call_end_us = call.end.time if call.end else steady_end_us
+        span = watch.seconds_at(start_us + call.begin.time), watch.seconds_at(start_us + call_end_us)
+        spans.setdefault(robot, []).append(span)
+        if call.status == Status.S_FAILED.name:
+            failures.setdefault(robot, Counter())[call.error or "failed"] += 1
+    seconds, work = watch.production_seconds, {}
+    for robot in sorted(spans):
+        production_spans = [(max(0.0, begin), min(seconds, end)) for begin, end in spans[robot]]
+        busy, idle = covered_seconds(spans[robot]), seconds - covered_seconds(production_spans)
+        work[robot] = RobotWork(round(busy, 1), round(idle, 1), dict(failures.get(robot, {})))
+    return work
+
+
+def covered_seconds(spans: Iterable[Span]) -> float:
+    """Return the length of the union of intervals, which may overlap: a robot may have several executors."""
+    total, covered_until = 0.0, float("-inf")
+    for begin, end in sorted(spans):
+        total += max(0.0, end - max(begin, covered_until))
+        covered_until = max(covered_until, end)
+    return total
 
 
 def _find_performer(call: SkillExecution) -> str:

@@ -13,55 +13,32 @@ from cxbridge_explore.sweep.statistics import Interval, mean_interval, proportio
 _MAX_LISTED_SEEDS: Final = 10
 
 
-@dataclass(frozen=True, slots=True)
-class SweepSummary:
-    """The summary of a sweep.
+def summarize_rows(rows: Sequence[RunRow]) -> dict[str, Any]:
+    """Return the summary of a sweep as JSON values; see docs/games.md.
 
     :param rows: the rows in the order of seeds; at least one row.
     """
-
-    rows: Sequence[RunRow]
-
-    @property
-    def outcomes(self) -> dict[str, int]:
-        """The number of runs by outcome, most frequent first."""
-        return dict(Counter(row.outcome for row in self.rows).most_common())
-
-    @property
-    def completed(self) -> Interval:
-        """The share of completed runs."""
-        return proportion_interval(sum(row.is_completed for row in self.rows), len(self.rows))
-
-    @property
-    def makespan(self) -> dict[str, float] | None:
-        """The quantiles of the durations of completed runs; None without a completed run."""
-        return summarize_sample([row.makespan for row in self.rows if row.is_completed])
-
-    @property
-    def goals(self) -> dict[str, dict[str, int]]:
-        """The number of goals by class and outcome, in all runs."""
-        outcomes_by_class: dict[str, Counter[str]] = {}
-        for row in self.rows:
-            for goal_class, outcomes in row.goals.items():
-                outcomes_by_class.setdefault(goal_class, Counter()).update(outcomes)
-        return {name: dict(outcomes_by_class[name].most_common()) for name in sorted(outcomes_by_class)}
-
-    def find_seeds(self, outcome: str) -> list[int]:
-        """Return the first seeds whose runs have an outcome."""
-        return [row.seed for row in self.rows if row.outcome == outcome][:_MAX_LISTED_SEEDS]
-
-    def as_dict(self) -> dict[str, Any]:
-        return {
-            "runs": len(self.rows),
-            "outcomes": self.outcomes,
-            "completed": self.completed.as_dict(),
-            "makespan": self.makespan,
-            "calls": sum(row.calls for row in self.rows),
-            "faults": sum(row.faults for row in self.rows),
-            "goals": self.goals,
-            "seeds": {name: self.find_seeds(name) for name in self.outcomes if name != "completed"},
-            "cpu_seconds": round(sum(row.cpu_seconds for row in self.rows), 3),
-        }
+    outcomes = dict(Counter(row.outcome for row in rows).most_common())
+    goals: dict[str, Counter[str]] = {}
+    for row in rows:
+        for goal_class, counts in row.goals.items():
+            goals.setdefault(goal_class, Counter()).update(counts)
+    completed_rows = [row for row in rows if row.is_completed]
+    return {
+        "runs": len(rows),
+        "outcomes": outcomes,
+        "completed": proportion_interval(len(completed_rows), len(rows)).as_dict(),
+        "makespan": summarize_sample([row.makespan for row in completed_rows]),
+        "calls": sum(row.calls for row in rows),
+        "faults": sum(row.faults for row in rows),
+        "goals": {name: dict(goals[name].most_common()) for name in sorted(goals)},
+        "seeds": {
+            outcome: [row.seed for row in rows if row.outcome == outcome][:_MAX_LISTED_SEEDS]
+            for outcome in outcomes
+            if outcome != "completed"
+        },
+        "cpu_seconds": round(sum(row.cpu_seconds for row in rows), 3),
+    }
 
 
 def rank_differences(differences: Mapping[int, float]) -> list[int]:

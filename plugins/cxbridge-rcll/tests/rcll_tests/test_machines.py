@@ -8,12 +8,13 @@ from cxbridge.clock import MICROSECONDS, VirtualClock
 from cxbridge_rcll.machines import (
     BELT_END_S,
     BELT_MIDDLE_S,
-    CAP_S,
-    DISPENSE_S,
-    RING_S,
+    DISPENSE,
+    HANDLE_CAP,
+    MOUNT_RING,
+    RETRIEVE,
+    STORE,
     BeltPosition,
     Machine,
-    Workpiece,
 )
 
 
@@ -43,19 +44,19 @@ def watched():
 
 def test_a_base_is_dispensed_and_moved_out(watched):
     machine = watched.machine
-    machine.dispense("BASE_RED")
+    machine.add_task(DISPENSE)
     machine.loop()
-    watched.wait(DISPENSE_S)
+    watched.wait(DISPENSE.seconds)
     assert watched.said() == [("BUSY", True), ("BUSY", False)]
     machine.move(BeltPosition.OUTPUT)
     machine.loop()
     watched.wait(BELT_END_S / 2)
-    assert BeltPosition.OUTPUT not in machine.belt
+    assert machine.belt == {BeltPosition.MIDDLE}
     watched.wait(BELT_END_S / 2)
     assert watched.said() == [("BUSY", True), ("READY", True), ("BUSY", False)]
-    assert machine.take_workpiece(BeltPosition.OUTPUT) == Workpiece(["BASE_RED"])
+    assert machine.take_workpiece(BeltPosition.OUTPUT)
     assert watched.said() == [("READY", False)]
-    assert machine.take_workpiece(BeltPosition.OUTPUT) is None
+    assert not machine.take_workpiece(BeltPosition.OUTPUT)
 
 
 def test_a_belt_waits_until_something_lies_on_it(watched):
@@ -64,34 +65,36 @@ def test_a_belt_waits_until_something_lies_on_it(watched):
     machine.loop()
     watched.wait(100)
     assert watched.said() == [("BUSY", True)]
-    machine.put_workpiece(Workpiece(["BASE_RED"]))
+    machine.put_workpiece()
     machine.loop()
     watched.wait(BELT_MIDDLE_S)
     assert watched.said() == [("BUSY", False)]
-    assert BeltPosition.MIDDLE in machine.belt
+    assert machine.belt == {BeltPosition.MIDDLE}
 
 
-def test_a_ring_and_a_cap_are_mounted(watched):
-    machine = watched.machine
-    machine.belt[BeltPosition.MIDDLE] = Workpiece(["BASE_RED"])
-    for work, seconds in ((lambda: machine.mount_ring("RING_BLUE"), RING_S), (machine.mount_cap, CAP_S)):
-        work()
-        machine.loop()
-        watched.wait(seconds)
-    assert str(machine.belt[BeltPosition.MIDDLE]) == "BASE_RED RING_BLUE CAP-OF-C-RS1"
-    machine.retrieve_cap()
-    machine.loop()
-    watched.wait(CAP_S)
-    assert str(machine.belt[BeltPosition.MIDDLE]) == "BASE_RED RING_BLUE"
-    assert machine.has_cap
+@pytest.mark.parametrize(
+    ("task", "before", "after"),
+    [
+        (MOUNT_RING, {BeltPosition.MIDDLE}, {BeltPosition.MIDDLE}),
+        (HANDLE_CAP, {BeltPosition.MIDDLE}, {BeltPosition.MIDDLE}),
+        (STORE, {BeltPosition.MIDDLE}, set()),
+        (RETRIEVE, set(), {BeltPosition.MIDDLE}),
+    ],
+)
+def test_a_task_leaves_or_moves_a_workpiece(watched, task, before, after):
+    watched.machine.belt = {*before, BeltPosition.INPUT}
+    watched.machine.add_task(task)
+    watched.machine.loop()
+    watched.wait(task.seconds)
+    assert watched.machine.belt == after | {BeltPosition.INPUT}
+    assert watched.said() == [("BUSY", True), ("BUSY", False)]
 
 
 def test_a_delivery_takes_what_lies_at_the_input(watched):
-    watched.machine.put_workpiece(Workpiece(["BASE_RED"]))
+    watched.machine.put_workpiece()
     watched.machine.deliver(1)
     watched.machine.loop()
     watched.wait(10)
-    assert watched.machine.delivered_workpieces == [Workpiece(["BASE_RED"])]
     assert not watched.machine.belt
 
 
@@ -103,19 +106,19 @@ def test_payments_are_counted(watched):
 
 def test_a_reset_leaves_what_robots_have_put(watched):
     machine = watched.machine
-    machine.belt = {place: Workpiece([place]) for place in BeltPosition}
-    machine.mount_cap()
+    machine.belt = set(BeltPosition)
+    machine.add_task(HANDLE_CAP)
     machine.reset()
     watched.wait(100)
-    assert list(machine.belt) == [BeltPosition.INPUT]
+    assert machine.belt == {BeltPosition.INPUT}
     assert watched.said() == [("BUSY", True), ("READY", False)]
 
 
 def test_work_is_done_in_its_order(watched):
     machine = watched.machine
-    machine.dispense("BASE_RED")
+    machine.add_task(DISPENSE)
     machine.move(BeltPosition.INPUT)
     machine.loop()
-    watched.wait(DISPENSE_S)
+    watched.wait(DISPENSE.seconds)
     watched.wait(BELT_END_S)
-    assert list(machine.belt) == [BeltPosition.INPUT]
+    assert machine.belt == {BeltPosition.INPUT}

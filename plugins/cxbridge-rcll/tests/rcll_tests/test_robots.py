@@ -11,7 +11,7 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.skiller.board.executor import ExecutorContext, SkillFailedError
 from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge_rcll.field import Field, Pose
-from cxbridge_rcll.machines import BeltPosition, Machine, Workpiece
+from cxbridge_rcll.machines import BeltPosition, Machine
 from cxbridge_rcll.robots import ALIGN_S, ANYWHERE_S, HANDLE_S, SPEED_M_PER_S, RobotWorld, make_robot_executor
 
 LOOP_US = 50_000
@@ -60,21 +60,20 @@ def test_a_way_takes_as_long_as_it_is(driver):
 
 
 def test_a_workpiece_is_taken_and_put(driver):
-    piece = driver.machine.belt[BeltPosition.OUTPUT] = Workpiece(["BASE_RED"])
+    driver.machine.belt.add(BeltPosition.OUTPUT)
     assert driver.handle(side="OUTPUT", target="WORKPIECE") == pytest.approx(HANDLE_S, abs=0.1)
-    assert driver.robot.workpiece is piece
+    assert (driver.machine.belt, driver.robot.has_workpiece) == (set(), True)
     driver.handle(side="INPUT", target="CONVEYOR")
-    assert driver.machine.belt == {BeltPosition.INPUT: piece}
-    assert driver.robot.workpiece is None
+    assert (driver.machine.belt, driver.robot.has_workpiece) == ({BeltPosition.INPUT}, False)
 
 
 def test_a_payment_goes_down_the_slide(driver):
     driver.handle(side="SHELF-LEFT", target="WORKPIECE")
     driver.handle(side="SLIDE", target="SLIDE")
-    assert (driver.machine.slide_count, driver.robot.workpiece) == (1, None)
+    assert (driver.machine.slide_count, driver.robot.has_workpiece) == (1, False)
     driver.handle(side="SHELF-LEFT", target="WORKPIECE")
     driver.do("discard")
-    assert driver.robot.workpiece is None
+    assert not driver.robot.has_workpiece
 
 
 def test_what_was_put_is_there_when_the_machine_has_moved_it(driver):
@@ -82,7 +81,7 @@ def test_what_was_put_is_there_when_the_machine_has_moved_it(driver):
     driver.machine.move(BeltPosition.MIDDLE)
     driver.handle(side="INPUT", target="CONVEYOR")
     driver.handle(dry_run=True, side="INPUT", target="WORKPIECE", query="THERE")
-    assert list(driver.machine.belt) == [BeltPosition.MIDDLE]
+    assert driver.machine.belt == {BeltPosition.MIDDLE}
     driver.handle(dry_run=True, side="OUTPUT", target="WORKPIECE", query="ABSENT")
 
 

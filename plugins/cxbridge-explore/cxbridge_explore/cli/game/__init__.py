@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.cli.connect import AsJson
-from cxbridge.cli.console import ConsoleOptions, complain, say_json
+from cxbridge.cli.console import ConsoleOptions, complain, progress_line, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.story import RunLog
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, LogLine
 from cxbridge.run.options import RunOptions
 from cxbridge_explore.cli.game.options import AgentOptions, GameOptions, PlayOptions
-from cxbridge_explore.cli.progress import show_progress
 from cxbridge_explore.game.kinds import find_chosen_game
 
 if TYPE_CHECKING:
@@ -116,8 +115,8 @@ def _play_series(games: Mapping[str, Game], play: PlayOptions, *, as_json: bool)
     from cxbridge_explore.game.match import GamesSummary, Match, play_games
 
     seeds = range(play.seed, play.seed + play.games)
-    with show_progress("games", len(seeds) * len(games)) as advance:
-        results_by_agent = play_games(games, seeds, play.jobs or os.cpu_count() or 1, advance)
+    with progress_line() as show_line:
+        results_by_agent = play_games(games, seeds, play.jobs or os.cpu_count() or 1, show_line)
     if not as_json:
         print_games(results_by_agent)
     else:

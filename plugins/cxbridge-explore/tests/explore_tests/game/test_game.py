@@ -12,7 +12,7 @@ from cxbridge.cli.main import invoke
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_explore.game.match import Match, play_games
 from cxbridge_explore.game.score import GameResult, Score
-from cxbridge_explore.game.timeline import Span, covered_seconds
+from cxbridge_explore.game.work import covered_seconds
 from tests.forked import nursery
 from tests.run.mini import write_scenario
 from tests.support import ROOT
@@ -25,7 +25,7 @@ def found(capsys):
 
 
 def result(seed: int, points: int) -> GameResult:
-    return GameResult(Score({"A": points, "B": 0}, (), (), "POST_GAME", 1.0), True, seed, 1.0, {})
+    return GameResult(Score({"A": points, "B": 0}, (), (), "POST_GAME", 1.0), True, seed, 1.0, {}, {})
 
 
 def shortened(folder, length="orders: 2, minutes: 3.0"):
@@ -168,5 +168,4 @@ def test_a_scenario_that_says_it_is_a_game_and_has_no_referee(short, capsys):
 
 
 def test_overlapping_skills_count_once():
-    spans = [Span(0, 10, ""), Span(2, 5, ""), Span(8, 12, ""), Span(20, 21, "")]
-    assert covered_seconds(spans) == 13
+    assert covered_seconds([(0, 10), (2, 5), (8, 12), (20, 21)]) == 13
