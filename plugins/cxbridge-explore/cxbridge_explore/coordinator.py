@@ -145,14 +145,11 @@ class Coordinator(Closing):
 
     # ---- active runs
 
-    @property
-    def _active_run_count(self) -> int:
-        """The number of runs that are playing, and of ordered copies."""
-        return sum((peer.edge is not None) + len(peer.ordered_edges) for peer in self._peers.values())
-
     def _schedule(self) -> None:
         """Resume as many runs as the limit allows."""
-        for _ in range(self._execution.process_count - self._active_run_count):
+        # the runs that are playing, and the ordered copies
+        active_count = sum((peer.edge is not None) + len(peer.ordered_edges) for peer in self._peers.values())
+        for _ in range(self._execution.process_count - active_count):
             if self._waiting_runs:  # the latest first, so that few runs wait
                 self._continue_run(self._waiting_runs[-1])
             elif self._pending_edges and self._is_loaded and self._loader is not None:

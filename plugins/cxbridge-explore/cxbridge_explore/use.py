@@ -22,17 +22,17 @@ class UseWatch:
     """
 
     def __init__(self, bus: EventBus, agents: Iterable[Run]) -> None:
-        self._seen_parts: set[UsedPart] = set()
-        self._new_parts: list[UsedPart] = []
+        self._parts: set[UsedPart] = set()
+        self._reported_parts: set[UsedPart] = set()
         bus.subscribe(self._record, *_EVENT_TYPES)
         for agent in agents:  # the configuration of an agent may switch off the events of fired rules
             agent.executive.env.watcher.rules.set((), on=True)
 
     def take_new_parts(self) -> tuple[UsedPart, ...]:
         """Return the parts that were used for the first time since the last call."""
-        parts = tuple(self._new_parts)
-        self._new_parts.clear()
-        return parts
+        new_parts = self._parts - self._reported_parts
+        self._reported_parts |= new_parts
+        return tuple(new_parts)
 
     def _record(self, event: Event) -> None:
         match event:
@@ -48,7 +48,4 @@ class UseWatch:
                 self._add_part("skills", event.skill_string.partition("{")[0].strip())
 
     def _add_part(self, kind: str, name: str, detail: str = "") -> None:
-        part = kind, name, detail
-        if part not in self._seen_parts:
-            self._seen_parts.add(part)
-            self._new_parts.append(part)
+        self._parts.add((kind, name, detail))

@@ -11,16 +11,13 @@ from typing import Any
 from cxbridge.errors import ProtobufError
 from cxbridge.spawning import python_command
 
-_COMPILER_TIMEOUT_S = 60  # ends a compiler that hangs
-
 
 def compile_folder(folder: Path, import_path: Sequence[Path]) -> list[Any]:
     """Compile the .proto files of a folder.
 
     :param import_path: the folders in which imports are searched, including this folder.
     :returns: the descriptors (``FileDescriptorProto``) of the files and their imports, imports first.
-    :raises ProtobufError: with the compiler's messages if a file is invalid, or if the compiler does not end
-        in time.
+    :raises ProtobufError: with the compiler's messages if a file is invalid.
     """
     from google.protobuf import descriptor_pb2  # noqa: PLC0415 - slow to import
 
@@ -37,18 +34,14 @@ def compile_files(file_names: Sequence[str], folder: Path, import_path: Sequence
         output = Path(temporary_folder) / "set"
         arguments = [f"-I{folder}" for folder in import_path]
         arguments += ["--include_imports", f"--descriptor_set_out={output}", *file_names]
-        try:
-            process = subprocess.run(  # noqa: S603 - the compiler, with files that the configuration names
-                # a separate process, since the import of grpc_tools changes Python's import system, and its
-                # compiler prints errors to stderr
-                python_command("-m", "grpc_tools.protoc", *arguments),
-                cwd=folder,
-                capture_output=True,
-                timeout=_COMPILER_TIMEOUT_S,
-                check=False,
-            )
-        except subprocess.TimeoutExpired:
-            raise ProtobufError(f"the protobuf compiler did not end within {_COMPILER_TIMEOUT_S} s") from None
+        process = subprocess.run(  # noqa: S603 - the compiler, with files that the configuration names
+            # a separate process, since the import of grpc_tools changes Python's import system, and its
+            # compiler prints errors to stderr
+            python_command("-m", "grpc_tools.protoc", *arguments),
+            cwd=folder,
+            capture_output=True,
+            check=False,
+        )
         if process.returncode != 0:
             raise ProtobufError(process.stderr.decode("utf-8", "replace").strip())
         return output.read_bytes()

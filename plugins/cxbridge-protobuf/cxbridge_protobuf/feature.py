@@ -19,14 +19,17 @@ from cxbridge.events import Logger
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
+from cxbridge_protobuf import fields
+from cxbridge_protobuf.inbox import ConnectionChange, ReceivedMessage
+from cxbridge_protobuf.network import Network
 from cxbridge_protobuf.settings import CONNECTIONS_KEY, ProtobufSettings
+from cxbridge_protobuf.types import MessageTypes, make_frame
 
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run
     from cxbridge_protobuf.connections import Connections, MakeConnections
     from cxbridge_protobuf.fields import MessageField
     from cxbridge_protobuf.frames import Frame
-    from cxbridge_protobuf.inbox import ConnectionChange, ReceivedMessage
 
 _CLIPS_FILE = Path(__file__).with_name("protobuf.clp")
 _LOG_COMPONENT = "CLIPS-Protobuf"
@@ -35,61 +38,6 @@ _FIRST_HANDLE = 1 << 40  # differs from 0, the null pointer, and from the addres
 _INVALID_MESSAGE = Symbol("INVALID-MESSAGE")
 _UNKNOWN_FIELD = Symbol("DOES-NOT-EXIST")
 _NOT_SET = Symbol("NOT-SET")
-
-
-class ProtobufFeature(Feature):
-    """Defines the ``pb-*`` functions, and asserts facts for received messages.
-
-    :param make_connections: makes the connections of an environment; None: connections use sockets.
-    :param templates: whether to define the templates of the facts, and the rules that retract facts of
-        previous loops; False if the caller defines them.
-    """
-
-    name = "protobuf"
-
-    state_class: ClassVar[type[ProtobufState]]  # the class of the feature's state in an environment
-
-    def __init__(
-        self,
-        settings: ProtobufSettings | None = None,
-        make_connections: MakeConnections | None = None,
-        *,
-        templates: bool = True,
-    ) -> None:
-        self._settings = settings or ProtobufSettings()
-        self._make_connections = make_connections
-        self._templates = templates
-        self._states: dict[str, ProtobufState] = {}
-
-    def init_context(self, env: ClipsEnvironment) -> None:
-        """Read the message types, and define functions and templates."""
-        state = self.state_class(env, self._settings, self._make_connections)
-        self._states[env.name] = state
-        state.define()
-        if self._templates:
-            env.load(_CLIPS_FILE)
-
-    def before_run(self, env: ClipsEnvironment) -> None:
-        """Assert received messages."""
-        self._states[env.name].before_run()
-
-    def connections(self, env: ClipsEnvironment) -> Connections:
-        return self._states[env.name].network
-
-    def delete_messages(self, env: ClipsEnvironment) -> None:
-        """Delete all messages of an environment whose rules have no ``pb-destroy``, and keep no message."""
-        self._states[env.name].delete_messages()
-
-    def context_destroyed(self, env: ClipsEnvironment) -> None:
-        state = self._states.pop(env.name, None)
-        if state is not None:
-            state.network.close()
-
-
-def make_feature(context: Run) -> ProtobufFeature:
-    """Return the feature of a run."""
-    settings = ProtobufSettings.from_config(context.config, context.paths.expand)
-    return ProtobufFeature(settings, context.additions.values.get(CONNECTIONS_KEY))
 
 
 class ProtobufState:
@@ -101,15 +49,9 @@ class ProtobufState:
     def __init__(
         self, env: ClipsEnvironment, settings: ProtobufSettings, make_connections: MakeConnections | None
     ) -> None:
-        # imported here, since protobuf is slow to import and few agents use this feature
-        from cxbridge_protobuf import fields, types  # noqa: PLC0415
-        from cxbridge_protobuf.network import Network  # noqa: PLC0415
-
         self._env = env
-        self._fields = fields
-        self._make_frame = types.make_frame
         self._log: Logger = env.bus.logger(_LOG_COMPONENT)
-        self.types = types.MessageTypes(self._log.warn)
+        self.types = MessageTypes(self._log.warn)
         self.types.add_folders(settings.folders)
         now_us = env.bus.clock.now_us
         self.network: Connections = (
@@ -130,19 +72,19 @@ class ProtobufState:
             ("pb-ref", self._copy_reference, 1, message_only),
             ("pb-destroy", self._destroy_message, 1, message_only),
             ("pb-field-names", self._get_field_names, 1, message_only),
-            ("pb-field-type", partial(self._describe_field, self._fields.field_type), 2, message_and_field),
-            ("pb-field-label", partial(self._describe_field, self._fields.field_label), 2, message_and_field),
+            ("pb-field-type", partial(self._describe_field, fields.field_type), 2, message_and_field),
+            ("pb-field-label", partial(self._describe_field, fields.field_label), 2, message_and_field),
             ("pb-has-field", self._has_field, 2, message_and_field),
             ("pb-field-is-list", self._is_list_field, 2, message_and_field),
             ("pb-field-value", self._get_value, 2, message_and_field),
             ("pb-field-list", self._get_list, 2, message_and_field),
             (
                 "pb-set-field",
-                partial(self._change_field, self._fields.set_value, "set"),
+                partial(self._change_field, "set"),
                 3,
                 message_and_field,
             ),
-            ("pb-add-list", partial(self._change_field, self._fields.add_value, "add"), 3, message_and_field),
+            ("pb-add-list", partial(self._change_field, "add"), 3, message_and_field),
             ("pb-tostring", self._to_string, 1, message_only),
             ("pb-server-enable", self._enable_server, 1, "*;l"),
             ("pb-server-disable", self.network.disable_server, 0, "*"),
@@ -218,12 +160,12 @@ class ProtobufState:
 
     def _get_field_names(self, address: Value) -> Value:
         message = self._find_message(address)
-        return () if message is None else self._fields.field_names(message)
+        return () if message is None else fields.field_names(message)
 
     def _find_field(self, address: Value, name: str) -> tuple[Any, Any]:
         """Return the message at an address and a field of the message, each None if missing."""
         message = self._find_message(address)
-        return message, None if message is None else self._fields.find_field(message, name)
+        return message, None if message is None else fields.find_field(message, name)
 
     def _describe_field(self, describe: Callable[[MessageField], Value], address: Value, name: str) -> Value:
         message, field = self._find_field(address, name)
@@ -231,7 +173,7 @@ class ProtobufState:
 
     def _has_field(self, address: Value, name: str) -> Value:
         message, field = self._find_field(address, name)
-        return field is not None and self._fields.has_value(message, field)
+        return field is not None and fields.has_value(message, field)
 
     def _is_list_field(self, address: Value, name: str) -> Value:
         _, field = self._find_field(address, name)
@@ -246,7 +188,6 @@ class ProtobufState:
         if field is None:
             self._log.warn(f"Field {name} of {type_name} does not exist")
             return _UNKNOWN_FIELD
-        fields = self._fields
         if field.is_list:
             raise ClipsError(f"field {name} of {type_name} is a list", hint="pb-field-list")
         if not field.nested_type and not fields.has_value(message, field):
@@ -262,11 +203,9 @@ class ProtobufState:
             return (_UNKNOWN_FIELD,)
         if not field.is_list:
             return (self._get_value(address, name),)
-        return self._fields.list_values(message, field, self._add_message)
+        return fields.list_values(message, field, self._add_message)
 
-    def _change_field(
-        self, change: Callable[..., None], verb: str, address: Value, name: str, value: Value
-    ) -> None:
+    def _change_field(self, verb: str, address: Value, name: str, value: Value) -> None:
         """Set a field or add to a list; as in Fawkes, a message that is the value is destroyed afterwards."""
         message, field = self._find_field(address, name)
         if message is None:
@@ -276,8 +215,8 @@ class ProtobufState:
             return
         type_name = message.DESCRIPTOR.full_name
         try:
-            change(message, field, value, self._find_message)
-        except self._fields.UnknownEnumValueError:
+            fields.change_value(message, field, value, self._find_message, is_added=verb == "add")
+        except fields.UnknownEnumValueError:
             if verb == "set":  # Fawkes' pb-add-list ignores such values silently
                 self._log.warn(f"{type_name}: cannot set invalid enum value '{value}' on '{name}'")
         except ProtobufError as error:
@@ -317,7 +256,7 @@ class ProtobufState:
             self._log.warn(f"Cannot {target}: invalid message")
             return
         try:
-            send(link_id, self._make_frame(message))
+            send(link_id, make_frame(message))
         except ProtobufError as error:
             type_name = message.DESCRIPTOR.full_name
             self._log.warn(f"Failed to {verb} message of type {type_name}: {error.message}")
@@ -326,8 +265,6 @@ class ProtobufState:
 
     def before_run(self) -> None:
         """Assert received messages."""
-        from cxbridge_protobuf.inbox import ConnectionChange, ReceivedMessage  # noqa: PLC0415
-
         for event in self.network.drain():
             if isinstance(event, ReceivedMessage):
                 self._assert_message(event)
@@ -377,4 +314,56 @@ class ProtobufState:
             self._env.assert_string(f"(protobuf-server-client-{state} {event.link_id}{address})")
 
 
-ProtobufFeature.state_class = ProtobufState  # set here, since the class is defined below the feature
+class ProtobufFeature(Feature):
+    """Defines the ``pb-*`` functions, and asserts facts for received messages.
+
+    :param make_connections: makes the connections of an environment; None: connections use sockets.
+    :param templates: whether to define the templates of the facts, and the rules that retract facts of
+        previous loops; False if the caller defines them.
+    """
+
+    name = "protobuf"
+
+    state_class: ClassVar = ProtobufState  # the class of the feature's state in an environment
+
+    def __init__(
+        self,
+        settings: ProtobufSettings | None = None,
+        make_connections: MakeConnections | None = None,
+        *,
+        templates: bool = True,
+    ) -> None:
+        self._settings = settings or ProtobufSettings()
+        self._make_connections = make_connections
+        self._templates = templates
+        self._states: dict[str, ProtobufState] = {}
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Read the message types, and define functions and templates."""
+        state = self.state_class(env, self._settings, self._make_connections)
+        self._states[env.name] = state
+        state.define()
+        if self._templates:
+            env.load(_CLIPS_FILE)
+
+    def before_run(self, env: ClipsEnvironment) -> None:
+        """Assert received messages."""
+        self._states[env.name].before_run()
+
+    def connections(self, env: ClipsEnvironment) -> Connections:
+        return self._states[env.name].network
+
+    def delete_messages(self, env: ClipsEnvironment) -> None:
+        """Delete all messages of an environment whose rules have no ``pb-destroy``, and keep no message."""
+        self._states[env.name].delete_messages()
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        state = self._states.pop(env.name, None)
+        if state is not None:
+            state.network.close()
+
+
+def make_feature(context: Run) -> ProtobufFeature:
+    """Return the feature of a run."""
+    settings = ProtobufSettings.from_config(context.config, context.paths.expand)
+    return ProtobufFeature(settings, context.additions.values.get(CONNECTIONS_KEY))

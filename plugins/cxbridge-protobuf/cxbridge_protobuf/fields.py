@@ -118,43 +118,33 @@ def list_values(message: Message, field: MessageField, add_message: AddMessage) 
     return tuple(_to_clips(field, item, add_message) for item in _list_elements(message, field))
 
 
-def set_value(message: Message, field: MessageField, clips_value: Value, get_message: GetMessage) -> None:
-    """Set a field other than a list.
+def change_value(
+    message: Message, field: MessageField, clips_value: Value, get_message: GetMessage, *, is_added: bool
+) -> None:
+    """Set a field, or append to a list.
 
-    :raises ProtobufError: if the field is a list or the value has a wrong type.
+    :param is_added: whether to append to a list.
+    :raises ProtobufError: if the field is a list that is to be set, or no list, or if the value has a wrong
+        type.
     """
-    if field.is_list:
-        raise ProtobufError("it is a list", hint="pb-add-list")
+    if field.is_list != is_added:
+        raise ProtobufError(
+            "it is a list" if field.is_list else "it is not a list",
+            hint="pb-add-list" if field.is_list else "pb-set-field",
+        )
     if field.type_code == FieldDescriptor.TYPE_BYTES:
         return  # ignored, as by protobuf_comm
     converted = _to_protobuf(field, clips_value, get_message)
-    try:
-        if field.type_code == FieldDescriptor.TYPE_MESSAGE:
-            getattr(message, field.name).CopyFrom(converted)
-        else:
-            setattr(message, field.name, converted)
-    except (TypeError, ValueError) as error:
-        raise ProtobufError(str(error)) from None
-
-
-def add_value(message: Message, field: MessageField, clips_value: Value, get_message: GetMessage) -> None:
-    """Append to a list.
-
-    :raises ProtobufError: if the field is not a list or the value has a wrong type.
-    """
-    if not field.is_list:
-        raise ProtobufError("it is not a list", hint="pb-set-field")
-    if field.type_code == FieldDescriptor.TYPE_BYTES:
-        return  # ignored, as by protobuf_comm
-    converted = _to_protobuf(field, clips_value, get_message)
-    container = getattr(message, field.name)
+    value = getattr(message, field.name)
     try:
         if field.is_map:
-            _set_map_entry(container, converted)
+            _set_map_entry(value, converted)
         elif field.type_code == FieldDescriptor.TYPE_MESSAGE:
-            container.add().CopyFrom(converted)
+            (value.add() if is_added else value).CopyFrom(converted)
+        elif is_added:
+            value.append(converted)
         else:
-            container.append(converted)
+            setattr(message, field.name, converted)
     except (TypeError, ValueError) as error:
         raise ProtobufError(str(error)) from None
 

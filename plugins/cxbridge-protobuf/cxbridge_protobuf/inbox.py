@@ -13,7 +13,9 @@ from enum import Enum
 from typing import Final, TypeAlias
 
 from cxbridge.blackboard.kit.complaints import Complaints
-from cxbridge_protobuf.types import Message
+from cxbridge.errors import ProtobufError
+from cxbridge_protobuf.frames import Frame
+from cxbridge_protobuf.types import Message, MessageTypes
 
 # bounds the memory for large messages, of which few are enough to fill it
 _MAX_BYTES: Final = 64 << 20
@@ -49,6 +51,20 @@ class ReceivedMessage:
     arrival_us: int
     message: Message | None
     problem: str = ""
+
+
+def parse_message(
+    types: MessageTypes, frame: Frame, origin: Origin, link_id: int, host: str, port: int, arrival_us: int
+) -> ReceivedMessage:
+    """Return the message of a frame, which may be invalid; see :class:`ReceivedMessage`."""
+    message, problem = None, ""
+    try:
+        message = types.parse(frame)
+    except ProtobufError as error:
+        problem = error.message
+    return ReceivedMessage(
+        origin, link_id, host, port, frame.component, frame.type, arrival_us, message, problem
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from typing import Final
 
 from cxbridge.errors import ProtobufError
 from cxbridge_protobuf.frames import Frame
-from cxbridge_protobuf.inbox import ConnectionChange, InboxEvent, LogWarning, Origin, ReceivedMessage
+from cxbridge_protobuf.inbox import ConnectionChange, InboxEvent, LogWarning, Origin, parse_message
 from cxbridge_protobuf.types import MessageTypes
 
 LOCAL_HOST: Final = "127.0.0.1"  # the address of all senders
@@ -214,23 +214,14 @@ class LocalConnections:
             self._add_message_event(link.origin, link_id, link.port, frame)
 
     def _add_message_event(self, origin: Origin, link_id: int, port: int, frame: Frame) -> None:
-        message, problem = None, ""
-        try:
-            message = self.types.parse(frame)
-        except ProtobufError as error:
-            problem = error.message
-        if message is None and origin is Origin.PEER:
-            self._events.append(
-                LogWarning(f"Failed to receive peer message: Deserialization fail: {problem}")
-            )
-            return
         # as over sockets, the facts of a client do not name the server
         host = "" if origin is Origin.CLIENT else LOCAL_HOST
-        self._events.append(
-            ReceivedMessage(
-                origin, link_id, host, port, frame.component, frame.type, self._now_us(), message, problem
-            )
-        )
+        event = parse_message(self.types, frame, origin, link_id, host, port, self._now_us())
+        if event.message is None and origin is Origin.PEER:
+            text = f"Failed to receive peer message: Deserialization fail: {event.problem}"
+            self._events.append(LogWarning(text))
+        else:
+            self._events.append(event)
 
     def close(self) -> None:
         """Leave the network."""

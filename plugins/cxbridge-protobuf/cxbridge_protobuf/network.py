@@ -20,7 +20,7 @@ from cxbridge.listening import LOOPBACK
 from cxbridge_protobuf import frames
 from cxbridge_protobuf.crypto import Crypter
 from cxbridge_protobuf.frames import Frame
-from cxbridge_protobuf.inbox import ConnectionChange, Inbox, InboxEvent, Origin, ReceivedMessage
+from cxbridge_protobuf.inbox import ConnectionChange, Inbox, InboxEvent, Origin, parse_message
 from cxbridge_protobuf.peer import MAX_PEER_BYTES, Peer
 from cxbridge_protobuf.stream import MAX_MESSAGE_BYTES, StreamLink
 from cxbridge_protobuf.types import MessageTypes
@@ -99,7 +99,7 @@ class Network:
         link = StreamLink(next(self._ids), Origin.CLIENT, self)
         with self._lock:
             self._links[link.id] = link
-        self._start_in_thread(self._connect(link, host, port))
+        self._ensure_thread().spawn(self._connect(link, host, port))
         return link.id
 
     def disconnect(self, link_id: int) -> None:
@@ -122,14 +122,7 @@ class Network:
         for port in (send_port, recv_port):
             _check_port(port)
         crypter = _make_crypter(secret, cipher)
-        peer = Peer(
-            next(self._ids),
-            address,
-            send_port,
-            self._receive_message,
-            self.inbox,
-        )
-        peer.crypter = crypter
+        peer = Peer(next(self._ids), address, send_port, crypter, self._receive_message, self.inbox)
         self._run_in_thread(peer.open(recv_port if recv_port > 0 else send_port))
         with self._lock:
             self._peers[peer.id] = peer
@@ -221,10 +214,6 @@ class Network:
         """Run a coroutine in the thread and wait for its result."""
         return self._ensure_thread().spawn(coroutine).result(_THREAD_TIMEOUT_S)
 
-    def _start_in_thread(self, coroutine: Coroutine[Any, Any, None]) -> None:
-        """Start a coroutine in the thread."""
-        self._ensure_thread().spawn(coroutine)
-
     def _call_in_thread(self, function: Callable[..., object], *arguments: object) -> None:
         """Call a function in the thread; do nothing without a thread, since then there are no connections."""
         if self._thread is not None:
@@ -290,24 +279,14 @@ class Network:
         self._receive_message(link.origin, link.id, host, port, frame)
 
     def _receive_message(self, origin: Origin, link_id: int, host: str, port: int, frame: Frame) -> None:
-        message, problem = None, ""
-        try:
-            message = self._types.parse(frame)
-        except ProtobufError as error:
-            problem = error.message
-        if message is None and origin is Origin.PEER:
+        event = parse_message(self._types, frame, origin, link_id, host, port, self.inbox.now_us())
+        if event.message is None and origin is Origin.PEER:
             self.inbox.warn(
-                f"Failed to receive peer message from {host}:{port}: Deserialization fail: {problem}",
+                f"Failed to receive peer message from {host}:{port}: Deserialization fail: {event.problem}",
                 kind=f"message for {link_id}",
             )
-            return
-        arrival_us = self.inbox.now_us()
-        self.inbox.add_event(
-            ReceivedMessage(
-                origin, link_id, host, port, frame.component, frame.type, arrival_us, message, problem
-            ),
-            size=len(frame.data),
-        )
+        else:
+            self.inbox.add_event(event, size=len(frame.data))
 
 
 def _make_crypter(secret: str, cipher: str) -> Crypter | None:

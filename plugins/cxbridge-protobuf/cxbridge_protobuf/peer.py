@@ -29,18 +29,28 @@ class Peer(asyncio.DatagramProtocol):
 
     :param peer_id: the id of the peer in the environment.
     :param address: the IPv4 address or the name of the host to which the peer sends.
+    :param crypter: encrypts the messages; None for unencrypted messages.
     :param receive: called with the sender and the frame of each received datagram.
     :param inbox: gets warnings; while the inbox is full, datagrams are dropped.
     """
 
-    def __init__(self, peer_id: int, address: str, port: int, receive: ReceiveFrame, inbox: Inbox) -> None:
+    _transport: asyncio.DatagramTransport  # set by open()
+
+    def __init__(
+        self,
+        peer_id: int,
+        address: str,
+        port: int,
+        crypter: Crypter | None,
+        receive: ReceiveFrame,
+        inbox: Inbox,
+    ) -> None:
         self.id: Final = peer_id
-        self.crypter: Crypter | None = None
+        self.crypter = crypter
         self._address = address
         self._port = port
         self._receive = receive
         self._inbox = inbox
-        self._transport: asyncio.DatagramTransport | None = None
         self._target = ("", 0)
         self._own_address = ("", 0)
         self._closed = asyncio.Event()
@@ -71,16 +81,13 @@ class Peer(asyncio.DatagramProtocol):
 
     async def close(self) -> None:
         """Close the socket, and wait until the port is available again."""
-        if self._transport is not None:
-            self._transport.close()
-            await self._closed.wait()
+        self._transport.close()
+        await self._closed.wait()
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002 - a protocol's signature
         self._closed.set()
 
     def send(self, frame: Frame) -> None:
-        if self._transport is None:
-            return
         crypter = self.crypter
         if crypter is None:
             data = frames.encode_frame(frame)

@@ -43,6 +43,8 @@ class StreamLink(asyncio.Protocol):
     :param network: gets the events of the connection.
     """
 
+    _transport: asyncio.Transport  # set when the connection is open
+
     def __init__(self, link_id: int, origin: Origin, network: LinkOwner) -> None:
         self.id: Final = link_id
         self.origin: Final = origin
@@ -51,7 +53,6 @@ class StreamLink(asyncio.Protocol):
         self.port = 0
         self._network = network
         self._decoder = StreamDecoder(MAX_MESSAGE_BYTES + _MESSAGE_HEADER_BYTES)
-        self._transport: asyncio.Transport | None = None
         self._abort_reason = ""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -68,7 +69,7 @@ class StreamLink(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Decode received bytes, and abort the connection if they are invalid."""
-        if not self.connected or self._transport is None:
+        if not self.connected:
             return
         try:
             for frame in self._decoder.feed(data):
@@ -93,7 +94,6 @@ class StreamLink(asyncio.Protocol):
         A program that closes a connection with unread bytes resets the connection. Then our next send fails,
         and asyncio closes the connection although the buffer still has bytes for us.
         """
-        assert self._transport is not None
         with suppress(OSError), self._transport.get_extra_info("socket").dup() as unread:
             unread.setblocking(False)
             while self.connected and (data := unread.recv(_READ_BYTES)):
@@ -101,12 +101,12 @@ class StreamLink(asyncio.Protocol):
 
     def resume_reading(self) -> None:
         """Read again after a pause for a full inbox."""
-        if self._transport is not None and not self._transport.is_closing():
+        if self.connected:
             self._transport.resume_reading()
 
     def write(self, data: bytes) -> None:
         """Send bytes, and abort the connection if the receiver reads too slowly."""
-        if not self.connected or self._transport is None:
+        if not self.connected:
             return
         self._transport.write(data)
         if self._transport.get_write_buffer_size() > MAX_OUTBOUND_BYTES:
@@ -114,12 +114,11 @@ class StreamLink(asyncio.Protocol):
 
     def close(self) -> None:
         """Send the waiting bytes, then close the connection without a report to the network."""
-        self.connected = False
-        if self._transport is not None:
+        if self.connected:
             self._transport.close()
+        self.connected = False
 
     def _abort(self, reason: str) -> None:
-        assert self._transport is not None
         self.connected = False
         self._abort_reason = reason
         self._transport.abort()

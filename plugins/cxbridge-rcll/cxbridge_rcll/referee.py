@@ -54,12 +54,8 @@ class Referee(Component):
         self.env = ClipsEnvironment(ENVIRONMENT, context.bus, "Referee")
         # without the feature's templates, since the rules of the referee box define them
         self._protobuf = ProtobufFeature(ProtobufSettings((message_folder,)), network.join, templates=False)
-        try:
-            self._define_functions(refbox, config, seed)
-            self._load_rules(refbox, seed)
-        except Exception:
-            self.close()
-            raise
+        self._define_functions(refbox, config, seed)
+        self._load_rules(refbox, seed)
 
     def _define_functions(self, refbox: Refbox, config: Configuration, seed: int) -> None:
         """Define the global variables and functions that the rules expect from the referee box."""

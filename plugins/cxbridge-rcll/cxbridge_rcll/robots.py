@@ -37,13 +37,10 @@ _POSE_PERIOD_S: Final = 0.5  # between two writes of the poses
 class Robot:
     """A robot.
 
-    :param number: the number of the robot, from 1.
     :param has_workpiece: whether the robot's gripper has a workpiece.
     :param last_supplied_machine: the machine on which the robot last put a workpiece; empty before the first.
     """
 
-    name: str
-    number: int
     pose: Pose
     has_workpiece: bool = False
     last_supplied_machine: str = ""
@@ -64,7 +61,7 @@ class RobotWorld:
     def add_robots(self, names: Iterable[str]) -> None:
         """Add robots at the entrance of the field."""
         for number, name in enumerate(names, start=1):
-            self.robots[name] = Robot(name, number, entry_pose(number))
+            self.robots[name] = Robot(entry_pose(number))
 
 
 class RobotExecutor(SkillExecutor):
@@ -221,27 +218,23 @@ class RobotInterfaces(Component):
         self._board, self._clock, self._world = context.board, context.clock, world
         self._interfaces: list[Any] = []
         self._next_us = 0
-        try:
-            self._poses = {
-                name: self._open("Position3DInterface", f"{prefix}Pose") for name, prefix in prefixes.items()
-            }
-            for name in prefixes:
-                heartbeat = self._open("HeartbeatInterface", f"/heartbeat/{name}")
-                heartbeat.alive = True
-                heartbeat.write()
-            self._served_interfaces = [
-                self._open(interface_type, f"{prefix}{_generator_interface_id(interface_type)}")
-                for interface_type in _GENERATOR_INTERFACES
-                # the interface definitions of a team may lack a type
-                if context.registry.path(interface_type) is not None
-                for prefix in dict.fromkeys(("/", *(prefix or "/" for prefix in prefixes.values())))
-            ]
-            self._served_interfaces += [
-                self._open("NavigatorInterface", f"{prefix}Navigator") for prefix in prefixes.values()
-            ]
-        except Exception:
-            self.close()
-            raise
+        self._poses = {
+            name: self._open("Position3DInterface", f"{prefix}Pose") for name, prefix in prefixes.items()
+        }
+        for name in prefixes:
+            heartbeat = self._open("HeartbeatInterface", f"/heartbeat/{name}")
+            heartbeat.alive = True
+            heartbeat.write()
+        self._served_interfaces = [
+            self._open(interface_type, f"{prefix}{_generator_interface_id(interface_type)}")
+            for interface_type in _GENERATOR_INTERFACES
+            # the interface definitions of a team may lack a type
+            if context.registry.path(interface_type) is not None
+            for prefix in dict.fromkeys(("/", *(prefix or "/" for prefix in prefixes.values())))
+        ]
+        self._served_interfaces += [
+            self._open("NavigatorInterface", f"{prefix}Navigator") for prefix in prefixes.values()
+        ]
 
     def _open(self, interface_type: str, interface_id: str) -> Any:
         interface = self._board.open_for_writing(interface_type, interface_id, owner="Robots")

@@ -20,7 +20,6 @@ from cxbridge.run.options import ScenarioOptions, SourceOptions
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cxbridge_explore.sweep.engine import LocalEngine
     from cxbridge_explore.sweep.row_file import RowFile
     from cxbridge_explore.sweep.rows import RunRow, SweepJob
     from cxbridge_explore.sweep.summary import AgentComparison
@@ -92,7 +91,6 @@ def sweep(agent_options: _AgentOptions, settings: _SweepOptions, outputs: _Sweep
 
     Example: cxbridge sweep scenarios/courier --runs 10000 --csv out/sweep.csv
     """
-    from cxbridge_explore.sweep.engine import LocalEngine
     from cxbridge_explore.sweep.files import write_csv
     from cxbridge_explore.sweep.row_file import RowFile
     from cxbridge_explore.sweep.summary import AgentComparison, summarize_rows
@@ -101,9 +99,8 @@ def sweep(agent_options: _AgentOptions, settings: _SweepOptions, outputs: _Sweep
     jobs = _make_jobs(agent_options, settings)
     start_s = time.perf_counter()
     seeds = range(settings.seed, settings.seed + settings.runs)
-    engine = LocalEngine(settings.jobs or os.cpu_count() or 1)
     with nullcontext() if settings.resume is None else RowFile(settings.resume) as file:
-        rows_by_agent = {name: _play_sweep(engine, name, job, seeds, file) for name, job in jobs.items()}
+        rows_by_agent = {name: _play_sweep(settings, name, job, seeds, file) for name, job in jobs.items()}
     wall_seconds = round(time.perf_counter() - start_s, 3)
     if outputs.csv is not None:
         write_csv(rows_by_agent, outputs.csv)
@@ -158,17 +155,19 @@ def _make_jobs(agent_options: _AgentOptions, settings: _SweepOptions) -> dict[st
 
 
 def _play_sweep(
-    engine: LocalEngine, name: str, job: SweepJob, seeds: Sequence[int], file: RowFile | None
+    settings: _SweepOptions, name: str, job: SweepJob, seeds: Sequence[int], file: RowFile | None
 ) -> list[RunRow]:
     """Play the runs of an agent, and return their rows in the order of seeds.
 
     :param file: has the rows of earlier runs, and stores new rows; None to store no rows.
     """
+    from cxbridge_explore.sweep.engine import play_seeds
+
     earlier_rows = {} if file is None else file.find_earlier_rows(name)
     rows = {seed: earlier_rows[seed] for seed in seeds if seed in earlier_rows}
     missing_seeds = [seed for seed in seeds if seed not in rows]
     with progress_line() as show_line:
-        for row in engine.play_seeds(job, missing_seeds):
+        for row in play_seeds(job, missing_seeds, settings.jobs or os.cpu_count() or 1):
             rows[row.seed] = row
             if file is not None:
                 file.add(name, row)

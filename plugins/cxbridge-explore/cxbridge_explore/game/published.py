@@ -22,11 +22,6 @@ ORDER_TYPE: Final = "OrderInterface"
 # The type of a machine's interface, which the scenario defines with the fields `busy` and `piece`.
 MACHINE_TYPE: Final = "MachineInterface"
 
-# The states of a machine: empty, working, or holding a finished product.
-FREE: Final = "free"
-BUSY: Final = "busy"
-FULL: Final = "full"
-
 
 class PublishedGame:
     """Judges by GameInterface and OrderInterface. The event bus calls the instance with each write.
@@ -100,9 +95,8 @@ def _read_values(board: BlackBoard, info: InterfaceInfo) -> dict[str, Any]:
 
 
 def _find_machine_state(machine: Mapping[str, Any]) -> str:
-    if machine.get("busy"):
-        return BUSY
-    return FULL if machine.get("piece") else FREE
+    """Return the state of a machine: ``busy``, ``full`` with a finished product, or ``free``."""
+    return "busy" if machine.get("busy") else "full" if machine.get("piece") else "free"
 
 
 def _find_enum_name(value: Any) -> str:

@@ -50,20 +50,13 @@ def encode_coverage(coverage: Coverage) -> dict[str, Any]:
     }
 
 
-def find_unfired_rules(coverage: Coverage) -> Iterable[tuple[str, int, str]]:
-    """Yield the rules that have never fired: short name of the file, line, and name of the rule."""
-    names = shorten_names(coverage.files)
-    for name, file in zip(names, coverage.files, strict=True):
-        for rule, count in file.rules:
-            if count == 0:
-                yield name, rule.lines[0], rule.name
-
-
 def describe_unreached_parts(coverage: Coverage) -> Iterable[str]:
     """Yield the unreached parts as lines of text."""
     yield f"{coverage.fired_count} of {coverage.watched_count} rules fired: {coverage.percent:.1f} %"
-    for name, line, rule in find_unfired_rules(coverage):
-        yield f"  never fired: {name}:{line} {rule}"
+    for file_name, file in zip(shorten_names(coverage.files), coverage.files, strict=True):
+        for rule, count in file.rules:
+            if count == 0:
+                yield f"  never fired: {file_name}:{rule.lines[0]} {rule.name}"
     for name, modes in coverage.missing_modes:
         yield f"  {name} was never {', '.join(modes)}"
     for noun, names in (("goal class", coverage.goal_classes.unused), ("action", coverage.actions.unused)):

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
 from cxbridge.run.pages import write_document
 from cxbridge_explore.map.coverage import encode_coverage
@@ -35,22 +34,18 @@ def write_page(
     :param is_live: whether the exploration is still running; then the page reloads itself.
     :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
     """
-    document = make_document(result, coverage, command)
+    rows = [asdict(row) for row in make_run_rows(result.graph)]
     for number, address in pages.items():
-        document["rows"][number]["page"] = address
-    for row in document["properties"]:
-        row.update(stories.get(row["name"], {}))
-    write_document(file, "exploration", "Exploration", document | {"live": is_live})
-
-
-def make_document(result: ExploreResult, coverage: Coverage | None, command: str) -> dict[str, Any]:
-    return {
+        rows[number]["page"] = address
+    document = {
         "command": command,
         "summary": _describe_result(result),
-        "rows": [asdict(row) for row in make_run_rows(result.graph)],
-        "properties": list(_make_property_rows(result)),
+        "rows": rows,
+        "properties": [{**row, **stories.get(row["name"], {})} for row in _make_property_rows(result)],
         "coverage": None if coverage is None else encode_coverage(coverage),
+        "live": is_live,
     }
+    write_document(file, "exploration", "Exploration", document)
 
 
 def _describe_result(result: ExploreResult) -> str:

@@ -24,7 +24,6 @@ class FactTables:
     def __init__(self, env: ClipsEnvironment) -> None:
         self.env = env
         self._facts: dict[str, list[Slots]] = {}
-        self._texts: dict[str, list[Mapping[str, str]]] = {}
         self._changes: dict[str, list[ChangeFlag]] = {}
 
     @property
@@ -51,7 +50,6 @@ class FactTables:
 
     def _handle_change(self, template: str, _slots: Mapping[str, str]) -> None:
         self._facts.pop(template, None)
-        self._texts.pop(template, None)
         for changes in self._changes[template]:
             changes.is_pending = True
 
@@ -66,12 +64,7 @@ class FactTables:
 
     def printed_facts(self, template: str) -> Sequence[Mapping[str, str]]:
         """Return the facts of a deftemplate, with the values as CLIPS prints them."""
-        rows = self._texts.get(template)
-        if rows is None:
-            rows = [{name: show(value) for name, value in slots.items()} for slots in self.facts(template)]
-            if template in self._changes:
-                self._texts[template] = rows
-        return rows
+        return [{name: show(value) for name, value in slots.items()} for slots in self.facts(template)]
 
 
 class ChangeFlag:

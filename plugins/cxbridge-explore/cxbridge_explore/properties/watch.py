@@ -27,7 +27,6 @@ class PropertyWatch:
 
     def __init__(self, properties: Iterable[Property], agents: Sequence[Run], clock: Clock) -> None:
         self._tables: dict[Run, FactTables] = {}
-        self._buses: set[int] = set()
         self._monitors = [
             property_.make_monitor(Scene(property_.name, clock, self._tables)) for property_ in properties
         ]
@@ -37,11 +36,9 @@ class PropertyWatch:
     def joined(self, agent: Run) -> None:
         """Watch an agent that is not loaded yet."""
         tables = self._tables[agent] = FactTables(agent.executive.env)
-        is_new_bus = id(agent.bus) not in self._buses  # the agents of a team share a bus
-        self._buses.add(id(agent.bus))
         for monitor in self._monitors:
             monitor.joined(tables)
-            if monitor.event_types and is_new_bus:
+            if monitor.event_types:
                 agent.bus.subscribe(partial(_handle_event, monitor), *monitor.event_types)
 
     def left(self, agent: Run) -> None:

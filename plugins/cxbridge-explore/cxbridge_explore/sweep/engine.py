@@ -54,48 +54,40 @@ class WorkerProcess(Closing):
         self.connection.close()
 
 
-class LocalEngine:
-    """Plays runs in worker processes on this machine.
+def play_seeds(job: SweepJob, seeds: Sequence[int], process_count: int) -> Iterator[RunRow]:
+    """Yield the row of each seed, in the order in which the runs end.
 
-    :param jobs: the number of processes.
+    :param job: the common part of all runs.
+    :raises CxbridgeError: if the scenario or the world is invalid, or does not load.
     """
-
-    def __init__(self, jobs: int) -> None:
-        self._jobs = jobs
-
-    def play_seeds(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
-        """Yield the row of each seed, in the order in which the runs end.
-
-        :raises CxbridgeError: if the scenario or the world is invalid, or does not load.
-        """
-        size = max(1, min(_MAX_CHUNK_SEEDS, len(seeds) // (2 * self._jobs)))
-        chunks = deque(list(seeds[start : start + size]) for start in range(0, len(seeds), size))
-        deaths: Counter[int | None] = Counter()  # by the seed that the worker played
-        workers: list[WorkerProcess] = []
-        with ExitStack() as stack:
-            while chunks or any(worker.seeds for worker in workers):
-                while chunks and len(workers) < self._jobs:
-                    workers.append(stack.enter_context(WorkerProcess(job)))
-                    workers[-1].give_seeds(chunks.popleft())
-                ready_connections = wait([worker.connection for worker in workers])
-                for worker in [worker for worker in workers if worker.connection in ready_connections]:
-                    try:
-                        message = worker.connection.recv()
-                    except (EOFError, OSError):
-                        workers.remove(worker)
-                        yield from _handle_death(worker, deaths)
-                        if worker.seeds:
-                            chunks.append(worker.seeds)
-                        continue
-                    if isinstance(message, CxbridgeError):
-                        raise message
-                    if message is None:
-                        worker.is_loaded = True
-                        continue
-                    worker.seeds.remove(message.seed)
-                    if chunks and not worker.seeds:
-                        worker.give_seeds(chunks.popleft())
-                    yield message
+    size = max(1, min(_MAX_CHUNK_SEEDS, len(seeds) // (2 * process_count)))
+    chunks = deque(list(seeds[start : start + size]) for start in range(0, len(seeds), size))
+    deaths: Counter[int | None] = Counter()  # by the seed that the worker played
+    workers: list[WorkerProcess] = []
+    with ExitStack() as stack:
+        while chunks or any(worker.seeds for worker in workers):
+            while chunks and len(workers) < process_count:
+                workers.append(stack.enter_context(WorkerProcess(job)))
+                workers[-1].give_seeds(chunks.popleft())
+            ready_connections = wait([worker.connection for worker in workers])
+            for worker in [worker for worker in workers if worker.connection in ready_connections]:
+                try:
+                    message = worker.connection.recv()
+                except (EOFError, OSError):
+                    workers.remove(worker)
+                    yield from _handle_death(worker, deaths)
+                    if worker.seeds:
+                        chunks.append(worker.seeds)
+                    continue
+                if isinstance(message, CxbridgeError):
+                    raise message
+                if message is None:
+                    worker.is_loaded = True
+                    continue
+                worker.seeds.remove(message.seed)
+                if chunks and not worker.seeds:
+                    worker.give_seeds(chunks.popleft())
+                yield message
 
 
 def _handle_death(worker: WorkerProcess, deaths: Counter[int | None]) -> Iterator[RunRow]:

@@ -114,7 +114,10 @@ class WorldRun(Closing):
             for agent in self.assembly.agents:
                 self.joined(agent)
             if isinstance(self.assembly, Team):
-                self._watch_team(self.assembly)
+                self.assembly.watchers.append(self)
+                self._kills = [
+                    KillChoices(kill, self.assembly, self.choices) for kill in self._world_model.kills
+                ]
             self._checks, self._stuck_watch = AgentChecks(self.assembly.agents), StuckWatch(self.assembly)
             self.watchers.append(self._checks)
             self.assembly.loop.add(Hook.POST_LOOP, self._apply_events)
@@ -143,10 +146,6 @@ class WorldRun(Closing):
         outcomes = {name: (status, delay_s) for name, _, status, delay_s in faults}
         return outcomes.get(chosen, ("", 0.0))
 
-    def _watch_team(self, team: Team) -> None:
-        team.watchers.append(self)
-        self._kills = [KillChoices(kill, team, self.choices) for kill in self._world_model.kills]
-
     @property
     def watchers(self) -> list[AgentWatcher]:
         """The watchers of a team's agents. A single agent is never killed."""
@@ -167,11 +166,6 @@ class WorldRun(Closing):
             agent_world.apply_events()
         for kill in self._kills:
             kill.apply()
-
-    @property
-    def seconds(self) -> float:
-        """The seconds since the start of the run, by its clock."""
-        return self.choices.seconds
 
     def state(self) -> tuple[Hashable, ...] | None:
         """Return the state on which the next events of Skillers depend, besides interfaces.
@@ -224,7 +218,7 @@ class WorldRun(Closing):
         # Events at second 0, such as the first sensed values, come before the first loop.
         for agent_world in self._agent_worlds.values():
             agent_world.apply_events()
-        end_us = assembly.clock.now_us() + round((self.options.timeout - self.seconds) * MICROSECONDS)
+        end_us = assembly.clock.now_us() + round((self.options.timeout - self.choices.seconds) * MICROSECONDS)
 
         def is_done() -> bool:
             return self.is_over or self._must_stop() or assembly.clock.now_us() >= end_us
@@ -235,7 +229,7 @@ class WorldRun(Closing):
             self.options,
             self._loss_reason,
             None,  # no limit of a cycle has ended the run
-            (self.seconds, 0.0),  # by the run's clock, and in real time
+            (self.choices.seconds, 0.0),  # by the run's clock, and in real time
             self._stuck_watch,
             is_over=self.is_over,
         )

@@ -13,7 +13,7 @@ import pytest
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
 from cxbridge_explore.sweep import engine as engine_module
-from cxbridge_explore.sweep.engine import LocalEngine, WorkerProcess
+from cxbridge_explore.sweep.engine import WorkerProcess, play_seeds
 from cxbridge_explore.sweep.playing import play_seed
 from cxbridge_explore.sweep.rows import RunRow, SweepJob
 from cxbridge_explore.worlds.points import RandomChooser
@@ -33,17 +33,14 @@ def expected() -> list[RunRow]:
     return [timeless(play_seed(JOB, seed, RandomChooser(seed))) for seed in SEEDS]
 
 
-def played(engine: LocalEngine, job: SweepJob = JOB) -> list[RunRow]:
-    return sorted((timeless(row) for row in engine.play_seeds(job, SEEDS)), key=lambda row: row.seed)
-
-
 def test_worlds_differ_by_seed(expected):
     assert len({tuple(map(str, row.choices)) for row in expected}) > 2
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_forked_run_is_as_one_that_is_loaded_for_itself(expected, jobs):
-    assert played(LocalEngine(jobs)) == expected
+    rows = [timeless(row) for row in play_seeds(JOB, SEEDS, jobs)]
+    assert sorted(rows, key=lambda row: row.seed) == expected
 
 
 def test_workers_that_are_killed_lose_nothing(expected, monkeypatch):
@@ -58,7 +55,7 @@ def test_workers_that_are_killed_lose_nothing(expected, monkeypatch):
     monkeypatch.setattr(WorkerProcess, "__init__", noted)
     monkeypatch.setattr(engine_module, "MAX_DEATHS", 100)
     rows = []
-    for row in LocalEngine(2).play_seeds(JOB, SEEDS):
+    for row in play_seeds(JOB, SEEDS, 2):
         rows.append(timeless(row))
         if len(rows) in (2, 5):
             os.kill(pids[-1], signal.SIGKILL)
@@ -68,14 +65,14 @@ def test_workers_that_are_killed_lose_nothing(expected, monkeypatch):
 
 def test_a_run_that_never_ends_has_crashed_and_the_others_go_on(tmp_path):
     job = SweepJob(spinning(tmp_path, "(plan-action (state FAILED))"), cpu_seconds=1)
-    outcomes = {row.seed: row.outcome for row in LocalEngine(1).play_seeds(job, SEEDS[:2])}
+    outcomes = {row.seed: row.outcome for row in play_seeds(job, SEEDS[:2], 1)}
     assert set(outcomes.values()) == {"crashed", "completed"}
 
 
 def test_a_scenario_that_never_comes_to_a_skill_is_an_error(tmp_path):
     job = SweepJob(spinning(tmp_path, "(time $?)"), cpu_seconds=1)
     with pytest.raises(CxbridgeError, match="does not reach its first skill"):
-        list(LocalEngine(1).play_seeds(job, SEEDS))
+        list(play_seeds(job, SEEDS, 1))
 
 
 def spinning(folder: Path, condition: str) -> RunOptions:
@@ -92,5 +89,5 @@ def test_a_wrong_scenario_is_an_error_with_its_place(tmp_path):
     (tmp_path / "scenario.yaml").write_text("clips-executive: {spec: nope}\n")
     job = SweepJob(RunOptions(scenario=tmp_path, skiller="none"))
     with pytest.raises(CxbridgeError, match="nope") as caught:
-        list(LocalEngine(2).play_seeds(job, SEEDS))
+        list(play_seeds(job, SEEDS, 2))
     assert caught.value.file is not None
