@@ -23,16 +23,9 @@ from tests.cli.boards import WAIT_S, Looping
 from tests.run.mini import write_scenario
 
 
-class Robot(LocalBlackBoard):
-    """A blackboard with a Skiller that works, and notes who its controllers were."""
-
-    def __init__(self):
-        super().__init__(InterfaceRegistry(), RealClock())
-
-
 @pytest.fixture
 def robot():
-    with Robot() as board:
+    with LocalBlackBoard(InterfaceRegistry(), RealClock()) as board:
         bus = EventBus(RealClock())
         estimators = [StaticEstimator(seconds=0.05)]
         with Looping(lambda: SkillerSimulator(board, RealClock(), bus, estimators)):

@@ -49,21 +49,6 @@ def test_events_are_counted_and_chosen_by_kind():
     )
 
 
-def test_what_is_gone_is_told_at_the_begin_and_in_between():
-    buffer = EventBuffer(max_events=3)
-    buffer.add([line() for _ in range(5)])
-    assert buffer.read_bunch_after(START, ALL)[1:] == (at_line(5), 2)
-    assert buffer.read_bunch_after(buffer.begin, ALL)[2] == 0, "who asks for all that is kept misses nothing"
-    buffer.count_lost(4)
-    buffer.add([line()])
-    found, end, gone = buffer.read_bunch_after(at_line(4), ALL)
-    assert ([after for after, _ in found], end, gone) == (
-        [at_line(5), at_line(6, lost=4)],
-        at_line(6, lost=4),
-        4,
-    )
-
-
 def test_a_client_that_comes_late_gets_the_goals_however_much_else_there_was():
     buffer = EventBuffer(max_events=10)
     buffer.add([goal("first"), line("between"), goal("second")])

@@ -105,8 +105,11 @@ def test_pieces_that_fail_and_those_of_a_desk_that_closes_are_told():
     watch.now += 1
     closed = queue.submit(lambda: in_pieces(watch, 0.01, 5, []))
     queue.poll()
+    waiting = queue.submit(lambda: 1, "key")
     queue.close()
-    assert str(closed.exception(0)) == "The daemon is stopping"
+    assert [str(each.exception(0)) for each in (closed, waiting)] == ["The daemon is stopping"] * 2
+    with pytest.raises(ApiError, match="stopping"):
+        queue.submit(lambda: 1)
 
 
 def test_not_too_many_may_wait():
@@ -115,12 +118,3 @@ def test_not_too_many_may_wait():
         queue.submit(lambda: None)
     with pytest.raises(ApiError, match="Too many"):
         queue.submit(lambda: None)
-
-
-def test_nobody_waits_for_ever_when_it_is_closed():
-    queue = RequestQueue(Watch())
-    answer = queue.submit(lambda: 1, "key")
-    queue.close()
-    assert str(answer.exception(0)) == "The daemon is stopping"
-    with pytest.raises(ApiError, match="stopping"):
-        queue.submit(lambda: 1)

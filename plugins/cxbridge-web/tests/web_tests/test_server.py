@@ -159,13 +159,6 @@ def test_settings_that_are_not_safe_or_make_no_sense(text, message):
         settings(f"cxbridge:\n  web: {text}\n")
 
 
-def test_without_the_tree_there_is_no_server_and_nothing_of_it_is_imported():
-    assert "web" not in settings("a: 1\n").sections
-    made = settings("cxbridge: {web: {port: 1}}\n").sections["web"]
-    assert made is not None
-    assert (made.host, made.port) == ("127.0.0.1", 1)
-
-
 def test_a_port_that_is_taken_is_told():
     with serving((("executive", False),)) as (daemon, _, _lines):
         port = int(daemon.endpoints[-1].rpartition(":")[2])

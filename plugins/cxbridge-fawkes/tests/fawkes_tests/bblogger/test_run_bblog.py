@@ -9,7 +9,6 @@ import subprocess
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from hashlib import md5
 from pathlib import Path
 
 import pytest
@@ -19,7 +18,7 @@ from cxbridge.interfaces.registry import default_registry
 from cxbridge.run import RunOptions, run_scenario
 from tests.programs import Started
 from tests.run.mini import AGENT, write_scenario
-from tests.support import FAWKES_DIR, ROOT, SHARED, needs_fawkes, needs_shared
+from tests.support import ROOT, SHARED, needs_shared
 
 TEST_SCENARIO = ROOT / "scenarios" / "test-scenario"
 RECORDINGS = SHARED / "traces" / "test-scenario"
@@ -118,28 +117,25 @@ def test_the_skiller_writes_the_recorded_blocks_but_for_times_and_serials(
 
 
 @needs_shared
+@pytest.mark.parametrize(
+    ("interface", "field", "greetings"),
+    [(SPEECH, "duration", 2), (DEBUG, "graph", 0)],
+    ids=["speech", "debug"],
+)
 @pytest.mark.parametrize("name", ["skiller-1", "skiller-2"])
-def test_speech_is_written_as_recorded_but_for_the_greeting_and_how_long_it_takes(
-    ours: Path, name: str
+def test_speech_and_graphs_are_written_as_recorded(
+    ours: Path, name: str, interface: str, field: str, greetings: int
 ) -> None:
-    mine, other = (
-        [without("SpeechSynthInterface", block, "duration") for block in blocks(path)]
-        for path in (ours / f"test-{SPEECH}-{STAMP}.log", recorded(name, SPEECH))
-    )
-    greeting = b"Speech synth loaded"
-    assert [block[16:].startswith(greeting) for block in other] == [True] * 2 + [False] * 8
-    assert mine == other[2:]
+    """But for a field: how long the speech takes, and the text of the graph, which is of another skill.
 
-
-@needs_shared
-@pytest.mark.parametrize("name", ["skiller-1", "skiller-2"])
-def test_graphs_are_published_when_they_were_recorded(ours: Path, name: str) -> None:
-    """All but the text of the graph, which is of another skill."""
+    The recorded speech synthesis wrote a greeting first.
+    """
     mine, other = (
-        [without("SkillerDebugInterface", block, "graph") for block in blocks(path)]
-        for path in (ours / f"test-{DEBUG}-{STAMP}.log", recorded(name, DEBUG))
+        [without(interface.partition("-")[0], block, field) for block in blocks(path)]
+        for path in (ours / f"test-{interface}-{STAMP}.log", recorded(name, interface))
     )
-    assert mine == other
+    assert all(block[16:].startswith(b"Speech synth loaded") for block in other[:greetings])
+    assert mine == other[greetings:]
 
 
 @pytest.mark.parametrize("clock", ["virtual", "scaled:20"])
@@ -165,24 +161,6 @@ def test_two_runs_write_the_same_bytes(tmp_path: Path) -> None:
         {path.name: path.read_bytes() for path in record(tmp_path / folder).iterdir()} for folder in "ab"
     )
     assert one == other
-
-
-@needs_fawkes
-def test_with_a_fawkes_checkout_the_hashes_are_those_of_its_files(tmp_path: Path) -> None:
-    assert FAWKES_DIR is not None
-    options = RunOptions(fawkes_dir=FAWKES_DIR, spec="test", bblog=tmp_path)
-    assert run_scenario(options).status == 0
-    for interface in (SKILLER, SPEECH):
-        xml = FAWKES_DIR / "src" / "libs" / "interfaces" / f"{interface.partition('-')[0]}.xml"
-        assert hash_in(tmp_path / f"test-{interface}-{STAMP}.log") == md5_of(xml)
-
-
-def hash_in(path: Path) -> bytes:
-    return path.read_bytes()[160:176]
-
-
-def md5_of(path: Path) -> bytes:
-    return md5(path.read_bytes(), usedforsecurity=False).digest()
 
 
 # --- the run is the same as without the recorder ------------------------------------------------------------

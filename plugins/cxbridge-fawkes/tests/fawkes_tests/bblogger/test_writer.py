@@ -40,22 +40,6 @@ def count(path: Path) -> int:
     return int.from_bytes(path.read_bytes()[12:16], "little")
 
 
-def test_a_file_has_the_number_of_its_entries_when_it_is_closed(tmp_path: Path) -> None:
-    with make(tmp_path) as writer:
-        writer.write(block_write())
-        writer.write(block_write())
-        (path,) = tmp_path.iterdir()
-        assert count(path) == 0
-    assert count(path) == 2
-    assert path.stat().st_size == 196 + 2 * ENTRY
-
-
-def test_a_run_without_writes_leaves_an_empty_folder(tmp_path: Path) -> None:
-    with make(tmp_path / "a" / "b"):
-        pass
-    assert list((tmp_path / "a" / "b").iterdir()) == []
-
-
 def test_what_was_written_is_read_back(tmp_path: Path) -> None:
     clock = VirtualClock(START_US)
     bus = EventBus(clock)

@@ -58,6 +58,12 @@ class Rig:
         """Return a mirrored Skiller, and an agent on the right."""
         return self.mirrored(), self.agent(self.right)
 
+    def let_acquire(self, skiller, agent):
+        """Let an agent ask for control of a Skiller; return the sender that the Skiller sees."""
+        agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
+        self.gateway.loop()
+        return skiller.msgq_pop().source_id
+
     def look_again(self):
         self.gateway.request_sweep()
         self.gateway.loop()
@@ -216,9 +222,7 @@ def test_a_message_that_the_writer_cannot_take_is_told_and_the_others_come(rig):
 
 def test_control_that_a_sender_has_is_given_back_when_it_leaves(rig):
     skiller, agent = rig.connected()
-    agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
-    rig.gateway.loop()
-    source = skiller.msgq_pop().source_id
+    source = rig.let_acquire(skiller, agent)
     skiller.exclusive_controller = str(source)
     skiller.write()
     rig.gateway.loop()
@@ -235,10 +239,7 @@ def test_control_of_an_instance_that_was_closed_unnoticed_is_given_back(rig):
     first = rig.skiller(rig.left)
     keeper = rig.left.open_for_reading(SkillerInterface, "Skiller", owner="keeper")
     rig.gateway.loop()
-    agent = rig.agent(rig.right)
-    agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
-    rig.gateway.loop()
-    source = first.msgq_pop().source_id
+    source = rig.let_acquire(first, rig.agent(rig.right))
     first.close()
     rig.gateway.loop()
     second = rig.skiller(rig.left)
@@ -264,9 +265,7 @@ def test_control_of_an_instance_that_was_closed_unnoticed_is_given_back(rig):
 def test_a_writer_that_is_lost_leaves_nobody_in_control_and_nothing_running(rig, shown, left, loser):
     """The mirror took the zeros of a new writer for its last write, and showed S_RUNNING for ever."""
     skiller, agent = rig.connected()
-    agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
-    rig.gateway.loop()
-    skiller.exclusive_controller = str(skiller.msgq_pop().source_id)
+    skiller.exclusive_controller = str(rig.let_acquire(skiller, agent))
     skiller.skill_string, skiller.status = "go{}", shown
     skiller.write()
     rig.gateway.loop()
@@ -285,9 +284,7 @@ def test_a_writer_that_is_lost_leaves_nobody_in_control_and_nothing_running(rig,
 
 def test_control_that_somebody_else_has_is_left_alone(rig):
     skiller, agent = rig.connected()
-    agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
-    rig.gateway.loop()
-    skiller.msgq_pop()
+    rig.let_acquire(skiller, agent)
     skiller.exclusive_controller = "somebody else"
     skiller.write()
     rig.gateway.loop()
@@ -418,9 +415,6 @@ def test_a_board_that_is_gone_is_told_once(rig):
     assert len([text for text in rig.log if "cannot be mirrored" in text]) == 1
 
 
-# -- the thread
-
-
 # -- messages while a mirror begins
 
 
@@ -451,10 +445,3 @@ def test_messages_that_are_too_many_are_refused(rig, monkeypatch):
         agent.msgq_enqueue(SkillerInterface.StopExecMessage())
     rig.gateway.loop()
     assert skiller.msgq_size() == 2
-
-
-def test_what_was_taken_is_carried_before_the_gateway_ends(rig):
-    skiller = rig.mirrored()
-    rig.agent(rig.right).msgq_enqueue(SkillerInterface.StopExecMessage())
-    rig.gateway.close()
-    assert skiller.msgq_size() == 1

@@ -13,7 +13,7 @@ from uuid import UUID
 import pytest
 from msgspec.structs import replace
 
-from cxbridge.blackboard import Listener, LocalBlackBoard, errors
+from cxbridge.blackboard import Listener, errors
 from cxbridge.blackboard.kit.errors import RemoteRefusalError
 from cxbridge.clock import RealClock, VirtualClock
 from cxbridge.errors import BlackBoardError
@@ -425,13 +425,6 @@ def test_writes_are_told_to_the_bus_once(served):
     board.flush()
     assert [event.values["count"] for event in events] == [1, 2]
     assert readers[0].read()
-
-
-def test_a_client_of_the_wrong_board_is_told(served):
-    board = served.client()
-    stranger = LocalBlackBoard(SampleRegistry(), RealClock()).open_for_reading(SampleInterface, "a")
-    with pytest.raises(errors.ForeignInstanceError):
-        board.close(stranger)
 
 
 # -- order

@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 import json
 import threading
-from collections.abc import AsyncIterator, Iterator, MutableMapping
+from collections.abc import AsyncIterator, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import uvicorn
 from starlette.applications import Starlette
@@ -17,9 +17,6 @@ from starlette.routing import Mount, Route
 
 from cxbridge.listening import LOOPBACK, listen
 from cxbridge_web.pages import Page
-
-if TYPE_CHECKING:
-    from starlette.types import Receive, Scope, Send
 
 BUNCH = 500
 """Events of a message; the daemon sends about as many."""
@@ -169,32 +166,10 @@ class FakeDaemon:
         self._closed.set()
 
 
-class CachedPage:
-    """The page's files as browsers may keep them: these do not change while tests run.
-
-    Else each test loads some hundred modules, which takes longer than most of what tests do.
-    """
-
-    def __init__(self) -> None:
-        self._page = Page()
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Serve one file."""
-
-        async def sender(message: MutableMapping[str, Any]) -> None:
-            if message["type"] == "http.response.start":
-                others = (each for each in message["headers"] if each[0].lower() != b"cache-control")
-                message["headers"] = [*others, (b"cache-control", b"max-age=3600, immutable")]
-            await send(message)
-
-        await self._page(scope, receive, sender)
-
-
 class Served:
     """A fake daemon that is served, and may go away and come back at the same place.
 
-    :ivar daemon: the one that answers now. Tests have one each, and share its address, for the sake of the
-        browser's cache.
+    :ivar daemon: the one that answers now. Tests have one each, and share the address.
     """
 
     def __init__(self, daemon: FakeDaemon) -> None:
@@ -208,7 +183,7 @@ class Served:
             Route("/api/cxbridge/events", self._follow),
             Route("/api/{path:path}", self._answer, methods=["GET", "POST", "PUT", "PATCH", "DELETE"]),
             Route("/files/{name}", self._file),
-            Mount("/", CachedPage()),
+            Mount("/", Page()),
         ]
         self._application = Starlette(routes=routes)
         self.start()

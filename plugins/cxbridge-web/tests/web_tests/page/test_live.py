@@ -1,26 +1,12 @@
-"""The page with a real daemon: the test scenario live, a skill, a fact, pause, and a recording of a run."""
+"""The page with a real daemon: the test scenario live, and a skill."""
 
 from __future__ import annotations
-
-import subprocess
-import sys
-
-import pytest
 
 from tests.support import ROOT
 from web_tests.page.conftest import show_gone
 from web_tests.support import serving
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"
-
-
-@pytest.fixture(scope="module")
-def recording(tmp_path_factory):
-    """The test scenario, recorded."""
-    path = tmp_path_factory.mktemp("run") / "run.mcap"
-    command = ["-m", "cxbridge", "run", str(SCENARIO), "--trace-level", "facts", "--trace", str(path)]
-    subprocess.run([sys.executable, *command], check=True, capture_output=True, timeout=120)
-    return path
 
 
 def test_the_test_scenario_is_watched_from_begin_to_end(tab):
@@ -55,19 +41,3 @@ def test_a_skill_is_called_drawn_and_seen_to_end(tab):
         tab.click("[role=option] >> text=moveto")
         tab.wait_for_selector("h3 >> text=Calls of moveto")
         assert tab.input_value("#skill-string") == "moveto{}"
-
-
-def test_a_recording_is_opened_and_scrubbed(tab, recording):
-    with serving() as (_, client, _lines):
-        tab.goto(f"{client.url}/#/goals")
-        with tab.expect_file_chooser() as chooser:
-            tab.click("#open-recording")
-        chooser.value.set_files(recording)
-        tab.wait_for_selector("#state >> text=RECORDING")
-        tab.wait_for_selector("[role=treeitem] >> text=completed")
-        tab.locator("#moment").fill("100")
-        tab.wait_for_selector("[role=treeitem] >> text=gen14")
-        tab.click("[role=treeitem] >> text=gen14")
-        tab.wait_for_selector("#goal .action >> text=say-hello")
-        tab.click("#to-live")
-        tab.wait_for_selector("#state >> text=RUNNING")

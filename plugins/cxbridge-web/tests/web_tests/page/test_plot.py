@@ -142,33 +142,3 @@ def test_a_hundred_thousand_points_are_drawn_as_few_and_no_peak_is_lost(tab, sit
     )
     assert drawn <= 4 * 800
     assert (seen, ordered, greatest) == (True, True, 1e6)
-
-
-def test_series_are_limited_and_old_samples_make_room(tab, site):
-    tab.goto(f"{site.url}#/plot")
-    count, first, last = tab.evaluate(
-        """async () => {
-          const { Series } = await import("cx/plot/series.js");
-          const series = new Series({ name: "s", isStep: false }, 1000);
-          for (let at = 0; at < 5000; at++) series.push(at, at);
-          return [series.count, series.times[0], series.text(series.count - 1)];
-        }"""
-    )
-    assert count <= 1000
-    assert first > 3000
-    assert last == "4999"
-
-
-@pytest.mark.parametrize("name", ["T::a.b.c", "T::/tf/base.x[2]", "env:a{b=c,d=e}.f[1]", "loop", "t.s"])
-def test_a_name_in_full_stands_for_itself(tab, site, name):
-    tab.goto(f"{site.url}#/plot")
-    full, again = tab.evaluate(
-        """async (name) => {
-          const { parseName } = await import("cx/plot/names.js");
-          const full = parseName(name, "executive").name;
-          return [full, parseName(full, "other").name];
-        }""",
-        name,
-    )
-    assert full == again
-    assert full == (name if name != "t.s" else "executive:t.s")

@@ -132,17 +132,6 @@ def test_where_was_the_robot_when_the_skill_failed(tab, tmp_path):
         assert 'drive{to="lab"}' in robot.inner_text()
 
 
-def test_a_run_without_poses_has_no_map_and_is_played_at_a_speed(tab, tmp_path):
-    with viewing(recorded(tmp_path / "run.mcap", delivery(fails=False))) as (url, recordings):
-        tab.goto(url + recordings.start_path + "#/world")
-        tab.wait_for_selector("[data-robot=Skiller]")
-        assert tab.locator(".map-box").is_hidden()
-        tab.select_option("#speed", "50")
-        tab.evaluate("async () => (await import('cx/app.js')).app.recording.goTo(0)")
-        tab.click("#play")
-        wait_for(tab, lambda: "FINAL" in tab.locator("[data-robot=Skiller]").inner_text())
-
-
 def test_plot_proposes_the_values_that_changed(tab, tmp_path):
     events = [
         *delivery(fails=False),

@@ -72,23 +72,6 @@ def test_a_moment_is_sent_to_a_colleague(browser: Any, site: Served, daemon: Fak
     context.close()
 
 
-def test_every_key_is_in_the_help(tab: Any, site: Served):
-    tab.goto(site.url)
-    tab.wait_for_selector(".tl")
-    tab.keyboard.press("?")
-    told = " ".join(tab.locator("#help kbd").all_inner_texts()).split()
-    keys = tab.evaluate(
-        """async () => {
-          const { keyInput } = await import("cx/timeline/input.js"),
-            text = keyInput.toString(),
-            part = text.slice(text.indexOf("const actions"), text.indexOf("const shifted"));
-          return [...part.matchAll(/^\\s+"?(\\S+?)"?: \\(\\)/gm)].map(([, key]) => key);
-        }"""
-    )
-    assert len(keys) > 10
-    assert [key for key in keys if key not in (*told, "=")] == []
-
-
 @pytest.mark.smoke
 def test_a_report_opens_at_the_failure(tab: Any, site: Served, daemon: FakeDaemon):
     run = [

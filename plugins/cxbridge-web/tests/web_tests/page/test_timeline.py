@@ -217,11 +217,6 @@ def test_wheel_keys_and_buttons_zoom_and_pan(recorded):
     wait_for(tab, lambda: window(tab)[1] - window(tab)[0] < whole[1] - whole[0])
     tab.click(".tl-zoom >> text=Fit")
     wait_for(tab, lambda: window(tab) == whole)
-    box = tab.locator(".tl-overview").bounding_box()
-    tab.mouse.dblclick(x_of(tab, 4.5), y_of(tab, "FETCH"))
-    wait_for(tab, lambda: window(tab)[1] - window(tab)[0] < whole[1] - whole[0])
-    tab.mouse.dblclick(box["x"] + 200, box["y"] + 10)
-    wait_for(tab, lambda: window(tab) == whole)
 
 
 def test_live_it_follows_until_it_is_panned_and_comes_back(tab, site, daemon):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 import pytest
 
 from web_tests.page.conftest import PHONE, wait_for
@@ -293,14 +291,3 @@ def test_without_remote_control_nothing_can_be_pressed_and_the_reason_is_there(t
         button = tab.get_by_role("button", name=name, exact=True)
         assert button.is_disabled(), name
         assert "remote-control is off" in button.get_attribute("title"), name
-
-
-def test_number_keys_change_the_view_and_help_tells_of_them(tab, site):
-    tab.goto(site.url)
-    for key, view in enumerate(VIEWS, 1):
-        tab.keyboard.press(str(key))
-        tab.wait_for_url(re.compile(rf"#/{view}$"))
-    tab.keyboard.press("?")
-    tab.wait_for_selector("#help[open]")
-    tab.keyboard.press("Escape")
-    tab.wait_for_selector("#help", state="hidden")
