@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.urls import open_blackboard
@@ -115,8 +116,6 @@ class RemoteSkillerComponent(RemoteSkiller, Component):
     description = "Mirrors the Skiller that executes skills"
 
     def __init__(self, context: Run) -> None:
-        def connect(url: str) -> BlackBoard:
-            return open_blackboard(url, context.registry, context.clock, context.bus)
-
+        connect = partial(open_blackboard, registry=context.registry, clock=context.clock, bus=context.bus)
         patience_s = PATIENCE_S if context.waits_for_skiller else 0
         super().__init__(context.options.skiller, context.board, context.bus, connect, patience_s=patience_s)

@@ -80,11 +80,11 @@ class Api:
             return await asyncio.to_thread(
                 lambda: _make_response(endpoint.finish(call, content), 200, is_pretty=is_pretty)
             )
-        except RefusedError as error:
-            raise ApiError(403, f"{error.message} ({error.hint})") from error
         except CxbridgeError as error:
             hint = f" ({error.hint})" if error.hint else ""
-            raise ApiError(400, f"{error.message}{hint}") from error
+            raise ApiError(
+                403 if isinstance(error, RefusedError) else 400, f"{error.message}{hint}"
+            ) from error
         except (ApiError, asyncio.CancelledError):
             raise
         except Exception as error:

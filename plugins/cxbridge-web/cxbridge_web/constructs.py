@@ -5,10 +5,11 @@ CLIPS keeps neither, so the page reads the files of an environment again.
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable
+from contextlib import suppress
+from functools import lru_cache
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 from msgspec import UNSET, Meta, UnsetType
 
@@ -17,7 +18,8 @@ from cxbridge.clipstext.syntax import definitions
 from cxbridge.printing import short_path
 from cxbridge_web.models import Model
 
-_CORE_FOLDER = Path(cxbridge.executive.__file__).parent / "clips"
+_CORE_FOLDER: Final = Path(cxbridge.executive.__file__).parent / "clips"
+_MAX_CACHED_FILES: Final = 1000
 
 
 class Construct(Model, kw_only=True):
@@ -31,40 +33,29 @@ class Construct(Model, kw_only=True):
     text: str | UnsetType = UNSET
 
 
-class SourceConstructs:
-    """The constructs of CLIPS files, cached until a file changes. Thread-safe."""
-
-    def __init__(self) -> None:
-        # the time of the last modification, and the constructs, by file
-        self._files: dict[str, tuple[int, tuple[Construct, ...]]] = {}
-        self._lock = threading.Lock()
-
-    def find_constructs(self, files: Sequence[str]) -> dict[tuple[str, str], Construct]:
-        """Return the constructs of files by kind and name; the last duplicate wins."""
-        with self._lock:
-            constructs = [
-                construct for file in dict.fromkeys(files) for construct in self._read_constructs(file)
-            ]
-        return {(construct.construct, construct.name): construct for construct in constructs}
-
-    def _read_constructs(self, file: str) -> tuple[Construct, ...]:
-        try:
+def find_constructs(files: Iterable[str]) -> dict[tuple[str, str], Construct]:
+    """Return the constructs of files by kind and name; the last duplicate wins."""
+    constructs: dict[tuple[str, str], Construct] = {}
+    for file in dict.fromkeys(files):
+        with suppress(OSError):  # a file may be deleted after an environment has loaded it
             modification_ns = Path(file).stat().st_mtime_ns
-            if file not in self._files or self._files[file][0] != modification_ns:
-                self._files[file] = modification_ns, tuple(_parse_file(Path(file)))
-        except OSError:  # a file may be deleted after an environment has loaded it
-            return ()
-        return self._files[file][1]
+            constructs |= {(each.construct, each.name): each for each in _parse_file(file, modification_ns)}
+    return constructs
 
 
-def _parse_file(file: Path) -> Iterator[Construct]:
-    is_core = file.resolve().is_relative_to(_CORE_FOLDER)
-    for definition in definitions(file.read_bytes().decode("utf-8", "replace")):
-        yield Construct(
+@lru_cache(maxsize=_MAX_CACHED_FILES)
+def _parse_file(file: str, _modification_ns: int) -> tuple[Construct, ...]:
+    """Return the constructs of a file; a new time of modification makes a new entry in the cache."""
+    path = Path(file)
+    is_core = path.resolve().is_relative_to(_CORE_FOLDER)
+    return tuple(
+        Construct(
             construct=definition.kind,
             name=definition.name,
-            file=short_path(file),
+            file=short_path(path),
             line=definition.line,
             core=is_core,
             text=definition.node.text,
         )
+        for definition in definitions(path.read_bytes().decode("utf-8", "replace"))
+    )

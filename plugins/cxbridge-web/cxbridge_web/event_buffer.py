@@ -125,17 +125,13 @@ class EventBuffer:
                 if last_writes[event.uid] is not event or self._last_values.get(event.uid) == event.values:
                     continue
                 self._last_values[event.uid] = event.values
-            self._append(event)
+            group = find_group(event.KIND.name)
+            self.end = self.end.advance(group)
+            self._groups[group].add(_BufferedEvent(self.end, event.KIND.name, encode_with_kind(event)))
 
     def forget_interfaces(self) -> None:
         """Forget the interface values, so that the next write to each interface counts as a change."""
         self._last_values.clear()
-
-    def _append(self, event: Event) -> None:
-        kind = event.KIND.name
-        group = find_group(kind)
-        self.end = self.end.advance(group)
-        self._groups[group].add(_BufferedEvent(self.end, kind, encode_with_kind(event)))
 
     def read_bunch_after(
         self, position: StreamPosition, kinds: frozenset[str]

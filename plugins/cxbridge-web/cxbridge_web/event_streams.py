@@ -58,7 +58,6 @@ class EventStreams:
         self._new_events = asyncio.Event()
         self._poller: asyncio.Task[None] | None = None
         self._is_closed = False
-        self._bunches: dict[tuple[StreamPosition, frozenset[str], bool], tuple[bytes, StreamPosition]] = {}
         self.client_count = 0  # number of connected clients
 
     def close(self) -> None:
@@ -137,24 +136,18 @@ class EventStreams:
     def _encode_bunch(
         self, position: StreamPosition, kinds: frozenset[str], *, is_joined: bool
     ) -> tuple[bytes, StreamPosition]:
-        """Return the encoded events after a position, and the position after them. Clients share the result.
+        """Return the encoded events after a position, and the position after them.
 
         :param is_joined: whether to send one message with an event per line, since browsers need 0.1 ms per
             message.
         """
-        key = (position, kinds, is_joined)
-        bunch = self._bunches.get(key)
-        if bunch is None:
-            buffered_events, end_position, missing_count = self._buffer.read_bunch_after(position, kinds)
-            text = b""
-            if missing_count:
-                dropped_message = json.dumps({"kind": "dropped", "count": missing_count})
-                text = f"event: dropped\ndata: {dropped_message}\n\n".encode()
-            messages = (
-                [buffered_events] if is_joined and buffered_events else [[event] for event in buffered_events]
-            )
-            bunch = self._bunches[key] = text + b"".join(map(self._encode_message, messages)), end_position
-        return bunch
+        buffered_events, end_position, missing_count = self._buffer.read_bunch_after(position, kinds)
+        text = b""
+        if missing_count:
+            dropped_message = json.dumps({"kind": "dropped", "count": missing_count})
+            text = f"event: dropped\ndata: {dropped_message}\n\n".encode()
+        messages = [buffered_events] if is_joined else [[event] for event in buffered_events]
+        return text + b"".join(self._encode_message(message) for message in messages if message), end_position
 
     def _encode_message(self, events: list[tuple[StreamPosition, bytes]]) -> bytes:
         """Return a message with one event per line."""
@@ -181,10 +174,7 @@ class EventStreams:
             self._buffer.count_lost(lost_count)
         if events:
             self._buffer.add(events)
-        if self._buffer.end == previous_end:
-            return False
-        self._bunches.clear()
-        return True
+        return self._buffer.end != previous_end
 
     def _wake_clients(self) -> None:
         """Wake all waiting clients."""

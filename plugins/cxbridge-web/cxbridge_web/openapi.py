@@ -66,10 +66,15 @@ def _describe_endpoint(endpoint: Endpoint) -> dict[str, Any]:
     operation: dict[str, Any] = {
         "tags": [endpoint.component],
         "summary": endpoint.summary,
-        "operationId": _make_operation_id(endpoint),
+        "operationId": "_".join([endpoint.method.lower(), *re.findall(r"[A-Za-z]+", endpoint.path)]),
         "parameters": [
             *(
-                _describe_path_parameter(name, endpoint.names.get(name, _Text))
+                {
+                    "name": name,
+                    "in": "path",
+                    "required": True,
+                    "schema": make_schema(endpoint.names.get(name, _Text)),
+                }
                 for name in _PATH_NAME.findall(endpoint.path)
             ),
             *map(_describe_query_parameter, (*endpoint.query, _PRETTY)),
@@ -89,15 +94,6 @@ def _describe_endpoint(endpoint: Endpoint) -> dict[str, Any]:
 
 def _make_content(media_type: str, value_type: Any) -> dict[str, Any]:
     return {media_type: {"schema": make_schema(value_type)}}
-
-
-def _make_operation_id(endpoint: Endpoint) -> str:
-    words = re.findall(r"[A-Za-z]+", endpoint.path)
-    return "_".join([endpoint.method.lower(), *words])
-
-
-def _describe_path_parameter(name: str, value_type: Any) -> dict[str, Any]:
-    return {"name": name, "in": "path", "required": True, "schema": make_schema(value_type)}
 
 
 def _describe_query_parameter(query: Query) -> dict[str, Any]:

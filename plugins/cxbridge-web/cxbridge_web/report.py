@@ -50,9 +50,10 @@ def _make_explanations(run: Run, history: RunHistory) -> dict[str, Any]:
         for env in environments:
             explain = explainer(run, env=env)
             agent = f"{env} " if len(environments) > 1 else ""
-            goals = [goal for goal in history.goals if goal.env == env]
             troubled_goals = [
-                goal.name for goal in goals if goal.end_change is None or goal.outcome == "FAILED"
+                goal.name
+                for goal in history.goals
+                if goal.env == env and (goal.end_change is None or goal.outcome == "FAILED")
             ]
             explanations[f"{agent}run"] = explain("run", "")["data"]
             for name in troubled_goals[:MAX_EXPLANATIONS]:

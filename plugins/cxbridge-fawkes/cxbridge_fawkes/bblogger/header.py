@@ -43,7 +43,7 @@ _SCENARIO_SIZE: Final = 32  # fixed sizes of Fawkes' C struct, in bytes
 _TYPE_SIZE: Final = 48
 _ID_SIZE: Final = 64
 _FIELDS: Final = struct.Struct(f"<II{_SCENARIO_SIZE}s{_TYPE_SIZE}s{_ID_SIZE}s16sIqq")
-_UINT32: Final = 0xFFFFFFFF
+_UINT32_MASK: Final = 0xFFFFFFFF
 
 HEADER_SIZE: Final = FLAG_OFFSET + _FIELDS.size
 """The number of bytes before the first entry."""
@@ -175,23 +175,28 @@ def pack_header(
     :param count: the number of entries, 0 for unknown.
     """
     interface_type, _, interface_id = uid.partition("::")
-    texts = (
+    fields = _FIELDS.pack(
+        0,  # the byte order flag: little endian
+        count,
         _pack_text(scenario, _SCENARIO_SIZE),
         _pack_text(interface_type, _TYPE_SIZE),
         _pack_text(interface_id, _ID_SIZE),
+        hash_,
+        data_size,
+        *split_us(start_us),
     )
-    return MAGIC + VERSION + _FIELDS.pack(0, count, *texts, hash_, data_size, *split_us(start_us))
+    return MAGIC + VERSION + fields
 
 
 def pack_count(count: int) -> bytes:
     """Return the bytes at :data:`COUNT_OFFSET`. The count has 32 bits and wraps, as in ffbblog."""
-    return (count & _UINT32).to_bytes(4, "little")
+    return (count & _UINT32_MASK).to_bytes(4, "little")
 
 
 def pack_entry(since_us: int, block: bytes) -> bytes:
     """Return an entry with a block that was written ``since_us`` microseconds after the start."""
     seconds, microseconds = split_us(since_us)
-    seconds &= _UINT32  # as in Fawkes' assignment in C: a virtual clock may advance by centuries
+    seconds &= _UINT32_MASK  # as in Fawkes' assignment in C: a virtual clock may advance by centuries
     return ENTRY_HEADER.pack(seconds, microseconds) + block
 
 
@@ -201,7 +206,7 @@ def file_name(scenario: str, uid: str, start_us: int, *, utc: bool = False) -> s
     In scenario and id, bytes other than ASCII letters, digits and ``-._~`` become ``%XX``.
 
     :param uid: ``Type::id``.
-    :param utc: use UTC instead of the time zone of the machine, as in Fawkes.
+    :param utc: whether the date is in UTC; otherwise in the time zone of the machine, as in Fawkes.
     """
     interface_type, _, interface_id = uid.partition("::")
     second, _ = split_us(start_us)

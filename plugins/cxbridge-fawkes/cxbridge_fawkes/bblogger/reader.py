@@ -17,7 +17,7 @@ from typing import Any
 
 from cxbridge.clock import MICROSECONDS, format_asctime
 from cxbridge.errors import CxbridgeError, TraceError
-from cxbridge.events import Event, InterfaceWrite
+from cxbridge.events import Event
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.blocks import STAMP_SIZE, BlockDecoder, write_events
 from cxbridge.trace.formats.files import reading
@@ -93,7 +93,6 @@ class BBLoggerFile(Run):
         has_stamp = header.data_size >= STAMP_SIZE
         decode = _read_raw_block if header.schema is None else BlockDecoder(header.schema).decode
         uid, interface_type, start_us = header.uid, header.interface_type, header.start_us
-        is_skiller = header.schema is not None and interface_type == "SkillerInterface"
         for since_us, block in self.entries():
             time_us = 0
             if has_stamp:
@@ -102,10 +101,7 @@ class BBLoggerFile(Run):
             # without a valid time stamp of the writer, the logger's time counts
             if not 0 < time_us < _MAX_US:
                 time_us = max(0, min(start_us + since_us, _MAX_US))
-            if is_skiller:
-                yield from write_events(interface_type, uid, time_us, decode(block))
-            else:
-                yield InterfaceWrite(time_us, uid, decode(block))
+            yield from write_events(interface_type, uid, time_us, decode(block))
 
     def metadata(self) -> Mapping[str, str]:
         """Return scenario, interface and start from the header."""

@@ -13,7 +13,6 @@ from pathlib import Path
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import BlockWrite, Event
-from cxbridge.interfaces.known_hashes import hash_for_wire
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.trace.formats.base import RecordedRun, RunWriter
 from cxbridge.trace.formats.files import writing
@@ -24,6 +23,7 @@ from cxbridge_fawkes.bblogger.header import (
     pack_entry,
     pack_header,
 )
+from cxbridge_fawkes.network.hashes import fawkes_hash
 
 
 class BBLoggerWriter(RunWriter):
@@ -35,8 +35,8 @@ class BBLoggerWriter(RunWriter):
     :param folder: created if necessary.
     :param scenario: the name of the run.
     :param start_us: the start of the run in microseconds since the epoch.
-    :param utc: use UTC in file names, for runs on the virtual clock; otherwise the machine's zone as in
-        Fawkes.
+    :param utc: whether the dates in file names are in UTC, for runs on the virtual clock; otherwise they are
+        in the machine's time zone, as in Fawkes.
     :raises TraceError: if files cannot be created in the folder.
     """
 
@@ -71,9 +71,8 @@ class BBLoggerWriter(RunWriter):
         file.append(pack_entry(event.time_us - self._start_us, event.block))
 
     def _create_file(self, event: BlockWrite) -> _InterfaceFile:
-        header = pack_header(
-            self._scenario, event.uid, _find_fawkes_hash(event), len(event.block), start_us=self._start_us
-        )
+        hash_ = fawkes_hash(default_registry(), event.uid.partition("::")[0], event.hash)
+        header = pack_header(self._scenario, event.uid, hash_, len(event.block), start_us=self._start_us)
         name = file_name(self._scenario, event.uid, self._start_us, utc=self._utc)
         file = _InterfaceFile(self.folder / name, header)
         self._open_files.callback(file.close)
@@ -134,22 +133,6 @@ class _InterfaceFile:
         # an unbuffered file may write only a part of the data
         while unwritten:
             unwritten = unwritten[self._file.write(unwritten) :]
-
-
-def _find_fawkes_hash(event: BlockWrite) -> bytes:
-    """Return the hash of an interface that Fawkes' tools expect.
-
-    A definition of cxbridge gets Fawkes' hash of the same layout. A foreign definition, for example of a
-    Fawkes checkout, keeps its hash.
-    """
-    interface_type = event.uid.partition("::")[0]
-    registry = default_registry()
-    if (
-        registry.path(interface_type) is not None
-        and (schema := registry.schema(interface_type)).hash == event.hash
-    ):
-        return hash_for_wire(schema)
-    return event.hash
 
 
 def open_recording(folder: Path, run: RecordedRun) -> BBLoggerWriter:

@@ -165,13 +165,13 @@ def _convert_file(run: BBLoggerFile, path: Path) -> None:
         raise TraceError(header.problem, file=run.path, hint="without a definition there are no columns")
     if header.problem:
         run.note(header.problem)
-    decode = BlockDecoder(header.schema, _encode_text).decode
+    decode = BlockDecoder(header.schema, _cut_text).decode
     with closing(_CsvFile(path, header.schema)) as file:
         for elapsed_us, block in run.entries():
             file.write(elapsed_us, decode(block))
 
 
-def _encode_text(field: bytes) -> bytes:
+def _cut_text(field: bytes) -> bytes:
     # as in ffbblog: a text ends at its first zero byte, but a field of one byte is written even if it is zero
     return field if len(field) == 1 else field.split(b"\0", 1)[0]
 

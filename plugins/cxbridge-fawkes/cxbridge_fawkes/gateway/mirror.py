@@ -270,10 +270,8 @@ class InterfaceMirror(Listener):
 
     def _find_sender(self, serial: str) -> str | None:
         """Return the serial of the sender whose proxy has the given serial."""
-        for sender, proxy in self._proxies.items():
-            if serial == str(proxy.serial):
-                return str(sender)
-        return None
+        proxies = self._proxies.items()
+        return next((str(sender) for sender, proxy in proxies if serial == str(proxy.serial)), None)
 
 
 def _check_layouts(reader: Interface, writer: Interface) -> None:

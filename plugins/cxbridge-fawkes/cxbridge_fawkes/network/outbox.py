@@ -58,11 +58,6 @@ class Outbox:
     def __bool__(self) -> bool:
         return bool(self._queue)
 
-    @property
-    def is_overfull(self) -> bool:
-        """Whether more than :data:`MAX_QUEUED_BYTES` are queued."""
-        return self.queued_bytes > MAX_QUEUED_BYTES
-
     def put_frames(self, frames: bytes) -> None:
         """Add complete frames."""
         self._queue.append(frames)

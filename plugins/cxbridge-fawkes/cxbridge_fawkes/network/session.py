@@ -111,11 +111,8 @@ class FawkesSession:
             self._send_queued()
             if outbox and not self.awaits_writable:
                 self._hub.request_flush(self)
-        if outbox.is_overfull:
-            self.drop_reason = (
-                self.drop_reason or f"it reads too slowly, with {MAX_QUEUED_BYTES} bytes queued"
-            )
-            self._hub.request_flush(self)
+        if outbox.queued_bytes > MAX_QUEUED_BYTES:
+            self.request_drop(f"it reads too slowly, with {MAX_QUEUED_BYTES} bytes queued")
 
     def _send_queued(self) -> None:
         """Send as many queued bytes as the socket accepts. The caller holds the lock."""
@@ -128,9 +125,8 @@ class FawkesSession:
             except BlockingIOError:
                 sent = 0
             except OSError as error:
-                self.drop_reason = error.strerror or str(error)
                 self.send_failed = True
-                self._hub.request_flush(self)
+                self.request_drop(error.strerror or str(error))
                 return
             if sent:
                 self._last_progress_s = time.monotonic()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from msgspec import UNSET
 from msgspec.structs import replace
 
-from cxbridge_web.constructs import Construct
+from cxbridge_web.constructs import Construct, find_constructs
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query, matches
 from cxbridge_web.fawkes.slots import DEFAULT_ENVIRONMENT, find_environment
 from cxbridge_web.models import Model
@@ -55,7 +55,7 @@ def _copy_rules(call: ApiCall) -> tuple[str, list[Rule], tuple[str, ...]]:
 def _describe_rules(call: ApiCall, rules_and_files: tuple[str, list[Rule], tuple[str, ...]]) -> list[Rule]:
     """Return the rules of :func:`_copy_rules` with their locations and firings."""
     env, rules, files = rules_and_files
-    constructs = call.server.constructs.find_constructs(files)
+    constructs = find_constructs(files)
     for rule in rules:
         if (construct := constructs.get(("defrule", rule.name))) is not None:
             rule.file, rule.line, rule.core = construct.file, construct.line, construct.core
@@ -72,10 +72,12 @@ def _select_constructs(call: ApiCall) -> tuple[tuple[str, ...], str, str, bool]:
     return files, query.get("construct", ""), query.get("name", ""), query.get("text") == "true"
 
 
-def _describe_constructs(call: ApiCall, selection: tuple[tuple[str, ...], str, str, bool]) -> list[Construct]:
+def _describe_constructs(
+    _call: ApiCall, selection: tuple[tuple[str, ...], str, str, bool]
+) -> list[Construct]:
     """Return the constructs that :func:`_select_constructs` selects."""
     files, kinds, names, includes_text = selection
-    constructs = call.server.constructs.find_constructs(files).values()
+    constructs = find_constructs(files).values()
     selected_constructs = [
         construct
         for construct in constructs

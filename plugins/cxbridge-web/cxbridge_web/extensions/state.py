@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
-
-from cxbridge_web.constructs import SourceConstructs
 
 if TYPE_CHECKING:
     from cxbridge_web.event_collector import EventCollector
@@ -20,10 +18,8 @@ class ServerState:
     :param streams: the event streams of the clients.
     :param collector: counts the firings of rules while a client follows them.
     :param navgraphs: the loaded navigation graphs.
-    :param constructs: the constructs of the loaded files.
     """
 
     streams: EventStreams
     collector: EventCollector
     navgraphs: NavGraphs
-    constructs: SourceConstructs = field(default_factory=SourceConstructs)

@@ -83,11 +83,8 @@ def _find_writer_owner(info: BoardInfo) -> str | UnsetType:
 def _make_info(call: ApiCall, info: BoardInfo) -> InterfaceInfo:
     fields: list[InterfaceFieldType] = []
     messages: list[InterfaceMessageType] = []
-    try:
+    with suppress(InterfaceError):  # an interface of another program, without a local definition
         schema = call.host.board.registry.get(info.type).SCHEMA
-    except InterfaceError:
-        pass  # an interface of another program, without a local definition
-    else:
         fields = _make_fields(schema.fields)
         messages = [
             InterfaceMessageType(message.name, _make_fields(message.fields)) for message in schema.messages

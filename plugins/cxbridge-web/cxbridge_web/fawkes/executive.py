@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from typing import Annotated, Any, Final, TypeAlias, TypeVar
 
@@ -112,33 +113,6 @@ def _make_models(
     return models
 
 
-# -- goals
-
-
-def _find_plan_ids(facts: FactCopy) -> dict[str, list[str]]:
-    """Return the ids of the plans of each goal."""
-    plans: dict[str, list[str]] = {}
-    for slots in facts.facts_of("plan"):
-        try:
-            plans.setdefault(read_text(slots, "goal-id"), []).append(read_text(slots, "id"))
-        except SlotError:
-            continue  # as in Fawkes, a plan without a goal is skipped
-    return plans
-
-
-def _make_goal(plans: dict[str, list[str]], slots: Slots) -> Model:
-    return read_model(Goal, slots, plans=plans.get(read_text(slots, "id"), []))
-
-
-def _list_goals(call: ApiCall, facts: FactCopy) -> list[Model]:
-    return _make_models(call, "goal", facts.facts_of("goal"), partial(_make_goal, _find_plan_ids(facts)))
-
-
-def _get_goal(call: ApiCall, facts: FactCopy) -> Model:
-    make_goal = partial(_make_goal, _find_plan_ids(facts))
-    return _get_by_id(call, facts, "goal", "goal", make_goal, "Goal '{}' is unknown")
-
-
 def _get_by_id(
     call: ApiCall,
     facts: FactCopy,
@@ -157,6 +131,31 @@ def _get_by_id(
     for model in _make_models(call, noun, rows, make_model):
         return model
     raise ApiError(400, error.format(fact_id))
+
+
+# -- goals
+
+
+def _find_plan_ids(facts: FactCopy) -> dict[str, list[str]]:
+    """Return the ids of the plans of each goal."""
+    plans: dict[str, list[str]] = {}
+    for slots in facts.facts_of("plan"):
+        with suppress(SlotError):  # as in Fawkes, a plan without a goal is skipped
+            plans.setdefault(read_text(slots, "goal-id"), []).append(read_text(slots, "id"))
+    return plans
+
+
+def _make_goal(plans: dict[str, list[str]], slots: Slots) -> Model:
+    return read_model(Goal, slots, plans=plans.get(read_text(slots, "id"), []))
+
+
+def _list_goals(call: ApiCall, facts: FactCopy) -> list[Model]:
+    return _make_models(call, "goal", facts.facts_of("goal"), partial(_make_goal, _find_plan_ids(facts)))
+
+
+def _get_goal(call: ApiCall, facts: FactCopy) -> Model:
+    make_goal = partial(_make_goal, _find_plan_ids(facts))
+    return _get_by_id(call, facts, "goal", "goal", make_goal, "Goal '{}' is unknown")
 
 
 # -- the domain

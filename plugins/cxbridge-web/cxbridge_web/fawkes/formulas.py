@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final
 
@@ -84,12 +85,10 @@ class Groundings:
             ("grounded-pddl-predicate", "predicate-id"),
         ):
             for slots in facts.facts_of(template):
-                try:
+                with suppress(SlotError):  # as in Fawkes, an unreadable fact is skipped
                     satisfied[read_text(slots, "grounding"), read_text(slots, slot)] = read_flag(
                         slots, "is-satisfied"
                     )
-                except SlotError:  # as in Fawkes, an unreadable fact is skipped
-                    continue
         return cls(groundings, nodes, satisfied)
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, Literal
 from weakref import WeakKeyDictionary
@@ -91,21 +91,20 @@ def _open_interfaces(call: ApiCall, *types: str) -> Iterator[list[Any]]:
         info.type == "SkillerInterface" and info.id == skiller for info in board.list_all()
     ):
         raise ApiError(404, f"The Skiller '{skiller}' does not exist")
-    # interface fields come from XML definitions, so they have no static type
-    instances: list[Any] = []
     try:
-        for name in types:
-            instances.append(board.open_for_reading(name, skiller, owner=OWNER))
-            instances[-1].read()
-        if not all(instance.has_writer for instance in instances):
-            # this endpoint and the other endpoints have Fawkes' texts
-            raise ApiError(503, "Behavior Engine plugin is not loaded")
-        yield instances
+        with ExitStack() as stack:
+            # interface fields come from XML definitions, so they have no static type
+            instances: list[Any] = [
+                stack.enter_context(board.open_for_reading(name, skiller, owner=OWNER)) for name in types
+            ]
+            for instance in instances:
+                instance.read()
+            if not all(instance.has_writer for instance in instances):
+                # this endpoint and the other endpoints have Fawkes' texts
+                raise ApiError(503, "Behavior Engine plugin is not loaded")
+            yield instances
     except NoWriterError as error:  # the Skiller has stopped during the request
         raise ApiError(503, "Behavior Engine plugin is not loaded") from error
-    finally:
-        for instance in instances:
-            board.close(instance)
 
 
 def _show_graph(debug_interface: Any, subject: str) -> None:

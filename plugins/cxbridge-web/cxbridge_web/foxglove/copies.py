@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import cache
 from pathlib import Path
 
 from cxbridge.events import Event
@@ -22,27 +23,25 @@ class FoxgloveWriter(McapWriter):
 
     def __init__(self, path: Path, _registry: InterfaceRegistry) -> None:
         super().__init__(path)
-        self._panel_channels: dict[str, int] = {}
-        self._panel_schemas: dict[str, int] = {}
+        self._get_panel_channel = cache(self._add_panel_channel)
+        self._get_panel_schema = cache(self._add_panel_schema)
 
     def _make_messages(self, events: Iterable[Event]) -> Iterator[tuple[int, int, bytes]]:
         """Yield events as messages, each followed by its messages for panels."""
         for event in events:
             yield from super()._make_messages((event,))
             for message in make_foxglove_messages(event):
-                channel = self._get_channel(message.topic, message.schema)
+                channel = self._get_panel_channel(message.topic, message.schema)
                 yield channel, event.time_us * 1000, message.encode()
 
-    def _get_channel(self, topic: str, schema: str) -> int:
-        """Return the channel of a topic. A missing channel is added with its schema."""
-        if topic not in self._panel_channels:
-            if schema not in self._panel_schemas:
-                json_schema = make_json_schema(schema)
-                self._panel_schemas[schema] = self._mcap.add_schema(
-                    json_schema["title"], "jsonschema", dump_json(json_schema).encode()
-                )
-            self._panel_channels[topic] = self._mcap.add_channel(topic, "json", self._panel_schemas[schema])
-        return self._panel_channels[topic]
+    def _add_panel_channel(self, topic: str, schema: str) -> int:
+        """Add the channel of a topic, and return its number."""
+        return self._mcap.add_channel(topic, "json", self._get_panel_schema(schema))
+
+    def _add_panel_schema(self, schema: str) -> int:
+        """Add the schema of a message such as ``Log``, and return its number."""
+        json_schema = make_json_schema(schema)
+        return self._mcap.add_schema(json_schema["title"], "jsonschema", dump_json(json_schema).encode())
 
 
 COPIES = (CopyFormat("foxglove", 40, f"{__name__}:FoxgloveWriter"),)  # rank 40: after the formats of cxbridge

@@ -119,7 +119,7 @@ class RunHost(WebHost):
         state = "loaded" if is_active else "unloaded"  # the words of Fawkes' API
         raise CxbridgeError(f"{name} cannot be {state}: the components of a run are fixed")
 
-    def serve_blackboard(self) -> None:
+    def attend(self) -> None:
         """Serve the environments of clients and the blackboard between two loops."""
         self._agent.manager.run_client_environments()
         self._agent.attend()
@@ -162,7 +162,7 @@ class RunPage(RunServer):
     def attend(self) -> None:
         if self._server is not None and self._host is not None:
             self._server.serve_main_loop()
-            self._host.serve_blackboard()
+            self._host.attend()
 
     def finish(self, result: RunResult) -> None:
         """Show the end of the run on the page."""

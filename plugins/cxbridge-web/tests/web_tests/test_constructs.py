@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge_web.constructs import SourceConstructs
+from cxbridge_web.constructs import find_constructs
 from tests.support import ROOT
 from web_tests.support import serving
 
@@ -10,12 +10,11 @@ from web_tests.support import serving
 def test_constructs_are_read_again_when_their_file_has_changed(tmp_path):
     file = tmp_path / "door.clp"
     file.write_text('; a door\n(deftemplate door (slot open))\n(defrule shut "Shuts."\n  (door) =>)\n')
-    constructs = SourceConstructs()
-    found = constructs.find_constructs([str(file), str(tmp_path / "missing.clp")])
+    found = find_constructs([str(file), str(tmp_path / "missing.clp")])
     rule = found["defrule", "shut"]
     assert (rule.line, rule.core, rule.text) == (3, False, '(defrule shut "Shuts."\n  (door) =>)')
     file.write_text("(defrule open (door) =>)" + " " * 99)
-    assert set(constructs.find_constructs([str(file)])) == {("defrule", "open")}
+    assert set(find_constructs([str(file)])) == {("defrule", "open")}
 
 
 def test_a_daemon_has_the_source_of_its_rules_and_says_which_are_the_cores():

@@ -84,8 +84,9 @@ class FawkesConnection:
                 self._sock.sendall(data)
             except OSError as error:
                 # a part of the frame may have been sent, after which the server would misread further frames
-                blocked = isinstance(error, BlockingIOError)
-                self._end_reason = "the other end does not accept data any more" if blocked else str(error)
+                self._end_reason = str(error)
+                if isinstance(error, BlockingIOError):  # the timeout of the socket option SO_SNDTIMEO
+                    self._end_reason = "the other end does not accept data any more"
                 self._disconnect()
                 raise ConnectionLostError(self.address, self._end_reason) from None
 

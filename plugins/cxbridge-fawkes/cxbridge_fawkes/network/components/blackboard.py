@@ -259,5 +259,4 @@ def _mark_changed(instance: Interface, block: bytes) -> None:
 def _find_max_block_size(interface_class: type[Interface]) -> int:
     """Return the size of the largest block of an interface and its messages."""
     schema = interface_class.SCHEMA
-    # the 0, because `max` takes a single argument for a collection, and a type may have no messages
-    return max(schema.datasize, *(message.datasize for message in schema.messages), 0)
+    return max([schema.datasize, *(message.datasize for message in schema.messages)])

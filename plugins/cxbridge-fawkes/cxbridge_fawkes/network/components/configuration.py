@@ -35,7 +35,7 @@ class ConfigurationComponent(NetworkHandler):
 
     def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
         if frame.kind in GET_KINDS:
-            session.send(self._find_value_message(unpack_path(frame.payload)).to_bytes())
+            session.send(self._make_value_frame(unpack_path(frame.payload)))
         elif frame.kind == ConfigKind.SUBSCRIBE:
             entries = pack_list(self._list_entries())
             session.send(FawkesFrame(self.COMPONENT, ConfigKind.LIST, entries).to_bytes())
@@ -46,16 +46,12 @@ class ConfigurationComponent(NetworkHandler):
         elif frame.kind != ConfigKind.UNSUBSCRIBE:  # without changes, a subscription has no effect
             raise MalformedMessageError(f"the configuration has no requests of kind {frame.kind}")
 
-    def _find_value_message(self, path: str) -> ConfigMessage:
-        """Return the message with the value at a path; INV_VALUE if no value exists or it does not fit."""
-        if not self._config.exists(path):
-            return _make_invalid_message(path)
-        message = _make_value_message(path, mask_value(self._config.get(path)))
-        try:
-            message.pack()
-        except MalformedMessageError:
-            return _make_invalid_message(path)  # the value does not fit into a message
-        return message
+    def _make_value_frame(self, path: str) -> bytes:
+        """Return the frame with the value at a path; INV_VALUE if no value exists or it does not fit."""
+        if self._config.exists(path):
+            with suppress(MalformedMessageError):  # the value does not fit into a message
+                return _make_value_message(path, mask_value(self._config.get(path))).to_bytes()
+        return _make_invalid_message(path).to_bytes()
 
     def _list_entries(self) -> Iterator[bytes]:
         """Yield all values that fit into a list, as its elements."""

@@ -9,12 +9,12 @@ from struct import error as StructError  # noqa: N812 - the name of a class
 from typing import ClassVar, Final
 
 from cxbridge.config.scalars import ConfigType
+from cxbridge.trace.formats.blocks import decode_padded_text
 from cxbridge_fawkes.network.errors import MalformedMessageError
 from cxbridge_fawkes.network.messages.fields import (
     WireValue,
     check_min_size,
     pack_text,
-    unpack_text,
 )
 from cxbridge_fawkes.network.messages.frames import ComponentId
 
@@ -70,7 +70,7 @@ def unpack_path(payload: bytes) -> str:
     :raises MalformedMessageError: if the payload is too short.
     """
     check_min_size(payload, _DESCRIPTOR.size, "a request of the configuration")
-    return unpack_text(payload[:PATH_SIZE])
+    return decode_padded_text(payload[:PATH_SIZE])
 
 
 @dataclass(frozen=True, slots=True)

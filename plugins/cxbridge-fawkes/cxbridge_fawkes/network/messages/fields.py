@@ -73,11 +73,6 @@ def pack_text(text: str, size: int, *, terminated: bool = True) -> bytes:
     return text.encode(errors="replace")[:room].ljust(size, b"\0")
 
 
-def unpack_text(raw: bytes) -> str:
-    """Return the text before the first NUL, with escapes for bytes that are not UTF-8."""
-    return raw.split(b"\0", 1)[0].decode(errors="backslashreplace")
-
-
 def pack_list(elements: Iterable[bytes]) -> bytes:
     """Return a list with its head."""
     packed = [_LENGTH.pack(len(element)) + element for element in elements]

@@ -8,11 +8,11 @@ from typing import Any, Final, NamedTuple
 from uuid import UUID
 
 from cxbridge.clock import join_us, split_us
+from cxbridge.trace.formats.blocks import decode_padded_text
 from cxbridge_fawkes.network.messages.fields import (
     check_min_size,
     check_size,
     pack_text,
-    unpack_text,
 )
 
 
@@ -75,7 +75,7 @@ def text_type(size: int, *, terminated: bool = True) -> WireType:
     return WireType(
         f"{size}s",
         lambda value: pack_text(value, size, terminated=terminated),
-        lambda raw: (unpack_text(raw),),
+        lambda raw: (decode_padded_text(raw),),
     )
 
 

@@ -178,7 +178,7 @@ def test_random_bytes_harm_nobody(served, noise):
 
 
 def test_a_client_with_too_much_waiting_is_dropped(served, monkeypatch):
-    monkeypatch.setattr("cxbridge_fawkes.network.outbox.MAX_QUEUED_BYTES", 100_000)
+    monkeypatch.setattr("cxbridge_fawkes.network.session.MAX_QUEUED_BYTES", 100_000)
     client = served.raw()
     client.send(*[bb.ListAll().to_frame()] * 300_000)
     assert client.closed_by_server()
