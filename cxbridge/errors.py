@@ -52,17 +52,14 @@ class CxbridgeError(Exception):
         hint: str | None = None,
     ) -> None:
         super().__init__(message)
-        self.message = message
+        self.message, self.hint = message, hint
         self.file = None if file is None else str(file)
-        self.line = line
-        self.column = column
-        self.hint = hint
+        self.line, self.column = line, column
 
     @property
     def location(self) -> str:
         """The location as ``file:line:column``, without unknown components; empty without a file."""
-        components = (self.file, self.line, self.column)
-        return ":".join(str(component) for component in components if component is not None)
+        return ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)
 
     def __str__(self) -> str:
         """Return location, message and hint for users."""

@@ -23,10 +23,9 @@ class RecordLevel(Enum):
     @property
     def event_types(self) -> frozenset[type[Event]]:
         """The types of events recorded at this level."""
-        levels = list(RecordLevel)
-        included_levels = levels[: levels.index(self) + 1]
+        order = list(RecordLevel).index
         return frozenset(
-            event_type for event_type in EVENT_TYPES.values() if event_type.KIND.level in included_levels
+            event_type for event_type in EVENT_TYPES.values() if order(event_type.KIND.level) <= order(self)
         )
 
 

@@ -84,8 +84,7 @@ def pip_command(*arguments: str) -> str:
 
     The pip on the PATH may belong to another Python.
     """
-    python = Path(sys.executable)
-    return shlex.join([_shorten_path(python), "-m", "pip", "install", *arguments])
+    return shlex.join([_shorten_path(Path(sys.executable)), "-m", "pip", "install", *arguments])
 
 
 def _checkout_folders(package: str, extra: str) -> dict[str, None]:

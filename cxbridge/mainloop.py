@@ -37,8 +37,7 @@ class MainLoop:
     """
 
     def __init__(self, clock: Clock, period_us: int = DEFAULT_PERIOD_US) -> None:
-        self.clock = clock
-        self.period_us = period_us
+        self.clock, self.period_us = clock, period_us
         self.cycle_count = 0
         """The number of finished cycles."""
         self.turn_count = 0

@@ -160,10 +160,8 @@ class Table(Generic[T]):
     """
 
     def __init__(self, hook: str, accepts: Callable[[Any], bool], kind: str, *rows: Row) -> None:
-        self.hook = hook
-        self._accepts = accepts
-        self._kind = kind
-        self._own_rows = rows
+        self.hook, self._kind = hook, kind
+        self._accepts, self._own_rows = accepts, rows
 
     @property
     def rows(self) -> tuple[Row, ...]:
@@ -197,9 +195,9 @@ class Table(Generic[T]):
             absent = missing_package_error(error) if isinstance(error, ModuleNotFoundError) else None
             if absent is not None or not row.origin:
                 raise absent or error from None  # an error of cxbridge itself is a fault, with its traceback
-            reason = f"{type(error).__name__}: {error}"
             raise PluginError(
-                f"{title} cannot be loaded: {reason}", hint=_make_mend_hint(row.origin)
+                f"{title} cannot be loaded: {type(error).__name__}: {error}",
+                hint=_make_mend_hint(row.origin),
             ) from error
         if not self._accepts(loaded):
             raise PluginError(f"{title} is not {self._kind}", hint="see docs/plugins.md")
@@ -311,8 +309,7 @@ def _import_tables(name: str, entries: list[tuple[str, str]]) -> tuple[str, Modu
     try:
         return package, import_module(module)
     except Exception as error:  # noqa: BLE001 - a plug-in's module may raise anything
-        reason = f"{type(error).__name__}: {error}"
-        message = f"the plug-in '{name}' of {package} cannot be loaded: {reason}"
+        message = f"the plug-in '{name}' of {package} cannot be loaded: {type(error).__name__}: {error}"
         return package, PluginError(message, hint=_make_mend_hint(name))
 
 

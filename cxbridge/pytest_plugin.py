@@ -76,10 +76,8 @@ class Bench:
 
         trace = None
         if self.artifacts is not None:
-            suffix = f"-{len(self.runs) + 1}" if self.runs else ""
-            trace = (
-                self.artifacts / self.file.stem / f"{portable_file_name(self.test or 'module')}{suffix}.mcap"
-            )
+            name = portable_file_name(self.test or "module") + (f"-{len(self.runs) + 1}" if self.runs else "")
+            trace = self.artifacts / self.file.stem / f"{name}.mcap"
         run_options = options_from_keywords(
             scenario,
             resolve_path=self.find,

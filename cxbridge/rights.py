@@ -75,8 +75,7 @@ class Rights(Struct, frozen=True):
 
         :raises RefusedError: if clients do not have the right that the message requires.
         """
-        right = self.message_right(interface_type, message_type)
-        self.check(right, f"{message_type} to {interface_type}")
+        self.check(self.message_right(interface_type, message_type), f"{message_type} to {interface_type}")
 
     def check_writer(self, uid: str) -> None:
         """Raise an error for a client that opens an interface for writing, unless clients may change state.

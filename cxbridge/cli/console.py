@@ -11,7 +11,7 @@ import io
 import json
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -57,9 +57,27 @@ def say_text(text: str, *, err: bool = False, end: str = "\n") -> None:
     print(visible(text), file=sys.stderr if err else sys.stdout, end=end)
 
 
+def say_lines(lines: Iterable[object]) -> None:
+    """Print each text as one line, without control characters."""
+    for line in lines:
+        say(line)
+
+
 def say_json(data: Any, *, indent: int | None = None, flush: bool = False) -> None:
     """Print a value as JSON, with control characters escaped."""
     print(visible(json.dumps(data, indent=indent, ensure_ascii=False)), flush=flush)
+
+
+def say_result(data: Any, lines: Iterable[object], *, as_json: bool, indent: int | None = 2) -> None:
+    """Print the result of a command.
+
+    :param data: the result for ``--json``.
+    :param lines: the result for people.
+    """
+    if as_json:
+        say_json(data, indent=indent)
+    else:
+        say_lines(lines)
 
 
 def complain(text: object) -> None:
@@ -107,19 +125,17 @@ class _NamedStdout(io.FileIO):
 def name_stdout() -> None:
     """Make errors of stdout contain its name, without which they look like errors of a socket."""
     out = sys.stdout
-    if not isinstance(out, io.TextIOWrapper):
-        return
-    if not isinstance(getattr(out.buffer, "raw", out.buffer), io.FileIO):
-        return  # the stream of a test or of an embedding program
-    raw = _NamedStdout(out.fileno(), "w", closefd=False)
-    buffered = isinstance(out.buffer, io.BufferedWriter)  # PYTHONUNBUFFERED removes the buffer
-    sys.stdout = io.TextIOWrapper(
-        io.BufferedWriter(raw) if buffered else raw,
-        out.encoding,
-        out.errors,
-        line_buffering=out.line_buffering,
-        write_through=out.write_through,
-    )
+    # otherwise it is the stream of a test or of an embedding program
+    if isinstance(out, io.TextIOWrapper) and isinstance(getattr(out.buffer, "raw", out.buffer), io.FileIO):
+        raw = _NamedStdout(out.fileno(), "w", closefd=False)
+        sys.stdout = io.TextIOWrapper(
+            # PYTHONUNBUFFERED removes the buffer
+            io.BufferedWriter(raw) if isinstance(out.buffer, io.BufferedWriter) else raw,
+            out.encoding,
+            out.errors,
+            line_buffering=out.line_buffering,
+            write_through=out.write_through,
+        )
 
 
 class ConsoleLog:

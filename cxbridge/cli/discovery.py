@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import UserDict
 from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
 from types import ModuleType
 from typing import Any, Final
 
@@ -84,9 +85,8 @@ def names_by_section(rows: Sequence[Row], sections: Mapping[str, Sequence[str]])
     """
     row_names = {row.name for row in rows}
     by_section = {title: [name for name in names if name in row_names] for title, names in sections.items()}
-    listed_names = {name for names in by_section.values() for name in names}
     for row in sorted(rows, key=lambda row: row.name):
-        if row.name not in listed_names:
+        if row.name not in chain.from_iterable(sections.values()):
             by_section.setdefault(row.section or "Others", []).append(row.name)
     return by_section
 

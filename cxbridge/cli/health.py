@@ -58,6 +58,12 @@ class HealthCheck:
         """Return the result as an object for JSON."""
         return asdict(self)
 
+    def to_lines(self) -> list[str]:
+        """Return the result as a line for people, and the remedy of a failure as a second line."""
+        mark = "ok" if self.fine else ("MISSING" if self.required else "absent")
+        remedies = [f"{'':8}  -> {self.remedy}"] if self.remedy and not self.fine else []
+        return [f"{mark:8}{self.what}: {self.detail}", *remedies]
+
 
 def run_checks() -> list[HealthCheck]:
     """Run all checks. They use CLIPS and Lua, because an installed library may still fail."""

@@ -124,9 +124,9 @@ def _package_hint(error: Exception) -> str:
     name = getattr(error, "option_name", "")
     if not name and (unknown := _UNKNOWN_COMMAND.search(str(getattr(error, "message", "")))):
         name = unknown[1]
-    is_surplus = "unexpected extra argument" in str(error)
-    surplus_hint = "one argument too many, or a value for an option that takes none" if is_surplus else ""
-    hint = package_hint(name) or surplus_hint
+    hint = package_hint(name)
+    if not hint and "unexpected extra argument" in str(error):
+        hint = "one argument too many, or a value for an option that takes none"
     return f"\n  hint: {hint}" if hint else ""
 
 

@@ -135,8 +135,8 @@ class _Group:
             options[name] = tuple(options[name] or ())
         added = [group.pop_options(values) for group in self._added_groups]
         # only the groups with a given option: a group with defaults must not change the run
-        if changed := tuple(group for group in added if group != type(group)()):
-            options["plugin_groups"] = changed
+        if changed_groups := tuple(group for group in added if group != type(group)()):
+            options["plugin_groups"] = changed_groups
         return self._group_class(**options)
 
 

@@ -155,8 +155,7 @@ class RunStory:
             self._stdout_error = error
 
     def _format_outcome(self, outcome: OutcomeKind) -> str:
-        icon = f"{outcome.icon} " if self._brush.is_on else ""
-        return f"{icon}{outcome.word:{_WORD_WIDTH}}"
+        return (f"{outcome.icon} " if self._brush.is_on else "") + f"{outcome.word:{_WORD_WIDTH}}"
 
     def _print(self, *columns: str) -> None:
         terminal = unfiltered_stream(sys.stdout)
@@ -256,11 +255,6 @@ def wants_colour(stream: IO[str], environ: Mapping[str, str] = os.environ) -> bo
     return bool(environ.get("FORCE_COLOR")) or (stream.isatty() and environ.get("TERM") != "dumb")
 
 
-def paint(text: str, colour: str) -> str:
-    """Return a text in a colour, dim or bold; unchanged if ``colour`` is empty."""
-    return f"\x1b[{_COLOUR_CODES[colour]}m{text}\x1b[0m" if colour and text else text
-
-
 class Brush:
     """Colours text for one stream, or leaves it unchanged.
 
@@ -271,5 +265,5 @@ class Brush:
         self.is_on = is_on
 
     def __call__(self, text: str, colour: str) -> str:
-        """Return a text in a colour; unchanged if the brush is off."""
-        return paint(text, colour) if self.is_on else text
+        """Return a text in a colour, dim or bold; unchanged if the brush is off or ``colour`` is empty."""
+        return f"\x1b[{_COLOUR_CODES[colour]}m{text}\x1b[0m" if self.is_on and colour and text else text

@@ -141,8 +141,7 @@ class _LayoutParser:
     """
 
     def __init__(self, text: str, names: tuple[str, ...]) -> None:
-        self._text = text
-        self._names = names
+        self._text, self._names = text, names
         self._slot_starts = tuple(f" ({name}" for name in names)
         # the slots and positions from which the end cannot be reached: without this memory, a text with many
         # parentheses would take exponential time
@@ -178,10 +177,8 @@ class _LayoutParser:
         if not self._text.startswith(" (", position):
             return None
         for number in range(first, len(self._names)):
-            name_end = position + len(self._slot_starts[number])
-            if self._text.startswith(self._slot_starts[number], position) and self._text.startswith(
-                (" ", ")"), name_end
-            ):
+            start = self._slot_starts[number]
+            if self._text.startswith((f"{start} ", f"{start})"), position):
                 return number
         return None
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from cxbridge.config.documents import MAX_DEPTH, Mark
-from cxbridge.config.loader import ConfigLoader
+from cxbridge.config.loader import ConfigLoader, list_config_files
 from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint32
 from cxbridge.config.secrets import mask
 from cxbridge.config.tree import ConfigNode, ConfigValue, NodeKind, overlay, split_path
@@ -56,20 +56,16 @@ class Configuration:
         :raises ConfigError: if a file cannot be read, or a value is invalid.
         """
         path = Path(path)
-        main_file = path / "config.yaml"
-        if not path.is_dir():
-            main_file = path
-        elif not main_file.is_file():
-            loader = ConfigLoader(Path(confdir or path), host)
-            try:
-                loader.load_folder(path)
-            except OSError as error:
-                raise ConfigError(f"cannot read the folder: {error.strerror}", file=path) from None
-            if not loader.files:
-                raise ConfigError("the folder has no configuration file (*.yaml)", file=path)
-            return cls._from_loader(loader)
-        loader = ConfigLoader(Path(confdir or main_file.parent), host)
-        loader.load_file(main_file)
+        main_file = path / "config.yaml" if path.is_dir() else path
+        is_whole_folder = main_file is not path and not main_file.is_file()
+        try:
+            files = list_config_files(path) if is_whole_folder else [main_file]
+        except OSError as error:
+            raise ConfigError(f"cannot read the folder: {error.strerror}", file=path) from None
+        if not files:
+            raise ConfigError("the folder has no configuration file (*.yaml)", file=path)
+        loader = ConfigLoader(Path(confdir or files[0].parent), host)
+        loader.load_files(files)
         return cls._from_loader(loader)
 
     @classmethod
@@ -211,16 +207,15 @@ class Configuration:
             raise _make_type_error(
                 value, f"must be a list, but is {_quote(value)}", f"write [{mask(path, value.text)}]"
             )
-        elements: list[T] = []
-        for index, text in enumerate(value.items):
-            element = convert(text)
-            if element is None:
-                raise _make_type_error(
-                    value,
-                    f"must be a list, each element {expected}, but element {index} is '{mask(path, text)}'",
-                )
-            elements.append(element)
-        return elements
+        elements = [convert(text) for text in value.items]
+        if None in elements:
+            index = elements.index(None)
+            raise _make_type_error(
+                value,
+                f"must be a list, each element {expected}, "
+                f"but element {index} is '{mask(path, value.items[index])}'",
+            )
+        return [element for element in elements if element is not None]
 
     def _make_missing_error(self, path: str, node: ConfigNode | None) -> ConfigError:
         """Return the error for a path without a value.
@@ -233,11 +228,11 @@ class Configuration:
                 f"{path} holds {node.kind.value}, not a value", file=node.mark.file or None,
                 line=node.mark.line or None, hint=f"values below: {', '.join(list(node.children)[:8])}",
             )  # fmt: skip
-        paths = [leaf for leaf, _ in self._root.leaves("")]
+        known_paths = (leaf for leaf, _ in self._root.leaves(""))
         return ConfigError(
             f"there is no configuration value {path}",
             file=self.files[0] if self.files else None,
-            hint=did_you_mean(path, paths, cutoff=_MIN_PATH_SIMILARITY) or None,
+            hint=did_you_mean(path, known_paths, cutoff=_MIN_PATH_SIMILARITY) or None,
         )
 
     def below(self, path: str) -> Configuration:

@@ -19,6 +19,12 @@ TOO_DEEP: Final = f"values are nested more than {MAX_DEPTH} deep"
 MAX_NODES: Final = 200_000  # aliases of aliases multiply the nodes of a short text
 FAWKES_TAG: Final = "tag:fawkesrobotics.org,cfg/"
 _YAML_TAG: Final = "tag:yaml.org,2002:"
+# YAML's own tags of scalars, sequences and mappings.
+_YAML_KINDS: Final = {
+    yaml.ScalarEvent: ("str", "int", "float", "bool", "null"),
+    yaml.SequenceStartEvent: ("seq",),
+    yaml.MappingStartEvent: ("map",),
+}
 _NULL_TEXTS: Final = frozenset({"", "~", "null", "Null", "NULL"})
 
 
@@ -108,8 +114,7 @@ def _decode(data: bytes, name: str) -> str:
     try:
         return data.decode(encoding)
     except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise Mark(name, line).error(
+        raise Mark(name, data.count(b"\n", 0, error.start) + 1).error(
             f"the file is not {encoding.removesuffix('-sig').upper()} text", "save it as UTF-8"
         ) from None
 
@@ -118,8 +123,7 @@ class _Composer:
     """Builds nodes from events, with the anchors of the document and the budget of the file."""
 
     def __init__(self, events: Iterator[Any], name: str) -> None:
-        self._events = events
-        self._name = name
+        self._events, self._name = events, name
         self._anchors: dict[str, tuple[YamlNode, int] | None] = {}
         """The node of each anchor and its number of nodes; None while the node is incomplete."""
         self._budget = MAX_NODES
@@ -150,13 +154,13 @@ class _Composer:
         self._use_budget(1, event)
         if event.anchor:
             self._anchors[event.anchor] = None
-        node: YamlNode
-        if isinstance(event, yaml.ScalarEvent):
-            node = self._build_scalar(event)
-        elif isinstance(event, yaml.SequenceStartEvent):
-            node = self._build_list(event, depth)
-        else:
-            node = self._build_map(event, depth)
+        node: YamlNode = (
+            self._build_scalar(event)
+            if isinstance(event, yaml.ScalarEvent)
+            else self._build_list(event, depth)
+            if isinstance(event, yaml.SequenceStartEvent)
+            else self._build_map(event, depth)
+        )
         if event.anchor:
             self._anchors[event.anchor] = (node, budget - self._budget)
         return node
@@ -212,9 +216,5 @@ class _Composer:
             return tag.removeprefix(FAWKES_TAG)
         if tag.startswith("!"):
             return tag[1:]
-        kind = tag.removeprefix(_YAML_TAG)
-        if isinstance(event, yaml.ScalarEvent):
-            is_redundant = kind in {"str", "int", "float", "bool", "null"}
-        else:
-            is_redundant = kind == ("seq" if isinstance(event, yaml.SequenceStartEvent) else "map")
-        return "" if is_redundant else tag
+        own_kinds = next(kinds for event_type, kinds in _YAML_KINDS.items() if isinstance(event, event_type))
+        return "" if tag.removeprefix(_YAML_TAG) in own_kinds else tag

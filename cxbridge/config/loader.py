@@ -11,6 +11,7 @@ import os
 import re
 import socket
 from collections import deque
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
@@ -45,8 +46,7 @@ class ConfigLoader:
     def __init__(self, confdir: Path, host: str | None = None) -> None:
         self.root = ConfigNode(NodeKind.MAP, Mark())
         self.files: list[Path] = []
-        self._confdir = confdir
-        self._host = host
+        self._confdir, self._host = confdir, host
         self._builder = TreeBuilder()
         self._host_file: _FileToRead | None = None
         self._queue: deque[_FileToRead] = deque()
@@ -56,14 +56,9 @@ class ConfigLoader:
         """Probable mistakes that are not errors, with their places."""
         return self._builder.warnings
 
-    def load_file(self, file: Path) -> None:
-        """Read a file and its includes."""
-        self._queue.append(_FileToRead(file, Mark()))
-        self._load_queue()
-
-    def load_folder(self, folder: Path) -> None:
-        """Read all configuration files of a folder and their includes."""
-        self._queue.extend(_FileToRead(file, Mark()) for file in list_config_files(folder))
+    def load_files(self, files: Iterable[Path]) -> None:
+        """Read files and their includes."""
+        self._queue.extend(_FileToRead(file, Mark()) for file in files)
         self._load_queue()
 
     def load_text(self, text: str | bytes, name: str) -> None:
@@ -74,13 +69,13 @@ class ConfigLoader:
     def _load_queue(self) -> None:
         while self._queue:
             self._load_entry(self._queue.popleft())
-        host_entry = self._host_file
-        if host_entry is not None:  # last, so that its values take precedence
+        if (host_entry := self._host_file) is not None:  # last, so that its values take precedence
             self._load_entry(host_entry)
             if self._queue:
-                hint = f"move the include into the file that names it ({host_entry.mark.file})"
                 raise ConfigError(
-                    "a host-specific file may not include files", file=host_entry.file, hint=hint
+                    "a host-specific file may not include files",
+                    file=host_entry.file,
+                    hint=f"move the include into the file that names it ({host_entry.mark.file})",
                 )
 
     def _load_entry(self, entry: _FileToRead) -> None:
@@ -98,24 +93,21 @@ class ConfigLoader:
 
     def _read(self, data: str | bytes, entry: _FileToRead, name: str) -> None:
         documents = parse_documents(data, name)
-        if len(documents) > 2:  # noqa: PLR2004 - the includes, and the values
-            self.warnings.append(
-                f"{documents[2].mark.file}:{documents[2].mark.line}: only two documents are read"
-            )
+        for surplus in documents[2:3]:  # only the first, so that a file has one warning
+            self.warnings.append(f"{surplus.mark.file}:{surplus.mark.line}: only two documents are read")
         if not documents:
             return
         *includes, values = documents[:2]  # a single document has the values
         for document in includes:
             self._queue_includes(document, entry)
         tree = self._builder.build(values)
-        if tree.kind is NodeKind.NULL:
-            return  # the file has only comments
-        if tree.kind is not NodeKind.MAP:
+        if tree.kind is NodeKind.MAP:
+            overlay(self.root, tree)
+        elif tree.kind is not NodeKind.NULL:  # null: the file has only comments
             raise tree.mark.error(
                 f"the configuration must be a map of names to values, but this is {tree.kind.value}",
                 "write 'name: value' lines",
             )
-        overlay(self.root, tree)
 
     def _queue_includes(self, document: YamlNode, entry: _FileToRead) -> None:
         """Queue the includes in the first of two documents."""
@@ -144,9 +136,7 @@ class ConfigLoader:
             self._queue_include(item, entry)
 
     def _queue_include(self, item: YamlScalar, entry: _FileToRead) -> None:
-        name = item.text
-        if "$host" in name:
-            name = name.replace("$host", self._host or socket.gethostname(), 1)
+        name = item.text.replace("$host", self._host or socket.gethostname(), 1)
         path = Path(os.path.normpath(self._confdir / name))
         chain = (*entry.chain, entry.file)
         if item.tag == "host-specific":

@@ -64,10 +64,9 @@ def mask(path: str, text: str) -> str:
 
     :param path: the path of the value, empty if it is unknown.
     """
-    if _PEM.search(text):
-        return MASKED_TEXT
     # a switch such as `use-password: true` tells nothing
-    if path and text and is_secret(path) and scalar_type(text) is not ConfigType.BOOL:
+    is_told = not text or not is_secret(path) or scalar_type(text) is ConfigType.BOOL
+    if _PEM.search(text) or not is_told:
         return MASKED_TEXT
     if "://" in text:
         text = _USER.sub(f"{MASKED_TEXT}@", text)
@@ -77,8 +76,11 @@ def mask(path: str, text: str) -> str:
 
 def mask_value(value: ConfigValue) -> ConfigValue:
     """Return a value without secrets."""
-    items = tuple(mask(value.path, text) for text in value.items)
-    return replace(value, text=mask(value.path, value.text), items=items)
+    return replace(
+        value,
+        text=mask(value.path, value.text),
+        items=tuple(mask(value.path, text) for text in value.items),
+    )
 
 
 def has_secrets(data: bytes) -> bool:

@@ -46,8 +46,7 @@ class ConfigNode(Struct):
 
     def copy(self) -> ConfigNode:
         """Return an independent copy."""
-        children = {key: child.copy() for key, child in self.children.items()}
-        return ConfigNode(self.kind, self.mark, self.text, self.items, children)
+        return structs.replace(self, children={key: child.copy() for key, child in self.children.items()})
 
     def find(self, path: str) -> ConfigNode | None:
         """Return the node at a path, or None; empty path elements are ignored."""

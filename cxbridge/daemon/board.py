@@ -95,14 +95,11 @@ class DaemonBoard:
             self._daemon_interface.state = state
             self._write(self._daemon_interface)
 
-    def set_fields(self, *, endpoints: Sequence[str] | None = None, error: str | None = None) -> None:
-        """Set the endpoints or the error, which the next :meth:`publish` writes."""
+    def set_field(self, name: str, value: str) -> None:
+        """Set a field of the daemon's interface, which the next :meth:`publish` writes."""
         with self._lock:
             if self._daemon_interface.valid:
-                if endpoints is not None:
-                    self._daemon_interface.endpoints = " ".join(endpoints)
-                if error is not None:
-                    self._daemon_interface.error = error
+                self._daemon_interface.set(name, value)
 
     @staticmethod
     def _write(interface: Any) -> None:
@@ -112,8 +109,6 @@ class DaemonBoard:
 
     def next_command(self) -> tuple[str, int] | None:
         """Remove the oldest command; return its name and the id of its message."""
-        if self._daemon_interface.msgq_empty():
-            return None
         message = self._daemon_interface.msgq_pop()
         return None if message is None else (COMMANDS.get(message.type, ""), message.id)
 

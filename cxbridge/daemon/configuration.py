@@ -20,7 +20,7 @@ DEFAULT_CONFIG = Path("cxbridge.yaml")
 
 
 def make_daemon_base(options: DaemonOptions) -> tuple[RunBase, DaemonSettings]:
-    """Read the configuration and make the parts that a run starts from; return them and the settings.
+    """Read the configuration; return the clock, bus and main loop made from it, and the daemon's settings.
 
     :raises CxbridgeError: if a file is missing or invalid, or a setting is invalid.
     """
@@ -47,8 +47,11 @@ def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
     if options.agent is not None:
         config = choose_agent(config, options.agent)
     elif names := agent_names(config):
-        hint = f"a daemon is one of them: choose it with --agent; there are: {', '.join(names)}"
-        raise ConfigError("this scenario has several agents", file=file, hint=hint)
+        raise ConfigError(
+            "this scenario has several agents",
+            file=file,
+            hint=f"a daemon runs one agent: choose it with --agent; the agents are: {', '.join(names)}",
+        )
     for path, value in options.all_settings():
         config.set(f"/cxbridge/{path}", value)
     return config, file
@@ -57,6 +60,7 @@ def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
 def _make_source_options(options: DaemonOptions) -> RunOptions:
     """Return the options of a run that has the same sources of files."""
     sources = {field.name: getattr(options, field.name) for field in fields(SourceOptions)}
+    # CONFIG of a daemon is the scenario of a run; both lay the files of the option --config over it
     return RunOptions(scenario=options.config, config=options.overlay, **sources)
 
 

@@ -114,13 +114,11 @@ class Daemon(Run):
 
     def _make_node(self, row: Row) -> ManagedNode[Any]:
         component_class = COMPONENTS.load_target(row)
-
-        def make() -> Any:
-            return component_class(self)
-
         if row.name != EXECUTIVE:
-            return ManagedNode(row.name, make, component_class)
-        self.node = self.thinking_node = ExecutiveNode(row.name, make, component_class, self)
+            return ManagedNode(row.name, lambda: component_class(self), component_class)
+        self.node = self.thinking_node = ExecutiveNode(
+            row.name, lambda: component_class(self), component_class, self
+        )
         return self.node
 
     @property
@@ -146,7 +144,7 @@ class Daemon(Run):
         for endpoint in endpoints:
             self.log.info(f"Serving {purpose} at {endpoint}")
         self.endpoints += endpoints
-        self.presence.set_fields(endpoints=self.endpoints)
+        self.presence.set_field("endpoints", " ".join(self.endpoints))
 
     def run(self) -> int:
         """Start the components, work until a signal, a command or a failure, and stop.
@@ -200,12 +198,10 @@ class Daemon(Run):
 
     def _interrupt_rules(self) -> None:
         """Interrupt rules that do not end; callable from any thread."""
-        if self.node is None:
-            return
-        if self._state == "STOPPING":
+        if self.node is not None and self._state == "STOPPING":
             # no cycle follows, so no rule may start either
             self.node.interrupt()
-        else:
+        elif self.node is not None:
             self.node.abort_rule()
 
     def _shut_down(self) -> None:
@@ -305,16 +301,12 @@ class Daemon(Run):
 
     def update_state(self) -> None:
         """Compute and publish the state of the daemon."""
-        states = {status.state for status in self.lifecycle.status()}
-        if self.lifecycle.paused:
-            self._state = "PAUSED"
-        else:
-            self._state = "RUNNING" if states <= {State.ACTIVE} else "DEGRADED"
+        is_running = all(node.state is State.ACTIVE for node in self.lifecycle.nodes)
+        self._state = "PAUSED" if self.lifecycle.paused else ("RUNNING" if is_running else "DEGRADED")
         self._publish()
 
     def _publish(self) -> None:
         components = self.component_statuses()
-        errors = [f"{status.name}: {status.reason}" for status in components if status.reason]
-        error = errors[0] if errors else self.stalls.text
-        self.presence.set_fields(error="" if self._state == "PAUSED" else error)
+        errors = (f"{status.name}: {status.reason}" for status in components if status.reason)
+        self.presence.set_field("error", "" if self._state == "PAUSED" else next(errors, self.stalls.text))
         self.presence.publish(self.state, components)

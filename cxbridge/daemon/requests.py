@@ -46,9 +46,7 @@ class DaemonState:
     """
 
     def __init__(self, bus: EventBus, node: ExecutiveNode | None, loop: MainLoop) -> None:
-        self._clock = bus.clock
-        self._node = node
-        self._loop = loop
+        self._clock, self._node, self._loop = bus.clock, node, loop
         self._lines: deque[tuple[int, str, str, str]] = deque(maxlen=_MAX_LINES)
         self._line_numbers = count(1)
         self._lock = threading.Lock()
@@ -58,19 +56,14 @@ class DaemonState:
     def _record_event(self, event: Event) -> None:
         if isinstance(event, LogLine):
             # assigns the number under the lock, so that a client that asks for later lines misses none
+            text = truncate(event.text, _MAX_TEXT_CHARACTERS)
             with self._lock:
-                line = (
-                    next(self._line_numbers),
-                    event.level.value,
-                    event.component,
-                    truncate(event.text, _MAX_TEXT_CHARACTERS),
-                )
-                self._lines.append(line)
+                self._lines.append((next(self._line_numbers), event.level.value, event.component, text))
         elif isinstance(event, SkillStatus):
             self._skills[event.skiller] = (truncate(event.skill_string, _MAX_TEXT_CHARACTERS), event.status)
 
     def describe(self, parameters: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the state for JSON.
+        """Return goals, plan-actions, skills and log lines as JSON values.
 
         :param parameters: ``since``: the number of a log line, to return later lines only. ``goals``: the
             maximum number of goals, by default 400. ``words``: a text, to return only the goals that contain
@@ -166,9 +159,8 @@ class DaemonRequests:
 
     def process_next(self) -> None:
         """Report whether the rules are stopped, and process the next request; called once per cycle."""
-        if (
-            self._interface.msgq_empty() and self._current_stop is self._reported_stop
-        ) or not self._interface.valid:  # the blackboard is closed
+        is_idle = self._interface.msgq_empty() and self._current_stop is self._reported_stop
+        if is_idle or not self._interface.valid:  # not valid: the blackboard is closed
             return
         self._report_stop()
         message = self._interface.msgq_pop()
@@ -199,10 +191,8 @@ class DaemonRequests:
         self._reported_stop = stop
         if stop is not None:
             self._interface.stops += 1
-        reason = "" if stop is None else stop.reason
-        self._interface.stopped = reason.encode("utf-8", "replace")[:_MAX_REASON_BYTES].decode(
-            "utf-8", "ignore"
-        )
+        reason = ("" if stop is None else stop.reason).encode("utf-8", "replace")
+        self._interface.stopped = reason[:_MAX_REASON_BYTES].decode("utf-8", "ignore")
         self._interface.write()
 
     def _reply(self, verb: str, token: str, arguments: str) -> None:
@@ -216,7 +206,11 @@ class DaemonRequests:
             )
         text = json.dumps(reply | {"token": token})
         if len(text) > _MAX_REPLY_BYTES:  # JSON escapes other characters than ASCII, so a character is a byte
-            reply = _make_error_reply(CxbridgeError("the reply is too long", hint="ask for less"))
+            reply = _make_error_reply(
+                CxbridgeError(
+                    f"the reply to '{verb}' is too long", hint="ask for fewer goals or facts at a time"
+                )
+            )
             text = json.dumps(reply | {"token": token})
         self._interface.answer = text
         self._interface.mark_data_changed()
@@ -241,7 +235,9 @@ class DaemonRequests:
         except ParameterError as error:
             raise CxbridgeError(f"the arguments of {verb} are wrong: {error.message}") from None
         except (KeyError, OverflowError, TypeError, ValueError) as error:
-            raise CxbridgeError(f"the arguments of {verb} are wrong: {error!r}") from None
+            raise CxbridgeError(
+                f"the arguments of {verb} are wrong: {type(error).__name__}: {error}"
+            ) from None
 
 
 def _log_excerpt(text: str) -> str:
@@ -261,5 +257,4 @@ def _parse(verb: str, arguments: str) -> Mapping[str, Any]:
 
 
 def _make_error_reply(error: CxbridgeError) -> dict[str, Any]:
-    location = f"{error.location}: " if error.location else ""
-    return {"error": location + error.message, "hint": error.hint}
+    return {"error": ": ".join(filter(None, (error.location, error.message))), "hint": error.hint}

@@ -90,9 +90,6 @@ class DaemonSettings:
         """
         _refuse_unknown_settings(config)
 
-        def read_text(name: str, default: str) -> str:
-            return config.get_str(f"{TREE}/{name}", default=default)
-
         def read_file(name: str) -> Path | None:
             return config.get_file(f"{TREE}/{name}")
 
@@ -104,9 +101,8 @@ class DaemonSettings:
         is_local = all(map(is_private_endpoint, endpoints))
         skiller = _read_choice(config, "skiller", SKILLERS, "lua", accepts_url=True)
         sections = read_plugin_settings(config, of_daemon=True)
-        rights = read_rights(config, skiller, sections.values(), local=is_local)
         settings = cls(
-            clock=read_text("clock", "real"),
+            clock=config.get_str(f"{TREE}/clock", default="real"),
             executive=read_flag("executive", bool(config.keys("/clips-executive/specs"))),
             skiller=skiller,
             speech=_read_choice(config, "speech", SPEECH, "off"),
@@ -116,7 +112,7 @@ class DaemonSettings:
             clients=read_file("zmq/clients"),
             sections=sections,
             on_failure=FailurePolicy(_read_choice(config, "on-failure", ("continue", "stop"), "stop")),
-            rights=rights,
+            rights=read_rights(config, skiller, sections.values(), local=is_local),
             trace=read_file("record/trace"),
             trace_level=_read_choice(config, "record/level", TRACE_LEVELS, "transitions"),
             trace_files=read_flag("record/files", True),

@@ -143,10 +143,7 @@ class Executive:
         files: CoreFiles,
         name: str = ENVIRONMENT,
     ) -> None:
-        self.manager = manager
-        self._config = config
-        self._mapper = mapper
-        self._files = files
+        self.manager, self._config, self._mapper, self._files = manager, config, mapper, files
         self.bus: EventBus = manager.bus
         self.log: Logger = self.bus.logger("ClipsExecutiveThread")
         self._assert_time = config.get_bool("/clips-executive/assert-time-each-loop", default=False)
@@ -197,31 +194,29 @@ class Executive:
 
     def _check_init_stages(self) -> None:
         """Raise `ExecutiveError` if a stage of the initialisation has failed."""
-        for _index, _template, slots in self.env.facts("executive-init-stage"):
-            if slots["implied"] == ("FAILED",):
-                messages = [
-                    str(text)
-                    for _, _, request in self.env.facts("executive-init-request")
-                    for text in request["error-msgs"]
-                ]
-                raise ExecutiveError(
-                    "CLIPS Executive initialization failed: " + ("; ".join(messages) or "see the log"),
-                    hint="a feature that a spec's init section requests must be one of: "
-                    + ", ".join(self.manager.features),
-                )
+        stages = self.env.facts("executive-init-stage")
+        if any(slots["implied"] == ("FAILED",) for _, _, slots in stages):
+            messages = [
+                str(text)
+                for _, _, request in self.env.facts("executive-init-request")
+                for text in request["error-msgs"]
+            ]
+            raise ExecutiveError(
+                "CLIPS Executive initialization failed: " + ("; ".join(messages) or "see the log"),
+                hint="a feature that a spec's init section requests must be one of: "
+                + ", ".join(self.manager.features),
+            )
 
     def loop(self) -> int:
         """Run the rules of one loop; return the number of firings, 0 while the debugger is stopped."""
         env = self.env
         with env.lock:
-            control = self.control
-            if control is not None and control.is_within_loop:
-                return control.run()
-            self.manager.before_run(env.name)
-            # rules wait for the fact `time`: blackboard-read, which reads the interfaces, and rules of agents
-            if self._assert_time:
-                env.assert_ordered("time", self._files.to_time_fields(self.bus.clock.now_us()))
-            env.refresh_agenda()
+            if not self.is_within_loop:
+                self.manager.before_run(env.name)
+                # the rule blackboard-read, which reads the interfaces, and rules of agents wait for `time`
+                if self._assert_time:
+                    env.assert_ordered("time", self._files.to_time_fields(self.bus.clock.now_us()))
+                env.refresh_agenda()
             return self._run()
 
     @property
@@ -244,8 +239,7 @@ class Executive:
         tracker = TransitionTracker(self.env.name)
 
         def follow_fact(template: str, slots: dict[str, str]) -> None:
-            event = tracker.track_assertion(self.bus.clock.now_us(), template, slots)
-            if event is not None:
+            if (event := tracker.track_assertion(self.bus.clock.now_us(), template, slots)) is not None:
                 self.bus.emit(event)
 
         def follow_retraction(template: str, slots: dict[str, str]) -> None:
@@ -290,15 +284,14 @@ class Executive:
         action, no planner runs, no skill runs and the agenda is empty, or the agent has quit.
         """
         roots = self.goals.maintaining_roots
-        if not roots or not (self._is_at_rest or self.env.quit_requested):
-            return []
-        if self.is_planning:
+        if not roots or self.is_planning or not (self._is_at_rest or self.env.quit_requested):
             return []
         maintaining = {state.goal for state in self.goals.open_goals.values() if state.is_maintaining}
-        for _, _, slots in self.env.facts("plan-action"):
-            if slots["state"] not in FINAL_ACTION_STATES and str(slots["goal-id"]) in maintaining:
-                return []
-        return [root.goal for root in roots]
+        has_unfinished_action = any(
+            slots["state"] not in FINAL_ACTION_STATES and str(slots["goal-id"]) in maintaining
+            for _, _, slots in self.env.facts("plan-action")
+        )
+        return [] if has_unfinished_action else [root.goal for root in roots]
 
     @property
     def initialized(self) -> bool:
@@ -337,20 +330,17 @@ class Executive:
                 self.log.error(f"Param for '{action}' is not a string or symbol")
                 return ""
             if isinstance(value, str | int | float):
-                params[str(name)] = _parameter_text(value)
+                # the text that Fawkes passes to the mapping: a float has six decimals
+                params[str(name)] = f"{value:f}" if isinstance(value, float) else str(value)
             else:  # as in Fawkes, the action is mapped without this parameter
                 self.log.error(f"Param '{name}' for action '{action}' of invalid type")
         mapped = self._mapper.map(action, params)
-        spec = self._config.get_str("/clips-executive/spec", default="")
-        location = find_mapping_location(self._config, spec, action)
+        location = find_mapping_location(
+            self._config, self._config.get_str("/clips-executive/spec", default=""), action
+        )
         for level, text in mapped.messages:
             self.log.log(level, f"{location}: {text}" if location else text)
         return mapped.text
-
-
-def _parameter_text(value: Value) -> str:
-    """Return a parameter's value as Fawkes passes it to the mapping: floats with six decimals."""
-    return f"{value:f}" if isinstance(value, float) else str(value)
 
 
 def find_mapping_location(config: Configuration, spec: str, action: str) -> str:

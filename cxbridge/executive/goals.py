@@ -174,11 +174,10 @@ class GoalWatch:
         queue = list(roots)
         while queue:
             state = queue.pop()
-            if state.mode == _LAST_MODE:
-                continue  # the removal of this goal removes its sub-goals
-            if not state.is_maintaining:
-                return []
-            queue += children.get(state.goal, ())
+            if state.mode != _LAST_MODE:  # the removal of a retracted goal removes its sub-goals
+                if not state.is_maintaining:
+                    return []
+                queue += children.get(state.goal, ())
         return roots
 
 

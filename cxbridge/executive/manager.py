@@ -63,9 +63,7 @@ class EnvironmentManager:
         library: Path = HOST_LIBRARY,
         environment: type[ClipsEnvironment] = ClipsEnvironment,
     ) -> None:
-        self.bus = bus
-        self._environment = environment
-        self.library = library
+        self.bus, self.library, self._environment = bus, library, environment
         self.log: Logger = bus.logger("ClipsEnvManager")
         self._features: dict[str, Feature | LazyFeature] = {}
         self._managed_environments: dict[str, _ManagedEnvironment] = {}
@@ -83,14 +81,16 @@ class EnvironmentManager:
     @property
     def catalogue(self) -> tuple[FeatureInfo, ...]:
         """All features, sorted by name."""
-        catalogue = []
-        for name, feature in sorted(self._features.items()):
-            origin = f"{type(feature).__module__}:{type(feature).__qualname__}"
-            if isinstance(feature, LazyFeature):
-                origin = feature.origin
-            users = [env for env, entry in self._managed_environments.items() if name in entry.features]
-            catalogue.append(FeatureInfo(name, origin, tuple(users)))
-        return tuple(catalogue)
+        return tuple(
+            FeatureInfo(
+                name,
+                feature.origin
+                if isinstance(feature, LazyFeature)
+                else f"{type(feature).__module__}:{type(feature).__qualname__}",
+                tuple(env for env, entry in self._managed_environments.items() if name in entry.features),
+            )
+            for name, feature in sorted(self._features.items())
+        )
 
     @property
     def environments(self) -> dict[str, ClipsEnvironment]:
@@ -106,8 +106,10 @@ class EnvironmentManager:
     def _managed_environment(self, name: str) -> _ManagedEnvironment:
         entry = self._managed_environments.get(name)
         if entry is None:
-            names = ", ".join(self._managed_environments)
-            raise ClipsError(f"there is no CLIPS environment '{name}'", hint=f"there are: {names}")
+            raise ClipsError(
+                f"there is no CLIPS environment '{name}'",
+                hint=f"there are: {', '.join(self._managed_environments)}",
+            )
         return entry
 
     def add_feature(self, feature: Feature | LazyFeature) -> None:
@@ -177,8 +179,9 @@ class EnvironmentManager:
         earlier_functions = env.udfs.names
         feature.init_context(env)
         # the initialisation may have requested further features, whose functions are recorded already
-        recorded_functions = frozenset[str]().union(*entry.functions.values())
-        entry.functions[feature_name] = env.udfs.names - earlier_functions - recorded_functions
+        entry.functions[feature_name] = (env.udfs.names - earlier_functions).difference(
+            *entry.functions.values()
+        )
         entry.features[feature_name] = feature
         env.assert_string(f"(ff-feature-loaded {feature_name})")
         env.build(_deffacts_text("ff-features-loaded", "ff-feature-loaded", sorted(entry.features)))
@@ -227,5 +230,4 @@ class EnvironmentManager:
 
 def _deffacts_text(name: str, relation: str, values: Iterable[str]) -> str:
     """Return a deffacts with a fact ``(RELATION VALUE)`` for each value."""
-    facts = " ".join(f"({relation} {value})" for value in values)
-    return f"(deffacts {name} {facts})"
+    return f"(deffacts {name} {' '.join(f'({relation} {value})' for value in values)})"

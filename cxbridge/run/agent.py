@@ -91,8 +91,9 @@ def make_base(options: RunOptions, clock: Clock | None = None, *, recorded: bool
     clock = clock or make_configured_clock(options.clock_name, config, config_file.parent)
     bus = EventBus(clock)
     early = EarlySources(bus) if (options.trace or recorded) and options.trace_files else None
-    loop = make_main_loop(source.loop_period_us(config), bus)
-    return RunBase(name, config, config_file, clock, bus, loop, early)
+    return RunBase(
+        name, config, config_file, clock, bus, make_main_loop(source.loop_period_us(config), bus), early
+    )
 
 
 def make_only_base(options: RunOptions) -> RunBase:
@@ -102,10 +103,12 @@ def make_only_base(options: RunOptions) -> RunBase:
     """
     base = make_base(options)
     if names := [] if options.agent else agent_names(base.config):
-        hint = (
-            f"choose one with --agent, or ask a recording of all, with --env; there are: {', '.join(names)}"
+        raise ConfigError(
+            "this scenario has several agents",
+            file=base.config_file,
+            hint="choose one with --agent, or ask a recording of all, with --env; there are: "
+            + ", ".join(names),
         )
-        raise ConfigError("this scenario has several agents", file=base.config_file, hint=hint)
     return base
 
 
@@ -156,14 +159,16 @@ class Run(Closing):
         self.source = source_of(options)
         # without actions that use a Skiller, its start would only cost time
         self.options = options if self.source.needs_skiller else replace(options, skiller="none")
-        self.additions, self.is_inspection = additions, is_inspection
+        self.additions, self.is_inspection, self._first_components = additions, is_inspection, components
         self.replay = replay
         """The recorded environment; None in a run that is not a replay."""
-        self._first_components = components
         # logged by start(): consoles and recorders do not listen yet
         self.warnings = [str(plugin.error) for plugin in installed_plugins() if plugin.error is not None]
         self.warnings += [*unused_section_warnings(self.config.keys), *map(str, self.config.warnings)]
-        self.spec = self._choose_spec(base.config_file) if self.has_executive else ""
+        self.spec, spec_warnings = (
+            self.source.choose_spec(self.config, base.config_file) if self.has_executive else ("", [])
+        )
+        self.warnings += spec_warnings
         self.paths: RunPaths = self.source.find_paths(self.config, base.config_file)
         self.missing_files: list[ConfigError] = (
             find_missing_files(self.config, self.spec, self.paths.rule_dirs) if self.spec else []
@@ -180,8 +185,7 @@ class Run(Closing):
         """The skills by Skiller of this process; None: the Skiller accepts any skill."""
         self.pddl_parser = PddlParserFeature(as_fawkes=reads_as_fawkes(self.config))
         self.registry = InterfaceRegistry(self.paths.interface_dirs)
-        board_class = LocalBlackBoard if replay is None else replay.board_class
-        self.board = board_class(
+        self.board = (LocalBlackBoard if replay is None else replay.board_class)(
             self.registry, self.clock, self.bus, serials=_make_serial_generator(self.clock)
         )
         self.thinking_node: ManagedNode[BaseExecutiveComponent] | None = None
@@ -191,12 +195,6 @@ class Run(Closing):
         self._graph: NavGraph | None = None
         if not is_inspection:
             self._make_nodes()
-
-    def _choose_spec(self, config_file: Path) -> str:
-        """Return the spec and add warnings about the configuration."""
-        spec, warnings = self.source.choose_spec(self.config, config_file)
-        self.warnings += warnings
-        return spec
 
     def _make_nodes(self) -> None:
         thinking: BaseExecutiveComponent = COMPONENTS.load_target(COMPONENTS.find(EXECUTIVE))(self)
@@ -301,17 +299,6 @@ class Run(Closing):
             if component.steady:
                 component.loop()
 
-    def leave_loop(self) -> None:
-        """Remove all steps from the main loop, until :meth:`enter_loop`."""
-        for component in self.components:
-            for hook in component.hooks:
-                self.loop.remove(hook, component.loop)
-
-    def enter_loop(self) -> None:
-        """Add the steps to the main loop again, after the steps of all other agents."""
-        for component in self.components:
-            self._enter_hooks(component)
-
     @property
     def agents(self) -> tuple[Run, ...]:
         """The agents of the run."""
@@ -365,7 +352,9 @@ class Run(Closing):
         """
         if self.thinking is not None:
             self.thinking.skip_finalization()
-        self.leave_loop()
+        for component in self.components:
+            for hook in component.hooks:
+                self.loop.remove(hook, component.loop)
 
     def close(self) -> None:
         """Finalize the rules, stop the components and release all resources."""

@@ -92,8 +92,9 @@ def agent_names(config: Configuration) -> list[str]:
             raise config.error(path, f"{path} must be a map", f"with: {', '.join(_AGENT_KEYS)}")
         for key in config.keys(path):
             if key not in _AGENT_KEYS:
-                message = f"{path}/{key} is unknown"
-                raise config.error(f"{path}/{key}", message, f"use: {', '.join(_AGENT_KEYS)}")
+                raise config.error(
+                    f"{path}/{key}", f"{path}/{key} is unknown", f"use: {', '.join(_AGENT_KEYS)}"
+                )
     return names
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from contextlib import contextmanager
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Final, NoReturn, Protocol
+from typing import TYPE_CHECKING, Any, Final, NoReturn, Protocol, TypeVar
 
 from cxbridge.errors import BrokenAgentError
 from cxbridge.plugins import PluginError, Table, is_module, package_hint
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from cxbridge.run.agent import Run
     from cxbridge.run.options import RunOptions
     from cxbridge.trace.formats.base import Run as RecordedRun
+
+T = TypeVar("T")
 
 EXPLAINERS: Final[Table[ModuleType]] = Table(
     "EXPLAINERS",
@@ -47,15 +49,19 @@ def _find_functions(name: str) -> Iterator[Callable[..., Any]]:
     return (getattr(module, name) for module in modules if hasattr(module, name))
 
 
+def _call_first(name: str, default: T, *arguments: object) -> T:
+    """Return the result of the first explainer's function of this name; the default without an explainer."""
+    function = next(_find_functions(name), None)
+    result: T = default if function is None else function(*arguments)
+    return result
+
+
 def mistakes(options: RunOptions) -> Sequence[str]:
     """Return the mistakes in the files of an agent that a run does not refuse; none without a plug-in.
 
     :param options: the options of a run that has started.
     """
-    for find in _find_functions("mistakes"):
-        texts: Sequence[str] = find(options)
-        return texts
-    return ()
+    return _call_first("mistakes", (), options)
 
 
 def place_of_action(files: Sequence[Path], action: str) -> str:
@@ -63,10 +69,7 @@ def place_of_action(files: Sequence[Path], action: str) -> str:
 
     Empty if no file spells the name out, or no plug-in finds the place.
     """
-    for find in _find_functions("place_of_action"):
-        place: str = find(files, action)
-        return place
-    return ""
+    return _call_first("place_of_action", "", files, action)
 
 
 def missing_events(agent: Run, failed_rules: Iterable[str]) -> str:
@@ -77,10 +80,7 @@ def missing_events(agent: Run, failed_rules: Iterable[str]) -> str:
     :param agent: an idle agent: its agenda is empty, and no other program can write to it.
     :param failed_rules: rules that ended with an error.
     """
-    for explain in _find_functions("missing_events"):
-        text: str = explain(agent, failed_rules)
-        return text
-    return ""
+    return _call_first("missing_events", "", agent, failed_rules)
 
 
 def why(run: RecordedRun, name: str) -> Sequence[str]:

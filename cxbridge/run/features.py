@@ -85,10 +85,10 @@ def run_features(context: Run) -> list[Feature | LazyFeature]:
     source_features = context.source.features(context)
     if source_features is not None:
         return [*source_features, *(_make_lazy_feature(row, context) for row in FEATURES.rows if row.origin)]
-    needed_rows = [row for row in FEATURES.rows if row.needed(context)]
     return [
         _make_feature(row, context) if row.early(context) else _make_lazy_feature(row, context)
-        for row in needed_rows
+        for row in FEATURES.rows
+        if row.needed(context)
     ]
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError, SkillError
 from cxbridge.executive.executive import read_action_mapping
+from cxbridge.executive.host.loading import UNCLOSED
 from cxbridge.run.explainers import place_of_action
 from cxbridge.skiller.mapping import ActionSkillMapping
 from cxbridge.skiller.skillstring import read_calls
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.loading import Diagnostic
     from cxbridge.run.agent import Run
 
-UNCLOSED: Final = "UNCLOSED"
 # CLIPS error codes for unknown names, which may be defined in a missing file.
 _UNKNOWN_NAME_CODES: Final = frozenset({"EXPRNPSR3", "GLOBLPSR1", "PRNTUTIL2"})
 
@@ -149,20 +149,22 @@ def _find_root_mistakes(
     }
     for diagnostic in diagnostics:
         file, line, code = diagnostic.file, diagnostic.line, diagnostic.code
-        if code != UNCLOSED:
-            if file in unclosed_lines and (line is None or line >= unclosed_lines[file]):
-                continue  # CLIPS reports the unclosed parenthesis again, in its own words
-            if code in _UNKNOWN_NAME_CODES and (
+        # CLIPS reports an unclosed parenthesis again, in its own words
+        repeats_unclosed = file in unclosed_lines and (line is None or line >= unclosed_lines[file])
+        is_consequence = repeats_unclosed or (
+            code in _UNKNOWN_NAME_CODES
+            and (
                 files_are_missing
-                or undefined_names.intersection(_QUOTED_NAME.findall(diagnostic.message))
+                or not undefined_names.isdisjoint(_QUOTED_NAME.findall(diagnostic.message))
                 or contains_call_to(file, line, undefined_names)
-            ):
-                continue
-        construct = f"{diagnostic.construct} is not defined: " if diagnostic.construct else ""
-        # codes of cxbridge are words in capitals such as UNCLOSED; users look up the codes of CLIPS only
-        code_suffix = "" if code.isupper() and code.isalpha() else f" [{code}]"
-        text = f"{construct}{diagnostic.message}{code_suffix}"
-        yield CxbridgeError(text, file=file, line=line, hint=diagnostic.hint or None)
+            )
+        )
+        if code == UNCLOSED or not is_consequence:
+            construct = f"{diagnostic.construct} is not defined: " if diagnostic.construct else ""
+            # codes of cxbridge are words in capitals such as UNCLOSED; users look up the codes of CLIPS only
+            suffix = "" if code.isupper() and code.isalpha() else f" [{code}]"
+            text = f"{construct}{diagnostic.message}{suffix}"
+            yield CxbridgeError(text, file=file, line=line, hint=diagnostic.hint or None)
 
 
 def contains_call_to(file: str | None, line: int | None, constructs: Collection[str]) -> bool:
@@ -220,15 +222,18 @@ def _find_mapping_mistakes(agent: Run) -> list[CxbridgeError]:
 def known_skills(agent: Run) -> frozenset[str] | None:
     """Return the skills available to the action mapping; None if another process has them."""
     board, skills_by_skiller = agent.skill_board, agent.known_skills
-    if (not skills_by_skiller and board is None) or None in skills_by_skiller.values():
+    are_elsewhere = not skills_by_skiller if board is None else not board.in_process
+    if are_elsewhere or None in skills_by_skiller.values():
         return None
-    if board is not None and not board.in_process:
-        return None
-    skills = {skill for names in skills_by_skiller.values() for skill in names or ()}
-    for board_agent in () if board is None else board.agents:
-        for executor in board_agent.executors:
-            skills.update(executor.skills())
-    return frozenset(skills)
+    executors = (
+        executor
+        for board_agent in (() if board is None else board.agents)
+        for executor in board_agent.executors
+    )
+    return frozenset().union(
+        *(names or () for names in skills_by_skiller.values()),
+        *(executor.skills() for executor in executors),
+    )
 
 
 def _mapping_path(agent: Run) -> str:
@@ -255,8 +260,11 @@ def own_files(agent: Run, executive: Executive) -> list[Path]:
     """Return the loaded files of an agent without the files of the core."""
     paths = agent.paths
     core = (paths.core_dir, paths.library_dir, *paths.override_dirs)
-    files = dict.fromkeys(executive.env.loader.files)
-    return [file for file in files if not any(file.is_relative_to(folder) for folder in core)]
+    return [
+        file
+        for file in dict.fromkeys(executive.env.loader.files)
+        if not any(file.is_relative_to(folder) for folder in core)
+    ]
 
 
 class UnexecutedActions:
@@ -279,8 +287,7 @@ class UnexecutedActions:
         """Return a text about the cause: a misspelt or unmapped action, or missing control of the Skiller."""
         config = self._agent.config
         place = place_of_action(own_files(self._agent, self._executive), action)
-        facts = self._executive.env.facts("domain-operator")
-        operators = {str(slots["name"]) for _, _, slots in facts}
+        operators = {str(slots["name"]) for _, _, slots in self._executive.env.facts("domain-operator")}
         mapped = set(read_action_mapping(config, self._agent.spec))
         if action not in operators:
             text = f"the action '{action}' has no executor"

@@ -80,8 +80,7 @@ OPTIONS: Final[Table[type[PluginOptions]]] = Table(
 
 def option_groups(commands: frozenset[str]) -> list[type[PluginOptions]]:
     """Return the option groups of plug-ins for these commands."""
-    groups = map(OPTIONS.load_target, OPTIONS.rows)
-    return [group for group in groups if group.commands & commands]
+    return [group for group in map(OPTIONS.load_target, OPTIONS.rows) if group.commands & commands]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -20,5 +20,4 @@ def write_document(path: Path, kind: str, title: str, document: Mapping[str, Any
 
     :raises CxbridgeError: if no plug-in makes pages or the file cannot be written.
     """
-    page = VIEWS.load_target(VIEWS.find("document"))
-    write_file(path, page(kind, title, document))
+    write_file(path, VIEWS.load_target(VIEWS.find("document"))(kind, title, document))

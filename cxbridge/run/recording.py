@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
-from cxbridge.errors import CxbridgeError
 from cxbridge.event_kinds import RecordLevel
-from cxbridge.events import EventBus
 from cxbridge.mainloop import Hook
 from cxbridge.resources import VERSION
 from cxbridge.run.components.component import Component
@@ -73,9 +72,11 @@ def start_recording(
     :param keep: rename an existing file instead of overwriting it.
     :raises CxbridgeError: if a file cannot be written.
     """
-    if keep:
-        _rename_existing_files(run.bus, [options.trace, options.log])
-    recorded = RecordedRun(
+    # the previous recording may show why a program crashed before this restart
+    for file in (options.trace, options.log) if keep else ():
+        if file is not None and (renamed := rename_previous(file)) is not None:
+            run.bus.logger("Recorder").info(f"The previous recording is kept as {renamed}")
+    recorded_run = RecordedRun(
         run.registry,
         run.spec or DAEMON,
         run.clock.now_us(),
@@ -83,9 +84,9 @@ def start_recording(
         files=options.trace_files,
     )
     outputs = {"mcap": options.trace, "fawkes-log": options.log, "bblogger": options.bblog}
-    files = {format_name: path for format_name, path in outputs.items() if path is not None}
+    files = ((format_name, path) for format_name, path in outputs.items() if path is not None)
     recorder = Recorder(
-        run.bus, [*writers, *open_writers(files.items(), recorded)], RecordLevel(options.trace_level)
+        run.bus, [*writers, *open_writers(files, recorded_run)], RecordLevel(options.trace_level)
     )
     recorder.describe(
         {
@@ -108,23 +109,13 @@ def start_recording(
 def open_writers(files: Iterable[tuple[str, Path]], run: RecordedRun) -> list[RunWriter]:
     """Open files for the recording of a run, each with the name of its format; all, or none.
 
-    :raises CxbridgeError: if a file cannot be written, or no installed package has a format.
+    :raises CxbridgeError: if a file cannot be written, or no installed package provides a format.
     """
     writers: list[RunWriter] = []
-    try:
+    with ExitStack() as undo:
         for format_name, path in files:
             module = FORMAT_MODULES.load_target(FORMAT_MODULES.find(format_name))
             open_recording: Callable[[Path, RecordedRun], RunWriter] = resolve_name(module.RECORDING)
-            writers.append(open_recording(path, run))
-    except CxbridgeError:
-        for writer in writers:
-            writer.close()
-        raise
+            writers.append(undo.enter_context(open_recording(path, run)))
+        undo.pop_all()
     return writers
-
-
-def _rename_existing_files(bus: EventBus, files: Iterable[Path | None]) -> None:
-    # the previous recording may show why a program crashed before this restart
-    for file in files:
-        if file is not None and (renamed := rename_previous(file)) is not None:
-            bus.logger("Recorder").info(f"The previous recording is kept as {renamed}")

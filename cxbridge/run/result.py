@@ -129,7 +129,7 @@ class RunResult(Struct, frozen=True):
     def summary(self) -> str:
         """Return the goal tree with outcomes, and a line about the run."""
         replay_lines = () if self.replay is None else self.replay.lines
-        lines = [*self.goal_lines(), *replay_lines, self.verdict + self.figures]
+        lines = (*self.goal_lines(), *replay_lines, self.verdict + self.figures)
         return "\n".join(map(one_line, lines))  # error texts may contain control characters
 
     @property

@@ -69,8 +69,12 @@ def run_scenario(
     if result.status not in (COMPLETED, UNSUCCESSFUL):
         return result
     outcome = replay.outcome()
-    status = COMPLETED if outcome.same else UNSUCCESSFUL
-    return structs.replace(result, status=status, reason=outcome.reason, replay=outcome)
+    return structs.replace(
+        result,
+        status=COMPLETED if outcome.same else UNSUCCESSFUL,
+        reason=outcome.reason,
+        replay=outcome,
+    )
 
 
 def _run(
@@ -139,9 +143,8 @@ def _run(
             nonlocal is_over, loss_reason
             checks.check_new_files()
             is_over = assembly.is_over
-            loss_reason = (
-                assembly.loss_reason
-            )  # read in the same cycle: goals may have failed because of the loss
+            # read in the same cycle: goals may have failed because of the loss
+            loss_reason = assembly.loss_reason
             if interrupt.is_signalled or is_over or assembly.clock.now_us() >= deadline_us:
                 return True
             return bool(loss_reason) or (may_be_stuck and stuck_watch.check())
@@ -282,7 +285,7 @@ def make_run(
 
     :raises CxbridgeError: if a file or setting is missing or wrong, or a replay chooses one agent of a team.
     """
-    base = make_base(options, None if replay is None else replay.clock(), recorded=bool(additions.writers))
+    base = make_base(options, None if replay is None else replay.clock, recorded=bool(additions.writers))
     names = [] if options.agent else agent_names(base.config)
     if replay is not None and (names or (options.agent and len(replay.recordings.envs) > 1)):
         raise CxbridgeError(

@@ -79,8 +79,12 @@ def _read_settings(
     kind = config.get_str(f"{path}/kind", default=default_kind)
     if kind not in KINDS:
         raise config.error(f"{path}/kind", f"{path}/kind cannot be '{kind}'", f"one of: {', '.join(KINDS)}")
-    space = config.get_str(f"{path}/skillspace", default="") or None
-    return SkillerSettings(name, kind, space, skiller_mode(config, f"{path}/mode", default_mode))
+    return SkillerSettings(
+        name,
+        kind,
+        config.get_str(f"{path}/skillspace", default="") or None,
+        skiller_mode(config, f"{path}/mode", default_mode),
+    )
 
 
 DECIDERS: Final[Table[Callable[[Any, str], Decider]]] = Table(

@@ -151,9 +151,10 @@ class Source:
         if path.is_dir():
             return _find_configuration_file(path)
         if not path.is_file():
-            shipped = ", ".join(shipped_scenarios())
             raise CxbridgeError(
-                "there is no such scenario", file=path, hint=f"shipped with cxbridge: {shipped}"
+                "there is no such scenario",
+                file=path,
+                hint=f"shipped with cxbridge: {', '.join(shipped_scenarios())}",
             )
         return path
 
@@ -257,7 +258,15 @@ class Source:
 
         :raises ConfigError: if the configured period is too short.
         """
-        return loop_period_us(config)
+        period_us = config.get_uint(_PERIOD_KEY, default=DEFAULT_PERIOD_US)
+        # with a shorter period, a virtual clock would hardly advance
+        if period_us < _MIN_PERIOD_US:
+            raise config.error(
+                _PERIOD_KEY,
+                f"{_PERIOD_KEY} cannot be {period_us}",
+                f"microseconds, {_MIN_PERIOD_US} at least; Fawkes has {DEFAULT_PERIOD_US}",
+            )
+        return period_us
 
     def board_settings(
         self, config: Configuration, paths: RunPaths, executors: tuple[type[SkillExecutor], ...] = ()
@@ -326,22 +335,6 @@ class Source:
     def think(self, executive: Executive) -> int:
         """Run the rules of one loop; return the number of firings."""
         return executive.loop()
-
-
-def loop_period_us(config: Configuration) -> int:
-    """Return the target period of the main loop in microseconds.
-
-    :raises ConfigError: if the period is too short.
-    """
-    period_us = config.get_uint(_PERIOD_KEY, default=DEFAULT_PERIOD_US)
-    # with a shorter period, a virtual clock would hardly advance
-    if period_us >= _MIN_PERIOD_US:
-        return period_us
-    raise config.error(
-        _PERIOD_KEY,
-        f"{_PERIOD_KEY} cannot be {period_us}",
-        f"microseconds, {_MIN_PERIOD_US} at least; Fawkes has {DEFAULT_PERIOD_US}",
-    )
 
 
 def _find_configuration_file(folder: Path) -> Path:

@@ -107,8 +107,11 @@ def find_key_mistakes(config: Configuration, spec: str) -> list[ConfigError]:
     mapping = f"{base}/action-mapping"
     for action in config.keys(mapping):
         if config.exists(f"{mapping}/{action}") and _is_empty(value := config.get(f"{mapping}/{action}")):
-            hint = f"name a skill: {action}: SKILL{{}}"
-            mistakes.append(_make_error(f"the mapping of action '{action}' is empty", value, hint))
+            mistakes.append(
+                _make_error(
+                    f"the mapping of action '{action}' is empty", value, f"name a skill: {action}: SKILL{{}}"
+                )
+            )
     return mistakes
 
 
@@ -193,15 +196,19 @@ def _check_stage(config: Configuration, base: str, stage: str) -> Iterator[str]:
     """
     path = f"{base}/init/{stage}"
     if stage not in STAGES:
-        value = _find_first_value(config, path)
-        raise _make_error(f"there is no '{stage}'", value, f"the stages are {', '.join(STAGES)}")
+        raise _make_error(
+            f"there is no '{stage}'",
+            _find_first_value(config, path),
+            f"the stages are {', '.join(STAGES)}",
+        )
     _check_container(config, path, "a list of entries, each with a name")
     for index in config.keys(path):
         number = parse_decimal(index)
         if number is None:
-            hint = "begin each with a dash: - name: ..."
             raise _make_error(
-                f"{stage} must be a list of entries", _find_first_value(config, f"{path}/{index}"), hint
+                f"{stage} must be a list of entries",
+                _find_first_value(config, f"{path}/{index}"),
+                "begin each with a dash: - name: ...",
             )
         yield from _check_entry(config, f"{path}/{index}", f"{stage}, entry {number + 1}")
 
@@ -219,9 +226,10 @@ def _check_entry(config: Configuration, path: str, entry: str) -> Iterator[str]:
     config.get_bool(f"{path}/feature-request", default=False)
     if "files" in keys:
         if config.keys(f"{path}/files"):
-            value = _find_first_value(config, f"{path}/files")
             raise _make_error(
-                f"the files of {entry} must be a list, not a map", value, "write [a.clp, b.clp]"
+                f"the files of {entry} must be a list, not a map",
+                _find_first_value(config, f"{path}/files"),
+                "write [a.clp, b.clp]",
             )
         files = config.get(f"{path}/files")
         if not files.is_list or (files.items and files.type is not ConfigType.STRING):
@@ -240,8 +248,7 @@ def _check_container(config: Configuration, path: str, shape: str) -> None:
     :param shape: the expected container, for the error.
     """
     if config.exists(path) and (value := config.get(path)) and (value.is_list or value.text):
-        name = path.rsplit("/", 1)[1]
-        raise _make_error(f"'{name}' must be {shape}", value, None)
+        raise _make_error(f"'{path.rpartition('/')[2]}' must be {shape}", value, None)
 
 
 def _find_first_value(config: Configuration, path: str) -> ConfigValue | None:
@@ -266,6 +273,5 @@ def _make_error(message: str, value: ConfigValue | None, hint: str | None) -> Co
 
 def init_mentions(config: Configuration, spec: str, *names: str) -> bool:
     """Return whether a feature or file of the initialisation contains one of the names."""
-    init = f"/clips-executive/specs/{spec}/init/"
-    texts = [text for item in config.search(init) for text in (item.text, *item.items)]
-    return any(name in text for name in names for text in texts)
+    values = config.search(f"{_ROOT}/specs/{spec}/init/")
+    return any(name in text for value in values for text in (value.text, *value.items) for name in names)

@@ -92,15 +92,15 @@ class StuckWatch:
 def _is_idle(agent: Run) -> bool:
     """Return whether only time could activate a rule of an agent."""
     env = agent.executive.env
-    if not agent.is_quiet or env.has_activations(1) or agent.executive.skills.running:
-        return False
-    if agent.executive.is_planning:
-        return False
-    if not _PASSIVE_FEATURES.issuperset(agent.manager.loaded_features(env.name)):
-        return False
-    if _has_running_timeout(agent):
-        return False
-    return not any(_has_foreign_writer(agent, kind, name) for kind, name in read_interfaces(env))
+    return (
+        agent.is_quiet
+        and not env.has_activations(1)
+        and not agent.executive.skills.running
+        and not agent.executive.is_planning
+        and _PASSIVE_FEATURES.issuperset(agent.manager.loaded_features(env.name))
+        and not _has_running_timeout(agent)
+        and not any(_has_foreign_writer(agent, kind, name) for kind, name in read_interfaces(env))
+    )
 
 
 def _has_running_timeout(agent: Run) -> bool:

@@ -56,27 +56,23 @@ class Team(Closing):
         """Called when an agent is killed or restarted."""
         with ExitStack() as undo:
             undo.callback(base.shared.close)
-            agents = []
-            for name in names:
-                agent_base = self._make_agent_base(base, name)
-                agent = Run(options, agent_base, None, additions, components(name))
-                agents.append(undo.enter_context(agent))
+            self.agents = tuple([undo.enter_context(self._make_agent(name)) for name in names])
             undo.pop_all()
-        self.agents: tuple[Run, ...] = tuple(agents)
         self.paths, self.registry = self.agents[0].paths, self.agents[0].registry
         self.spec = " ".join(dict.fromkeys(agent.spec for agent in self.agents))
 
-    def _make_agent_base(self, base: RunBase, name: str) -> RunBase:
-        config = choose_agent(base.config, name)
+    def _make_agent(self, name: str) -> Run:
+        config = choose_agent(self.config, name)
         config.warnings = ()  # reported once, by the team
-        return structs.replace(
-            base,
+        base = structs.replace(
+            self._base,
             name=name,
             config=config,
-            bus=AgentBus(name, base.bus),
-            team=base,
+            bus=AgentBus(name, self.bus),
+            team=self._base,
             shared=SharedObjects(),
         )
+        return Run(self.options, base, None, self._additions, self._components(name))
 
     def start(self) -> None:
         for warning in self.config.warnings:
@@ -100,8 +96,7 @@ class Team(Closing):
 
         :raises CxbridgeError: if the agent cannot be made.
         """
-        agent_base, components = self._make_agent_base(self._base, name), self._components(name)
-        agent = Run(self.options, agent_base, None, self._additions, components)
+        agent = self._make_agent(name)
         self.agents = (*self.agents, agent)
         for watcher in self.watchers:
             watcher.joined(agent)
@@ -141,8 +136,7 @@ class AgentBus(EventBus):
 
     def __init__(self, name: str, run: EventBus) -> None:
         super().__init__(run.clock)
-        self._name = name
-        self._run = run
+        self._name, self._run = name, run
 
     def wants(self, event_type: type[Event]) -> bool:
         """Return whether this bus or the run's bus has a subscriber for the type."""

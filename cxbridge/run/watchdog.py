@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any, Final, Self
 
 from msgspec import Struct
 
-from cxbridge.executive.host.activity import MATCHING, executing_rule_name
+from cxbridge.executive.host.activity import executing_rule_name
+from cxbridge.executive.host.capi import MATCHING
 from cxbridge.mainloop import MainLoop
 
 if TYPE_CHECKING:
@@ -180,15 +181,14 @@ class Watchdog:
     def _measure_right_hand_side(self, tick_s: float) -> None:
         """Add a tick to the duration of the current right-hand side, or restart it after a firing."""
         firing_count = sum(env.endless.firing_count for env in self._list_environments())
-        is_same_rule = firing_count == self._firing_count
-        self._same_rule_s = self._same_rule_s + tick_s if is_same_rule else 0.0
+        self._same_rule_s = self._same_rule_s + tick_s if firing_count == self._firing_count else 0.0
         self._firing_count = firing_count
 
     @property
     def _is_spinning(self) -> bool:
         """Whether the time is spent in a single right-hand side rather than in matching."""
-        limit_s = min(self._limit_s, SPIN_S)
-        return self._same_rule_s >= limit_s and self._list_frequent_rules()[:1] != [MATCHING]
+        is_long = self._same_rule_s >= min(self._limit_s, SPIN_S)
+        return is_long and self._list_frequent_rules()[:1] != [MATCHING]
 
     def _make_stall(self, cycle_s: float) -> Stall:
         """Describe the current cycle by the call stack of the watched thread."""
@@ -201,13 +201,12 @@ class Watchdog:
             frames, "UdfTable._make_entry_point.<locals>.call", lambda local: local["name"]
         )
         firing_envs = [env for env in self._list_environments() if env.is_firing]
-        activity = self._describe_activity(frames, function, firing_envs)
         return Stall(
             cycle_s,
             component,
-            activity,
-            bool(firing_envs) and not function,
-            not function and self._is_spinning,
+            self._describe_activity(frames, function, firing_envs),
+            in_rules=bool(firing_envs) and not function,
+            is_spin=not function and self._is_spinning,
         )
 
     def _describe_activity(

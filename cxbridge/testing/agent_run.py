@@ -69,9 +69,7 @@ class AgentRun(Closing):
         patience: float = PATIENCE_S,
         golden: GoldenFiles | None = None,
     ) -> None:
-        self.options = options
-        self._golden = golden
-        self.patience = patience
+        self.options, self.patience, self._golden = options, patience, golden
         self.log: list[LogLine] = []
         self.rules: deque[str] = deque(maxlen=_LAST_RULES)
         self.transitions: list[Transition] = []
@@ -82,8 +80,7 @@ class AgentRun(Closing):
             assembly = self._assembly = stack.enter_context(Run(options))
             self._checks = AgentChecks([assembly], strict=strict)
             self._start_us = assembly.clock.now_us()
-            recorder = start_recording(assembly, options)
-            stack.callback(recorder.close)
+            stack.callback(start_recording(assembly, options).close)
             # before the recorder closes: the recording includes the finalization
             stack.callback(assembly.finalize)
             assembly.bus.subscribe(self._record_event, LogLine, RuleFired, *TRANSITION_TYPES)
@@ -132,9 +129,9 @@ class AgentRun(Closing):
         try:
             check()
         except BrokenAgentError as error:
-            report = with_explanations(error, self.options)
             raise AssertionError(
-                f"{report}; strict=False starts the agent without its broken parts"
+                f"{with_explanations(error, self.options)}; "
+                "strict=False starts the agent without its broken parts"
             ) from None
 
     def close(self) -> None:
@@ -261,10 +258,10 @@ class AgentRun(Closing):
         finally:
             timer.cancel()
         if expired.is_set():
-            problem = (
-                f"no end within {self.patience:g} s of real time; last rules: {self._describe_last_rules()}"
+            last_rules = self._describe_last_rules()
+            raise AssertionError(
+                self._add_goals(f"no end within {self.patience:g} s of real time; last rules: {last_rules}")
             )
-            raise AssertionError(self._add_goals(problem))
 
     @property
     def skills(self) -> ScriptedSkills:

@@ -23,8 +23,8 @@ def find_member(owner: str, subject: object, name: str) -> Callable[..., Any]:
         the member.
     """
     member = f"{owner}.{name}"
-    row = next((row for row in MEMBERS.rows if row.name == member), None)
-    if row is not None:
-        return partial(MEMBERS.load_target(row), subject)
+    for row in MEMBERS.rows:
+        if row.name == member:
+            return partial(MEMBERS.load_target(row), subject)
     hint = package_hint(member) or "docs/testing.md lists the members"
     raise AttributeError(f"{owner} has no member '{name}'; {hint}", name=name, obj=subject)

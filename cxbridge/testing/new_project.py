@@ -178,8 +178,9 @@ def _write_new_files(files: Mapping[Path, str]) -> list[Path]:
     """Write all files, or none if one of them exists; return their paths."""
     for file in files:
         if file.exists() or file.is_symlink():
-            hint = "nothing was written: choose another name"
-            raise CxbridgeError("this file exists already", file=file, hint=hint)
+            raise CxbridgeError(
+                "this file exists already", file=file, hint="nothing was written: choose another name"
+            )
     for file, text in files.items():
         write_file(file, text)
     return list(files)

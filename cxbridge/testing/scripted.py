@@ -35,8 +35,9 @@ class ScriptedSkills(SkillScript):
         self._run = run
         # the lowest priority: the last resort if no decider knows the skill
         self._usual_deciders = (*usual_deciders, StaticEstimator(seconds=1.0, priority=-sys.maxsize))
-        skillers = skiller_settings(run.config, "simulator", on_skill_board)
-        self._names = [settings.name for settings in skillers]
+        self._names = [
+            settings.name for settings in skiller_settings(run.config, "simulator", on_skill_board)
+        ]
         self._skillers: dict[str, SkillerSimulator] = {}
         self.execute = DecidedExecution(lambda agent: [self.decider(agent)])
         """Executes the skills of the skill board by the script."""

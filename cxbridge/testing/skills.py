@@ -158,15 +158,10 @@ class SkillRule:
             else ""
         )
 
-    @property
-    def has_behaviours(self) -> bool:
-        """Whether the rule has behaviours for further calls."""
-        return bool(self._behaviours)
-
-    def use_next_behaviour(self) -> _Behaviour:
-        """Return the behaviour of the next call, and count the call if the number of calls is limited."""
-        behaviour = self._behaviours[0]
-        if behaviour.times is not None:
+    def use_next_behaviour(self) -> _Behaviour | None:
+        """Return the behaviour of the next call, and count the call; None without a further behaviour."""
+        behaviour = next(iter(self._behaviours), None)
+        if behaviour is not None and behaviour.times is not None:
             behaviour.times -= 1
             if behaviour.times == 0:
                 del self._behaviours[0]
@@ -214,7 +209,7 @@ class SkillScript:
         for rule in self._rules:
             if (rule.name, rule.args) == (name, args):
                 return rule
-        rule = SkillRule(name, dict(args))
+        rule = SkillRule(name, args)
         rule.calls += [call for call in self.calls if rule.matches(SkillStringCall(call.name, call.args))]
         self._rules.append(rule)
         return rule
@@ -234,8 +229,7 @@ class SkillScript:
             rule.calls.append(started_call)
         # the last rule wins, as a test may refine the rules of its fixture
         for rule in (*reversed(matching_rules), self.otherwise):
-            if rule.has_behaviours:
-                behaviour = rule.use_next_behaviour()
+            if (behaviour := rule.use_next_behaviour()) is not None:
                 outcome = behaviour.answer(started_call)
                 return (
                     outcome if behaviour.then is None else replace(outcome or Outcome(), then=behaviour.then)
@@ -253,8 +247,7 @@ class ScriptedDecider(Decider):
     priority = sys.maxsize  # before the deciders of plug-ins and of the configuration
 
     def __init__(self, script: SkillScript, skiller: str) -> None:
-        self._script = script
-        self._skiller = skiller
+        self._script, self._skiller = script, skiller
 
     def decide(self, call: SkillStringCall) -> Outcome | None:
         """Return the outcome of a started call, or None if the script has none."""

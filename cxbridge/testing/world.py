@@ -22,8 +22,7 @@ class World:
     """The facts of an environment, and the interfaces of a blackboard."""
 
     def __init__(self, env: ClipsEnvironment, board: BlackBoard) -> None:
-        self._env = env
-        self._board = board
+        self._env, self._board = env, board
         self._writers: dict[str, Interface] = {}
         self._readers: dict[str, Interface] = {}
 
@@ -37,8 +36,8 @@ class World:
         if not self._env.has_template(template):
             template = template.replace("_", "-")
         if not self._env.has_template(template):
-            templates = construct_names(self._env, "deftemplate")
-            raise AssertionError(f"there is no deftemplate '{template}'{or_similar(template, templates)}")
+            suggestion = or_similar(template, construct_names(self._env, "deftemplate"))
+            raise AssertionError(f"there is no deftemplate '{template}'{suggestion}")
         # Python's keywords cannot have a dash, names of slots may have a dash or an underscore
         values = {name.replace("_", "-"): _to_comparable(value) for name, value in slots.items()}
         matching_facts = []

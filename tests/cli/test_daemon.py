@@ -41,7 +41,7 @@ def board(monkeypatch):
 @pytest.fixture
 def status(board):
     made = DaemonBoard(board, ["blackboard", "skiller"], "real")
-    made.set_fields(endpoints=["ipc:///x"])
+    made.set_field("endpoints", "ipc:///x")
     board.open_for_writing("RequestInterface", "cxbridge")
     made.publish(
         "RUNNING", [ComponentStatus(name, State.ACTIVE, "", 5) for name in ("blackboard", "skiller")]

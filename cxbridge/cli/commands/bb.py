@@ -19,11 +19,11 @@ from cxbridge.cli.connect import (
     split_glob,
     suggest_interface,
 )
-from cxbridge.cli.console import local_time, say, say_json
+from cxbridge.cli.console import local_time, say, say_json, say_lines, say_result
 from cxbridge.cli.discovery import group_rows, make_group_class
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
     from cxbridge.blackboard import BlackBoard, InterfaceInfo
     from cxbridge.blackboard.following import Feed, InterfaceChange
@@ -74,19 +74,24 @@ def list_interfaces(
                 f"no interface matches '{glob}'{suggest_interface(board, glob)}",
                 hint="see 'cxbridge bb list'",
             )
-    if as_json:
-        say_json([_info_to_json(info) for info in infos], indent=2)
-        return
+    say_result([_info_to_json(info) for info in infos], _format_table(infos), as_json=as_json)
+
+
+def _format_table(infos: Iterable[InterfaceInfo]) -> Iterator[str]:
+    """Yield the lines of the list of interfaces, with a heading."""
     rows = [("INTERFACE", "WRITER", "READERS", "WRITTEN")]
     for info in infos:
         writer = (info.writer or "yes") if info.has_writer else "-"
-        readers = ", ".join(name for name in info.readers if name) or str(info.num_readers)
-        rows.append((info.uid, writer, readers, local_time(info.timestamp_us)))
-    # the last column needs no padding
-    widths = [max(len(row[column]) for row in rows) for column in range(3)]
-    for row in rows:
-        cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=False)]
-        say("  ".join([*cells, row[3]]))
+        rows.append((info.uid, writer, _list_readers(info), local_time(info.timestamp_us)))
+    *padded_columns, _ = zip(*rows, strict=True)
+    widths = [max(map(len, column)) for column in padded_columns]
+    for *cells, written in rows:
+        yield "  ".join([*map(str.ljust, cells, widths), written])
+
+
+def _list_readers(info: InterfaceInfo) -> str:
+    """Return the names of an interface's readers; their number if Fawkes does not report the names."""
+    return ", ".join(filter(None, info.readers)) or str(info.num_readers)
 
 
 @app.command()
@@ -101,11 +106,8 @@ def show(
         info = _find_interface(board, uid)
         with board.open_for_reading(info.type, info.id, owner=OWNER) as instance:
             instance.read()
-            if as_json:
-                description = {**_info_to_json(info), "fields": _json_values(instance.as_dict())}
-                say_json(description, indent=2)
-            else:
-                _print_interface(info, instance)
+            description = {**_info_to_json(info), "fields": _json_values(instance.as_dict())}
+            say_result(description, _describe_interface(info, instance), as_json=as_json)
 
 
 @app.command()
@@ -206,8 +208,8 @@ def send(
             raise BlackBoardError(
                 f"{info.type} has no field msgid to wait for", hint="omit --wait, and look with 'bb watch'"
             )
-        is_full_name = message in instance.MESSAGES or message.endswith("Message")
-        outgoing = instance.create_message(message if is_full_name else f"{message}Message")
+        has_suffix = message in instance.MESSAGES or message.endswith("Message")
+        outgoing = instance.create_message(message if has_suffix else f"{message}Message")
         assign(outgoing, assignments or ())
         earlier = feed.read_state(instance)
         msgid = instance.msgq_enqueue(outgoing)
@@ -224,12 +226,12 @@ def send(
 
 
 def _print_reply(feed: Feed, earlier: InterfaceChange, msgid: int, deadline: Any) -> bool:
-    """Wait for the reply to a message and print the fields; return whether there is a reply in time."""
+    """Wait for the reply to a message and print its fields; return whether the reply has come in time."""
     while (change := feed.wait_for_change(deadline)) is not None:
         # a listener may get an old write, from before the message, twice
         is_stale = change.values == earlier.values and change.time_us <= earlier.time_us
         if change.kind == "data" and not is_stale and change.values["msgid"] == msgid:
-            _print_fields(change.values)
+            say_lines(_format_fields(change.values))
             return True
     return False
 
@@ -275,21 +277,21 @@ def _info_to_json(info: InterfaceInfo) -> dict[str, Any]:
     }
 
 
-def _print_interface(info: InterfaceInfo, instance: Interface) -> None:
+def _describe_interface(info: InterfaceInfo, instance: Interface) -> list[str]:
     writer = (info.writer or "an unnamed owner") if info.has_writer else "no writer"
-    readers = ", ".join(name for name in info.readers if name) or str(info.num_readers)
-    say(f"{info.uid}  {info.hash.hex().upper()}")
-    say(f"written by {writer}, last {local_time(instance.timestamp_us)}")
-    say(f"read by {readers}")
-    _print_fields(instance.as_dict())
+    return [
+        f"{info.uid}  {info.hash.hex().upper()}",
+        f"written by {writer}, last {local_time(instance.timestamp_us)}",
+        f"read by {_list_readers(info)}",
+        *_format_fields(instance.as_dict()),
+    ]
 
 
-def _print_fields(values: Mapping[str, Any]) -> None:
+def _format_fields(values: Mapping[str, Any]) -> list[str]:
     from cxbridge.interfaces.assignments import field_text
 
     width = max(map(len, values), default=0)
-    for name, value in values.items():
-        say(f"  {name.ljust(width)}  {field_text(value)}")
+    return [f"  {name:{width}}  {field_text(value)}" for name, value in values.items()]
 
 
 def _print_change(change: InterfaceChange, last_values: dict[str, dict[str, Any]], *, as_json: bool) -> bool:

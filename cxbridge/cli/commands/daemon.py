@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, ask_daemon, connect
-from cxbridge.cli.console import ConsoleOptions, local_time, say, say_json
+from cxbridge.cli.console import ConsoleOptions, local_time, say, say_result
 from cxbridge.cli.discovery import group_rows, make_group_class
 from cxbridge.cli.entry import handle_signals
 from cxbridge.cli.option_groups import option_groups
@@ -93,10 +93,7 @@ def status(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
     with connect(url, None) as board:
         daemon_status = read_status(board)
         daemon_status["stop"] = _read_stop(board) if daemon_status["stopped"] else None
-    if as_json:
-        say_json(daemon_status, indent=2)
-    else:
-        _print_status(daemon_status)
+    say_result(daemon_status, _format_status(daemon_status), as_json=as_json)
     return 0 if daemon_status["state"] == "RUNNING" else 1
 
 
@@ -169,22 +166,21 @@ def _read_stop(board: BlackBoard) -> dict[str, Any] | None:
     return stop
 
 
-def _print_status(daemon_status: dict[str, Any]) -> None:
-    say(
+def _format_status(daemon_status: dict[str, Any]) -> Iterator[str]:
+    yield (
         f"cxbridge {daemon_status['version']} is {daemon_status['state'].lower()}, "
         f"pid {daemon_status['pid']}, started {local_time(daemon_status['started_us'])}, "
         f"clock {daemon_status['clock']}"
     )
-    say(f"at {daemon_status['endpoints']}")
+    yield f"at {daemon_status['endpoints']}"
     for skiller, controller in daemon_status["controllers"].items():
-        say(f"Skiller {skiller} is controlled by {controller}")
+        yield f"Skiller {skiller} is controlled by {controller}"
     if daemon_status["stopped"]:
-        say(f"rules are stopped {daemon_status['stopped']}")
+        yield f"rules are stopped {daemon_status['stopped']}"
     if (stop := daemon_status["stop"]) is not None:
         breakpoint_text = f"breakpoint {stop['breakpoint']}; " if stop["breakpoint"] else ""
-        say(f"  {breakpoint_text}fired last: {stop['rule'] or '-'}; next: {stop['next_rule'] or '-'}")
-    for line in _format_components(daemon_status["components"]):
-        say(f"  {line}")
+        yield f"  {breakpoint_text}fired last: {stop['rule'] or '-'}; next: {stop['next_rule'] or '-'}"
+    yield from (f"  {line}" for line in _format_components(daemon_status["components"]))
 
 
 def _format_components(components: Sequence[Mapping[str, str]]) -> Iterator[str]:
@@ -217,11 +213,9 @@ def component(
     components = ask_daemon(url, "component-list")
     selected = [row for row in components if row["name"] == name] if name else components
     if not selected:
-        names = ", ".join(row["name"] for row in components)
-        raise CxbridgeError(f"there is no component '{name}'", hint=f"there are: {names}")
-    if as_json:
-        say_json(selected, indent=2)
-    else:
-        for line in _format_components(selected):
-            say(line)
+        raise CxbridgeError(
+            f"there is no component '{name}'",
+            hint=f"there are: {', '.join(row['name'] for row in components)}",
+        )
+    say_result(selected, _format_components(selected), as_json=as_json)
     return 0

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from cxbridge.cli.console import say, say_json
+from cxbridge.cli.console import say_result
 
 
 def doctor(
@@ -21,12 +21,6 @@ def doctor(
     from cxbridge.cli.health import run_checks
 
     findings = run_checks()
-    if as_json:
-        say_json([finding.to_json() for finding in findings], indent=2)
-    else:
-        for finding in findings:
-            mark = "ok  " if finding.fine else ("MISSING" if finding.required else "absent")
-            say(f"{mark:8}{finding.what}: {finding.detail}")
-            if finding.remedy and not finding.fine:
-                say(f"{'':8}  -> {finding.remedy}")
+    lines = (line for finding in findings for line in finding.to_lines())
+    say_result([finding.to_json() for finding in findings], lines, as_json=as_json)
     return 0 if all(finding.fine or not finding.required for finding in findings) else 1

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cxbridge.cli.console import say, say_json, say_text
+from cxbridge.cli.console import say, say_json, say_result, say_text
 from cxbridge.file_access import write_file
 from cxbridge.printing import indent_lines
 from cxbridge.resources import shipped_interfaces
@@ -56,11 +56,7 @@ def list_types(interface_dir: InterfaceDirs = None, as_json: AsJson = False) -> 
     Example: cxbridge interface list
     """
     names = make_registry(interface_dir).names()
-    if as_json:
-        say_json(names, indent=2)
-    else:
-        for line in names:
-            say(line)
+    say_result(names, names, as_json=as_json)
 
 
 @app.command()
@@ -72,11 +68,7 @@ def show(name: TypeOrFile, interface_dir: InterfaceDirs = None, as_json: AsJson 
     from cxbridge.interfaces.describe import describe_schema, schema_object
 
     schema = _find_schema(name, interface_dir)
-    if as_json:
-        say_json(schema_object(schema), indent=2)
-    else:
-        for line in describe_schema(schema):
-            say(line)
+    say_result(schema_object(schema), describe_schema(schema), as_json=as_json)
 
 
 @app.command()
@@ -135,8 +127,7 @@ def print_hash(
 
     for name in names:
         schema = _find_schema(name, interface_dir)
-        digest = hash_for_wire(schema) if wire else schema.hash
-        say(f"{digest.hex().upper()}  {schema.name}")
+        say(f"{(hash_for_wire(schema) if wire else schema.hash).hex().upper()}  {schema.name}")
 
 
 @app.command("compile")
@@ -154,16 +145,11 @@ def compile_types(
     """
     from cxbridge.interfaces.codegen import module_source, stub_source
 
-    schemas = [_find_schema(name, interface_dir) for name in names]
-    for schema in schemas:
-        sources = (
-            {".pyi": stub_source(schema)}
-            if stubs
-            else {".py": module_source(schema), ".pyi": stub_source(schema)}
-        )
-        for suffix, source in sources.items():
+    makers = {".pyi": stub_source} if stubs else {".py": module_source, ".pyi": stub_source}
+    for schema in [_find_schema(name, interface_dir) for name in names]:
+        for suffix, make_source in makers.items():
             path = output / f"{schema.name}{suffix}"
-            write_file(path, source)
+            write_file(path, make_source(schema))
             say(path)
 
 

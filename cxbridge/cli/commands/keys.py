@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from cxbridge.cli.console import say
+from cxbridge.cli.console import say_lines
 
 
 def keys(
@@ -26,5 +26,4 @@ def keys(
     """
     from cxbridge.blackboard.zmq.keyfiles import create_keys
 
-    for file in create_keys(output, name):
-        say(file)
+    say_lines(create_keys(output, name))

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from cxbridge.cli.console import say
+from cxbridge.cli.console import say, say_lines
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.testing.new_project import NewOptions
 
@@ -31,6 +31,5 @@ def new(
     """
     from cxbridge.testing.new_project import make_project
 
-    for file in make_project(folder, options):
-        say(file)
+    say_lines(make_project(folder, options))
     say(f"next: cd {shlex.quote(str(folder))}, see README.md")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,11 +14,14 @@ from cxbridge.cli.connect import (
     InterfaceDirs,
     connect,
 )
-from cxbridge.cli.console import ConsoleLog, progress_line, say, say_json
+from cxbridge.cli.console import ConsoleLog, progress_line, say, say_result
 from cxbridge.cli.discovery import group_rows, make_group_class
 from cxbridge.cli.entry import handle_signals
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.daemon.services.options import ExecutorOptions
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
 
 app = typer.Typer(name="skill", cls=make_group_class(lambda: group_rows("skill"), {}), no_args_is_help=True)
 
@@ -69,10 +72,9 @@ def execute(
             return 0
         result = call.execute(skill_string, timeout)
     outcome = result.outcome.name.lower().replace("_", " ")
-    if as_json:
-        say_json({"outcome": outcome, "error": result.error, "msgid": result.msgid})
-    else:
-        say(f"{outcome}: {result.error}" if result.error else outcome)
+    data = {"outcome": outcome, "error": result.error, "msgid": result.msgid}
+    line = f"{outcome}: {result.error}" if result.error else outcome
+    say_result(data, [line], as_json=as_json, indent=None)
     return result.outcome.value
 
 
@@ -96,24 +98,25 @@ def list_skills(
                 continue
             with board.open_for_reading(SKILLER_TYPE, info.id, owner=OWNER) as instance:
                 instance.read()
-                row: dict[str, Any] = {"skiller": info.id}
-                for name, value in instance.as_dict().items():
-                    row[name] = json_value(value)
-                controllers[info.id] = describe_controller(instance, row["exclusive_controller"])
-            row["skills"] = request_skill_names(board, info.id, _LIST_TIMEOUT_S)
-            rows.append(row)
-    if as_json:
-        say_json(rows, indent=2)
-        return
+                values = {name: json_value(value) for name, value in instance.as_dict().items()}
+                controllers[info.id] = describe_controller(instance, values["exclusive_controller"])
+            skills = request_skill_names(board, info.id, _LIST_TIMEOUT_S)
+            rows.append({"skiller": info.id, **values, "skills": skills})
+    say_result(rows, _format_skillers(rows, controllers), as_json=as_json)
+    if not rows and not as_json:
+        say("there is no Skiller", err=True)
+
+
+def _format_skillers(rows: Iterable[Mapping[str, Any]], controllers: Mapping[str, str]) -> Iterator[str]:
+    """Yield the lines of a list of Skillers.
+
+    :param controllers: the clients with exclusive control by Skiller.
+    """
     for row in rows:
         control = controllers[row["skiller"]]
-        say(f"{row['skiller']}: {row['status']} {row['skill_string']!r}, controlled by {control}")
-        for name in row["skills"] or ():
-            say(f"  {name}")
-        if row["skills"] is None:
-            say("  (it does not report its skills)")
-    if not rows:
-        say("there is no Skiller", err=True)
+        yield f"{row['skiller']}: {row['status']} {row['skill_string']!r}, controlled by {control}"
+        names = ["(it does not report its skills)"] if row["skills"] is None else row["skills"]
+        yield from (f"  {name}" for name in names)
 
 
 @app.command()
@@ -148,11 +151,11 @@ def show_board(
 
     with connect(url, interface_dir) as board:
         rows = read_executor_states(board)
-    if as_json:
-        say_json(rows, indent=2)
-        return
-    for row in rows:
-        activity = f": {row['skill']} for {row['board']}, action {row['master']}" if row["skill"] else ""
-        say(f"{row['agent']}: {row['executor']} ({', '.join(row['skills'])}) {row['state']}{activity}")
-    if not rows:
+    say_result(rows, map(_format_executor, rows), as_json=as_json)
+    if not rows and not as_json:
         say("there is no executor", err=True)
+
+
+def _format_executor(row: Mapping[str, Any]) -> str:
+    activity = f": {row['skill']} for {row['board']}, action {row['master']}" if row["skill"] else ""
+    return f"{row['agent']}: {row['executor']} ({', '.join(row['skills'])}) {row['state']}{activity}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,15 @@ from cxbridge.trace.recorder import Recorder
 
 _PROGRESS_INTERVAL_S = 0.5  # seconds between progress reports
 _SCENARIO = "record"  # the name of the recording in bblogger files
+
+
+def count_writes(writes: Mapping[str, int]) -> str:
+    """Return the numbers of writes and interfaces, with nouns.
+
+    :param writes: the number of writes by interface.
+    """
+    count = format_count(sum(writes.values()), "write")
+    return f"{count} of {format_count(len(writes), 'interface')}"
 
 
 @dataclass(slots=True)
@@ -59,8 +68,7 @@ class RecordReport:
     @property
     def counts_text(self) -> str:
         """The numbers of writes and interfaces, with nouns."""
-        count = format_count(sum(self.writes.values()), "write")
-        return f"{count} of {format_count(len(self.writes), 'interface')}"
+        return count_writes(self.writes)
 
     def to_lines(self) -> list[str]:
         """Return the result as lines of text."""
@@ -70,8 +78,9 @@ class RecordReport:
             lines.append(f"{self.skipped} more writes came too fast and were left out")
         if self.gaps:
             seconds = sum(seconds for _, seconds in self.gaps)
-            gaps = format_count(len(self.gaps), "gap")
-            lines.append(f"{gaps} without a connection, {seconds:.1f} s in total")
+            lines.append(
+                f"{format_count(len(self.gaps), 'gap')} without a connection, {seconds:.1f} s in total"
+            )
         return lines
 
 
@@ -99,20 +108,18 @@ def record(
             InterfaceRegistry(options.interface_dirs), _SCENARIO, service.clock.now_us()
         )
         outputs = [("mcap" if path.suffix == ".mcap" else "bblogger", path) for path in options.outputs]
-        writers = open_writers(outputs, recorded_run)
-        recorder = service.enter_context(Recorder(recorded_bus, writers))
+        recorder = service.enter_context(Recorder(recorded_bus, open_writers(outputs, recorded_run)))
         recorder.describe({"cxbridge": VERSION, "clock": service.clock.name, "blackboard": options.url})
         forwarder = WriteForwarder(board, patterns, recorded_bus)
         service.callback(forwarder.close)
         service.set_wake_function(forwarder.wake)
         start_s = time.monotonic()
         interface_count = forwarder.start()
-        match_text = (
-            f"{interface_count} interfaces at {options.url} match"
+        recorded_bus.logger(COMPONENT).info(
+            f"Ready: {interface_count} interfaces at {options.url} match"
             if interface_count
-            else "nothing matches yet"
+            else "Ready: nothing matches yet"
         )
-        recorded_bus.logger(COMPONENT).info(f"Ready: {match_text}")
         service.report_ready(f"recording {options.url}")
 
         def update_report() -> float:

@@ -13,13 +13,13 @@ from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.names import parse_uid
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.daemon.services.options import ReplayOptions
+from cxbridge.daemon.services.record import count_writes
 from cxbridge.daemon.services.service import ReadyCallback, Service, do_nothing
 from cxbridge.errors import BlackBoardError, TraceError
 from cxbridge.events import Sink
 from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.xml.parser import parse_bytes
-from cxbridge.printing import format_count
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.replay.moves import ReplayMove, ReplaySelection, ReplaySurvey, replay_moves, survey_replay
@@ -66,11 +66,10 @@ class ReplayReport:
 
     def to_lines(self) -> list[str]:
         """Return the result as lines of text."""
-        count = format_count(sum(self.writes.values()), "write")
-        interfaces = format_count(len(self.writes), "interface")
-        lines = [f"{self.end}: {count} of {interfaces} in {self.seconds:.1f} s"]
-        lines += [f"  {uid}  {writes}" for uid, writes in sorted(self.writes.items())]
-        return lines
+        return [
+            f"{self.end}: {count_writes(self.writes)} in {self.seconds:.1f} s",
+            *(f"  {uid}  {writes}" for uid, writes in sorted(self.writes.items())),
+        ]
 
 
 def replay(
@@ -100,8 +99,7 @@ def replay(
         board = service.open_blackboard(options.url, registry)
         player = ReplayPlayer(board)
         service.callback(player.close)
-        session = _ReplaySession(options, board, player, report, service.stopped)
-        session.on_progress = on_progress
+        session = _ReplaySession(options, board, player, report, service.stopped, on_progress)
         player.open(survey)
         service.report_ready(f"replaying {options.run} to {options.url}")
         session.run(lambda: replay_moves(run, selection))
@@ -113,6 +111,7 @@ class _ReplaySession:
 
     :param report: updated during the replay.
     :param stop: set when the replay is to end, or the connection is lost.
+    :param on_progress: called with the report about twice a second.
     """
 
     def __init__(
@@ -122,14 +121,11 @@ class _ReplaySession:
         player: ReplayPlayer,
         report: ReplayReport,
         stop: threading.Event,
+        on_progress: Callable[[ReplayReport], None],
     ) -> None:
-        self.on_progress: Callable[[ReplayReport], None] = do_nothing
-        self._stop_event = stop
+        self._options, self._board, self._player, self._report = options, board, player, report
+        self._stop_event, self._on_progress = stop, on_progress
         self._is_connection_lost = False
-        self._options = options
-        self._board = board
-        self._player = player
-        self._report = report
         self._start_s = time.monotonic()
         board.add_connection_callback(self._handle_connection_change)
 
@@ -159,7 +155,7 @@ class _ReplaySession:
         report, player = self._report, self._player
         report.seconds = time.monotonic() - self._start_s
         report.writes = dict(player.write_counts)
-        self.on_progress(report)
+        self._on_progress(report)
 
     def _handle_connection_change(self, connected: bool) -> None:
         if not connected:
@@ -173,19 +169,20 @@ def _survey_replay(run: Run, selection: ReplaySelection) -> ReplaySurvey:
     :raises TraceError: if no write is selected.
     """
     survey = survey_replay(run, selection)
-    if survey.write_counts:
-        return survey
-    if survey.unselected_writes:
-        raise TraceError(
-            "none of its interface writes is selected",
-            file=run.path,
-            hint="see 'cxbridge trace cat FILE --kind interface'",
+    if not survey.write_counts:
+        message, hint = (
+            (
+                "none of its interface writes is selected",
+                "see 'cxbridge trace cat FILE --kind interface'",
+            )
+            if survey.unselected_writes
+            else (
+                "it holds no interface writes, so there is nothing to replay",
+                "record an mcap file, or bblogger files; a text log has none",
+            )
         )
-    raise TraceError(
-        "it holds no interface writes, so there is nothing to replay",
-        file=run.path,
-        hint="record an mcap file, or bblogger files; a text log has none",
-    )
+        raise TraceError(message, file=run.path, hint=hint)
+    return survey
 
 
 def add_attached_types(registry: InterfaceRegistry, run: Run, uids: Iterable[str]) -> None:
@@ -194,10 +191,8 @@ def add_attached_types(registry: InterfaceRegistry, run: Run, uids: Iterable[str
     :raises InterfaceDefinitionError: if such a file is invalid.
     """
     missing_types = {kind for kind, _ in map(parse_uid, uids) if registry.path(kind) is None}
-    if not missing_types:
-        return
-    for attachment in run.attachments():
+    for attachment in run.attachments() if missing_types else ():
         name = PurePath(attachment.name)
         if name.suffix == ".xml" and name.stem in missing_types:
-            file = f"{run.path}: {attachment.name}"
-            registry.add(make_interface_class(parse_bytes(attachment.data, file)))
+            schema = parse_bytes(attachment.data, f"{run.path}: {attachment.name}")
+            registry.add(make_interface_class(schema))

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import itertools
 from functools import partial
-from weakref import WeakKeyDictionary
 
 from msgspec import Struct, field
 
@@ -22,7 +21,6 @@ from cxbridge.executive.feature import Feature
 from cxbridge.executive.features import interface_facts
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.loading import Diagnostic
-from cxbridge.executive.host.udf import Function
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message
@@ -40,8 +38,8 @@ class _BlackBoardContext(Struct):
 
     env: ClipsEnvironment
     log: Logger
-    defined_types: set[str]
-    """The types with a template in the environment. Templates stay when the feature is removed."""
+    defined_types: set[str] = field(default_factory=set)
+    """The types with a template in the environment."""
     reading: dict[str, list[Interface]] = field(default_factory=dict)
     """The interfaces that are open for reading, by type."""
     writing: dict[str, list[Interface]] = field(default_factory=dict)
@@ -56,15 +54,13 @@ class _BlackBoardContext(Struct):
 
     def find_writer(self, uid: str) -> Interface | None:
         """Return an interface opened for writing; None after a warning in Fawkes' words."""
-        type_, _, _identifier = uid.partition("::")
-        if type_ not in self.writing:
-            self.log.warn(f"No interface of type {type_} opened for, writing in environment {self.env.name}")
-            return None
-        for interface in self.writing[type_]:
-            if interface.uid == uid:
-                return interface
-        self.log.warn(f"Interface {uid} not opened for writing, in environment {self.env.name}")
-        return None
+        kind = uid.partition("::")[0]
+        writer = next((interface for interface in self.writing.get(kind, ()) if interface.uid == uid), None)
+        if kind not in self.writing:
+            self.log.warn(f"No interface of type {kind} opened for, writing in environment {self.env.name}")
+        elif writer is None:
+            self.log.warn(f"Interface {uid} not opened for writing, in environment {self.env.name}")
+        return writer
 
 
 class BlackBoardFeature(Feature):
@@ -81,25 +77,17 @@ class BlackBoardFeature(Feature):
     def __init__(
         self, board: BlackBoard, *, retract_early: bool = False, sender: str = "ClipsExecutiveThread"
     ) -> None:
-        self._sender = sender
-        self._board = board
-        self._retract_early = retract_early
+        self._board, self._retract_early, self._sender = board, retract_early, sender
         self._contexts: dict[str, _BlackBoardContext] = {}
-        self._defined_types: WeakKeyDictionary[ClipsEnvironment, set[str]] = WeakKeyDictionary()
 
     def init_context(self, env: ClipsEnvironment) -> None:
         env.call("path-load", "blackboard.clp")
-        defined_types = self._defined_types.setdefault(env, set())
-        context = _BlackBoardContext(env, env.bus.logger(f"BBCLIPS|{env.name}"), defined_types)
-        self._contexts[env.name] = context
-        open_interface, set_message_field = (
-            partial(self._open, context),
-            partial(self._set_msg_field, context),
-        )
-        for name, function, minimum, types in (
-            ("blackboard-open", partial(open_interface, writing=False), 2, "*;sy;sy"),
-            ("blackboard-open-reading", partial(open_interface, writing=False), 2, "*;sy;sy"),
-            ("blackboard-open-writing", partial(open_interface, writing=True), 2, "*;sy;sy"),
+        context = self._contexts[env.name] = _BlackBoardContext(env, env.bus.logger(f"BBCLIPS|{env.name}"))
+        # name, function, number of arguments, types, see `UdfTable.define`
+        for name, function, argument_count, types in (
+            ("blackboard-open", partial(self._open, context, writing=False), 2, "*;sy;sy"),
+            ("blackboard-open-reading", partial(self._open, context, writing=False), 2, "*;sy;sy"),
+            ("blackboard-open-writing", partial(self._open, context, writing=True), 2, "*;sy;sy"),
             ("blackboard-preload", partial(self._preload, context), 1, "*;sy"),
             ("blackboard-close", partial(self._close, context), 2, "*;sy;sy"),
             ("blackboard-enable-time-read", partial(self._enable_time_read, env), 0, "*"),
@@ -110,11 +98,11 @@ class BlackBoardFeature(Feature):
             ("blackboard-set-multifield", partial(self._set_field, context), 3, "*;sy;sy;m"),
             ("blackboard-create-msg", partial(self._create_msg, context), 2, "*;sy;sy"),
             ("blackboard-list-msg-fields", partial(self._list_msg_fields, context), 1, "*;e"),
-            ("blackboard-set-msg-field", set_message_field, 3, "*;e;sy"),
-            ("blackboard-set-msg-multifield", set_message_field, 3, "*;e;sy;m"),
+            ("blackboard-set-msg-field", partial(self._set_msg_field, context), 3, "*;e;sy"),
+            ("blackboard-set-msg-multifield", partial(self._set_msg_field, context), 3, "*;e;sy;m"),
             ("blackboard-send-msg", partial(self._send_msg, context), 1, "*;e"),
         ):
-            self._define(env, name, function, minimum, types)
+            env.define(name, function, argument_count, types=types)
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Close the environment's interfaces."""
@@ -122,12 +110,6 @@ class BlackBoardFeature(Feature):
         for interfaces in (*context.reading.values(), *context.writing.values()):
             for interface in interfaces:
                 interface.close()
-
-    def _define(
-        self, env: ClipsEnvironment, name: str, function: Function, minimum: int = 0, types: str = "*"
-    ) -> None:
-        """Define a function. Subclasses override this method to leave out functions."""
-        env.define(name, function, minimum, types=types)
 
     @staticmethod
     def _enable_time_read(env: ClipsEnvironment) -> None:
@@ -193,9 +175,9 @@ class BlackBoardFeature(Feature):
         except CxbridgeError as error:
             # a faulty definition is reported with the other mistakes of the agent
             is_reported = context.env.loader.quiet and isinstance(error, _DEFINITION_ERRORS)
-            level = Level.DEBUG if is_reported else Level.WARN
             context.log.log(
-                level, f"Failed to open interface {interface_type}:{identifier}, exception follows"
+                Level.DEBUG if is_reported else Level.WARN,
+                f"Failed to open interface {interface_type}:{identifier}, exception follows",
             )
             self._report_open_error(context, interface_type, error)
             return
@@ -278,8 +260,9 @@ class BlackBoardFeature(Feature):
         opened = context.reading.get(uid.partition("::")[0], ())
         interface = next((interface for interface in opened if interface.uid == uid), None)
         if interface is None:
-            text = f"Can't create message {message_type}, the interface {uid} is not opened for reading"
-            context.log.warn(text)
+            context.log.warn(
+                f"Can't create message {message_type}, the interface {uid} is not opened for reading"
+            )
             return ExternalAddress(0)
         try:
             message = interface.create_message(message_type)
@@ -314,18 +297,15 @@ class BlackBoardFeature(Feature):
 
     @staticmethod
     def _send_msg(context: _BlackBoardContext, address: ExternalAddress) -> Value:
-        if address.handle == 0:
-            context.log.warn("Can't send message, the pointer is wrong.")
-            return 0
         entry = context.messages.pop(address.handle, None)
         if entry is None:
-            context.log.warn("Can't send message, was it already sent?")
+            reason = "was it already sent?" if address.handle else "the pointer is wrong."
+            context.log.warn(f"Can't send message, {reason}")
             return 0
         interface, message = entry
         try:
             return interface.msgq_enqueue(message)
-        except NoWriterError:
-            return 0  # the blackboard has logged the error
         except CxbridgeError as error:
-            context.log.warn(f"Failed to send message: {error}")
+            if not isinstance(error, NoWriterError):  # which the blackboard has logged
+                context.log.warn(f"Failed to send message: {error}")
             return 0

@@ -74,6 +74,3 @@ class RedefineWarningFeature(Feature):
 
     def init_context(self, env: ClipsEnvironment) -> None:
         env.loader.warn_redefinitions = True
-
-    def context_destroyed(self, env: ClipsEnvironment) -> None:
-        env.loader.warn_redefinitions = False

@@ -51,12 +51,11 @@ def deftemplate_text(interface: Interface) -> str:
 
 
 def cleanup_function_text(interface_type: str) -> str:
-    """Return the text of a deffunction that retracts the facts of an interface.
-
-    :param interface_type: the type of the interface.
-    """
-    query = f"(do-for-all-facts ((?f {interface_type})) (eq ?f:id ?id) (retract ?f))"
-    return f"(deffunction {interface_type}-cleanup-late (?id)\n  {query})"
+    """Return the text of a deffunction that retracts the facts of an interface, given its id."""
+    return (
+        f"(deffunction {interface_type}-cleanup-late (?id)\n"
+        f"  (do-for-all-facts ((?f {interface_type})) (eq ?f:id ?id) (retract ?f)))"
+    )
 
 
 def cleanup_rule_text(interface_type: str) -> str:
@@ -64,8 +63,10 @@ def cleanup_rule_text(interface_type: str) -> str:
 
     It implements ``/clips/retract-early``: the salience lets all other rules fire before.
     """
-    left_side = f"(declare (salience -10000)) ?f <- ({interface_type})"
-    return f"(defrule {interface_type}-cleanup {left_side} => (retract ?f))"
+    return (
+        f"(defrule {interface_type}-cleanup"
+        f" (declare (salience -10000)) ?f <- ({interface_type}) => (retract ?f))"
+    )
 
 
 def fact_slots(interface: Interface) -> dict[str, Value]:
@@ -73,13 +74,9 @@ def fact_slots(interface: Interface) -> dict[str, Value]:
     values: dict[str, Value] = {"id": interface.id, "time": split_us(interface.timestamp_us)}
     for field in interface.SCHEMA.fields:
         value = getattr(interface, field.name)
+        elements = tuple(_to_clips(field, element) for element in (value if field.is_array else (value,)))
         # as in Fawkes, an array of one element is a single slot
-        if not field.is_array:
-            values[field.name] = _to_clips(field, value)
-        elif _is_multislot(field):
-            values[field.name] = tuple(_to_clips(field, item) for item in value)
-        else:
-            values[field.name] = _to_clips(field, value[0])
+        values[field.name] = elements if _is_multislot(field) else elements[0]
     return values
 
 

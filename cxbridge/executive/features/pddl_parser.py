@@ -66,6 +66,7 @@ class PddlParserFeature(Feature):
         from cxbridge.executive.pddl.decoding import decode_text  # noqa: PLC0415
 
         log = env.bus.logger(f"PDDLCLIPS|{env.name}")
+        numbers = PddlNumbers(env, lambda: self.domain_of(env), log.error)
 
         def warn(problem: PddlError) -> None:
             log.warn(str(problem))
@@ -75,9 +76,8 @@ class PddlParserFeature(Feature):
                 # read as bytes, so that a recording contains even a file that cannot be decoded
                 data = Path(path).read_bytes()
                 env.bus.emit_source("pddl", env.name, path, data, kind="domain")
-                text = decode_text(data, path)
-                domain = parse_domain(text, path, fawkes_compat=self._as_fawkes, warn=warn)
-                rows = domain_facts(domain, fawkes_compat=self._as_fawkes, warn=warn)
+                domain = parse_domain(decode_text(data, path), path, fawkes_compat=self._as_fawkes, warn=warn)
+                facts = domain_facts(domain, fawkes_compat=self._as_fawkes, warn=warn)
             except OSError as error:
                 reason = f"cannot read it: {error.strerror}"
                 file, line = env.loader.executing_rule_location()
@@ -91,36 +91,34 @@ class PddlParserFeature(Feature):
             else:
                 self._domains[env.name] = domain
                 numbers.load_rules(domain)
-                _assert_rows(env, rows)
+                _assert_facts(env, facts)
 
         def read_formula(text: str, identifier: str) -> None:
             try:
-                formula = parse_formula(text, fawkes_compat=self._as_fawkes)
-                rows = formula_facts(formula, identifier)
+                facts = formula_facts(parse_formula(text, fawkes_compat=self._as_fawkes), identifier)
             except PddlError as error:
                 log.error(f"Failed to parse formula: {error}")
             else:
-                _assert_rows(env, rows)
+                _assert_facts(env, facts)
 
-        numbers = PddlNumbers(env, lambda: self.domain_of(env), log.error)
         env.define("parse-pddl-domain", read_domain, 1, types="*;sy")
         env.define("parse-pddl-formula", read_formula, 2, types="*;sy;sy")
 
 
-def _assert_rows(env: ClipsEnvironment, rows: Iterable[FactToAssert]) -> None:
+def _assert_facts(env: ClipsEnvironment, facts: Iterable[FactToAssert]) -> None:
     """Assert facts in order. Log the facts that CLIPS refuses, and continue."""
-    for row in rows:
+    for fact in facts:
         slots = {
-            slot: _clips_name(value) if isinstance(value, str) else tuple(map(_clips_name, value))
-            for slot, value in row.slots.items()
+            slot: _clips_constant(value) if isinstance(value, str) else tuple(map(_clips_constant, value))
+            for slot, value in fact.slots.items()
         }
         try:
-            env.assert_fact(row.template, slots)
+            env.assert_fact(fact.template, slots)
         except CxbridgeError as error:
             env.log.error(str(error))
 
 
-def _clips_name(name: str) -> Value:
+def _clips_constant(name: str) -> Value:
     """Return a PDDL name as a symbol, or as a number if CLIPS prints the number with the same text.
 
     Agents write ``(domain-object (name 1))`` with a number, which must equal the name. ``01`` stays a symbol,

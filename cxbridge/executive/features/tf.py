@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -120,39 +119,37 @@ class _TransformFunctions:
         return self._buffer.can_transform(target, source, _to_microseconds(time))
 
     def transform_point(self, target: str, source: str, time: Value, point: Value) -> Value:
-        time_us, numbers = _to_microseconds(time), _to_floats("point", point, 3)
-        with _name_frames_in_errors("point", target, source):
-            return self._buffer.transform_point(target, numbers, source, time_us)[0]
+        numbers = _to_floats("point", point, 3)
+        return _transform("point", self._buffer.transform_point, target, source, time, numbers)
 
     def transform_vector(self, target: str, source: str, time: Value, vector: Value) -> Value:
-        time_us, numbers = _to_microseconds(time), _to_floats("vector", vector, 3)
-        with _name_frames_in_errors("vector", target, source):
-            return self._buffer.transform_vector(target, numbers, source, time_us)[0]
+        numbers = _to_floats("vector", vector, 3)
+        return _transform("vector", self._buffer.transform_vector, target, source, time, numbers)
 
     def transform_quaternion(self, target: str, source: str, time: Value, quat: Value) -> Value:
-        time_us, numbers = _to_microseconds(time), _to_floats("quaternion", quat, 4)
-        with _name_frames_in_errors("quaternion", target, source):
-            return self._buffer.transform_quaternion(target, numbers, source, time_us)[0]
+        numbers = _to_floats("quaternion", quat, 4)
+        return _transform("quaternion", self._buffer.transform_quaternion, target, source, time, numbers)
 
     def transform_pose(
         self, target: str, source: str, time: Value, translation: Value, rotation: Value
     ) -> Value:
-        time_us = _to_microseconds(time)
         origin, quat = _to_floats("vector", translation, 3), _to_floats("quaternion", rotation, 4)
-        with _name_frames_in_errors("pose", target, source):
-            pose = self._geometry.Transform(origin, self._geometry.normalize(quat))
-            transformed, _ = self._buffer.transform_pose(target, pose, source, time_us)
-            return (*transformed.translation, *transformed.rotation)
+        pose = self._geometry.Transform(origin, self._geometry.normalize(quat))
+        transformed = _transform("pose", self._buffer.transform_pose, target, source, time, pose)
+        return (*transformed.translation, *transformed.rotation)
 
 
-@contextmanager
-def _name_frames_in_errors(kind: str, target: str, source: str) -> Iterator[None]:
-    """Add the frames to the error of a transform, as in Fawkes' log.
+def _transform(
+    kind: str, transform: Callable[..., Any], target: str, source: str, time: Value, value: object
+) -> Any:
+    """Return a value in the target frame.
 
-    :param kind: the noun of the transformed value.
+    :param kind: the noun of the value, for the error, which names the frames as Fawkes' log does.
+    :param transform: the method of the buffer for the kind.
     """
+    time_us = _to_microseconds(time)
     try:
-        yield
+        return transform(target, value, source, time_us)[0]
     except TransformError as error:
         raise ClipsError(f"Failed to transform {kind} from {source} to {target}: {error.message}") from None
 

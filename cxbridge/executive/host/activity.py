@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cxbridge.executive.host.capi import MATCHING, executing_rule
-
-__all__ = ["MATCHING", "executing_rule_name"]
+from cxbridge.executive.host.capi import executing_rule
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment

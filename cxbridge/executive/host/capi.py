@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Iterator
+from types import SimpleNamespace
 from typing import Any, Literal, get_args
 
 from clips import _clips
@@ -19,6 +20,9 @@ CData = Any
 """A C value or pointer, which has no static type."""
 
 NULL = ffi.NULL
+
+MULTIFIELD_TYPE = 4
+"""CLIPS' type code of multifields."""
 
 HookEvent = Literal["Assert", "Retract", "BeforeRuleFires", "AfterRuleFires"]
 """An event of CLIPS, as in the names of the C functions that add and remove hooks."""
@@ -94,22 +98,16 @@ _SIGNATURES = {
 }
 
 
-class _ExtraFunctions:
-    """The functions of :data:`_SIGNATURES` as attributes."""
+_LIBRARY = ctypes.CDLL(_clips.__file__)
 
-    # addresses come from the dynamic linker and types from clipspy's cffi, so that pointers from clipspy can
-    # be passed to these functions without a cast
-    def __init__(self) -> None:
-        library = ctypes.CDLL(_clips.__file__)
-        for name, signature in _SIGNATURES.items():
-            address = ctypes.cast(getattr(library, name), ctypes.c_void_p).value
-            setattr(self, name, ffi.cast(signature, address))
-
-    def __getattr__(self, name: str) -> Any:  # tells type checkers that attributes exist
-        raise AttributeError(name)
-
-
-EXTRA_FUNCTIONS = _ExtraFunctions()
+# addresses come from the dynamic linker and types from clipspy's cffi, so that pointers from clipspy can be
+# passed to these functions without a cast
+EXTRA_FUNCTIONS: Any = SimpleNamespace(
+    **{
+        name: ffi.cast(signature, ctypes.cast(getattr(_LIBRARY, name), ctypes.c_void_p).value)
+        for name, signature in _SIGNATURES.items()
+    }
+)
 """The C functions that clipspy's ``lib`` lacks."""
 
 

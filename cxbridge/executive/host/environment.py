@@ -62,8 +62,7 @@ class ClipsEnvironment:
     """The class that collects the lines printed by CLIPS."""
 
     def __init__(self, name: str, bus: EventBus, log_component: str | None = None) -> None:
-        self.name = name
-        self.bus = bus
+        self.name, self.bus = name, bus
         self.log: Logger = bus.logger(log_component or f"CLIPS ({name})")
         self.lock = threading.RLock()
         self.faults: list[str] = []
@@ -209,9 +208,10 @@ class ClipsEnvironment:
         """
         self.build_unrecorded(construct)
         if self.bus.wants(SourceRead):
-            name = "-".join(_CONSTRUCT_NAME.findall(construct)[:2])
-            within = self.loader.current_file
-            self.bus.emit_source("construct", self.name, name, encode(construct), within=within)
+            name = "-".join(_CONSTRUCT_NAME.findall(construct)[:2])  # e.g. defrule-NAME
+            self.bus.emit_source(
+                "construct", self.name, name, encode(construct), within=self.loader.current_file
+            )
 
     def build_unrecorded(self, construct: str) -> None:
         """Define a construct of the host, which recordings do not contain.
@@ -445,8 +445,7 @@ class ClipsEnvironment:
 
     def has_activations(self, count: int) -> bool:
         """Return whether the agenda has at least ``count`` activations."""
-        activations = islice(items_of(lib.GetNextActivation, self.c_env), count)
-        return sum(1 for _ in activations) == count
+        return len(list(islice(items_of(lib.GetNextActivation, self.c_env), count))) == count
 
     def destroy(self) -> None:
         """Free the environment."""

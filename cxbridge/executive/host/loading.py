@@ -98,11 +98,8 @@ class ClipsLoader:
         is_native: Callable[[Path], bool],
         owner: str = "",
     ) -> None:
-        self._env = env
-        self._output = output
-        self._log = log
-        self._is_native = is_native
-        self._owner = owner
+        self._env, self._output, self._log = env, output, log
+        self._is_native, self._owner = is_native, owner
         self._loading: list[str] = []
         self._declared_functions: set[str] = set()  # forward declarations: functions without actions
         self.is_parsing = False
@@ -144,8 +141,10 @@ class ClipsLoader:
         text = data.decode("utf-8", "surrogateescape")
         excess = None if is_native else find_exceeded_limit(text)
         if excess is not None:
-            message = f"the file is not loaded: {excess.message}"
-            self._report(Diagnostic(file, excess.line, "", "LIMIT", message), Level.ERROR)
+            self._report(
+                Diagnostic(file, excess.line, "", "LIMIT", f"the file is not loaded: {excess.message}"),
+                Level.ERROR,
+            )
             return False
         source = prepare_core_source(text) if is_native else prepare_source(text, self.has_function)
         if self.rewrite is not None:
@@ -174,9 +173,14 @@ class ClipsLoader:
 
     def _emit_source(self, file: str, data: bytes, *, batch: bool, is_native: bool) -> None:
         """Emit a file as a source of the run before it is loaded."""
-        command, modify = "batch" if batch else "load", "6.4" if is_native else "6.3"
         self._log.bus.emit_source(
-            "clips", self._owner, file, data, how=command, modify=modify, within=self.current_file
+            "clips",
+            self._owner,
+            file,
+            data,
+            how="batch" if batch else "load",
+            modify="6.4" if is_native else "6.3",
+            within=self.current_file,
         )
 
     @contextmanager

@@ -133,8 +133,10 @@ def prepare_source(text: str, is_known: Callable[[str], bool] = lambda _name: Fa
             continue
         constructs += _make_constructs(construct, code, end, lines)
         if construct[1] == "defclass":
-            single_slots = _SINGLE_SLOT.finditer(code, start, limit)
-            edits += ((match.start(), match.end(), f"{match[1]}slot") for match in single_slots)
+            edits += (
+                (match.start(), match.end(), f"{match[1]}slot")
+                for match in _SINGLE_SLOT.finditer(code, start, limit)
+            )
         if end is not None:
             edits += find_retracted_slot_edits(code, start, end)
         # a function that is defined again after others, which call it, may be mutually recursive with them
@@ -202,8 +204,8 @@ def _describe_excess(text: str, offset: int, depth: int, part_count: int) -> str
 def find_exceeded_limit(text: str) -> ExceededLimit | None:
     """Return the first part of a text that exceeds a limit of CLIPS' parser, if any."""
     if "\0" in text:
-        before = text.partition("\0")[0]
-        return ExceededLimit(before.count("\n") + 1, "the line has a NUL byte: save the file as UTF-8")
+        line = text.count("\n", 0, text.index("\0")) + 1
+        return ExceededLimit(line, "the line has a NUL byte: save the file as UTF-8")
     code = blank(text)
     excesses: list[tuple[int, str]] = []
     word = _LONG_WORD.search(code)

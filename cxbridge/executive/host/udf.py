@@ -12,7 +12,7 @@ from typing import Any
 from clips._clips import ffi, lib
 
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.capi import CData, make_callback
+from cxbridge.executive.host.capi import MULTIFIELD_TYPE, CData, make_callback
 from cxbridge.executive.host.values import (
     TO_PYTHON,
     ExternalAddress,
@@ -28,7 +28,6 @@ UNBOUNDED = 65535
 """A ``maximum`` without limit."""
 
 _ALL_BITS = (1 << 10) - 1  # accept arguments of any type
-_MULTIFIELD = 4  # CLIPS' type code of multifields
 
 # the type letters of the Advanced Programming Guide, with the type in Python and the name in errors
 _TYPES: dict[str, tuple[type, str]] = {
@@ -185,14 +184,15 @@ def find_wrong_argument(types: str, arguments: Sequence[Value]) -> ClipsError | 
         letters = (specific[number - 1] if number <= len(specific) else "") or default
         accepted = [_TYPES[letter] for letter in letters if letter in _TYPES]
         if len(accepted) == len(letters) and type(argument) not in [kind for kind, _ in accepted]:
-            names = " or ".join(name for _, name in accepted)
-            return ClipsError(f"argument {number} must be {names}, not {argument!r}")
+            return ClipsError(
+                f"argument {number} must be {' or '.join(name for _, name in accepted)}, not {argument!r}"
+            )
     return None
 
 
 def store_value(env: CData, value: Value, result: CData) -> None:
     """Store a Python value in a ``UDFValue *``."""
     result.value = value_pointer(env, value)
-    if result.header.type == _MULTIFIELD:
+    if result.header.type == MULTIFIELD_TYPE:
         result.begin = 0
         result.range = result.multifieldValue.length

@@ -85,11 +85,7 @@ class Watcher:
     """
 
     def __init__(self, env: CData, api: ClipsApi, output: OutputRouter, bus: EventBus, name: str) -> None:
-        self._env = env
-        self._api = api
-        self._output = output
-        self._bus = bus
-        self._name = name
+        self._env, self._api, self._output, self._bus, self._name = env, api, output, bus, name
         self.facts = WatchItem()
         self.rules = WatchItem()
         self.firings = 0

@@ -39,9 +39,7 @@ class PddlNumbers:
     def __init__(
         self, env: ClipsEnvironment, domain_of: Callable[[], Domain | None], log_error: Callable[[str], None]
     ) -> None:
-        self._env = env
-        self._domain_of = domain_of
-        self._log_error = log_error
+        self._env, self._domain_of, self._log_error = env, domain_of, log_error
         self._formulas: dict[str, Formula] = {}
         self._has_loaded_rules = False
         load_functions(env)
@@ -76,8 +74,9 @@ class PddlNumbers:
         from cxbridge.executive.problem.truth import KnownState  # noqa: PLC0415
 
         domain = self._domain_of()
-        actions = () if domain is None else domain.actions
-        action = next((action for action in actions if action.name == operator), None)
+        action = next(
+            (action for action in (domain.actions if domain else ()) if action.name == operator), None
+        )
         if action is None or action.effect is None:
             return
         state = KnownState((), numbers_in(self._env), duration=duration)

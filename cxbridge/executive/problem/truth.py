@@ -77,10 +77,8 @@ class KnownState:
         objects_of: ObjectsOf = lambda _types: (),
         duration: float | None = None,
     ) -> None:
-        self._predicates = predicates
-        self._functions = functions
-        self._objects_of = objects_of
-        self._duration = duration
+        self._predicates, self._functions = predicates, functions
+        self._objects_of, self._duration = objects_of, duration
         self._evaluations = 0
 
     def count_evaluation(self) -> None:
@@ -145,8 +143,8 @@ class KnownState:
         if value is None and (target.function == TOTAL_COST or change.operator == "assign"):
             value = 0.0
         if amount is None or value is None or (change.operator == "scale-down" and not amount):
-            missing = target if value is None else change.amount
-            raise PddlError(f"{format_term(bind_term(missing, binding))} has no value")
+            term = bind_term(target if value is None else change.amount, binding)
+            raise PddlError(f"{format_term(term)} has no value")
         new_values[ground] = _CHANGE[change.operator](value, amount)
 
 

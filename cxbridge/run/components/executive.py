@@ -105,8 +105,7 @@ def make_executive(
     :returns: the manager and the executive.
     :raises CxbridgeError: if the configuration or the CLIPS library is wrong.
     """
-    config, spec = context.config, context.spec
-    source = context.source
+    config, spec, source = context.config, context.spec, context.source
     manager = source.make_manager(context, run_features(context), environment)
     try:
         for feature in context.additions.features:
@@ -115,8 +114,7 @@ def make_executive(
         # in the mode `fawkes`, values of plan-actions are pasted into Lua, and could be programs
         mode = skiller_mode(config) if data_may_be_programs(config) else "strict"
         mapping = ActionSkillMapping(read_action_mapping(config, spec), mode=mode)
-        files = source.core_files(context.paths, config)
-        executive = source.make_executive(context, manager, mapping, files)
+        executive = source.make_executive(context, manager, mapping, source.core_files(context.paths, config))
         executive.place_of_action = lambda action: place_of_action(own_files(context, executive), action)
     except Exception:
         manager.close()

@@ -117,7 +117,7 @@ class ManagedNode(Generic[ComponentType]):
         component_class: type[ComponentType],
         component: ComponentType | None = None,
     ) -> None:
-        self.name = name
+        self.name, self._make = name, make
         self.steady = component_class.steady
         self.description = component_class.description or name
         self.hooks = tuple(component_class.hooks)
@@ -127,7 +127,6 @@ class ManagedNode(Generic[ComponentType]):
         """The error of the last failure."""
         self.component = component
         """The component; None while unconfigured, unless the component existed before the node."""
-        self._make = make
 
     def step(self) -> None:
         assert self.component is not None
@@ -221,15 +220,12 @@ class ComponentManager:
         on_change: Callable[[], None] = lambda: None,
     ) -> None:
         self.nodes = tuple(nodes)
-        self.policy = policy
+        self.policy, self.on_change, self._clock, self._log = policy, on_change, clock, log
         self.failure = ""
         """The first failure under :attr:`FailurePolicy.STOP`; else empty."""
         self.first_error: Exception = LifecycleError("nothing has failed")
         """The exception of :attr:`failure`."""
         self.paused = False
-        self.on_change = on_change
-        self._clock = clock
-        self._log = log
         self._changed_us = dict.fromkeys((node.name for node in self.nodes), clock.now_us())
 
     def add(self, node: ManagedNode[Any]) -> None:
@@ -297,8 +293,10 @@ class ComponentManager:
         failures: list[Exception] = []
         for node in reversed(self.nodes):
             if node.state is not State.FINALIZED:
-                reason = node.reason or "shut down"
-                _collect_failure(partial(self._try_transition, node, Transition.SHUTDOWN, reason), failures)
+                shut_down = partial(
+                    self._try_transition, node, Transition.SHUTDOWN, node.reason or "shut down"
+                )
+                _collect_failure(shut_down, failures)
         if failures:
             raise failures[0]
 
@@ -345,16 +343,15 @@ class ComponentManager:
             raise LifecycleError(
                 f"there is no transition '{transition}'", hint=f"use one of: {', '.join(Transition)}"
             )
-        not_finalized = (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE)
-        permitted = (
+        permitted_states = (
             _STATES_BY_TRANSITION[Transition(transition)][:1]
             if transition in _STATES_BY_TRANSITION
-            else not_finalized
+            else (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE)  # a shutdown
         )
-        if node.state not in permitted:
-            states = " or ".join(state.name.lower() for state in permitted)
+        if node.state not in permitted_states:
             raise LifecycleError(
-                f"{name} cannot {transition}: it is {node.state.name.lower()}, expected {states}"
+                f"{name} cannot {transition}: it is {node.state.name.lower()}, expected "
+                + " or ".join(state.name.lower() for state in permitted_states)
             )
         reason = "" if transition == Transition.ACTIVATE else f"{transition} on request"
         if not self._take_transition(node, Transition(transition), reason):
@@ -382,14 +379,10 @@ class ComponentManager:
     def watch(self) -> None:
         """Check all active components."""
         for node in self.nodes:
-            if node.state is State.ACTIVE:
-                try:
-                    node.check()
-                except Exception as error:  # noqa: BLE001 - a component may fail in any way
-                    self.fail(node, error)
+            self.guarded(node, node.check)()
 
     def guarded(self, node: ManagedNode[Any], step: Callable[[], object]) -> Callable[[], None]:
-        """Wrap ``step`` for the main loop: it runs only while the node is active, and never raises."""
+        """Return a function that calls ``step`` while the node is active; a failure stops the node."""
 
         def run_step() -> None:  # the watchdog finds the active component by this name and ``node``
             if node.state is State.ACTIVE:

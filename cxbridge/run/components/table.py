@@ -57,10 +57,8 @@ def needed_components(run: Any, *daemon: Row, replayed: bool = False) -> list[Ro
     :raises CxbridgeError: if the configuration is wrong or two components have the same name.
     """
     executive = COMPONENTS.find(EXECUTIVE)
-    before_executive = [
-        row for row in COMPONENTS.rows if row is not executive and (not replayed or row.in_replays)
-    ]
-    rows = [row for row in (*before_executive, executive) if row.needed(run)]
+    candidates = (row for row in COMPONENTS.rows if row is not executive and (not replayed or row.in_replays))
+    rows = [row for row in (*candidates, executive) if row.needed(run)]
     if run.options.has_remote_skiller and REMOTE_SKILLER not in [row.name for row in COMPONENTS.rows]:
         raise PluginError(
             f"the Skiller at {run.options.skiller} cannot be used", hint=package_hint(REMOTE_SKILLER)

@@ -95,11 +95,15 @@ class Run:
         """Return the log lines.
 
         :param level: the minimum level: ``D`` (debug), ``I`` (info), ``W`` (warning) or ``E`` (error).
+        :raises ValueError: if there is no such level.
         """
         levels = list(Level)
-        included = levels[levels.index(Level(level)) :]
-        lines = (event for event in self.source.select(LogLine) if isinstance(event, LogLine))
-        return [line for line in lines if line.level in included]
+        included_levels = levels[levels.index(Level(level)) :]
+        return [
+            event
+            for event in self.source.select(LogLine)
+            if isinstance(event, LogLine) and event.level in included_levels
+        ]
 
     def why(self, name: str) -> str:
         """Explain the outcome of a goal, or why a rule did not fire.
@@ -128,13 +132,12 @@ class Run:
 
         :raises TraceError: if the file cannot be written.
         """
-        report = VIEWS.load_target(VIEWS.find(_REPORT))
-        write_file(Path(path), report(self.source).encode("utf-8"))
+        write_file(path, VIEWS.load_target(VIEWS.find(_REPORT))(self.source))
         return Path(path)
 
     def __str__(self) -> str:
-        lines = goal_tree(self.goals)
-        return "\n".join([*lines, f"{self.source.path.name}: {self.reason or 'no result is recorded'}"])
+        conclusion = f"{self.source.path.name}: {self.reason or 'no result is recorded'}"
+        return "\n".join([*goal_tree(self.goals), conclusion])
 
     def __repr__(self) -> str:
         return f"<Run {self.source.path.name}: status {self.status}, {format_count(len(self.goals), 'goal')}>"

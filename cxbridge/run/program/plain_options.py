@@ -61,14 +61,14 @@ def _convert_paths(name: str, value: object, resolve_path: Callable[[str | Path]
     """
     if isinstance(value, str | Path):
         return (resolve_path(value),)
-    items = list(value) if isinstance(value, Iterable) and not isinstance(value, Mapping) else [value]
-    paths = []
+    items: list[Any] = (
+        list(value) if isinstance(value, Iterable) and not isinstance(value, Mapping) else [value]
+    )
     for item in items:
         if not isinstance(item, str | Path):
             hint = "write the values into a YAML file, and give its path" if isinstance(item, Mapping) else ""
             raise CxbridgeError(f"'{name}' must be a path or a list of paths, not {item!r}", hint=hint)
-        paths.append(resolve_path(item))
-    return tuple(paths)
+    return tuple(map(resolve_path, items))
 
 
 def options_from_json(values: Mapping[str, Any]) -> RunOptions:

@@ -51,8 +51,7 @@ def run(
     run_options = options_from_keywords(
         scenario, config=config, trace=trace, trace_level=trace_level, timeout=timeout, **options
     )
-    name = Path(scenario).name if scenario is not None else "run"
-    recording = MemoryRun(name)
+    recording = MemoryRun(Path(scenario).name if scenario is not None else "run")
     additions = Additions(tuple(features), make_executor_classes(skills), (recording.writer(),))
     run_scenario(run_options, additions=additions)
     return Run(recording)

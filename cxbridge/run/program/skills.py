@@ -29,13 +29,12 @@ def make_executor_classes(skills: Skills) -> tuple[type[SkillExecutor], ...]:
     """
     if isinstance(skills, Mapping):
         return tuple(make_function_skill(function, name) for name, function in skills.items())
-    return tuple(_make_executor_class(skill) for skill in skills)
-
-
-def _make_executor_class(skill: type[SkillExecutor] | SkillFunction) -> type[SkillExecutor]:
-    if isinstance(skill, type) and issubclass(skill, SkillExecutor):
-        return check_executor(skill)
-    return make_function_skill(skill)
+    return tuple(
+        check_executor(skill)
+        if isinstance(skill, type) and issubclass(skill, SkillExecutor)
+        else make_function_skill(skill)
+        for skill in skills
+    )
 
 
 def make_function_skill(function: SkillFunction, name: str = "") -> type[SkillExecutor]:
@@ -78,7 +77,8 @@ def _bind_arguments(signature: inspect.Signature, call: SkillCall) -> list[Any]:
     try:
         bound = signature.bind(*(call.parameters[key] for key in positions), **keywords)
     except TypeError as error:
-        names = ", ".join(call.parameters) or "none"
-        raise SkillFailedError(f"{call.skill}{signature}: {error}; given: {names}") from None
+        raise SkillFailedError(
+            f"{call.skill}{signature}: {error}; given: {', '.join(call.parameters) or 'none'}"
+        ) from None
     bound.apply_defaults()
     return [*bound.args, *bound.kwargs.values()]

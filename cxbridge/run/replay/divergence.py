@@ -88,13 +88,10 @@ class Expectation(Generic[R]):
         self.uid = uid
         self.is_exhausted = False
         """Whether commands continued past the end of an incomplete recording."""
-        self._commands = commands
-        self._start_us = start_us
-        self._is_complete = is_complete
-        self._report = report
+        self._commands, self._start_us = commands, start_us
+        self._is_complete, self._report = is_complete, report
         self._next = 0
-        self._last_us = start_us
-        self._last_recorded_us = start_us
+        self._last_us = self._last_recorded_us = start_us
 
     @property
     def next(self) -> R | None:
@@ -108,11 +105,10 @@ class Expectation(Generic[R]):
 
     def refuse(self, actual: str, now_us: int) -> None:
         """Report a command that differs from the expected one."""
-        expected = self.next
-        if expected is None and not self._is_complete:
+        if self.next is None and not self._is_complete:
             self.is_exhausted = True
-            return
-        self._diverge(expected, actual, now_us)
+        else:
+            self._diverge(actual, now_us)
 
     def check(self, now_us: int) -> None:
         """Report an overdue command."""
@@ -121,10 +117,18 @@ class Expectation(Generic[R]):
             # counted from the previous command, so that one delay is not charged to all later commands
             due_us = self._last_us + max(0, expected.time_us - self._last_recorded_us)
             if now_us > due_us + PATIENCE_US:
-                self._diverge(expected, "", now_us)
+                self._diverge("", now_us)
 
-    def _diverge(self, expected: R | None, actual: str, now_us: int) -> None:
-        recorded_s = None if expected is None else (expected.time_us - self._start_us) / MICROSECONDS
-        seconds = (now_us - self._start_us) / MICROSECONDS
-        text = "" if expected is None else str(expected)
-        self._report(Divergence(self.uid, self._next + 1, text, actual, seconds, recorded_s))
+    def _diverge(self, actual: str, now_us: int) -> None:
+        """Report that ``actual`` differs from the expected command."""
+        expected = self.next
+        self._report(
+            Divergence(
+                self.uid,
+                self._next + 1,
+                str(expected or ""),
+                actual,
+                (now_us - self._start_us) / MICROSECONDS,
+                None if expected is None else (expected.time_us - self._start_us) / MICROSECONDS,
+            )
+        )

@@ -31,8 +31,13 @@ class RecordedExecutor(SkillExecutor):
     ) -> None:
         super().__init__(context)
         self.skills = script.skills
-        uid = f"SkillExecutorInterface::{script.name}"
-        self.expected = Expectation(uid, script.executions, start_us, is_complete=is_complete, report=report)
+        self.expected = Expectation(
+            f"SkillExecutorInterface::{script.name}",
+            script.executions,
+            start_us,
+            is_complete=is_complete,
+            report=report,
+        )
 
     def idle(self) -> None:
         """Check for an overdue skill."""

@@ -12,9 +12,7 @@ from msgspec import structs
 
 from cxbridge.clock import MICROSECONDS, VIRTUAL_EPOCH_US
 from cxbridge.errors import TraceError
-from cxbridge.events import (
-    InterfaceWrite,
-)
+from cxbridge.events import InterfaceWrite
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
@@ -69,8 +67,7 @@ class Recordings:
         begin_times = (
             scan.begin_us + scan.shift_us for scan in (decisions, *scans) if scan.begin_us is not None
         )
-        start_us = next(begin_times, VIRTUAL_EPOCH_US)
-        return cls(scans, decisions, start_us)
+        return cls(scans, decisions, next(begin_times, VIRTUAL_EPOCH_US))
 
     @property
     def is_complete(self) -> bool:
@@ -104,8 +101,11 @@ class Recordings:
                         file=scan.run.path,
                         hint=f"if you trust that scenario, name it: cxbridge run {recorded} --replay FILE",
                     )
-                spec = options.spec or scan.metadata.get("spec") or None
-                return replace(options, scenario=Path(recorded), spec=spec)
+                return replace(
+                    options,
+                    scenario=Path(recorded),
+                    spec=options.spec or scan.metadata.get("spec") or None,
+                )
         return options
 
     def make_skiller_scripts(self) -> dict[str, SkillerScript]:

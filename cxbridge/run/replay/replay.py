@@ -67,9 +67,13 @@ def judge(
     if not is_complete:
         run, recorded = _cut_recordings(run, recorded, view, order)
     if not _count_events(run, view.event_types):
-        no_events = ("It has no events that can be compared.",)
         return ReplayOutcome(
-            compared, order.value, None, same=False, is_complete=is_complete, lines=no_events
+            compared,
+            order.value,
+            None,
+            same=False,
+            is_complete=is_complete,
+            lines=("It has no events that can be compared.",),
         )
     comparison = compare_runs(run, [recorded], view, order)
     report = make_report(comparison, run, [recorded])
@@ -109,9 +113,7 @@ class RunHead(Recording):
     def __init__(self, run: Recording, count: int, types: tuple[type[Event], ...]) -> None:
         super().__init__(run.path)
         self.format = run.format
-        self._run = run
-        self._count = count
-        self._types = types
+        self._run, self._count, self._types = run, count, types
 
     def __iter__(self) -> Iterator[Event]:
         remaining = self._count
@@ -145,21 +147,17 @@ class Replay:
     board_class: type[LocalBlackBoard] = YieldingBoard
 
     def __init__(self, recordings: Recordings, order: Order) -> None:
-        self.recordings = recordings
+        self.recordings, self._order = recordings, order
         self.divergence: Divergence | None = None
         """The first divergence."""
-        self._order = order
+        self.clock = VirtualClock(recordings.start_us)
+        """The run's clock, which starts at the recorded start."""
         self._expected: list[Expectation[Command] | Expectation[Execution]] = []
         self._skillers: list[RecordedSkiller] = []
         self._has_sensors = False
-        self._clock = VirtualClock(recordings.start_us)
         self._last_us = 0
         self._quiet_us: int | None = None  # since when all recorded commands are met
         self._outcome: ReplayOutcome | None = None
-
-    def clock(self) -> VirtualClock:
-        """Return the run's clock, which starts at the recorded start."""
-        return self._clock
 
     @property
     def length_us(self) -> int:
@@ -190,7 +188,7 @@ class Replay:
         settings = context.skill_board
         scripts = self.recordings.make_executor_scripts() if settings is not None else []
         names = {script.agent for script in scripts}
-        agents = () if settings is None else tuple(agent for agent in settings.agents if agent.name in names)
+        agents = tuple(agent for agent in (settings.agents if settings else ()) if agent.name in names)
         yield self._play_skillers(context, {agent.skiller for agent in agents})
         if settings is not None:
             skill_board = SkillBoardComponent(context, replace(settings, agents=agents, in_process=False))
@@ -200,8 +198,9 @@ class Replay:
         sensors = self.recordings.find_sensor_samples(executors=settings is not None)
         self._has_sensors = bool(sensors)
         assert isinstance(context.board, YieldingBoard)
-        log = context.bus.logger(COMPONENT)
-        yield SensorPlayer(context.board, log, sensors, self.recordings.read_writes(sensors))
+        yield SensorPlayer(
+            context.board, context.bus.logger(COMPONENT), sensors, self.recordings.read_writes(sensors)
+        )
 
     def _play_skillers(self, context: Run, on_skill_board: set[str]) -> Skillers:
         """Make the Skillers, except those that the skill board serves."""
@@ -238,9 +237,8 @@ class Replay:
         return player
 
     def _make_executor_host(self, context: Run, script: ExecutorScript) -> ExecutorHost:
-        log = context.bus.logger(COMPONENT)
         executor = RecordedExecutor(
-            ExecutorContext(script.agent, context.board, context.clock, log),
+            ExecutorContext(script.agent, context.board, context.clock, context.bus.logger(COMPONENT)),
             script,
             start_us=self.recordings.start_us,
             is_complete=self.recordings.is_complete,

@@ -122,27 +122,17 @@ class Scan:
             self._roots.pop(key, None)
 
 
-def scan_events(run: Run) -> Scan:
-    """Read all events of a run.
-
-    :raises TraceError: if the recording cannot be read.
-    """
-    scan = Scan(run)
-    for event in run:
-        scan.add_event(event)
-    return scan
-
-
 def scan_recording(run: Run) -> Scan:
     """Read the events and the metadata of a recording.
 
     :raises TraceError: if the recording cannot be read or has nothing to replay.
     """
-    scan = scan_events(run)
+    scan = Scan(run)
+    for event in run:
+        scan.add_event(event)
     scan.metadata = dict(run.metadata())
-    start_us = run.start_us
-    if start_us is not None and scan.is_timed:
-        scan.begin_us = start_us
+    if run.start_us is not None and scan.is_timed:
+        scan.begin_us = run.start_us
     if not scan.transition_count and not scan.samples:
         raise TraceError(
             "it holds nothing to replay", file=run.path, hint="neither interface writes nor transitions"

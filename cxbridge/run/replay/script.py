@@ -51,7 +51,7 @@ class Command:
     later_writes: list[tuple[int, Values]] = field(default_factory=list)
 
     def is_for(self, kind: CommandKind, text: str) -> bool:
-        """Return whether a command is equal, ignoring gensym ids and UUIDs."""
+        """Return whether a command of the run has this kind and text, ignoring gensym ids and UUIDs."""
         return self.kind is kind and replace_names(self.text) == replace_names(text)
 
     def __str__(self) -> str:
@@ -98,7 +98,7 @@ def _find_command(previous: Values, values: Values, *, is_first: bool) -> Comman
     has_new_controller = controller and controller != previous["exclusive_controller"]
     is_leftover = is_first and values["status"] in _END_STATUSES  # state of a skill from before the recording
     if skill and values["msgid"] and not is_leftover:
-        # senders number their messages, so that two commands of the same skill may have the same id
+        # each sender numbers its own messages: two commands of the same skill may have the same id
         is_restarted = values["status"] == "S_RUNNING" and previous["status"] in _END_STATUSES
         if values["msgid"] != previous["msgid"] or skill != previous["skill_string"] or is_restarted:
             return CommandKind.EXEC

@@ -47,8 +47,7 @@ class SensorPlayer(Component):
         samples: Mapping[str, InterfaceWrite],
         writes: Iterable[InterfaceWrite],
     ) -> None:
-        self._board = board
-        self._log = log
+        self._board, self._log = board, log
         self._opened: dict[tuple[str, str], tuple[Interface, BlockMaker, bytes]] = {}
         self._writes: Iterator[InterfaceWrite] = iter(writes)
         for uid, sample in samples.items():

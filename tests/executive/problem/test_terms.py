@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.clipstext.values import constants_of
-from cxbridge.executive.features.pddl_parser import _assert_rows
+from cxbridge.executive.features.pddl_parser import _assert_facts
 from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.pddl import domain_facts, format_formula, parse_domain
 from cxbridge.executive.problem.conditions import Conditions
@@ -26,7 +26,7 @@ def test_a_constant_in_a_domain_of_facts(env, name: str):
         :effect (in {name})))"""
     for file in ("saliences", "plan", "goal", "domain"):
         assert env.batch(CORE_DIR / "cx" / f"{file}.clp")
-    _assert_rows(env, domain_facts(parse_domain(text)))
+    _assert_facts(env, domain_facts(parse_domain(text)))
     formulas, atoms = (
         [slots for _, _, slots in env.facts(each)] for each in ("pddl-formula", "pddl-predicate")
     )

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from cxbridge.cli.connect import InterfaceDirs, RunPath, make_registry, print_notes
-from cxbridge.cli.console import say
+from cxbridge.cli.console import say_lines
 
 
 def cat(
@@ -34,6 +34,5 @@ def cat(
 
     run = open_run(file, make_registry(interface_dir))
     is_selected = event_filter(kind or [], match)
-    for line in json_lines(run, is_selected) if as_json else text_lines(run, is_selected):
-        say(line)
+    say_lines((json_lines if as_json else text_lines)(run, is_selected))
     print_notes(run.notes, file)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cxbridge.cli.console import say, say_json
+from cxbridge.cli.console import say, say_result
 from cxbridge.cli.option_groups import option_groups
 
 if TYPE_CHECKING:
@@ -126,11 +126,7 @@ def _print_comparison(report: ComparisonReport, outputs: _DiffOutputs, options: 
 
     if outputs.junit is not None:
         write_junit(outputs.junit, report)
-    if outputs.as_json:
-        say_json(report_to_json(report, options))
-    else:
-        for line in text_report(report):
-            say(line)
+    say_result(report_to_json(report, options), text_report(report), as_json=outputs.as_json, indent=None)
 
 
 def _write_page(path: Path, document: dict[str, Any]) -> None:

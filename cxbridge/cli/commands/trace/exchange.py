@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from cxbridge.cli.connect import InterfaceDirs, RunPath, make_registry, print_notes
-from cxbridge.cli.console import say
+from cxbridge.cli.console import say_lines
 
 
 def exchange(
@@ -23,6 +23,5 @@ def exchange(
     from cxbridge.trace.formats.registry import open_run
 
     run = open_run(file, make_registry(interface_dir))
-    for line in exchange_json_lines(run) if as_json else exchange_lines(run):
-        say(line)
+    say_lines((exchange_json_lines if as_json else exchange_lines)(run))
     print_notes(run.notes, file)

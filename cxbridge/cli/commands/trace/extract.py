@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from cxbridge.cli.console import say
+from cxbridge.cli.connect import print_notes
+from cxbridge.cli.console import say, say_lines
 
 
 def extract(
@@ -30,10 +31,8 @@ def extract(
     from cxbridge.trace.sources import extract_files
 
     run = open_run(file)
-    for path in (paths := extract_files(run, output, pattern)):
-        say(path)
-    for note in run.notes:
-        say(f"{file}: {note}", err=True)
+    say_lines(paths := extract_files(run, output, pattern))
+    print_notes(run.notes, file)
     if not paths:
         say(f"{file}: no file in it matches '{pattern}'", err=True)
         raise typer.Exit(1)

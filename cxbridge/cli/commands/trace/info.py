@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from cxbridge.cli.connect import InterfaceDirs, RunPath, make_registry, print_notes
-from cxbridge.cli.console import say, say_json
+from cxbridge.cli.console import say_result
 
 
 def info(
@@ -24,9 +24,5 @@ def info(
 
     run = open_run(file, make_registry(interface_dir))
     summary = summarise(run)
-    if as_json:
-        say_json(summary.to_json())
-    else:
-        for line in summary.to_lines():
-            say(line)
+    say_result(summary.to_json(), summary.to_lines(), as_json=as_json, indent=None)
     print_notes(run.notes, file)

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from cxbridge.cli.console import ConsoleOptions, complain, progress_line, say, say_json
+from cxbridge.cli.console import ConsoleOptions, complain, progress_line, say_result
 from cxbridge.cli.entry import handle_signals
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.daemon.services.options import RecordOptions
@@ -43,11 +43,7 @@ def record(
             console=console.make_log(info=True),
             on_progress=lambda report: show(f"{report.seconds:.0f} s  {report.counts_text}"),
         )
-    if as_json:
-        say_json(report.to_json(), indent=2)
-    else:
-        for line in report.to_lines():
-            say(line)
+    say_result(report.to_json(), report.to_lines(), as_json=as_json)
     for error in report.errors:
         complain(error)
     return INCOMPLETE if report.errors else 0

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from cxbridge.cli.connect import print_notes
-from cxbridge.cli.console import ConsoleOptions, complain, progress_line, say, say_json
+from cxbridge.cli.console import ConsoleOptions, complain, progress_line, say_result
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.daemon.services.options import ReplayOptions
 
@@ -34,8 +34,8 @@ def replay(
     """
     from cxbridge.daemon.services import replay as replaying
 
-    start_s, end_s = options.start_s, options.end_s
-    if start_s is not None and end_s is not None and start_s > end_s:
+    start_s = options.start_s
+    if start_s is not None and options.end_s is not None and start_s > options.end_s:
         raise typer.BadParameter(f"the end is before the start, at {start_s:g} s", param_hint="--to")
     with progress_line(hidden=console.quiet) as show:
         report = replaying.replay(
@@ -44,11 +44,7 @@ def replay(
             on_progress=lambda report: show(f"{report.seconds:.0f} s  {sum(report.writes.values())} writes"),
         )
     print_notes(report.notes, options.run)
-    if as_json:
-        say_json(report.to_json(), indent=2)
-    else:
-        for line in report.to_lines():
-            say(line)
+    say_result(report.to_json(), report.to_lines(), as_json=as_json)
     if report.end == replaying.LOST:
         complain(f"the connection to {options.url} was lost")
         return EXIT_CONNECTION_LOST

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cxbridge.cli.connect import RunPath, print_notes
-from cxbridge.cli.console import say
+from cxbridge.cli.console import say_lines
 
 
 def rules(file: RunPath) -> None:
@@ -15,7 +15,5 @@ def rules(file: RunPath) -> None:
     from cxbridge.trace.formats.registry import open_run
 
     run = open_run(file)
-    for event in run:
-        if isinstance(event, RuleFired):
-            say(event.rule)
+    say_lines(event.rule for event in run if isinstance(event, RuleFired))
     print_notes(run.notes, file)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cxbridge.cli.connect import RunPath, print_notes
-from cxbridge.cli.console import say
+from cxbridge.cli.console import say_lines
 
 
 def transitions(file: RunPath) -> None:
@@ -16,7 +16,5 @@ def transitions(file: RunPath) -> None:
     from cxbridge.trace.formats.transitions_text import format_transition
 
     run = open_run(file)
-    for event in run:
-        if isinstance(event, TRANSITION_TYPES):
-            say(format_transition(event))
+    say_lines(format_transition(event) for event in run if isinstance(event, TRANSITION_TYPES))
     print_notes(run.notes, file)

@@ -14,14 +14,13 @@ from msgspec import Struct, field
 
 from cxbridge.clipstext.facts import IMPLIED
 from cxbridge.clipstext.values import FactRef
-from cxbridge.executive.host.capi import NULL, CData, decode, encode, items_of
+from cxbridge.executive.host.capi import MULTIFIELD_TYPE, NULL, CData, decode, encode, items_of
 from cxbridge.executive.host.facts.making import contents_offset
 from cxbridge.executive.host.values import FactAddress, Value, to_python
 
 PIECE_SIZE: Final = 100
 """The default number of facts in a piece, after which the caller may let rules run."""
 
-_MULTIFIELD: Final = 4  # CLIPS' type code of multifields
 _WORDS: Final = ffi.typeof("intptr_t *")
 _WORD_BYTES: Final = ffi.sizeof("intptr_t")
 _POINTER: Final = ffi.typeof("void *")
@@ -95,9 +94,7 @@ class FactCopier:
         is_wanted: Callable[[str], bool],
         piece_size: int = PIECE_SIZE,
     ) -> None:
-        self._piece_size = piece_size
-        self._env = env
-        self._is_wanted = is_wanted
+        self._env, self._is_wanted, self._piece_size = env, is_wanted, piece_size
         self._values: dict[int, Value] = {}  # by address: CLIPS shares equal atoms
         self._item = ffi.new("CLIPSValue *")
         # by pointer: deftemplate and number of slots; None for an unwanted deftemplate
@@ -142,8 +139,9 @@ class FactCopier:
         deftemplate = lib.FactDeftemplate(fact)
         if deftemplate not in self._templates:
             template = template_of(deftemplate)
-            is_wanted = self._is_wanted(template.name)
-            self._templates[deftemplate] = (template, len(template.names)) if is_wanted else None
+            self._templates[deftemplate] = (
+                (template, len(template.names)) if self._is_wanted(template.name) else None
+            )
         entry = self._templates[deftemplate]
         if entry is None:
             return
@@ -165,7 +163,7 @@ class FactCopier:
         """Return the value of a ``CLIPSValue``, given as the address in it."""
         item = self._item
         item.value = ffi.cast(_POINTER, word)
-        if item.header.type == _MULTIFIELD:
+        if item.header.type == MULTIFIELD_TYPE:
             multifield = item.multifieldValue
             return self._read_values(ffi.cast(_WORDS, multifield.contents), multifield.length)
         value = to_python(item)

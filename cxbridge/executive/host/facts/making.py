@@ -11,10 +11,9 @@ from functools import cache
 
 from clips._clips import ffi, lib
 
-from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, encode
+from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, MULTIFIELD_TYPE, NULL, CData, encode
 from cxbridge.executive.host.values import to_python
 
-_MULTIFIELD = 4  # CLIPS' type code of multifields
 _POINTER_BYTES = 8
 _SEARCHED_BYTES = 512  # the part of a fact's struct in which contents_offset() searches
 
@@ -100,7 +99,7 @@ class FactMaker:
         names = ffi.new("CLIPSValue *")
         lib.DeftemplateSlotNames(deftemplate, names)
         slots = [encode(str(name)) for name in to_python(names)]
-        is_multifield = value.header.type == _MULTIFIELD
+        is_multifield = value.header.type == MULTIFIELD_TYPE
         if slot not in slots or is_multifield != bool(lib.DeftemplateSlotMultiP(deftemplate, slot)):
             return False
         contents = ffi.cast("CLIPSValue *", ffi.cast("char *", new_fact) + contents_offset())

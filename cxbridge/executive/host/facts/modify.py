@@ -32,10 +32,7 @@ class Modify:
     retracts: ClassVar = True
 
     def __init__(self, env: CData, api: ClipsApi, maker: FactMaker, log_error: Callable[[str], None]) -> None:
-        self._env = env
-        self._api = api
-        self._maker = maker
-        self._log_error = log_error
+        self._env, self._api, self._maker, self._log_error = env, api, maker, log_error
         # for each deftemplate, whether a slot is a multislot; None for ordered facts
         self._slots: dict[str, dict[str, bool] | None] = {}
 
