@@ -101,10 +101,9 @@ class RealClock(Clock):
 
     def sleep_until(self, time_us: int, wake: threading.Event | None = None) -> None:
         seconds = (time_us - self.now_us()) / self._factor / MICROSECONDS
-        if seconds > 0 and wake is None:
-            time.sleep(seconds)
-        elif seconds > 0 and wake is not None:
-            wake.wait(min(seconds, threading.TIMEOUT_MAX))  # a longer wait raises OverflowError
+        if seconds > 0:
+            # a longer wait raises OverflowError
+            (wake or threading.Event()).wait(min(seconds, threading.TIMEOUT_MAX))
 
 
 class VirtualClock(Clock):

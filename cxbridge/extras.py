@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shlex
 import sys
@@ -151,8 +150,8 @@ def _cxbridge_packages() -> list[str]:
     """Return cxbridge and the installed packages whose names start with its name."""
     from importlib import metadata  # noqa: PLC0415 - as above
 
-    names = {package.name for package in metadata.distributions() if package.name}
-    return [CORE, *sorted(name for name in names if name.startswith(f"{CORE}-"))]
+    names = {package.name for package in metadata.distributions()}
+    return [CORE, *sorted(name for name in names if name and name.startswith(f"{CORE}-"))]
 
 
 def _module_name(package: str) -> str:
@@ -172,10 +171,5 @@ def _is_installed(requirement: str) -> bool:
 
 def _shorten_path(path: Path) -> str:
     """Return a path, relative to the working directory if that is shorter."""
-    try:
-        folder = Path.cwd()
-    except OSError:  # the working directory was removed
-        return str(path)
-    if path == folder:
-        return os.curdir
+    folder = Path.cwd()
     return str(path.relative_to(folder)) if path.is_relative_to(folder) else str(path)

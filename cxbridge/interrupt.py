@@ -80,8 +80,8 @@ class Interrupt:
         if threading.current_thread() is not threading.main_thread():
             return self
         for number in _SIGNALS:
-            is_ignored = signal.getsignal(number) is signal.SIG_IGN
-            if not is_ignored or (self._service and number == signal.SIGINT):
+            is_service_interrupt = self._service and number == signal.SIGINT
+            if is_service_interrupt or signal.getsignal(number) is not signal.SIG_IGN:
                 self._replaced_handlers[number] = signal.signal(number, self._record_signal)
         self._handled_numbers = [int(number) for number in self._replaced_handlers]
         # a socket, because Windows cannot wait for a pipe

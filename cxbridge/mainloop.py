@@ -62,12 +62,10 @@ class MainLoop:
         """Run one cycle without waiting."""
         if self._steps is None:
             self._steps = tuple(step for hook in Hook for step in self._hooks[hook])
-        self.turn_count += 1
-        self.is_working = True
-        for step in self._steps:
-            step()
-        self.cycle_count += 1
-        self.is_working = False
+        with self.busy_section():
+            for step in self._steps:
+                step()
+            self.cycle_count += 1
 
     def run(self, is_done: Callable[[], bool]) -> None:
         """Run cycles until ``is_done()`` returns True after a cycle, or :meth:`stop` is called."""

@@ -78,11 +78,7 @@ def never(_context: Any) -> bool:
 
 def in_daemon(section: str) -> Callable[[Any], bool]:
     """Return a predicate: whether a daemon has the settings of a row in SETTINGS; False for runs."""
-
-    def has_settings(context: Any) -> bool:
-        return context.section(section) is not None
-
-    return has_settings
+    return lambda context: context.section(section) is not None
 
 
 def configured(*sections: str) -> Callable[[Any], bool]:
@@ -90,11 +86,7 @@ def configured(*sections: str) -> Callable[[Any], bool]:
 
     :param sections: paths such as ``/ros2/performers``.
     """
-
-    def has_section(context: Any) -> bool:
-        return any(context.config.keys(section) for section in sections)
-
-    return has_section
+    return lambda context: any(context.config.keys(section) for section in sections)
 
 
 class Row(Struct, frozen=True):

@@ -88,9 +88,12 @@ def escape_record(text: str) -> str:
     Bytes that represent Latin-1 letters are kept. A backslash that looks like an escaped number becomes
     ``\u005c``.
     """
-    if text.isprintable() and "\\u" not in text:
-        return text
-    return _UNSAFE_IN_RECORD.sub(_escape_match, _AMBIGUOUS_BACKSLASH.sub(_escape_match, text))
+    is_safe = text.isprintable() and "\\u" not in text
+    return (
+        text
+        if is_safe
+        else _UNSAFE_IN_RECORD.sub(_escape_match, _AMBIGUOUS_BACKSLASH.sub(_escape_match, text))
+    )
 
 
 def escape_log_entry(text: str) -> str:

@@ -105,8 +105,6 @@ class Bench:
 
     def __getattr__(self, name: str) -> Any:
         """Return a member of a plug-in, e.g. ``cx.explore`` of cxbridge-explore."""
-        if name.startswith("_"):  # tools such as copy and pickle probe objects for special methods
-            raise AttributeError(name)
         from cxbridge.testing.members import find_member  # noqa: PLC0415 - on first use, as in run
 
         return find_member("cx", self, name)

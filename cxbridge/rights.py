@@ -66,9 +66,8 @@ class Rights(Struct, frozen=True):
 
     def message_right(self, interface_type: str, message_type: str) -> Right:
         """Return the right that a message on the blackboard requires with these settings."""
-        if self.skills_are_programs and (interface_type, message_type) == EXEC_SKILL:
-            return Right.PROGRAMS
-        return right_of_message(interface_type, message_type)
+        is_program = self.skills_are_programs and (interface_type, message_type) == EXEC_SKILL
+        return Right.PROGRAMS if is_program else right_of_message(interface_type, message_type)
 
     def check_message(self, interface_type: str, message_type: str) -> None:
         """Raise an error for a message that clients may not send.

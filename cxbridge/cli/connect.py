@@ -88,11 +88,9 @@ def ask_daemon(url: str, verb: str, **arguments: Any) -> Any:
 
 def make_registry(interface_dirs: list[Path] | None) -> InterfaceRegistry | None:
     """Return a registry of the given folders, or None for the default."""
-    if not interface_dirs:
-        return None
     from cxbridge.interfaces.registry import InterfaceRegistry
 
-    return InterfaceRegistry(interface_dirs)
+    return InterfaceRegistry(interface_dirs) if interface_dirs else None
 
 
 def print_notes(notes: list[str], file: Path) -> None:

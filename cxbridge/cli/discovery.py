@@ -6,7 +6,7 @@ A command is imported when it is used, because importing all commands takes long
 from __future__ import annotations
 
 from collections import UserDict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
 from types import ModuleType
 from typing import Any, Final
@@ -44,17 +44,8 @@ def group_rows(group: str, package: ModuleType | None = None) -> list[Row]:
 class LazyCommands(UserDict[str, Any]):
     """The commands of a table by name; each value is a row until the command is used, then the command.
 
-    :param rows: the rows; a row names a function, a group, or a module with either.
-    :param order: the names that come first in the help.
-    :param commands: further existing commands.
+    A row names a function, a group, or a module with either.
     """
-
-    def __init__(self, rows: Sequence[Row], order: Sequence[str], commands: Mapping[str, Any]) -> None:
-        by_name = {row.name: row for row in rows}
-        names = [name for name in order if name in by_name]
-        names += sorted(by_name.keys() - {*names})
-        super().__init__({name: by_name[name] for name in names})
-        self.data.update(commands)
 
     def __getitem__(self, name: str) -> Any:
         """Return a command, importing its module on first use."""
@@ -78,14 +69,15 @@ def _load_command(row: Row) -> Any:
     return style(typer.main.get_group(parent).commands[name])
 
 
-def names_by_section(rows: Sequence[Row], sections: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+def names_by_section(rows: Iterable[Row], sections: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
     """Return the names of commands by heading of the help; commands without a heading are last.
 
     :param sections: the names by heading, in order; rows of plug-ins may name further headings.
     """
-    row_names = {row.name for row in rows}
+    sorted_rows = sorted(rows, key=lambda row: row.name)
+    row_names = {row.name for row in sorted_rows}
     by_section = {title: [name for name in names if name in row_names] for title, names in sections.items()}
-    for row in sorted(rows, key=lambda row: row.name):
+    for row in sorted_rows:
         if row.name not in chain.from_iterable(sections.values()):
             by_section.setdefault(row.section or "Others", []).append(row.name)
     return by_section
@@ -106,10 +98,10 @@ def make_group_class(
     # sections only in help that rich draws.
     class CommandGroup(TyperGroup):
         def __init__(self, *, commands: Any = None, **attributes: Any) -> None:
-            table_rows = rows()
-            self._sections = names_by_section(table_rows, sections)
-            order = [name for names in self._sections.values() for name in names]
-            lazy: Any = LazyCommands(table_rows, order, commands or {})
+            table_rows = {row.name: row for row in rows()}
+            self._sections = names_by_section(table_rows.values(), sections)
+            ordered_rows = {name: table_rows[name] for name in chain.from_iterable(self._sections.values())}
+            lazy: Any = LazyCommands({**ordered_rows, **(commands or {})})
             super().__init__(commands=lazy, **attributes)
 
         def format_commands(self, ctx: Any, formatter: Any) -> None:

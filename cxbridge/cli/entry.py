@@ -28,8 +28,9 @@ def default_interrupt() -> Iterator[None]:
     handler = signal.getsignal(signal.SIGINT)
     # a program that calls the command line keeps its own handler; Python sets handlers in the main thread
     # only
-    is_main_thread = threading.current_thread() is threading.main_thread()
-    is_replaced = is_main_thread and handler is signal.default_int_handler
+    is_replaced = (
+        handler is signal.default_int_handler and threading.current_thread() is threading.main_thread()
+    )
     if is_replaced:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:

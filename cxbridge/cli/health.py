@@ -36,6 +36,17 @@ _PACKAGES = (
 
 _OLDEST_PYTHON = (3, 11)
 
+# The programs that --speech on needs on Linux, as arguments of _check_program; other systems include both.
+_SOUND = (
+    (
+        "speech",
+        ("espeak-ng", "espeak"),
+        "--speech on makes no sound (off is the default)",
+        "apt install espeak-ng",
+    ),
+    ("speaker", ("aplay",), "--speech on makes no sound", "apt install alsa-utils"),
+)
+
 
 @dataclass(frozen=True, slots=True)
 class HealthCheck:
@@ -87,9 +98,8 @@ def run_checks() -> list[HealthCheck]:
         _check_attempt("CLIPS", _try_clips, "install clipspy 1.0.6 or newer"),
         _check_attempt("Lua", _try_lua, "install lupa, which includes Lua 5.1"),
         _check_attempt("shipped files", _find_shipped_files, "install cxbridge again"),
-        _check_speech(),
-        *_check_speaker(),
-        _check_program("graphviz", "dot", "no pictures of state graphs", "apt install graphviz"),
+        *(_check_program(*sound) for sound in _SOUND if platform.system() == "Linux"),
+        _check_program("graphviz", ("dot",), "no pictures of state graphs", "apt install graphviz"),
     ]
 
 
@@ -168,29 +178,12 @@ def _find_shipped_files() -> str:
     return f"{len(names)} interfaces, scenarios {', '.join(scenarios)}"
 
 
-def _check_speech() -> HealthCheck:
-    path = shutil.which("espeak-ng") or shutil.which("espeak")
-    return HealthCheck(
-        "speech",
-        fine=path is not None or platform.system() != "Linux",  # other systems have a voice
-        required=False,
-        detail=path or "no espeak-ng: --speech on makes no sound (off is the default)",
-        remedy="apt install espeak-ng",
-    )
+def _check_program(name: str, programs: tuple[str, ...], consequence: str, remedy: str) -> HealthCheck:
+    """Search for the first installed of some programs.
 
-
-def _check_speaker() -> list[HealthCheck]:
-    """Check the audio player on Linux; other systems include a player."""
-    check = _check_program("speaker", "aplay", "--speech on makes no sound", "apt install alsa-utils")
-    return [check] if platform.system() == "Linux" else []
-
-
-def _check_program(name: str, program: str, consequence: str, remedy: str) -> HealthCheck:
-    """Search for a program.
-
-    :param consequence: the effect of a missing program, for the user.
+    :param consequence: the effect of missing programs, for the user.
     """
-    path = shutil.which(program)
+    path = next(filter(None, map(shutil.which, programs)), None)
     return HealthCheck(
         name,
         fine=path is not None,

@@ -162,9 +162,9 @@ def _make_typer_hint(group: type, field: dataclasses.Field[Any], hint: Any) -> A
     if field.default in (None, ""):
         keywords["show_default"] = False
     flags = keywords.pop("flags", _make_flags(field, value_type))
-    if keywords.pop("is_argument", False):
-        return Annotated[value_type, typer.Argument(**keywords)]
-    return Annotated[value_type, typer.Option(*flags, **keywords)]
+    is_argument = keywords.pop("is_argument", False)
+    parameter = typer.Argument(**keywords) if is_argument else typer.Option(*flags, **keywords)
+    return Annotated[value_type, parameter]
 
 
 def _make_flags(field: dataclasses.Field[Any], value_type: Any) -> tuple[str, ...]:

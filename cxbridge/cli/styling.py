@@ -97,10 +97,9 @@ def _make_sentence(text: str, values: Sequence[str]) -> str:
 
 
 def _choose_metavar(parameter: Any) -> str:
-    name = parameter.name
+    name, type_name = str(parameter.name), type(parameter.type).__name__
     if parameter.param_type_name == "argument":
-        return str(name).upper().replace("_", "-")
-    type_name = type(parameter.type).__name__
+        return name.upper().replace("_", "-")
     if name in _METAVARS and "Path" not in type_name:
         return _METAVARS[name]
     if "Path" in type_name:

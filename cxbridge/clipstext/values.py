@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import chain, repeat
-from math import copysign
 from typing import Any, Final, TypeAlias
 
 from msgspec import Struct
@@ -48,8 +47,6 @@ def float_text(value: float) -> str:
     Source: ``FloatToString`` of CLIPS, 6.30 and 6.4.
     """
     text = f"{value:.15g}"
-    if text == "nan" and copysign(1.0, value) < 0:
-        text = "-nan"  # as C prints it
     return text if "." in text or "e" in text else text + ".0"
 
 

@@ -309,12 +309,4 @@ def _to_text(value: Scalar) -> str:
 
 
 def _make_type_error(value: ConfigValue, problem: str, hint: str | None = None) -> ConfigError:
-    path = "/" + "/".join(split_path(value.path))
-    mark = value.mark
-    return ConfigError(
-        f"{path} {problem}",
-        file=mark.file or None,
-        line=mark.line or None,
-        column=mark.column or None,
-        hint=hint,
-    )
+    return value.mark.error(f"/{'/'.join(split_path(value.path))} {problem}", hint)

@@ -108,9 +108,8 @@ def to_bool(text: str) -> bool | None:
 
     The words are y, yes, true, on, n, no, false, off; each in lower case, upper case or capitalised.
     """
-    if text in (text.lower(), text.upper(), text.capitalize()):
-        return _BOOLS.get(text.lower())
-    return None
+    is_uniform = text in (text.lower(), text.upper(), text.capitalize())
+    return _BOOLS.get(text.lower()) if is_uniform else None
 
 
 CONVERTERS: Mapping[ConfigType, Callable[[str], bool | int | float | str | None]] = {

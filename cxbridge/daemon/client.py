@@ -101,11 +101,11 @@ def send_command(board: BlackBoard, verb: str, timeout_s: float) -> bool:
     with Feed(board, OWNER) as feed:
         interface = feed.open(_DAEMON_TYPE, DAEMON_ID)
         message = interface.create_message(f"{verb}Message")
-        for change in _send_and_follow(feed, interface, message, timeout_s):
-            # a daemon that shuts down closes its interface instead of a reply
-            if change.kind == "writer removed" or change.values["msgid"] == message.id:
-                return True
-    return False
+        # a daemon that shuts down closes its interface instead of a reply
+        return any(
+            change.kind == "writer removed" or change.values["msgid"] == message.id
+            for change in _send_and_follow(feed, interface, message, timeout_s)
+        )
 
 
 def _send_and_follow(

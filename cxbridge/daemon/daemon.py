@@ -25,7 +25,7 @@ from cxbridge.events import LogLine, Sink
 from cxbridge.interrupt import GOODBYE_S, Interrupt
 from cxbridge.mainloop import Hook
 from cxbridge.plugins import Row
-from cxbridge.rights import Right, Rights
+from cxbridge.rights import Rights
 from cxbridge.run.agent import Run
 from cxbridge.run.components.manager import (
     ComponentFailedError,
@@ -215,11 +215,10 @@ class Daemon(Run):
 
     def _process_urgent_message(self, message: str) -> None:
         """Process a command on arrival that a stuck loop cannot process."""
-        if not self.settings.rights.control or message == "ResumeMessage":
-            return  # the rules that a client resumes are stopped at a breakpoint, not stuck
         if message == INTERRUPT:
             self.stalls.interrupt()
-        elif self.stalls.current is not None:
+        # the rules that a client resumes are stopped at a breakpoint, not stuck
+        elif message != "ResumeMessage" and self.stalls.current is not None:
             self.stalls.watchdog.interrupt()
 
     def _report_stall(self, stall: Stall | None) -> None:
@@ -244,10 +243,7 @@ class Daemon(Run):
             self.update_state()
 
     def _process_command(self, verb: str, msgid: int) -> None:
-        rights = self.settings.rights
-        if not rights.allow(Right.CONTROL):  # the servers have refused it already
-            self.log.warn(f"Refusing to {verb}: {rights.refusal_hint(Right.CONTROL)}")
-            return
+        """Process a command; servers have refused commands of clients without the right to control."""
         # states published while the command is processed must not count as its reply
         self.presence.acknowledge(0)
         self.carry_out(verb)

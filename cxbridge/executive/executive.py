@@ -260,11 +260,10 @@ class Executive:
         MAINTAIN goals never ends, because the maintained condition may change at any time.
         """
         self.goals.record_ended_goals()
-        if self.env.quit_requested:
-            return True
-        if not self.goals.outcome_counts:
-            return False
-        return bool(self.maintaining_goals) if self.goals.open_roots else self._is_at_rest
+        return self.env.quit_requested or (
+            bool(self.goals.outcome_counts)
+            and (bool(self.maintaining_goals) if self.goals.open_roots else self._is_at_rest)
+        )
 
     @property
     def _is_at_rest(self) -> bool:

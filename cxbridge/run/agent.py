@@ -318,9 +318,9 @@ class Run(Closing):
         """
         # a skill may run longer than the goal that started the skill
         is_over = self.executive.is_over and not any(component.running for component in self.components)
-        if self.replay is None:
-            return is_over
-        return self.replay.is_over(self.clock.now_us(), run_is_over=is_over)
+        return (
+            is_over if self.replay is None else self.replay.is_over(self.clock.now_us(), run_is_over=is_over)
+        )
 
     @property
     def is_quiet(self) -> bool:

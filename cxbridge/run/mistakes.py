@@ -95,8 +95,7 @@ class AgentChecks:
 
     @staticmethod
     def _raise_mistakes(mistakes: list[CxbridgeError], *, started: bool = False) -> None:
-        if mistakes:
-            by_text = {str(mistake): mistake for mistake in mistakes}
+        if by_text := {str(mistake): mistake for mistake in mistakes}:
             raise BrokenAgentError([*by_text.values()], started=started)
 
 
@@ -114,9 +113,8 @@ class _Loading:
     @property
     def has_new_diagnostics(self) -> bool:
         """Whether new mistakes are possible."""
-        if len(self._loader.diagnostics) > self._reported_count:
-            return True
-        return not self.is_initialized and self._executive.initialized
+        has_unreported = len(self._loader.diagnostics) > self._reported_count
+        return has_unreported or (not self.is_initialized and self._executive.initialized)
 
     def take_mistakes(self) -> list[CxbridgeError]:
         """Return the mistakes since the last call."""

@@ -120,11 +120,8 @@ class RunResult(Struct, frozen=True):
     @property
     def word(self) -> str:
         """The result in one or two words."""
-        if self.is_stuck:
-            return "stuck"
-        if self.replay is None:
-            return _RESULT_WORDS[self.status]
-        return _REPLAY_RESULT_WORDS[self.status]
+        words = _RESULT_WORDS if self.replay is None else _REPLAY_RESULT_WORDS
+        return "stuck" if self.is_stuck else words[self.status]
 
     def summary(self) -> str:
         """Return the goal tree with outcomes, and a line about the run."""

@@ -145,9 +145,13 @@ def _run(
             is_over = assembly.is_over
             # read in the same cycle: goals may have failed because of the loss
             loss_reason = assembly.loss_reason
-            if interrupt.is_signalled or is_over or assembly.clock.now_us() >= deadline_us:
-                return True
-            return bool(loss_reason) or (may_be_stuck and stuck_watch.check())
+            return (
+                interrupt.is_signalled
+                or is_over
+                or assembly.clock.now_us() >= deadline_us
+                or bool(loss_reason)
+                or (may_be_stuck and stuck_watch.check())
+            )
 
         assembly.loop.run(is_done)
         interrupt.check()

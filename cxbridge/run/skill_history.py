@@ -39,7 +39,6 @@ def read_samples(path: Path) -> list[Sample]:
             by_writes.record_event(event)
         elif isinstance(event, SkillStatus):
             by_statuses.record_event(replace(event, env=_ENV))
-    history = by_writes if by_writes.calls else by_statuses
     return [
         Sample(
             call.skill_string,
@@ -47,6 +46,6 @@ def read_samples(path: Path) -> list[Sample]:
             _END_STATUSES[call.status],
             call.error,
         )
-        for call in history.calls
+        for call in by_writes.calls or by_statuses.calls
         if call.end is not None and call.end != call.begin and call.status in _END_STATUSES
     ]

@@ -177,9 +177,11 @@ class Source:
 
         :raises CxbridgeError: if the file is wrong.
         """
-        if file.suffix == CLIPS_SUFFIX:
-            return _make_program_configuration(file)
-        return Configuration.load(file, confdir=self.checkouts.confdir(file))
+        return (
+            _make_program_configuration(file)
+            if file.suffix == CLIPS_SUFFIX
+            else Configuration.load(file, confdir=self.checkouts.confdir(file))
+        )
 
     def find_overlays(self) -> Sequence[Path]:
         """Return the overlays of the scenario's configuration.

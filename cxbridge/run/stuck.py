@@ -81,12 +81,8 @@ class StuckWatch:
         waiting = [agent for agent in self._agents if not agent.is_over]
         if not all(map(_is_idle, waiting)):
             return {}
-        texts = {}
-        for agent in waiting:
-            texts[agent.name] = missing_events(agent, self._failed_rules)
-            if not texts[agent.name]:
-                return {}
-        return texts
+        texts = {agent.name: missing_events(agent, self._failed_rules) for agent in waiting}
+        return texts if all(texts.values()) else {}
 
 
 def _is_idle(agent: Run) -> bool:

@@ -192,8 +192,8 @@ class Watchdog:
 
     def _make_stall(self, cycle_s: float) -> Stall:
         """Describe the current cycle by the call stack of the watched thread."""
-        current_frames = sys._current_frames()  # noqa: SLF001 - the only way to another thread's frames
-        frames = list(_walk_frames(current_frames.get(self._watched_thread)))
+        # the only way to another thread's frames
+        frames = list(_walk_frames(sys._current_frames().get(self._watched_thread)))  # noqa: SLF001
         component = _read_local_value(
             frames, "ComponentManager.guarded.<locals>.run_step", lambda local: local["node"].name
         )

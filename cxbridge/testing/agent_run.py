@@ -17,7 +17,6 @@ from cxbridge.closing import Closing
 from cxbridge.errors import BrokenAgentError
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, GoalTransition, Level, LogLine, PlanActionTransition, RuleFired
-from cxbridge.executive.host.values import Value
 from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.model import GoalRecord, PlanActionRecord, find_goals, goal_tree
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
@@ -45,7 +44,7 @@ _LAST_RULES = 10  # number of rules in the report of a failure
 _LAST_LINES = 15  # number of log lines, and of skill calls, in the report of a failure
 
 
-class AgentRun(Closing):
+class AgentRun(World, Closing):
     """A run whose clock advances only while the test runs cycles; a context manager.
 
     The constructor loads the agent and runs no cycle: rules have fired only if the agent runs them during
@@ -77,7 +76,8 @@ class AgentRun(Closing):
         self._timed_actions: list[tuple[int, Callable[[], object]]] = []
         self._skills: ScriptedSkills | None = None
         with ExitStack() as stack:
-            assembly = self._assembly = stack.enter_context(Run(options))
+            self.assembly = assembly = stack.enter_context(Run(options))
+            """The assembled run: its executive, blackboard, clock and main loop."""
             self._checks = AgentChecks([assembly], strict=strict)
             self._start_us = assembly.clock.now_us()
             stack.callback(start_recording(assembly, options).close)
@@ -86,8 +86,8 @@ class AgentRun(Closing):
             assembly.bus.subscribe(self._record_event, LogLine, RuleFired, *TRANSITION_TYPES)
             self._history = RunHistory(UNLIMITED, self._start_us)
             assembly.bus.subscribe(self._history.record_event, GoalTransition, PlanActionTransition)
-            self._world = World(assembly.executive.env, assembly.board)
-            stack.callback(self._world.close)
+            super().__init__(assembly.executive.env, assembly.board)
+            stack.callback(self._close_interfaces)
             if scripted:
                 self._skills = ScriptedSkills(assembly)
                 stack.callback(self._skills.close)
@@ -103,14 +103,7 @@ class AgentRun(Closing):
 
     def __getattr__(self, name: str) -> Any:
         """Return a member of a plug-in, e.g. ``run.assert_properties`` of cxbridge-explore."""
-        if name.startswith("_"):
-            raise AttributeError(name)  # tools such as copy and pickle probe objects for special methods
         return find_member("run", self, name)
-
-    @property
-    def assembly(self) -> Run:
-        """The assembled run: its executive, blackboard, clock and main loop."""
-        return self._assembly
 
     def _record_event(self, event: Event) -> None:
         if isinstance(event, LogLine):
@@ -141,13 +134,13 @@ class AgentRun(Closing):
     @property
     def seconds(self) -> float:
         """The seconds since the start of the run, by its clock."""
-        return (self._assembly.clock.now_us() - self._start_us) / MICROSECONDS
+        return (self.assembly.clock.now_us() - self._start_us) / MICROSECONDS
 
     def step(self, loops: int = 1) -> None:
         """Run cycles of the main loop."""
         check_number("loops", loops)
-        end_count = self._assembly.loop.cycle_count + loops
-        self._run_cycles(lambda: self._assembly.loop.cycle_count >= end_count)
+        end_count = self.assembly.loop.cycle_count + loops
+        self._run_cycles(lambda: self.assembly.loop.cycle_count >= end_count)
 
     def advance(self, seconds: float) -> None:
         """Run cycles for a number of seconds of the run's clock."""
@@ -173,7 +166,7 @@ class AgentRun(Closing):
         :raises AssertionError: if the run is not over at the limit, or the agent quits before.
         """
         self.wait_for(lambda: self.is_over, timeout)
-        executive = self._assembly.executive
+        executive = self.assembly.executive
         # a resting MAINTAIN goal never ends, so it is no failure of the run either
         if not self.is_over and not executive.maintaining_goals:
             raise AssertionError(self._add_goals(f"the run was not over within {timeout:g} s"))
@@ -203,7 +196,7 @@ class AgentRun(Closing):
 
         Resting MAINTAIN goals count as over once another root goal has ended.
         """
-        return self._assembly.is_over and not (self._skills is not None and self._skills.running)
+        return self.assembly.is_over and not (self._skills is not None and self._skills.running)
 
     def at(self, seconds: float, action: Callable[[], object]) -> None:
         """Call ``action`` before the rules in the first cycle that starts at this time or later.
@@ -215,12 +208,12 @@ class AgentRun(Closing):
         self._timed_actions.sort(key=lambda timed_action: timed_action[0])
 
     def _call_timed_actions(self) -> None:
-        while self._timed_actions and self._timed_actions[0][0] <= self._assembly.clock.now_us():
+        while self._timed_actions and self._timed_actions[0][0] <= self.assembly.clock.now_us():
             self._timed_actions.pop(0)[1]()
 
     def _run_cycles(self, is_done: Callable[[], bool]) -> None:
         """Run cycles until ``is_done()`` is true after a cycle, a rule has an error, or real time is over."""
-        loop, clock = self._assembly.loop, self._assembly.clock
+        loop, clock = self.assembly.loop, self.assembly.clock
         with self._limit_real_time() as expired:
             while not expired.is_set():
                 start_us = clock.now_us()
@@ -236,7 +229,7 @@ class AgentRun(Closing):
     @property
     def _first_error(self) -> str:
         """The first error of a rule, or empty."""
-        return next(iter((*self._assembly.executive.env.faults, *self._rule_errors)), "")
+        return next(iter((*self.assembly.executive.env.faults, *self._rule_errors)), "")
 
     @contextmanager
     def _limit_real_time(self) -> Iterator[threading.Event]:
@@ -248,7 +241,7 @@ class AgentRun(Closing):
 
         def expire() -> None:
             expired.set()
-            self._assembly.interrupt()
+            self.assembly.interrupt()
 
         timer = threading.Timer(self.patience, expire)
         timer.daemon = True
@@ -277,44 +270,6 @@ class AgentRun(Closing):
         """Return a complaint for each unused entry of the script."""
         return [] if self._skills is None else self._skills.unmet()
 
-    def facts(self, template: str, **slots: object) -> list[dict[str, Value]]:
-        """Return the facts of a deftemplate with these slot values; ``_`` in names means ``-``."""
-        return self._world.facts(template, slots)
-
-    def fact(self, template: str, **slots: object) -> dict[str, Value]:
-        """Return the only matching fact.
-
-        :raises AssertionError: if there is none, or several.
-        """
-        facts = self.facts(template, **slots)
-        if len(facts) != 1:
-            pattern = " ".join([template, *(f"({name} {value})" for name, value in slots.items())])
-            raise AssertionError(f"{len(facts)} facts match ({pattern}), not one")
-        return facts[0]
-
-    def assert_fact(self, text: str) -> None:
-        """Assert a fact written as CLIPS text, e.g. ``(door (state open))``.
-
-        :raises AssertionError: if CLIPS refuses the text.
-        """
-        self._world.assert_fact(text)
-
-    def retract(self, template: str, **slots: object) -> int:
-        """Retract the matching facts; return their number."""
-        return self._world.retract(template, slots)
-
-    def write(self, uid: str, **fields: object) -> None:
-        """Write an interface, and remain its writer."""
-        self._world.write(uid, fields)
-
-    def send(self, uid: str, message: str, **fields: object) -> int:
-        """Send a message to an interface's writer; return its id."""
-        return self._world.send(uid, message, fields)
-
-    def read(self, uid: str) -> dict[str, Any]:
-        """Return the values of an interface."""
-        return self._world.read(uid)
-
     def goals(self, goal_class: str | None = None) -> list[GoalRecord]:
         """Return the goals of a class, or all goals, in the order of creation; removed goals included."""
         return [goal for goal in self._history.goals if goal_class is None or goal.goal_class == goal_class]
@@ -338,7 +293,7 @@ class AgentRun(Closing):
         :raises AssertionError: if the domain has operators, but none with this name.
         """
         actions = [action for action in self._history.actions if name is None or action.name == name]
-        operators = [str(row[0]) for row in self._assembly.executive.env.columns("domain-operator", "name")]
+        operators = [str(row[0]) for row in self.assembly.executive.env.columns("domain-operator", "name")]
         if name and not actions and operators and name not in operators:
             raise AssertionError(f"there is no action '{name}'{or_similar(name, operators)}")
         return actions
@@ -356,7 +311,7 @@ class AgentRun(Closing):
 
     def describe(self) -> list[str]:
         """Return the goals, the skills and the end of the log as lines of text."""
-        lines = [f"after {self.seconds:.2f} s, {self._assembly.loop.cycle_count} loops", "goals:"]
+        lines = [f"after {self.seconds:.2f} s, {self.assembly.loop.cycle_count} loops", "goals:"]
         lines += [f"  {line}" for line in goal_tree(self._history.goals)]
         if self._skills is not None and self._skills.calls:
             lines.append("skills:")

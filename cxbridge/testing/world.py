@@ -19,17 +19,28 @@ OWNER = "test"
 
 
 class World:
-    """The facts of an environment, and the interfaces of a blackboard."""
+    """The facts of an agent's environment, and the interfaces of its blackboard; a base of runs in tests."""
 
     def __init__(self, env: ClipsEnvironment, board: BlackBoard) -> None:
         self._env, self._board = env, board
         self._writers: dict[str, Interface] = {}
         self._readers: dict[str, Interface] = {}
 
-    def facts(self, template: str, slots: dict[str, object]) -> list[dict[str, Value]]:
-        """Return the facts of a deftemplate with these slot values."""
+    def facts(self, template: str, **slots: object) -> list[dict[str, Value]]:
+        """Return the facts of a deftemplate with these slot values; ``_`` in names means ``-``."""
         with self._env.lock:
             return [fact for _, fact in self._find_facts(template, slots)]
+
+    def fact(self, template: str, **slots: object) -> dict[str, Value]:
+        """Return the only matching fact.
+
+        :raises AssertionError: if there is none, or several.
+        """
+        facts = self.facts(template, **slots)
+        if len(facts) != 1:
+            pattern = " ".join([template, *(f"({name} {value})" for name, value in slots.items())])
+            raise AssertionError(f"{len(facts)} facts match ({pattern}), not one")
+        return facts[0]
 
     def _find_facts(self, template: str, slots: dict[str, object]) -> list[tuple[int, dict[str, Value]]]:
         """Return index and slots of the facts with these slot values."""
@@ -53,7 +64,7 @@ class World:
         return matching_facts
 
     def assert_fact(self, text: str) -> None:
-        """Assert the fact that a text describes.
+        """Assert a fact written as CLIPS text, e.g. ``(door (state open))``.
 
         :raises AssertionError: if CLIPS refuses the text.
         """
@@ -66,14 +77,13 @@ class World:
                     reason = error.message.removeprefix(f"CLIPS cannot evaluate (assert {text}): ")
                     raise AssertionError(f"{text} cannot be asserted: {reason}") from None
 
-    def retract(self, template: str, slots: dict[str, object]) -> int:
+    def retract(self, template: str, **slots: object) -> int:
         """Retract the matching facts; return their number."""
         with self._env.lock:
-            indices = [index for index, _ in self._find_facts(template, slots)]
-            return sum(self._env.retract(index) for index in indices)
+            return sum(self._env.retract(index) for index, _ in self._find_facts(template, slots))
 
-    def write(self, uid: str, fields: dict[str, object]) -> None:
-        """Set fields of an interface and write it; the first call opens it for writing.
+    def write(self, uid: str, **fields: object) -> None:
+        """Write an interface, and remain its writer.
 
         :raises CxbridgeError: if there is no such interface or field, or it has another writer.
         """
@@ -83,7 +93,7 @@ class World:
         _set_fields(interface, fields)
         interface.write()
 
-    def send(self, uid: str, message: str, fields: dict[str, object]) -> int:
+    def send(self, uid: str, message: str, **fields: object) -> int:
         """Send a message to an interface's writer; return its id.
 
         :raises CxbridgeError: if there is no such interface, message or field, or no writer.
@@ -108,11 +118,9 @@ class World:
             self._readers[uid] = self._board.open_for_reading(*parse_uid(uid), owner=OWNER)
         return self._readers[uid]
 
-    def close(self) -> None:
-        """Close the opened interfaces."""
+    def _close_interfaces(self) -> None:
         for interface in (*self._writers.values(), *self._readers.values()):
             self._board.close(interface)
-        self._writers, self._readers = {}, {}
 
 
 def _set_fields(block: Block, fields: dict[str, object]) -> None:

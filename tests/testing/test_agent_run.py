@@ -134,7 +134,7 @@ def test_interfaces_are_written_read_and_sent_messages(cx, mini):
 
 
 def has_skiller(run):
-    (info,) = run._assembly.board.list("SkillerInterface")
+    (info,) = run.assembly.board.list("SkillerInterface")
     return info.has_writer
 
 

@@ -39,8 +39,7 @@ class _StartByDefault(make_group_class(lambda: group_rows("daemon"), {})):  # ty
         # a completion without arguments lists the commands
         if not has_command and (args or not ctx.resilient_parsing):
             args = ["start", *args]
-        parsed: list[str] = super().parse_args(ctx, args)
-        return parsed
+        return list(super().parse_args(ctx, args))
 
     def shell_complete(self, ctx: Any, incomplete: str) -> list[Any]:
         items: list[Any] = super().shell_complete(ctx, incomplete)

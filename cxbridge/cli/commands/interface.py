@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -85,11 +85,9 @@ def check(
     """
     from cxbridge.interfaces.xml.parser import check_file
 
-    findings = []
-    has_errors = False
+    findings: list[dict[str, Any]] = []
     for file in files:
         result = check_file(file)
-        has_errors = has_errors or bool(result.errors)
         mistakes = [
             *(("error", error) for error in result.errors),
             *(("warning", warning) for warning in result.warnings),
@@ -104,7 +102,7 @@ def check(
             say(f"{file}: correct")
     if as_json:
         say_json(findings, indent=2)
-    if has_errors:
+    if any(finding["severity"] == "error" for finding in findings):
         raise typer.Exit(BAD_DEFINITION)
 
 

@@ -94,14 +94,13 @@ def list_skills(
     controllers: dict[str, str] = {}
     with connect(url, interface_dir) as board:
         for info in board.list(SKILLER_TYPE):
-            if not info.has_writer:
-                continue
-            with board.open_for_reading(SKILLER_TYPE, info.id, owner=OWNER) as instance:
-                instance.read()
-                values = {name: json_value(value) for name, value in instance.as_dict().items()}
-                controllers[info.id] = describe_controller(instance, values["exclusive_controller"])
-            skills = request_skill_names(board, info.id, _LIST_TIMEOUT_S)
-            rows.append({"skiller": info.id, **values, "skills": skills})
+            if info.has_writer:
+                with board.open_for_reading(SKILLER_TYPE, info.id, owner=OWNER) as instance:
+                    instance.read()
+                    values = {name: json_value(value) for name, value in instance.as_dict().items()}
+                    controllers[info.id] = describe_controller(instance, values["exclusive_controller"])
+                skills = request_skill_names(board, info.id, _LIST_TIMEOUT_S)
+                rows.append({"skiller": info.id, **values, "skills": skills})
     say_result(rows, _format_skillers(rows, controllers), as_json=as_json)
     if not rows and not as_json:
         say("there is no Skiller", err=True)

@@ -32,10 +32,9 @@ def _load_operations(rows: tuple[Row, ...]) -> Mapping[str, Operation[Any]]:
     origins: dict[str, Row] = {}
     for row in rows:
         for operation in getattr(OPERATION_MODULES.load_target(row), "OPERATIONS", ()):
-            name = operation.name
-            if name in operations_by_name:
-                raise PluginError(f"two operations are called '{name}': of {origins[name]}, and of {row}")
-            operations_by_name[name], origins[name] = operation, row
+            if (origin := origins.setdefault(operation.name, row)) is not row:
+                raise PluginError(f"two operations are called '{operation.name}': of {origin}, and of {row}")
+            operations_by_name[operation.name] = operation
     return MappingProxyType(operations_by_name)
 
 

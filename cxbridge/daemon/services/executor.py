@@ -120,20 +120,19 @@ def read_executor_states(board: BlackBoard) -> list[dict[str, Any]]:
     """Return the states of the executors for JSON, sorted by agent."""
     rows = []
     for info in board.list("SkillExecutorInterface"):
-        if not info.has_writer:
-            continue
-        with board.open_for_reading(info.type, info.id, owner="cxbridge skill") as instance:
-            instance.read()
-            values = instance.as_dict()
-        rows.append(
-            {
-                "executor": info.id,
-                "agent": values["agent"],
-                "skills": values["skills"].split(),
-                "state": getattr(values["state"], "name", str(values["state"])),
-                "skill": values["skill"],
-                "board": values["board"],
-                "master": values["master"],
-            }
-        )
+        if info.has_writer:
+            with board.open_for_reading(info.type, info.id, owner="cxbridge skill") as instance:
+                instance.read()
+                values = instance.as_dict()
+            rows.append(
+                {
+                    "executor": info.id,
+                    "agent": values["agent"],
+                    "skills": values["skills"].split(),
+                    "state": getattr(values["state"], "name", str(values["state"])),
+                    "skill": values["skill"],
+                    "board": values["board"],
+                    "master": values["master"],
+                }
+            )
     return sorted(rows, key=lambda row: (row["agent"], row["executor"]))

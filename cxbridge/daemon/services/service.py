@@ -41,7 +41,7 @@ class Service(ExitStack):
         self.clock = RealClock()
         self.stopped = threading.Event()
         self._console, self._on_ready = console, on_ready
-        self._wake: Callable[[], None] | None = None
+        self._wake: Callable[[], None] = lambda: None
         self._notifier = Notifier()
         self._is_ready = False
         self.bus = self.make_bus()
@@ -87,5 +87,4 @@ class Service(ExitStack):
     def stop(self) -> None:
         """Make the service stop soon; callable from any thread."""
         self.stopped.set()
-        if self._wake is not None:
-            self._wake()
+        self._wake()

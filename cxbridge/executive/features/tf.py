@@ -62,14 +62,12 @@ class TfFeature(Feature):
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Close the interfaces if this is the last environment with the feature."""
         self._environment_names.discard(env.name)
-        if self._environment_names:
-            return
-        if self._listener is not None:
+        if not self._environment_names and self._listener is not None:
             self._listener.close()
             self._listener = None
-        for publisher in self._publishers.values():
-            publisher.close()
-        self._publishers.clear()
+            for publisher in self._publishers.values():
+                publisher.close()
+            self._publishers.clear()
 
     def _add_publisher(self, env: ClipsEnvironment, frame: str) -> Value:
         from cxbridge.space.tf import TransformPublisher  # noqa: PLC0415

@@ -272,10 +272,18 @@ class ClipsEnvironment:
 
     def assert_fact_pointer(self, template: str, slots: Mapping[str, Value]) -> CData:
         """Assert a fact like :meth:`assert_fact`; return its ``Fact *``, or NULL if CLIPS refuses it."""
+        values = [(encode(slot), clips_value(self.c_env, value)) for slot, value in slots.items()]
+        return self._assert_values(template, values)
+
+    def _assert_values(self, template: str, values: list[tuple[bytes, CData]]) -> CData:
+        """Assert a fact; return its ``Fact *``, or NULL if CLIPS refuses the fact.
+
+        :param values: see :meth:`FactMaker.make_fact`.
+        :raises ClipsError: if the deftemplate or a slot is unknown, or a slot cannot hold its value.
+        """
         deftemplate = lib.FindDeftemplate(self.c_env, encode(template))
         if deftemplate == NULL:
             raise ClipsError(f"there is no deftemplate '{template}'")
-        values = [(encode(slot), clips_value(self.c_env, value)) for slot, value in slots.items()]
         try:
             return self.maker.assert_fact(self.maker.make_fact(deftemplate, values))
         except KeyError as error:
@@ -285,16 +293,9 @@ class ClipsEnvironment:
         """Assert an ordered fact, e.g. ``(time 1 2)``, of a relation that a construct has named.
 
         :returns: the index of the fact; None if CLIPS refuses it.
-        :raises ClipsError: if the relation is unknown.
+        :raises ClipsError: if the relation is unknown, or is a deftemplate with slots.
         """
-        deftemplate = lib.FindDeftemplate(self.c_env, encode(relation))
-        if deftemplate == NULL:
-            raise ClipsError(f"there is no relation '{relation}'")
-        try:
-            fact = self.maker.make_fact(deftemplate, [(NULL, clips_value(self.c_env, fields))])
-        except KeyError:
-            raise ClipsError(f"'{relation}' is a deftemplate with slots, not an ordered relation") from None
-        return _fact_index(self.maker.assert_fact(fact))
+        return _fact_index(self._assert_values(relation, [(NULL, clips_value(self.c_env, fields))]))
 
     def assert_string(self, fact: str) -> int | None:
         """Assert a fact written as CLIPS text. Slower than :meth:`assert_fact`.

@@ -85,14 +85,11 @@ class OutputRouter:
         return ffi.string(name) in self.levels
 
     def _write(self, _env: CData, name: CData, text: CData, _context: CData) -> None:
-        text_piece = decode(text)
-        target = ffi.string(name)
-        if target == b"stdwrn" and self.quiet:
+        text_piece, target = decode(text), ffi.string(name)
+        if self.quiet and target in (b"stdwrn", b"stderr"):
             return
         if target == b"stderr":
             text_piece = OWN_NAMES.get(text_piece, text_piece)
-            if self.quiet:
-                return
             if self._captured_errors is not None:
                 self._captured_errors.append(text_piece)
                 return

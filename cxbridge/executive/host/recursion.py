@@ -16,7 +16,7 @@ from collections.abc import Callable
 
 from clips._clips import ffi, lib
 
-from cxbridge.clipstext.syntax import PARENTHESIS
+from cxbridge.clipstext.syntax import top_level
 from cxbridge.executive.host.capi import CData, make_callback
 
 GUARD_FUNCTION = "cx-guard-recursion"
@@ -48,7 +48,7 @@ def find_guard_insertion(
     :param code: the text with strings and comments blanked (:func:`~cxbridge.clipstext.syntax.blank`), so
         that an example in a documentation string does not look like a call.
     :param start: the position of the construct's opening parenthesis.
-    :param end: the position after its closing parenthesis.
+    :param end: the position after the construct's closing parenthesis.
     :param is_known: returns whether a function exists.
     """
     handler = _HANDLER.match(code, start, end)
@@ -59,12 +59,8 @@ def find_guard_insertion(
     calls = re.compile(rf"\(\s*(?:{'|'.join(map(re.escape, (name, *_INDIRECT_FUNCTIONS)))})(?=[\s()])")
     if handler is None and not calls.search(code, head.end(), end) and not is_known(name):
         return None
-    depth = 0
-    for match in PARENTHESIS.finditer(code, head.end(), end):
-        depth += 1 if match.group() == "(" else -1
-        if depth == 0:
-            return match.end(), f" ({GUARD_FUNCTION} {name})"
-    return None
+    _, parameters_end = next(top_level(code[head.end() : end]))
+    return head.end() + (parameters_end or 0), f" ({GUARD_FUNCTION} {name})"
 
 
 class _ThreadStack(threading.local):

@@ -20,7 +20,6 @@ _RETRACTING_FUNCTIONS: Final = frozenset({"retract", "modify"})
 _QUERY_WITH_RETRACTION: Final = re.compile(
     r"do-for-(?:all-)?facts?\b(?=.*\(\s*(?:retract|modify)\b.*:)", re.DOTALL
 )
-_MIN_ARGUMENTS: Final = 3  # the variables, the condition and one action
 
 Edit = tuple[int, int, str]
 """Start, end and replacement."""
@@ -43,11 +42,9 @@ def find_retracted_slot_edits(code: str, start: int, end: int) -> list[Edit]:
 
 
 def _find_query_edits(query: SyntaxNode) -> Iterator[Edit]:
-    arguments = query.arguments
-    if len(arguments) < _MIN_ARGUMENTS:
-        return
-    variables = [item.head for item in arguments[0].items or ()]
-    body = arguments[2:]
+    # the arguments are the variables, the condition and the actions; an invalid query may lack some
+    variables = [item.head for declaration in query.arguments[:1] for item in declaration.items or ()]
+    body = query.arguments[2:]
     for variable in variables:
         retraction_end = _find_retraction_end(variable, body)
         slots: dict[str, str] = {}

@@ -15,7 +15,6 @@ from typing import Final
 
 from clips._clips import ffi, lib
 
-from cxbridge.errors import ClipsError
 from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, encode, make_callback
 from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
 from cxbridge.executive.host.values import Value
@@ -303,15 +302,12 @@ def _arguments_of(expression: CData) -> CData:
 
 def round_half_down(value: Value) -> int:
     """Return the nearest INTEGER. 6.30 rounds halves down, 6.4 away from zero."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ClipsError(f"argument 1 must be INTEGER or FLOAT, not {value!r}")
     if isinstance(value, int):
         return value
-    if not math.isfinite(value):
-        return _INT64_MIN
-    rounded = math.ceil(value - 0.5)
+    is_finite = math.isfinite(value)
+    rounded = math.ceil(value - 0.5) if is_finite else 0
     # on overflow, 6.30's cast in C gives the smallest integer
-    return rounded if _INT64_MIN <= rounded <= _INT64_MAX else _INT64_MIN
+    return rounded if is_finite and _INT64_MIN <= rounded <= _INT64_MAX else _INT64_MIN
 
 
 def remove_replaced_builtins(env: CData, udfs: UdfTable) -> None:

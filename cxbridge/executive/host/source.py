@@ -18,6 +18,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from functools import lru_cache
+from itertools import islice
 
 from msgspec import Struct
 
@@ -207,20 +208,16 @@ def find_exceeded_limit(text: str) -> ExceededLimit | None:
         line = text.count("\n", 0, text.index("\0")) + 1
         return ExceededLimit(line, "the line has a NUL byte: save the file as UTF-8")
     code = blank(text)
-    excesses: list[tuple[int, str]] = []
-    word = _LONG_WORD.search(code)
-    if word is not None:
-        excesses.append((word.start(), f"a word of more than {_MAX_WORD_LENGTH} characters"))
-    string = next(
-        (
-            hidden
-            for hidden in HIDDEN.finditer(text)
-            if hidden[0][0] == '"' and len(hidden[0]) > _MAX_WORD_LENGTH
-        ),
-        None,
+    long_strings = (
+        hidden
+        for hidden in HIDDEN.finditer(text)
+        if hidden[0][0] == '"' and len(hidden[0]) > _MAX_WORD_LENGTH
     )
-    if string is not None:
-        excesses.append((string.start(), f"a string of more than {_MAX_WORD_LENGTH} characters"))
+    excesses = [
+        (match.start(), f"a {noun} of more than {_MAX_WORD_LENGTH} characters")
+        for noun, matches in (("word", _LONG_WORD.finditer(code)), ("string", long_strings))
+        for match in islice(matches, 1)
+    ]
     depth, part_count, is_limited = 0, 0, False
     for match in PARENTHESIS.finditer(code, 0, min(excesses)[0] if excesses else len(text)):
         offset = match.start()
@@ -233,8 +230,7 @@ def find_exceeded_limit(text: str) -> ExceededLimit | None:
             part_count, is_limited = 0, kind is not None and kind[1] not in _UNLIMITED_KINDS
         elif depth == 2 and is_limited:  # noqa: PLR2004  right below the construct
             part_count += 1
-        message = _describe_excess(text, offset, depth, part_count)
-        if message:
+        if message := _describe_excess(text, offset, depth, part_count):
             excesses.append((offset, message))
             break
     if not excesses:

@@ -152,14 +152,12 @@ class UdfTable:
         def call(env: CData, context: CData, result: CData) -> None:
             arguments: list[Value] = []
             try:
+                # the readers accept a value of any type, so that none of them fails
                 for read in readers:
-                    if not read(context, _ALL_BITS, value):
-                        return
+                    read(context, _ALL_BITS, value)
                     arguments.append(converters[value.header.type](value))
                 while has_optional and has_next(context):
-                    read = read_next if arguments else read_first
-                    if not read(context, _ALL_BITS, value):
-                        return
+                    (read_next if arguments else read_first)(context, _ALL_BITS, value)
                     arguments.append(converters[value.header.type](value))
                 returned = function_cell[0](*arguments)
                 if returned is None:

@@ -94,11 +94,8 @@ class ExternalAddress(Struct, frozen=True):
 
 def _multifield_values(value: CData) -> tuple[Value, ...]:
     # a UDFValue may hold a part of a multifield, from begin; a CLIPSValue holds the whole multifield
-    contents = value.multifieldValue.contents
-    first = getattr(value, "begin", 0)
-    count = getattr(value, "range", None)
-    if count is None:
-        count = value.multifieldValue.length
+    contents, first = value.multifieldValue.contents, getattr(value, "begin", 0)
+    count = getattr(value, "range", value.multifieldValue.length)
     return tuple(to_python(contents + index) for index in range(first, first + count))
 
 

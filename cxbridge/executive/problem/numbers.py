@@ -63,8 +63,8 @@ class PddlNumbers:
 
         if text not in self._formulas:
             self._formulas[text] = parse_formula(text)
-        state = KnownState((), numbers_in(self._env))
-        return TRUE if self._formulas[text].holds(state, _bound_objects(names, values)) else FALSE
+        formula, state = self._formulas[text], KnownState((), numbers_in(self._env))
+        return TRUE if formula.holds(state, _bound_objects(names, values)) else FALSE
 
     def change(
         self, operator: str, names: tuple[Value, ...], values: tuple[Value, ...], duration: float

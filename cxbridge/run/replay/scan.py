@@ -101,9 +101,9 @@ class Scan:
     def _shows_begin(self, event: Event) -> bool:
         """Return whether the event shows that the executive runs and its clock is set."""
         # the first lines of a log have times of the real clock, until a simulated clock is set
-        if not self.is_log:
-            return True
-        return not isinstance(event, LogLine) or event.component.startswith(_CLIPS_COMPONENT)
+        return (
+            not self.is_log or not isinstance(event, LogLine) or event.component.startswith(_CLIPS_COMPONENT)
+        )
 
     def _add_write(self, event: InterfaceWrite) -> None:
         self.samples.setdefault(event.uid, event)

@@ -166,9 +166,7 @@ class ExecutorScript:
 
 def format_call(skill: str, parameters: Mapping[str, Any] | None) -> str:
     """Return a skill call as text for messages."""
-    if parameters is None:
-        return skill
-    return f"{skill} {json.dumps(dict(parameters), ensure_ascii=False)}"
+    return skill if parameters is None else f"{skill} {json.dumps(dict(parameters), ensure_ascii=False)}"
 
 
 def make_executor_script(
@@ -210,7 +208,8 @@ def _add_message(execution: Execution, message: InterfaceMessage) -> None:
         except (ValueError, RecursionError):
             execution.parameters = None
     elif message.message == "FeedbackMessage":
-        after_us = message.time_us - execution.time_us
-        execution.feedback.append((after_us, read_progress(values), str(values.get("text", ""))))
+        execution.feedback.append(
+            (message.time_us - execution.time_us, read_progress(values), str(values.get("text", "")))
+        )
     elif message.message == "FinishMessage":
         execution.outcome, execution.error = str(values.get("outcome", "")), str(values.get("error", ""))

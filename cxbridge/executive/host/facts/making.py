@@ -11,6 +11,7 @@ from functools import cache
 
 from clips._clips import ffi, lib
 
+from cxbridge.clipstext.facts import IMPLIED
 from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, MULTIFIELD_TYPE, NULL, CData, encode
 from cxbridge.executive.host.values import to_python
 
@@ -89,7 +90,7 @@ class FactMaker:
                 new_fact, slot, value
             ):
                 EXTRA_FUNCTIONS.ReturnFact(self._env, new_fact)
-                raise KeyError("" if slot == NULL else slot.decode())
+                raise KeyError(IMPLIED if slot == NULL else slot.decode())
 
     def _force_slot(self, new_fact: CData, slot: bytes, value: CData) -> bool:
         """Write a value that the slot's constraints forbid; False if the slot cannot hold it."""

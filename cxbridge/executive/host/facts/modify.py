@@ -54,14 +54,15 @@ class Modify:
             return FALSE  # silently, as in 6.30
         slot_values: list[tuple[bytes, CData]] = []
         for slot, values in zip(changes[::2], changes[1::2], strict=True):
-            if slot not in is_multislot:
-                self._fail(f"Invalid slot '{slot}' not defined in corresponding deftemplate '{template}'.")
+            if slot not in is_multislot or (not is_multislot[slot] and len(values) != 1):
+                self._fail(
+                    f"The single field slot '{slot}' can only contain a single field value."
+                    if slot in is_multislot
+                    else f"Invalid slot '{slot}' not defined in corresponding deftemplate '{template}'."
+                )
                 return FALSE
-            if not is_multislot[slot] and len(values) != 1:
-                self._fail(f"The single field slot '{slot}' can only contain a single field value.")
-                return FALSE
-            value = values if is_multislot[slot] else values[0]
-            slot_values.append((encode(slot), clips_value(self._env, value)))
+            slot_value = clips_value(self._env, values if is_multislot[slot] else values[0])
+            slot_values.append((encode(slot), slot_value))
         new_fact = self._maker.make_copy(changed_fact, slot_values)
         if not self.retracts:
             asserted = self._maker.assert_fact(new_fact)
