@@ -8,7 +8,6 @@ protocol.
 
 from __future__ import annotations
 
-import gc
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -26,8 +25,6 @@ from cxbridge.interfaces import InterfaceRegistry
 from tests.fawkes import TRANSPORT, fawkes_server
 
 TRANSPORTS = ("local", "zmq", *TRANSPORT, *(("gateway",) if TRANSPORT else ()))
-LIMIT_KIB = 1024
-BATCH = 1000
 
 
 @contextmanager
@@ -60,14 +57,7 @@ def reach(board: LocalBlackBoard, transport: str) -> Iterator[BlackBoard]:
         yield connect(stack.enter_context(ZmqBlackBoardServer(middle, [f"ipc://{folder}/b"])).endpoints[0])
 
 
-def rss_kib() -> int:
-    gc.collect()
-    return int(next(x for x in Path("/proc/self/status").read_text().splitlines() if "VmRSS" in x).split()[1])
-
-
-def drive(
-    transport: str, count: int, gauge: Callable[[], int] = rss_kib, batch: int = BATCH
-) -> tuple[list[int], list[str]]:
+def drive(transport: str, count: int, gauge: Callable[[], int], batch: int) -> tuple[list[int], list[str]]:
     """Send messages; return how much memory there was after each tenth, and what went wrong.
 
     :param gauge: tells how much memory this process uses.

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import random
 import socket
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from functools import cache
 from importlib.machinery import ModuleSpec
@@ -39,6 +40,26 @@ def short_path(file: Path) -> str:
     """Return the path of a module below the package of cxbridge, or below the folder of its plug-in."""
     package = next(package for package in PACKAGES if file.is_relative_to(package))
     return file.relative_to(package if package.name == "cxbridge" else package.parent).as_posix()
+
+
+def statements(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield the statements within a node. Their expressions, most of a file, are left out: none imports."""
+    for part in ("body", "handlers", "orelse", "finalbody", "cases"):
+        for child in getattr(node, part, ()):
+            yield child
+            yield from statements(child)
+
+
+def imported_packages(files: Iterable[Path]) -> set[str]:
+    """Return the packages that modules import, for types or at run time."""
+    found = set()
+    for file in files:
+        for node in statements(ast.parse(file.read_text())):
+            if isinstance(node, ast.ImportFrom) and node.module:
+                found.add(node.module.partition(".")[0])
+            elif isinstance(node, ast.Import):
+                found |= {alias.name.partition(".")[0] for alias in node.names}
+    return found
 
 
 SHARED = ROOT.parent / "shared"

@@ -1,6 +1,5 @@
 """Memory does not grow with the goals that were, nor with the messages that went.
 
-`soak_goals` and `message_ids` show it at length, by the size of the process.
 Objects are counted, not bytes of the process, which go up and down by more than a small leak.
 """
 

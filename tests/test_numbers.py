@@ -33,11 +33,7 @@ def texts_in_calls(function: ast.AST) -> Iterator[tuple[str, str]]:
     """Yield the name of the called function and its text, of tests for digits and conversions to numbers."""
     for call in ast.walk(function):
         if isinstance(call, ast.Call):
-            if isinstance(call.func, ast.Attribute) and call.func.attr in (
-                "isdecimal",
-                "isdigit",
-                "isnumeric",
-            ):
+            if isinstance(call.func, ast.Attribute) and call.func.attr in DIGIT_TESTS:
                 yield "test", ast.unparse(call.func.value)
             elif ast.unparse(call.func) == "int" and len(call.args) == 1:
                 yield "int", ast.unparse(call.args[0])

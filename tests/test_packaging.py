@@ -210,22 +210,6 @@ def test_all_distributions_have_one_version():
     assert {line.partition("==")[2] for line in ours} == {__version__}
 
 
-def test_each_dependency_has_its_reason():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    reasons = (ROOT / "docs" / "evidence" / "dependencies.md").read_text()
-    projects = [
-        project,
-        *(tomllib.loads(file.read_text())["project"] for file in ROOT.glob("plugins/*/pyproject.toml")),
-    ]
-    extras = [extra for each in projects for extra in each.get("optional-dependencies", {}).values()]
-    lines = [
-        *(line for each in projects for line in each["dependencies"]),
-        *(line for each in extras for line in each),
-    ]
-    names = {line.partition(">")[0] for line in lines if not line.startswith("cxbridge")}
-    assert {name for name in names if name not in reasons} == set()
-
-
 def test_doctor_looks_for_what_the_wheel_depends_on():
     """It once missed mcap, which only the tests need, in an installation where nothing was missing."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]

@@ -60,6 +60,12 @@ def broken(tmp_path, monkeypatch):
         forget(name)
 
 
+@pytest.fixture
+def alone(monkeypatch):
+    """Has no plug-in installed."""
+    monkeypatch.setattr(plugins, "installed_plugins", tuple)
+
+
 def test_the_example_has_each_hook(greeter):
     (plugin,) = (each for each in installed_plugins() if each.name == "greeter")
     assert (plugin.error, plugin.package) == (None, "greeter 1.0")
@@ -97,24 +103,18 @@ def test_its_feature(greeter, tmp_path):
         '(defrule greeting (executive-initialized) => (printout t (greet "Robin") crlf))'
         "(defrule guest (guest (name ?n) (mood happy)) => (printout t ?n crlf))"
     )
-    folder = write_scenario(tmp_path / "s", agent=AGENT, feature="greeting")
-    (folder / "mini.clp").write_text(AGENT + rules)
-    with (folder / "scenario.yaml").open("a") as file:
-        file.write("greeting: Welcome\n")
-    lines = said(folder)
+    agent = AGENT + rules
+    lines = said(write_scenario(tmp_path / "s", agent=agent, feature="greeting", more="greeting: Welcome\n"))
     assert "Welcome Robin" in lines
     assert "Robin" in lines
 
 
 def test_its_component(greeter, tmp_path):
-    folder = write_scenario(tmp_path / "s")
     uid = ("SwitchInterface", "Heartbeat")
-    with Run(RunOptions(scenario=folder)) as assembly:
+    with Run(RunOptions(scenario=write_scenario(tmp_path / "s"))) as assembly:
         assembly.start()
         assert not assembly.board.list(*uid)  # its section is missing
-    with (folder / "scenario.yaml").open("a") as file:
-        file.write("heartbeat: {on: true}\n")
-    with Run(RunOptions(scenario=folder)) as assembly:
+    with Run(RunOptions(scenario=write_scenario(tmp_path / "s", more="heartbeat: {on: true}\n"))) as assembly:
         assembly.start()
         reader = assembly.board.open_for_reading(*uid, owner="test")
         assembly.loop.run(lambda: assembly.loop.cycle_count >= 3)
@@ -229,8 +229,7 @@ def test_its_explainer(greeter, monkeypatch, tmp_path):
     assert "say hello first" in str(error)
 
 
-def test_a_run_explains_nothing_without_an_explainer(monkeypatch, tmp_path):
-    monkeypatch.setattr(plugins, "installed_plugins", tuple)
+def test_a_run_explains_nothing_without_an_explainer(alone, tmp_path):
     with pytest.raises(PluginError, match="no installed package explains runs") as caught:
         read_run(recording(tmp_path)).why("MINI")
     assert "cxbridge-studio" in str(caught.value.hint)
@@ -308,14 +307,6 @@ def test_a_name_that_no_row_has_is_an_error_with_the_nearest():
     assert caught.value.hint == "did you mean mcap?"
 
 
-def test_an_option_of_a_known_plug_in_that_is_not_installed_names_the_package(monkeypatch, capsys):
-    monkeypatch.setattr(plugins, "installed_plugins", tuple)
-    for module in [name for name in sys.modules if name.startswith("cxbridge.cli.commands")]:
-        monkeypatch.delitem(sys.modules, module)
-    assert invoke(["run", "--ros2cx", "x"]) == 2
-    assert "--ros2cx belongs to the plug-in cxbridge-ros2cx" in capsys.readouterr().err
-
-
 def test_its_settings(greeter):
     config = Configuration()
     config.set("/cxbridge/greeter/host", "0.0.0.0")
@@ -387,6 +378,7 @@ def test_each_name_of_a_plug_in_of_the_repository_is_known():
     ("arguments", "package"),
     [
         (["run", "SCENARIO", "--web"], "cxbridge-web"),
+        (["trace", "report", "RUN"], "cxbridge-web"),
         (["view", "run.mcap"], "cxbridge-web"),
         (["run", "SCENARIO", "--clock", "ros2"], "cxbridge-ros2"),
         (["trace", "convert", "RUN", "out.mcap", "--to", "rosbag"], "cxbridge-ros2"),
@@ -410,21 +402,18 @@ def test_each_name_of_a_plug_in_of_the_repository_is_known():
     ],
 )
 def test_what_belongs_to_an_absent_plug_in_names_its_package(
-    arguments, package, tmp_path, monkeypatch, capsys
+    arguments, package, alone, tmp_path, monkeypatch, capsys
 ):
-    monkeypatch.setattr(plugins, "installed_plugins", tuple)
     for module in [name for name in sys.modules if name.startswith("cxbridge.cli.commands")]:
         monkeypatch.delitem(sys.modules, module)
     monkeypatch.setattr("cxbridge.run.agent.installed_plugins", tuple)
     sections = {
+        "SCENARIO": "",
         "ROS2": "ros2: {interfaces: {a: b}}\n",
         "WEB": "cxbridge: {web: {port: 1}}\n",
         "FAWKES": "cxbridge: {fawkes: {port: 1}}\n",
     }
-    places = {name: write_scenario(tmp_path / name) for name in ("SCENARIO", *sections)}
-    for name, text in sections.items():
-        with (places[name] / "scenario.yaml").open("a") as file:
-            file.write(text)
+    places = {name: write_scenario(tmp_path / name, more=text) for name, text in sections.items()}
     places |= {"RUN": tmp_path / "run.txt", "LOGS": tmp_path / "logs", "LOG": tmp_path / "logs" / "a.log"}
     places |= {"NEW": tmp_path / "new"}
     places["RUN"].write_text("")
@@ -443,15 +432,13 @@ def test_what_belongs_to_an_absent_plug_in_names_its_package(
     assert f"belongs to the plug-in {package}: " in capsys.readouterr().err
 
 
-def test_a_server_of_an_absent_plug_in_may_be_off(monkeypatch):
-    monkeypatch.setattr(plugins, "installed_plugins", tuple)
+def test_a_server_of_an_absent_plug_in_may_be_off(alone):
     with running(settings=(("fawkes/enable", False), ("zmq/endpoints", []))) as (_, _lines, outcome):
         assert outcome == []
     assert outcome == [0]
 
 
-def test_a_request_that_belongs_to_an_absent_plug_in_names_its_package(monkeypatch):
-    monkeypatch.setattr(plugins, "installed_plugins", tuple)
+def test_a_request_that_belongs_to_an_absent_plug_in_names_its_package(alone):
     with (
         running(settings=(("executive", False),)) as (daemon, _lines, _),
         connected(daemon) as board,
@@ -459,10 +446,3 @@ def test_a_request_that_belongs_to_an_absent_plug_in_names_its_package(monkeypat
     ):
         request(board, "facts", WAIT_S, env="executive")
     assert "request facts belongs to the plug-in cxbridge-studio: " in str(caught.value.hint)
-
-
-def test_a_report_without_the_plug_in_names_its_package(monkeypatch):
-    monkeypatch.setattr(plugins, "installed_plugins", tuple)
-    with pytest.raises(PluginError, match="there is no view 'report'") as caught:
-        VIEWS.find("report")
-    assert "cxbridge-web" in str(caught.value.hint)

@@ -12,7 +12,8 @@ from typing import Any
 MANY = 32
 """A repeat up to this count is bounded by itself."""
 
-_REPEATS = (codes.MAX_REPEAT, codes.MIN_REPEAT)
+_BACKTRACKING = (codes.MAX_REPEAT, codes.MIN_REPEAT)
+_REPEATS = (*_BACKTRACKING, codes.POSSESSIVE_REPEAT)
 _PROBES = [chr(code) for code in (*range(97, 100), *range(48, 51), *range(32, 127), 9, 10, 13, 0, 0xE9)]
 _CATEGORY = {codes.CATEGORY_DIGIT: r"\d", codes.CATEGORY_SPACE: r"\s", codes.CATEGORY_WORD: r"\w"}
 _CATEGORY |= {
@@ -57,15 +58,23 @@ def _of_node(code: Any, value: Any, prefer: str, depth: int) -> list[str]:
     if code in (codes.LITERAL, codes.NOT_LITERAL, codes.ANY, codes.IN):
         possible = chars_of((code, value))
         return [prefer if prefer in possible else possible[:1]]
-    if code is codes.SUBPATTERN:
-        return examples(value[3], prefer, depth + 1)
-    if code is codes.ATOMIC_GROUP:
-        return examples(value, prefer, depth + 1)
     if code is codes.BRANCH:
         return [text for branch in value[1] for text in examples(branch, prefer, depth + 1)[:2]]
-    if code in (*_REPEATS, codes.POSSESSIVE_REPEAT):
+    if code in _REPEATS:
         return [text * max(value[0], 1) for text in examples(value[2], prefer, depth + 1)[:3]]
+    if code in (codes.SUBPATTERN, codes.ATOMIC_GROUP):
+        return examples(*_parts(code, value), prefer, depth + 1)
     return [""]
+
+
+def _parts(code: Any, value: Any) -> list[Any]:
+    """Return the expressions within a node."""
+    if code is codes.BRANCH:
+        return list(value[1])
+    if code is codes.ATOMIC_GROUP:
+        return [value]
+    place = {codes.SUBPATTERN: 3, codes.ASSERT: 1, codes.ASSERT_NOT: 1} | dict.fromkeys(_REPEATS, 2)
+    return [value[place[code]]] if code in place else []
 
 
 def _literals(nodes: Any) -> Iterator[str]:
@@ -73,39 +82,17 @@ def _literals(nodes: Any) -> Iterator[str]:
     for code, value in nodes:
         if code in (codes.LITERAL, codes.NOT_LITERAL):
             yield chr(value)
-        elif code is codes.IN:
-            yield from _literals(value)
-        elif code in (*_REPEATS, codes.POSSESSIVE_REPEAT):
-            yield from _literals(value[2])
-        elif code is codes.SUBPATTERN:
-            yield from _literals(value[3])
-        elif code is codes.ATOMIC_GROUP:
-            yield from _literals(value)
-        elif code is codes.BRANCH:
-            for branch in value[1]:
-                yield from _literals(branch)
-        elif code in (codes.ASSERT, codes.ASSERT_NOT):
-            yield from _literals(value[1])
+        for part in [value] if code is codes.IN else _parts(code, value):
+            yield from _literals(part)
 
 
 def repeats(nodes: Any, before: str = "") -> Iterator[tuple[str, Any]]:
     """Yield every repeat without a small bound, nested ones too, with a text that leads there."""
     for code, value in nodes:
-        inner: list[Any] = []
-        if code in (*_REPEATS, codes.POSSESSIVE_REPEAT):
-            if value[1] > MANY and code in _REPEATS:
-                yield before, value[2]
-            inner = [value[2]]
-        elif code is codes.SUBPATTERN:
-            inner = [value[3]]
-        elif code is codes.ATOMIC_GROUP:
-            inner = [value]
-        elif code is codes.BRANCH:
-            inner = value[1]
-        elif code in (codes.ASSERT, codes.ASSERT_NOT):
-            inner = [value[1]]
-        for body in inner:
-            yield from repeats(body, before)
+        if code in _BACKTRACKING and value[1] > MANY:
+            yield before, value[2]
+        for part in _parts(code, value):
+            yield from repeats(part, before)
         before += _of_node(code, value, "a", 0)[0]
 
 

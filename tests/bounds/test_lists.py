@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
-from tests.support import ROOT, module_files, needs_all_plugins, short_path
+from tests.support import ROOT, imported_packages, module_files, needs_all_plugins, short_path
 
 PACKERS = {"zstandard", "zstd", "lz4", "bz2", "gzip", "zlib", "lzma", "zipfile", "tarfile", "base64"}
 PACKERS |= {"websockets", "foxglove"}
@@ -21,12 +20,9 @@ def listed(heading: str) -> set[str]:
     return set(re.findall(r"^\| `([\w/]+\.py)` \|", table, re.MULTILINE))
 
 
-def files(words: set[str]) -> Iterator[tuple[str, ast.Module]]:
-    """Yield the files that have one of the words, with their trees."""
-    for path in module_files().values():
-        text = Path(path).read_text()
-        if any(word in text for word in words):
-            yield short_path(path), ast.parse(text)
+def files(words: set[str]) -> list[Path]:
+    """Return the files that have one of the words."""
+    return [path for path in module_files().values() if any(word in path.read_text() for word in words)]
 
 
 def is_unlimited(node: ast.AST) -> bool:
@@ -39,21 +35,11 @@ def is_unlimited(node: ast.AST) -> bool:
 
 @needs_all_plugins
 def test_the_page_lists_each_queue_without_a_limit():
-    made = {name for name, tree in files(QUEUES) if any(map(is_unlimited, ast.walk(tree)))}
-    assert listed("| queue in `cxbridge/` |") == made
-
-
-def imports(tree: ast.Module) -> set[str]:
-    found = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            found |= {alias.name.partition(".")[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            found.add(node.module.partition(".")[0])
-    return found
+    made = [path for path in files(QUEUES) if any(map(is_unlimited, ast.walk(ast.parse(path.read_text()))))]
+    assert listed("| queue in `cxbridge/` |") == set(map(short_path, made))
 
 
 @needs_all_plugins
 def test_the_page_lists_each_file_that_can_unpack():
-    found = {name for name, tree in files(PACKERS) if imports(tree) & PACKERS}
+    found = {short_path(path) for path in files(PACKERS) if imported_packages([path]) & PACKERS}
     assert listed("| code in `cxbridge/` |") == found

@@ -9,6 +9,7 @@ from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry
+from tests.daemon.test_daemon import until
 
 WAIT_S = 15
 """Seconds after which a test gives up."""
@@ -37,6 +38,16 @@ def board_of(commands, monkeypatch):
     yield board
     assert board.left_open() == []
     board.shutdown()
+
+
+def wait_for_control(reader, controller=""):
+    """Wait until a client has control of a Skiller; by default, until no client has."""
+
+    def has_come():
+        reader.read()
+        return reader.exclusive_controller == controller
+
+    assert until(has_come), reader.as_dict()
 
 
 class Looping:

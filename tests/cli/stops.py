@@ -12,20 +12,18 @@ monitor. Half of them come while it starts. The claims:
 
 from __future__ import annotations
 
-import contextlib
 import os
 import random
-import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import termios
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from contextlib import closing, suppress
+from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 
 from cxbridge.errors import CxbridgeError
@@ -129,27 +127,6 @@ if HAS_FAWKES:
     PROGRAMS["gateway"] = Program(("gateway", "{left}", "{right}", "-i", "*"), frozenset({0}), b"Ready:")
 
 
-@dataclass
-class Report:
-    """What came of the stops.
-
-    :param stops: by program.
-    :param early: of those, the ones that came before the program had begun.
-    :param longest_s: from a signal to the end.
-    :param faults: what should not be.
-    """
-
-    stops: Counter[str] = field(default_factory=Counter)
-    early: Counter[str] = field(default_factory=Counter)
-    longest_s: float = 0.0
-    faults: list[str] = field(default_factory=list)
-
-    def lines(self) -> list[str]:
-        """Return it for people."""
-        rows = [f"{name}: {count} stops, {self.early[name]} early" for name, count in self.stops.items()]
-        return [*rows, f"longest: {self.longest_s:.2f} s", *self.faults, f"{len(self.faults)} faults"]
-
-
 class Trial:
     """A program from its start to its end.
 
@@ -182,7 +159,7 @@ class Trial:
         self.screen = b""
 
     def _read(self) -> None:
-        with contextlib.suppress(BlockingIOError):
+        with suppress(BlockingIOError):
             while self._terminal >= 0:
                 self.screen += os.read(self._terminal, 65536)
 
@@ -273,78 +250,29 @@ def _check_recording(path: Path) -> Iterator[str]:
             yield f"{file.name} cannot be read: {error}"
 
 
-@contextmanager
-def blackboards(folder: Path) -> Iterator[list[str]]:
-    """Run two daemons to connect to."""
-    started, logs = [], list[Path]()
-    urls = [f"ipc://{folder}/{name}" for name in ("left", "right")]
-    try:
-        for url in urls:
-            command = ("daemon", "--endpoint", url, *NO_SERVER, "--skiller")
-            skiller = "simulator" if url is urls[0] else "none"
-            log = Path(url.removeprefix("ipc://") + ".log")  # no pipe: nobody reads it later
-            with log.open("w") as errors:
-                started.append(
-                    subprocess.Popen([sys.executable, "-m", "cxbridge", *command, skiller], stderr=errors)
-                )
-            logs.append(log)
-        for process, log in zip(started, logs, strict=True):
-            while "Daemon: Ready" not in log.read_text():
-                if process.poll() is not None:
-                    raise RuntimeError(f"a daemon has not started: {log.read_text()}")
-                time.sleep(0.05)
-        yield urls
-    finally:
-        for process in started:
-            process.kill()
-            process.wait()
+def run(program: Program, boards: Sequence[str], count: int, seed: int) -> list[str]:
+    """Stop a program again and again; return what should not be.
 
-
-def run(count: int, names: Sequence[str] = tuple(PROGRAMS), seed: int = 0) -> Report:
-    """Stop programs; return what came of it.
-
-    :param count: stops of each program by each signal.
+    :param boards: the URLs of two blackboards.
+    :param count: stops by each signal.
     """
-    report, dice = Report(), random.Random(seed)
+    faults, dice, took_s = list[str](), random.Random(seed), 1.0
     for number in SIGNALS:  # what is started shall hear what a shell or nohup lets us ignore
         if signal.getsignal(number) is signal.SIG_IGN:
             signal.signal(number, signal.SIG_DFL)
-    with tempfile.TemporaryDirectory() as text:
-        folder = Path(text)
-        with blackboards(folder) as boards:
-            for name in names:
-                _stop_all(name, count, folder, boards, report, dice)
-    return report
-
-
-def _stop_all(
-    name: str, count: int, folder: Path, boards: Sequence[str], report: Report, dice: random.Random
-) -> None:
-    program = PROGRAMS[name]
-    took_s = 1.0
-    for index in range(count):
-        for number in SIGNALS:
-            here = folder / f"{name}-{index}-{number.name}"
-            began_s = time.monotonic()
-            trial = Trial(program, here, boards)
-            try:
-                if index % 2:
-                    trial.wait(trial.is_ready, MOST_S)
-                    took_s = max(0.2, time.monotonic() - began_s)
-                    delay_s = dice.random() * RUNS_S
-                else:
-                    delay_s = dice.random() * took_s
-                trial.wait(trial.has_ended, delay_s)
-                trial.process.send_signal(number)
-                sent_s = time.monotonic()
-                if trial.wait(trial.has_ended, MOST_S):
-                    faults = list(trial.faults(number))
-                else:
-                    faults = [f"does not end within {MOST_S:g} s: {trial.look().decode(errors='replace')}"]
-                report.longest_s = max(report.longest_s, time.monotonic() - sent_s)
-                report.stops[name] += 1
-                report.early[name] += trial.is_early(number)
-                report.faults += [f"{name}, {number.name}, after {delay_s:.3f} s: {each}" for each in faults]
-            finally:
-                trial.close()
-                shutil.rmtree(here)
+    for index, number in product(range(count), SIGNALS):
+        with tempfile.TemporaryDirectory() as folder, closing(Trial(program, Path(folder), boards)) as trial:
+            delay_s = dice.random() * took_s
+            if index % 2:
+                began_s = time.monotonic()
+                trial.wait(trial.is_ready, MOST_S)
+                took_s = max(0.2, time.monotonic() - began_s)
+                delay_s = dice.random() * RUNS_S
+            trial.wait(trial.has_ended, delay_s)
+            trial.process.send_signal(number)
+            if trial.wait(trial.has_ended, MOST_S):
+                found = list(trial.faults(number))
+            else:
+                found = [f"does not end within {MOST_S:g} s: {trial.look().decode(errors='replace')}"]
+            faults += [f"{number.name}, after {delay_s:.3f} s: {each}" for each in found]
+    return faults

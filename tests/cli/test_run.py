@@ -18,14 +18,6 @@ def test_the_result_as_json_is_alone_on_stdout(tmp_path, capsys):
     assert result["goals"][0]["outcome"] == "COMPLETED"
 
 
-def test_bad_input_is_one_message_and_status_2(tmp_path, capsys):
-    assert invoke(["run", str(tmp_path / "none")]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert captured.err.startswith("cxbridge: error: ")
-    assert "Traceback" not in captured.err
-
-
 def test_wrong_usage_is_status_2(capsys):
     assert invoke(["run", "--no-such-option"]) == 2
     assert invoke(["no-such-command"]) == 2

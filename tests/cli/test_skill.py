@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import _thread
 import json
-import threading
 
 import pytest
 
@@ -17,7 +16,7 @@ from cxbridge.skiller.simulation.deciders import Outcome
 from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from cxbridge.skiller.status import Status
-from tests.cli.boards import WAIT_S, Looping, board_of, silent_bus
+from tests.cli.boards import Looping, board_of, silent_bus, wait_for_control
 
 
 class Estimator(StaticEstimator):
@@ -70,14 +69,9 @@ def test_a_skill_that_takes_too_long_is_stopped_and_status_3(skiller, capsys):
 
 
 def assert_stopped(reader):
-    """Wait until nothing runs and nobody has control."""
-    quiet = threading.Event()
-    for _ in range(WAIT_S * 100):
-        reader.read()
-        if reader.status == SkillerInterface.S_INACTIVE and reader.exclusive_controller == "":
-            return
-        quiet.wait(0.01)
-    raise AssertionError(reader.as_dict())
+    """Wait until nobody has control, and nothing runs."""
+    wait_for_control(reader)
+    assert reader.status == SkillerInterface.S_INACTIVE
 
 
 def test_ctrl_c_stops_the_skill_and_is_status_130(board, skiller):
@@ -95,18 +89,9 @@ def test_ctrl_c_stops_the_skill_and_is_status_130(board, skiller):
     assert_stopped(board.open_for_reading(SkillerInterface, "Skiller", owner="after"))
 
 
-def hold_control(reader):
-    reader.msgq_enqueue(SkillerInterface.AcquireControlMessage())
-    for _ in range(WAIT_S * 100):
-        reader.read()
-        if reader.exclusive_controller == str(reader.serial):
-            return
-        threading.Event().wait(0.01)
-    raise AssertionError
-
-
 def test_somebody_elses_control_is_respected_unless_it_is_stolen(skiller, capsys):
-    hold_control(skiller)
+    skiller.msgq_enqueue(SkillerInterface.AcquireControlMessage())
+    wait_for_control(skiller, str(skiller.serial))
     assert run("exec", "say{}") == 1
     assert "has control of the Skiller" in capsys.readouterr().out
     assert run("exec", "say{}", "--steal") == 0

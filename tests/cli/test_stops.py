@@ -8,7 +8,7 @@ import sys
 import tempfile
 import threading
 import time
-from contextlib import ExitStack, nullcontext
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -24,7 +24,7 @@ from tests.support import SEED, many, needs_plugin, share
 
 @pytest.fixture(scope="module")
 def boards():
-    """Two daemons for all programs; those of ``stops.blackboards`` are started for each."""
+    """The URLs of two daemons to connect to."""
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))  # a short name, for sockets
         urls = [f"ipc://{folder}/{name}" for name in ("left", "right")]
@@ -50,17 +50,14 @@ PLUGINS = {"monitor": "studio", "gateway": "fawkes", "record": "fawkes"}
         for name in share(stops.PROGRAMS, 3)
     ],
 )
-def test_stops_at_random_instants(name, boards, monkeypatch):
-    monkeypatch.setattr(stops, "blackboards", lambda _folder: nullcontext(boards))
-    report = stops.run(many(10, 1), [name], SEED)
-    assert not report.faults, "\n".join(report.faults)
+def test_stops_at_random_instants(name, boards):
+    faults = stops.run(stops.PROGRAMS[name], boards, many(10, 1), SEED)
+    assert not faults, "\n".join(faults)
 
 
 def test_a_signal_in_the_sleep_of_a_daemon_is_no_fault(tmp_path):
-    scenario = write_scenario(tmp_path / "s", agent="(deffacts nothing)")
-    with (scenario / "scenario.yaml").open("a") as file:
-        file.write("\nfawkes/mainapp/desired_loop_time: 1100000\n")
-    process, _ = start(tmp_path, str(scenario))
+    more = "\nfawkes/mainapp/desired_loop_time: 1100000\n"
+    process, _ = start(tmp_path, str(write_scenario(tmp_path / "s", agent="(deffacts nothing)", more=more)))
     process.terminate()
     _, errors = process.communicate(timeout=WAIT_S)
     assert process.returncode == 0, errors

@@ -68,6 +68,13 @@ def test_a_difference_is_shown_with_what_led_to_it(
         (["diff", "RUN", "RUN", "--level", "rules"], "has no events of level rules"),
         (["diff", "RUN", "RUN", "--level", "odd"], "'odd' is not one of transitions, skills"),
         (["diff", "RUN", "RUN", "--order", "odd"], "'odd' is not one of total, partial"),
+        (["diff", "RUN", "RUN", "--only", "odd"], "pattern 'odd': unknown kind 'odd'"),
+        (["diff", "RUN", "RUN", "--time-tolerance", "-1"], "-1"),
+        (["diff", "RUN", "RUN", "--html", "RUN"], "is one of the runs"),
+        (
+            ["diff", "RUN", "RUN", "--time-tolerance", "1", "--level", "rules", "--order", "partial"],
+            "rules have no times",
+        ),
         (["diff", "RUN"], "Missing argument"),
         (["convert", "RUN", "RUN"], "a file cannot be converted to itself"),
         (["convert", "RUN", "out", "--to", "odd"], "'odd' is not one of mcap, fawkes-log, transitions"),

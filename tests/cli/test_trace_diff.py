@@ -156,20 +156,3 @@ def test_the_page_of_equal_runs(runs: tuple[str, str], tmp_path: Path) -> None:
     path = tmp_path / "diff.html"
     assert diff(runs[0], runs[0], "--html", path) == 0
     assert "same: 18 transitions, total order" in show(path, tmp_path / "profile").dom
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--only", "odd"], "pattern 'odd': unknown kind 'odd'"),
-        (["--time-tolerance", "-1"], "-1"),
-        (["--html", "A"], "is one of the runs"),
-        (["--time-tolerance", "1", "--level", "rules", "--order", "partial"], "rules have no times"),
-    ],
-)
-def test_mistakes_are_told(
-    runs: tuple[str, str], arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    given = [runs[0] if each == "A" else each for each in arguments]
-    assert diff(*runs, *given) == 2
-    assert message in " ".join(capsys.readouterr().err.replace("│", "").split())

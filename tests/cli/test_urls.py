@@ -15,7 +15,7 @@ from cxbridge.clock import RealClock
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
-from tests.cli.boards import WAIT_S, Looping, silent_bus
+from tests.cli.boards import WAIT_S, Looping, silent_bus, wait_for_control
 from tests.fawkes import TRANSPORT, fawkes_server
 
 
@@ -77,12 +77,7 @@ def test_messages_and_skills(board, url, skiller, capsys):
     if find_spec("cxbridge_studio"):
         assert run(url, "skill", "monitor", "--count", "1") == 0
     with board.open_for_reading(SkillerInterface, "Skiller", owner="test") as reader:
-        for _ in range(WAIT_S * 100):
-            reader.read()
-            if reader.exclusive_controller == "":
-                break
-            threading.Event().wait(0.01)
-        assert reader.exclusive_controller == ""
+        wait_for_control(reader)
 
 
 def test_nobody_there_is_one_message_and_status_2(tmp_path, capsys):

@@ -6,6 +6,7 @@ import importlib
 import json
 import os
 import re
+from pkgutil import resolve_name
 from typing import Any
 
 import pytest
@@ -152,27 +153,12 @@ def test_a_page_begins_with_its_use_and_ends_with_the_next_page(path):
 API = DOCS / "api.md"
 
 
-def find(name: str) -> Any:
-    """What a dotted name stands for."""
-    module, rest = name, list[str]()
-    while True:
-        try:
-            found = importlib.import_module(module)
-            break
-        except ModuleNotFoundError:
-            module, _, last = module.rpartition(".")
-            rest.insert(0, last)
-    for part in rest:
-        found = getattr(found, part)
-    return found
-
-
 def test_names_of_the_api_are_there_and_told():
     names = re.findall(r"^::: (\S+)$", API.read_text(), re.MULTILINE)
     assert names
     for name in names:
         assert not any(part.startswith("_") for part in name.split("."))
-        assert find(name).__doc__, name
+        assert resolve_name(name).__doc__, name
 
 
 OFFERING = [

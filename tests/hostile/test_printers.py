@@ -20,12 +20,10 @@ from typing import Any
 from xml.etree import ElementTree as ET
 
 import pytest
-import typer
 from msgspec.structs import replace
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.blackboard.zmq import ZmqBlackBoardServer
-from cxbridge.cli.main import app
 from cxbridge.clock import RealClock
 from cxbridge.daemon.process import Notifier
 from cxbridge.events import (
@@ -46,6 +44,7 @@ from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.printing import UNSAFE_CODE_POINTS
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
+from tests.cli.test_help import COMMANDS
 from tests.daemon.test_daemon import QUIET, running
 from tests.forked import Nursery, nursery
 from tests.programs import Started
@@ -336,20 +335,10 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
 """How each command is driven; names in braces are of the fixture ``place``."""
 
 
-def leaves(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Yield the words of each command of the program, and the command."""
-    if hasattr(command, "commands"):
-        for name, inner in command.commands.items():
-            yield from leaves(inner, (*words, name))
-    else:
-        yield words, command
-
-
 def test_every_command_is_driven_with_options_that_it_has() -> None:
-    commands = dict(leaves(typer.main.get_command(app)))
-    assert commands.keys() == DRIVEN.keys()
+    assert COMMANDS.keys() == DRIVEN.keys()
     for words, rows in DRIVEN.items():
-        options = {name for each in commands[words].params for name in (*each.opts, *each.secondary_opts)}
+        options = {name for each in COMMANDS[words].params for name in (*each.opts, *each.secondary_opts)}
         driven = {word.partition("=")[0] for row in rows for word in row if word.startswith("--")}
         assert driven <= options, words
 

@@ -58,10 +58,12 @@ def write_scenario(
     agent: str = AGENT,
     feature: str = "pddl-parser",
     space: str = "test",
+    more: str = "",
 ) -> Path:
-    """Write the scenario into a folder and return it."""
+    """Write the scenario, with more lines of configuration, into a folder; return the folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "scenario.yaml").write_text(SCENARIO.format(mapping=mapping, feature=feature, space=space))
+    text = SCENARIO.format(mapping=mapping, feature=feature, space=space)
+    (folder / "scenario.yaml").write_text(text + more)
     (folder / "mini.clp").write_text(agent)
     return folder
 

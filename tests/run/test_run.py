@@ -320,28 +320,3 @@ def test_rules_and_facts_are_recorded_when_asked_though_debugging_is_off(tmp_pat
     assert bool([event for event in events if isinstance(event, FactChange)]) == (kinds == 2)
     assert "time-retract" not in rules
     assert not rules or "mini-select" in rules
-
-
-def test_a_run_imports_no_feature_that_its_agent_does_not_ask_for():
-    """Start-up time was lost to features that only few agents request."""
-    script = (
-        "import sys; from cxbridge.run.run import run_scenario; from cxbridge.run.options import RunOptions;"
-        f"from pathlib import Path; run_scenario(RunOptions(scenario=Path({str(TEST_SCENARIO)!r})));"
-        "print(*sys.modules)"
-    )
-    run = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True)
-    modules = run.stdout.split()
-    assert "cxbridge.executive.features.pddl_parser" in modules
-    unwanted = {
-        "bson",
-        "cxbridge_robot_memory.feature",
-        "cxbridge_robot_memory.memory",
-        "cxbridge_planning.feature",
-        "cxbridge_protobuf.feature",
-        "cxbridge_fawkes.gateway",
-        "cxbridge.skiller.board",
-        "google.protobuf",
-        "pymongo",
-        "zmq",
-    }
-    assert not unwanted.intersection(modules)

@@ -37,10 +37,8 @@ skill-board:
 
 def write(folder, board=BOARD, **options):
     """The mini scenario, with a skill board."""
-    write_scenario(folder, **options)
+    write_scenario(folder, more=board, **options)
     (folder / "executors.py").write_text(EXECUTORS)
-    with (folder / "scenario.yaml").open("a") as file:
-        file.write(board)
     return folder
 
 

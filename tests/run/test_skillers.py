@@ -70,10 +70,7 @@ def two_robots(folder: Path, extra: str = TWO) -> Path:
             '  (skiller-control (skiller "robot2") (acquired TRUE))',
         )
     )
-    write_scenario(folder, agent=agent)
-    with (folder / "scenario.yaml").open("a") as file:
-        file.write(extra)
-    return folder
+    return write_scenario(folder, agent=agent, more=extra)
 
 
 def test_a_plan_runs_on_two_skillers(tmp_path: Path):
@@ -122,7 +119,5 @@ def test_two_skillers_that_want_to_write_the_same_are_one_error(tmp_path: Path):
 )
 def test_a_value_is_pasted_only_where_data_may_be_programs(tmp_path: Path, settings: str, status: int):
     """A quote in an object's name ends the skill string's text in Fawkes, which then does not compile."""
-    folder = write_scenario(tmp_path, agent=AGENT.replace('"hello"', r'"hel\"lo"'))
-    with (folder / "scenario.yaml").open("a") as file:
-        file.write(f"{settings}\n")
+    folder = write_scenario(tmp_path, agent=AGENT.replace('"hello"', r'"hel\"lo"'), more=f"{settings}\n")
     assert run_scenario(RunOptions(scenario=folder)).status == status

@@ -23,10 +23,7 @@ TWO = "\ncxbridge: {agents: {ann: {}, ben: {}}}\n"
 
 def write(folder: Path, more: str = TWO, **options: Any) -> Path:
     """The mini scenario, for two agents."""
-    write_scenario(folder, **options)
-    with (folder / "scenario.yaml").open("a") as file:
-        file.write(more)
-    return folder
+    return write_scenario(folder, more=more, **options)
 
 
 def run(folder: Path, **options: Any) -> tuple[Any, list[LogLine]]:

@@ -46,16 +46,6 @@ def test_a_broken_domain_is_told_and_gives_no_facts(pddl, clp, log, text, messag
     assert list(pddl.facts("domain-operator")) == []
 
 
-def test_a_domain_file_that_is_not_there(pddl, log, tmp_path):
-    pddl.call("parse-pddl-domain", str(tmp_path / "none.pddl"))
-    assert any("none.pddl: cannot read it: No such file" in text for text in log.texts(Level.ERROR))
-
-
-def test_a_broken_formula_is_told(pddl, log):
-    pddl.call("parse-pddl-formula", "(held", "q")
-    assert any(text.startswith("Failed to parse formula: ") for text in log.texts(Level.ERROR))
-
-
 def test_a_name_that_looks_like_a_number_stays_a_name(pddl):
     pddl.call("parse-pddl-formula", "(= 01 1)", "q")
     (atom,) = [slots for _, _, slots in pddl.facts("pddl-predicate")]

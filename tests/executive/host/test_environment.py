@@ -93,7 +93,7 @@ def test_asserting_what_does_not_exist_is_one_clear_error(env):
         env.assert_fact("thing", {"b": 1})
     with pytest.raises(ClipsError, match="'thing' does not accept this value in slot 'a'"):
         env.assert_fact("thing", {"a": (1, 2)})
-    with pytest.raises(ClipsError, match="no relation 'nothing'"):
+    with pytest.raises(ClipsError, match="no deftemplate 'nothing'"):
         env.assert_ordered("nothing", (1,))
 
 

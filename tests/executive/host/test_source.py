@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -14,49 +15,34 @@ def rewritten(text: str) -> str:
     return re.sub(" +", " ", prepare_source(text).text)
 
 
-def test_a_modify_becomes_a_call_of_the_hosts_function():
-    assert rewritten("(modify ?f (mode A))") == "(cx-modify ?f mode (create$ A))"
-
-
-def test_all_slots_and_all_their_fields_are_passed():
-    assert (
-        rewritten("(modify ?f (a) (b 1 2) (c $?x (+ 1 2)))")
-        == "(cx-modify ?f a (create$) b (create$ 1 2) c (create$ $?x (+ 1 2)))"
-    )
-
-
-def test_the_fact_may_be_an_expression():
-    assert rewritten("(modify (nth$ 1 ?fs) (a 1))") == "(cx-modify (nth$ 1 ?fs) a (create$ 1))"
-
-
-def test_a_modify_inside_the_value_of_another():
-    text = "(modify ?f (a (progn (modify ?g (b 1)) 2)) (c 3))"
-    assert (
-        rewritten(text) == "(cx-modify ?f a (create$ (progn (cx-modify ?g b (create$ 1)) 2)) c (create$ 3))"
-    )
-
-
-def test_strings_and_comments_are_left_alone():
-    text = '(printout t "(modify ?f (a 1))") ; (modify ?f (a 1))\n'
-    assert rewritten(text) == text
-
-
-def test_words_that_only_begin_with_modify_are_left_alone():
-    assert rewritten("(modify-instance x) (modifying (a 1))") == "(modify-instance x) (modifying (a 1))"
-
-
-def test_comments_between_the_parts():
-    text = "(modify ?f ; why\n (a 1) ; (b 2)\n (c 3))"
-    assert rewritten(text) == "(cx-modify ?f ; why\n a (create$ 1) ; (b 2)\n c (create$ 3))"
-
-
-def test_a_duplicate_becomes_a_call_of_the_hosts_function_too():
-    assert rewritten("(duplicate 1 (a 1 2))") == "(cx-duplicate 1 a (create$ 1 2))"
+@pytest.mark.parametrize(
+    ("text", "becomes"),
+    [
+        ("(modify ?f (mode A))", "(cx-modify ?f mode (create$ A))"),
+        (
+            "(modify ?f (a) (b 1 2) (c $?x (+ 1 2)))",
+            "(cx-modify ?f a (create$) b (create$ 1 2) c (create$ $?x (+ 1 2)))",
+        ),
+        ("(modify (nth$ 1 ?fs) (a 1))", "(cx-modify (nth$ 1 ?fs) a (create$ 1))"),
+        (
+            "(modify ?f (a (progn (modify ?g (b 1)) 2)) (c 3))",
+            "(cx-modify ?f a (create$ (progn (cx-modify ?g b (create$ 1)) 2)) c (create$ 3))",
+        ),
+        ('(printout t "(modify ?f (a 1))") ; (modify ?f (a 1))\n',) * 2,
+        ("(modify-instance x) (modifying (a 1))",) * 2,
+        (
+            "(modify ?f ; why\n (a 1) ; (b 2)\n (c 3))",
+            "(cx-modify ?f ; why\n a (create$ 1) ; (b 2)\n c (create$ 3))",
+        ),
+        ("(; first\n modify ?f (; second\n a 1))", "(\ncx-modify ?f \n a (create$ 1))"),
+        ("(duplicate 1 (a 1 2))", "(cx-duplicate 1 a (create$ 1 2))"),
+    ],
+)
+def test_a_modify_or_duplicate_becomes_a_call_of_the_hosts_function(text: str, becomes: str):
+    assert rewritten(text) == becomes
 
 
 def test_a_comment_between_the_parenthesis_and_the_word():
-    text = "(; first\n modify ?f (; second\n a 1))"
-    assert rewritten(text) == "(\ncx-modify ?f \n a (create$ 1))"
     assert prepare_source("(defrule ; why\n a =>)").constructs == (SourceConstruct("defrule", "a", 1),)
 
 

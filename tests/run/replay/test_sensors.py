@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +16,9 @@ from cxbridge.run import Run, RunOptions, run_scenario
 from cxbridge.run.recording import start_recording
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
-from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from tests.run.mini import AGENT, write_scenario
+from tests.run.replay.test_run_replay import rewrite
 
 SENSE = """
 (defrule sense-open
@@ -80,16 +79,6 @@ def facts(path: Path, template: str) -> list[tuple[int, str]]:
     ]
 
 
-def rewrite(path: Path, name: str, change: Callable[[Event], Event | None]) -> Path:
-    run = open_run(path)
-    with McapWriter(path.with_name(name)) as writer:
-        writer.describe(run.metadata())
-        for event in run:
-            if (changed := change(event)) is not None:
-                writer.write(changed)
-    return path.with_name(name)
-
-
 def lines(path: Path) -> list[str]:
     return [e.text for e in open_run(path) if isinstance(e, LogLine) and "The door is open" in e.text]
 
@@ -114,7 +103,7 @@ def test_a_door_that_does_not_open_is_another_decision(recording: Path) -> None:
         return event
 
     result = run_scenario(
-        RunOptions(scenario=recording.parent, replay=(rewrite(recording, "shut.mcap", shut),))
+        RunOptions(scenario=recording.parent, replay=(rewrite(recording, shut, "shut.mcap"),))
     )
     assert result.status == 1
     assert "got nothing" in result.reason
@@ -142,7 +131,7 @@ def test_a_sensor_whose_definition_has_changed_is_one_error(recording: Path) -> 
         return event
 
     with pytest.raises(TraceError, match="only the recording has colour"):
-        run_scenario(RunOptions(scenario=recording.parent, replay=(rewrite(recording, "red.mcap", change),)))
+        run_scenario(RunOptions(scenario=recording.parent, replay=(rewrite(recording, change, "red.mcap"),)))
 
 
 def test_an_unknown_type_is_left_out_with_a_warning(recording: Path, tmp_path: Path) -> None:
@@ -153,7 +142,7 @@ def test_an_unknown_type_is_left_out_with_a_warning(recording: Path, tmp_path: P
 
     told: list[Any] = []
     result = run_scenario(
-        RunOptions(scenario=recording.parent, replay=(rewrite(recording, "odd.mcap", change),)),
+        RunOptions(scenario=recording.parent, replay=(rewrite(recording, change, "odd.mcap"),)),
         console=told.append,
     )
     assert result.status == 0
