@@ -150,8 +150,11 @@ def _cxbridge_packages() -> list[str]:
     """Return cxbridge and the installed packages whose names start with its name."""
     from importlib import metadata  # noqa: PLC0415 - as above
 
-    names = {package.name for package in metadata.distributions()}
-    return [CORE, *sorted(name for name in names if name and name.startswith(f"{CORE}-"))]
+    # an installation that was broken off has no name
+    return [
+        CORE,
+        *sorted({each.name for each in metadata.distributions() if f"{each.name}".startswith(f"{CORE}-")}),
+    ]
 
 
 def _module_name(package: str) -> str:

@@ -111,10 +111,8 @@ class Bench:
 
     def find(self, path: str | Path) -> Path:
         """Return a path within the test's folder, else within pytest's root, else unchanged."""
-        for base in (self.file.parent, self.root):
-            if (base / path).exists():
-                return base / path
-        return Path(path)
+        candidates = (self.file.parent / path, self.root / path)
+        return next((candidate for candidate in candidates if candidate.exists()), Path(path))
 
     def check_skills(self) -> None:
         """Fail if a scripted skill was never called, as its name may be wrong."""

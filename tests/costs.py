@@ -96,14 +96,9 @@ def _family() -> Iterator[int]:
 
 
 def _seconds_of(pid: int) -> float:
-    fields = _stat(pid)
-    return sum(map(int, fields[11:15])) / _TICKS if fields else 0.0
-
-
-def _stat(pid: int) -> list[str]:
-    """Return the fields after the command's name: state, parent, ..."""
     try:
         text = Path(f"/proc/{pid}/stat").read_text("utf-8", "replace")
     except OSError:  # it ended
-        return []
-    return text.rpartition(")")[2].split()
+        return 0.0
+    times = text.rpartition(")")[2].split()[11:15]  # behind the command's name: state, parent, ...
+    return sum(map(int, times)) / _TICKS

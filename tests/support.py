@@ -65,12 +65,15 @@ def imported_packages(files: Iterable[Path]) -> set[str]:
 SHARED = ROOT.parent / "shared"
 """Facts and recordings of the real Fawkes; may be absent."""
 
-_FAWKES = os.environ.get("FAWKES_DIR", "")
-FAWKES_DIR = Path(_FAWKES) if _FAWKES else None
-"""A Fawkes checkout, named by the environment variable FAWKES_DIR; may be absent."""
 
-_ROBOTINO = os.environ.get("ROBOTINO_DIR", "")
-ROBOTINO_DIR = Path(_ROBOTINO) if _ROBOTINO else None
+def _checkout(variable: str) -> Path | None:
+    """Return the folder that an environment variable names; None without."""
+    return Path(os.environ[variable]) if os.environ.get(variable) else None
+
+
+FAWKES_DIR = _checkout("FAWKES_DIR")
+"""A Fawkes checkout, named by the environment variable FAWKES_DIR; may be absent."""
+ROBOTINO_DIR = _checkout("ROBOTINO_DIR")
 """A checkout of the RCLL agent (fawkes-robotino), named by ROBOTINO_DIR; may be absent."""
 
 PLUGIN_NAMES = (
@@ -132,20 +135,17 @@ needs_robotino = pytest.mark.skipif(
 )
 needs_fawkes = pytest.mark.skipif(FAWKES_DIR is None, reason="FAWKES_DIR names no Fawkes checkout")
 
-_ROS2CX = os.environ.get("ROS2CX_2021_DIR", "")
-ROS2CX_DIR = Path(_ROS2CX) if _ROS2CX else None
+ROS2CX_DIR = _checkout("ROS2CX_2021_DIR")
 """A checkout of ros2-clips-executive at commit 0abace1, named by ROS2CX_2021_DIR; may be absent."""
 
 needs_ros2cx = pytest.mark.skipif(
     ROS2CX_DIR is None, reason="ROS2CX_2021_DIR names no checkout of ros2-clips-executive (2021)"
 )
 
-_CX = os.environ.get("ROS2CX_DIR", "")
-CX_DIR = Path(_CX) if _CX else None
+CX_DIR = _checkout("ROS2CX_DIR")
 """A checkout of carologistics/clips_executive at commit 90f440b1, named by ROS2CX_DIR; may be absent."""
 
-_CX_NEWER = os.environ.get("ROS2CX_PR33_DIR", "")
-CX_NEWER_DIR = Path(_CX_NEWER) if _CX_NEWER else None
+CX_NEWER_DIR = _checkout("ROS2CX_PR33_DIR")
 """A checkout of pull request 33 of clips_executive (0589fb2c), named by ROS2CX_PR33_DIR; may be absent."""
 
 needs_newer_cx = pytest.mark.skipif(

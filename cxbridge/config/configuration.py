@@ -303,9 +303,7 @@ def _quote(value: ConfigValue) -> str:
 
 
 def _to_text(value: Scalar) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return str(value)
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _make_type_error(value: ConfigValue, problem: str, hint: str | None = None) -> ConfigError:

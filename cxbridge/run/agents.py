@@ -68,8 +68,13 @@ def _report_durations(loop: MainLoop, bus: EventBus) -> None:
 
     def emit_duration() -> None:
         if start_ns:
-            duration_us = (time.perf_counter_ns() - start_ns) // 1000
-            bus.emit(LoopTime(bus.clock.now_us(), loop.cycle_count + 1, duration_us))
+            bus.emit(
+                LoopTime(
+                    bus.clock.now_us(),
+                    loop=loop.cycle_count + 1,
+                    duration_us=(time.perf_counter_ns() - start_ns) // 1000,
+                )
+            )
 
     # added before all other steps: the measurement lacks only the other steps of POST_LOOP
     loop.add(Hook.PRE_LOOP, record_start)

@@ -113,8 +113,9 @@ class _Loading:
     @property
     def has_new_diagnostics(self) -> bool:
         """Whether new mistakes are possible."""
-        has_unreported = len(self._loader.diagnostics) > self._reported_count
-        return has_unreported or (not self.is_initialized and self._executive.initialized)
+        return len(self._loader.diagnostics) > self._reported_count or (
+            not self.is_initialized and self._executive.initialized
+        )
 
     def take_mistakes(self) -> list[CxbridgeError]:
         """Return the mistakes since the last call."""
@@ -161,8 +162,9 @@ def _find_root_mistakes(
             construct = f"{diagnostic.construct} is not defined: " if diagnostic.construct else ""
             # codes of cxbridge are words in capitals such as UNCLOSED; users look up the codes of CLIPS only
             suffix = "" if code.isupper() and code.isalpha() else f" [{code}]"
-            text = f"{construct}{diagnostic.message}{suffix}"
-            yield CxbridgeError(text, file=file, line=line, hint=diagnostic.hint or None)
+            yield CxbridgeError(
+                f"{construct}{diagnostic.message}{suffix}", file=file, line=line, hint=diagnostic.hint or None
+            )
 
 
 def contains_call_to(file: str | None, line: int | None, constructs: Collection[str]) -> bool:

@@ -156,13 +156,12 @@ def _run(
         assembly.loop.run(is_done)
         interrupt.check()
         run_seconds = (assembly.clock.now_us() - begun_us) / MICROSECONDS
-        wall_seconds = time.perf_counter() - started_s
         result = sum_up_run(
             assembly,
             options,
             loss_reason,
             limit.verdict,
-            (run_seconds, wall_seconds),
+            (run_seconds, time.perf_counter() - started_s),
             stuck_watch,
             is_over=is_over,
         )

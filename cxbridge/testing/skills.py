@@ -206,12 +206,11 @@ class SkillScript:
 
     def __call__(self, name: str, **args: object) -> SkillRule:
         """Return the rule for calls of a skill with these arguments; the first call creates the rule."""
-        for rule in self._rules:
-            if (rule.name, rule.args) == (name, args):
-                return rule
-        rule = SkillRule(name, args)
-        rule.calls += [call for call in self.calls if rule.matches(SkillStringCall(call.name, call.args))]
-        self._rules.append(rule)
+        rule = next((rule for rule in self._rules if (rule.name, rule.args) == (name, args)), None)
+        if rule is None:
+            rule = SkillRule(name, args)
+            rule.calls += [call for call in self.calls if rule.matches(SkillStringCall(call.name, call.args))]
+            self._rules.append(rule)
         return rule
 
     def list_complaints(self, mapped_skills: Collection[str] = ()) -> list[str]:

@@ -63,7 +63,8 @@ def _of_node(code: Any, value: Any, prefer: str, depth: int) -> list[str]:
     if code in _REPEATS:
         return [text * max(value[0], 1) for text in examples(value[2], prefer, depth + 1)[:3]]
     if code in (codes.SUBPATTERN, codes.ATOMIC_GROUP):
-        return examples(*_parts(code, value), prefer, depth + 1)
+        (part,) = _parts(code, value)
+        return examples(part, prefer, depth + 1)
     return [""]
 
 

@@ -96,10 +96,14 @@ def test_compile_writes_modules_and_stubs(tmp_path: Path) -> None:
     assert [path.name for path in (folder / "stubs").iterdir()] == ["SwitchInterface.pyi"]
 
 
-def test_mistakes_of_the_user_are_clear_errors(tmp_path: Path) -> None:
-    with pytest.raises(InterfaceError, match="Interface of type 'NoInterface' not found"):
-        run("show", "NoInterface")
-    with pytest.raises(InterfaceDefinitionError, match="No such file"):
-        run("show", tmp_path / "no.xml")
-    with pytest.raises(InterfaceError, match="no such folder"):
-        run("list", "--interface-dir", tmp_path / "no")
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["show", "NoInterface"], "Interface of type 'NoInterface' not found"),
+        (["show", "/nowhere/no.xml"], "No such file"),
+        (["list", "--interface-dir", "/nowhere"], "no such folder"),
+    ],
+)
+def test_mistakes_of_the_user_are_clear_errors(arguments: list[str], message: str) -> None:
+    with pytest.raises((InterfaceError, InterfaceDefinitionError), match=message):
+        run(*arguments)

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import json
-import signal
-import time
 
 from cxbridge.cli.main import invoke
-from tests.programs import Started
 from tests.run.mini import write_scenario
 
 
@@ -34,17 +31,3 @@ def test_the_doctor_is_content(capsys):
     assert invoke(["doctor", "--json"]) == 0
     findings = json.loads(capsys.readouterr().out.split("\n[", 1)[1].join(["[", ""]))
     assert all(finding["fine"] for finding in findings if finding["required"])
-
-
-def test_an_interrupted_run_is_status_130_and_its_recording_is_whole(tmp_path):
-    scenario = write_scenario(tmp_path / "s", mapping="act: wait{seconds=1000}")
-    trace = tmp_path / "t.mcap"
-    process = Started("run", scenario, "-v", "--clock", "real", "--trace", trace)
-    deadline = time.monotonic() + 20
-    while not (trace.exists() and "Calling skill" in process.stderr.readline()):
-        assert time.monotonic() < deadline
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=20)
-    assert process.returncode == 130
-    assert "Traceback" not in errors
-    assert invoke(["trace", "transitions", str(trace)]) == 0

@@ -75,23 +75,6 @@ def test_a_signal_while_the_executive_is_started_is_no_fault(tmp_path):
     assert "Daemon: Stopped" in errors
 
 
-def test_the_ipc_socket_goes_with_the_daemon(tmp_path):
-    process, endpoint = start(tmp_path)
-    path = endpoint.removeprefix("ipc://")
-    process.terminate()
-    _, errors = process.communicate(timeout=WAIT_S)
-    assert process.returncode == 0, errors
-    assert not [item for item in tmp_path.iterdir() if str(item) == path]
-
-
-def test_a_daemon_that_a_script_has_put_into_the_background_stops_on_sigint(tmp_path):
-    """A shell without job control starts it with SIGINT ignored."""
-    process, _ = start(tmp_path, ignore=signal.SIGINT)
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=WAIT_S)
-    assert process.returncode == 0, errors
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="has no SIGHUP")
 def test_a_daemon_below_nohup_goes_on_when_its_terminal_is_gone(tmp_path):
     process, _ = start(tmp_path, ignore=signal.SIGHUP)

@@ -242,15 +242,22 @@ def start(tmp_path, *arguments, env=None, until="Daemon: Ready", ignore=None):
     return process, endpoint
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_signals_stop_it_cleanly(tmp_path, number):
-    process, _ = start(tmp_path)
+@pytest.mark.parametrize(
+    ("number", "ignored"),
+    [
+        *((signal.SIGINT, None), (signal.SIGTERM, None)),
+        (signal.SIGINT, signal.SIGINT),  # by a shell without job control that puts it into the background
+    ],
+)
+def test_signals_stop_it_cleanly(tmp_path, number, ignored):
+    process, endpoint = start(tmp_path, ignore=ignored)
     process.send_signal(number)
     output, errors = process.communicate(timeout=WAIT_S)
     assert process.returncode == 0, errors
     assert output == ""
     assert "Daemon: Stopped" in errors
     assert "Traceback" not in errors
+    assert not Path(endpoint.removeprefix("ipc://")).exists()
 
 
 # -- documentation

@@ -5,7 +5,7 @@ from __future__ import annotations
 import http.client
 import json
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
@@ -261,14 +261,11 @@ def boards(daemon: Any, stack: ExitStack) -> list[BlackBoard]:
 def rest(daemon: Any, method: str, path: str, body: object = None) -> tuple[int, str]:
     """Ask over HTTP, without our client."""
     port = int(daemon.endpoints[-1].rpartition(":")[2])
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=WAIT_S)
-    try:
+    with closing(http.client.HTTPConnection("127.0.0.1", port, timeout=WAIT_S)) as connection:
         headers = {"Content-Type": "application/json"} if body is not None else {}
         connection.request(method, f"/api{path}", None if body is None else json.dumps(body), headers)
         reply = connection.getresponse()
         return reply.status, reply.read().decode()
-    finally:
-        connection.close()
 
 
 def body_for(path: str, marker: Path) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from typing import Any
 
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
+from tests.executive.core.core_bench import Bench
 
 MUTEXES = "robmem_coordination.mutex"
 
@@ -282,3 +283,22 @@ class FakeRobotMemory:
     def do_robmem_mutex_expire_locks_async(self, max_age: float) -> Value:
         self._answer("expire-locks-async", "FAIL" if self.fail_mutex_operations else "OK")
         return TRUE
+
+
+class MemoryBench(Bench):
+    """A bench whose environment has a robot memory.
+
+    :param files: names below ``clips/cx``, executed in this order once the robot memory is there.
+    """
+
+    def __init__(self, *files: str) -> None:
+        super().__init__()
+        self.memory = FakeRobotMemory(self.env)
+        for name in files:
+            self.load(f"cx/{name}")
+
+    def settle(self) -> None:
+        """Run, with everything delivered that other threads would, until nothing comes any more."""
+        for _ in range(6):
+            self.memory.deliver()
+            assert self.env.run(500) < 500

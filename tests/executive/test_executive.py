@@ -8,10 +8,10 @@ from cxbridge.config import Configuration
 from cxbridge.errors import ExecutiveError
 from cxbridge.events import Level
 from cxbridge.executive.executive import CoreFiles, Executive, read_action_mapping
-from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.config import ConfigFeature, RedefineWarningFeature
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.skiller.mapping import ActionSkillMapping
+from tests.executive.fake_skiller import FakeSkiller
 
 CONFIG = """
 clips-executive:
@@ -31,31 +31,10 @@ clips-executive:
 """
 
 
-class NoBlackBoard(Feature):
-    """Enough of the feature that STAGE-1 always asks for."""
-
-    name = "blackboard"
-
-    def init_context(self, env):
-        for function in ("blackboard-enable-time-read", "blackboard-read"):
-            env.define(function, lambda: None)
-        for function in (
-            "blackboard-open",
-            "blackboard-open-reading",
-            "blackboard-close",
-            "blackboard-create-msg",
-        ):
-            env.define(function, lambda *_: 0, 2)
-        for function in ("blackboard-send-msg", "blackboard-preload"):
-            env.define(function, lambda *_: 0, 1)
-        env.define("blackboard-set-msg-field", lambda *_: None, 3)
-        env.build("(defrule blackboard-read (declare (salience 1000)) (time $?) => (blackboard-read))")
-
-
 def make(bus, tmp_path, agent, feature="redefine-warning"):
     (tmp_path / "agent.clp").write_text(agent)
     config = Configuration.from_text(CONFIG.format(feature=feature), "test.yaml")
-    features = [NoBlackBoard(), ConfigFeature(config), RedefineWarningFeature()]
+    features = [FakeSkiller(), ConfigFeature(config), RedefineWarningFeature()]
     manager = EnvironmentManager(bus, features)
     mapper = ActionSkillMapping(read_action_mapping(config, "small"))
     return Executive(manager, config, mapper, CoreFiles(clips_dirs=(tmp_path,)))

@@ -8,8 +8,6 @@ import signal
 import socket
 import threading
 import time
-import urllib.error
-import urllib.request
 from contextlib import contextmanager
 
 import pytest
@@ -24,7 +22,8 @@ from cxbridge.mainloop import Hook, MainLoop
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import run_scenario
 from cxbridge.run.watchdog import Stall, Watchdog
-from tests.daemon.test_daemon import WAIT_S, connected, running, start
+from tests.daemon.test_daemon import WAIT_S, connected, running, start, until
+from tests.daemon.test_rights import rest
 from tests.run.mini import write_scenario, write_skill_space
 from tests.skiller.rig import Rig
 from tests.support import needs_plugin
@@ -98,6 +97,13 @@ def test_the_rule_is_named(constructs, what):
         assert world.heard.wait(WAIT_S)
         assert world.told[0].activity.startswith(what)
         assert world.told[0].in_rules == ("sleep-for" not in what)
+
+
+def test_a_stall_is_told_again_when_its_duration_has_doubled():
+    with watched("(defrule a (x) => (while TRUE (bind ?y 1)))") as world:
+        assert until(lambda: len(world.told) > 1)
+    first_s, second_s = (stall.seconds for stall in world.told[:2])
+    assert 2 * first_s <= second_s
 
 
 def test_an_interrupted_rule_ends_and_the_next_loop_is_as_usual():
@@ -174,31 +180,26 @@ def test_without_remote_control_nobody_interrupts(tmp_path):
     assert not any("asks to interrupt" in line for line in lines)
 
 
-def fetch(url, method="GET"):
-    request = urllib.request.Request(url, method=method)
-    try:
-        with urllib.request.urlopen(request, timeout=WAIT_S) as answer:
-            return answer.status, json.load(answer)
-    except urllib.error.HTTPError as error:
-        return error.code, json.load(error)
+def ask_over_http(daemon, method, path):
+    status, text = rest(daemon, method, path)
+    return status, json.loads(text)
 
 
 @needs_plugin("web")
 def test_the_rest_api_answers_while_a_rule_does_not_end(tmp_path):
     with spinning(tmp_path, **{"web/port": 0}) as (daemon, _, outcome), connected(daemon) as board:
-        api = next(url for url in daemon.endpoints if url.startswith("http")).rstrip("/") + "/api/cxbridge"
         wait_for(board, "DEGRADED")
-        code, health = fetch(f"{api}/health")
+        code, health = ask_over_http(daemon, "GET", "/cxbridge/health")
         assert (code, health["state"]) == (503, "DEGRADED")
         assert "rule spin does not end" in health["error"]
-        code, status = fetch(f"{api}/status")
+        code, status = ask_over_http(daemon, "GET", "/cxbridge/status")
         assert (code, status["state"], status["environments"]) == (200, "DEGRADED", [])
         assert "rule spin does not end" in status["stalled"]
-        assert fetch(f"{api}/interrupt", "POST")[0] == 200
+        assert ask_over_http(daemon, "POST", "/cxbridge/interrupt")[0] == 200
         wait_for(board, "RUNNING")
-        code, health = fetch(f"{api}/health")
+        code, health = ask_over_http(daemon, "GET", "/cxbridge/health")
         assert (code, health["state"], health["error"]) == (200, "RUNNING", "")
-        assert fetch(f"{api}/status")[1]["stalled"] == ""
+        assert ask_over_http(daemon, "GET", "/cxbridge/status")[1]["stalled"] == ""
     assert outcome == [0]
 
 

@@ -73,8 +73,9 @@ def execute(
         result = call.execute(skill_string, timeout)
     outcome = result.outcome.name.lower().replace("_", " ")
     data = {"outcome": outcome, "error": result.error, "msgid": result.msgid}
-    line = f"{outcome}: {result.error}" if result.error else outcome
-    say_result(data, [line], as_json=as_json, indent=None)
+    say_result(
+        data, [f"{outcome}: {result.error}" if result.error else outcome], as_json=as_json, indent=None
+    )
     return result.outcome.value
 
 
@@ -99,8 +100,13 @@ def list_skills(
                     instance.read()
                     values = {name: json_value(value) for name, value in instance.as_dict().items()}
                     controllers[info.id] = describe_controller(instance, values["exclusive_controller"])
-                skills = request_skill_names(board, info.id, _LIST_TIMEOUT_S)
-                rows.append({"skiller": info.id, **values, "skills": skills})
+                rows.append(
+                    {
+                        "skiller": info.id,
+                        **values,
+                        "skills": request_skill_names(board, info.id, _LIST_TIMEOUT_S),
+                    }
+                )
     say_result(rows, _format_skillers(rows, controllers), as_json=as_json)
     if not rows and not as_json:
         say("there is no Skiller", err=True)

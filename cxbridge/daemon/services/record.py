@@ -29,8 +29,7 @@ def count_writes(writes: Mapping[str, int]) -> str:
 
     :param writes: the number of writes by interface.
     """
-    count = format_count(sum(writes.values()), "write")
-    return f"{count} of {format_count(len(writes), 'interface')}"
+    return f"{format_count(sum(writes.values()), 'write')} of {format_count(len(writes), 'interface')}"
 
 
 @dataclass(slots=True)

@@ -87,8 +87,7 @@ def replay(
     :raises CxbridgeError: if there is nothing to replay, or the blackboard refuses it.
     """
     registry = InterfaceRegistry(options.interface_dirs)
-    patterns = tuple(Pattern.parse(text) for text in options.patterns)
-    selection = ReplaySelection(patterns, options.start_s, options.end_s)
+    selection = ReplaySelection(tuple(map(Pattern.parse, options.patterns)), options.start_s, options.end_s)
     run = open_run(options.run, registry)
     # one pass before the first write finds all interfaces, which are opened first: if one of them has another
     # writer, nothing is replayed

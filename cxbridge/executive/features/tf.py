@@ -145,9 +145,8 @@ def _transform(
     :param kind: the noun of the value, for the error, which names the frames as Fawkes' log does.
     :param transform: the method of the buffer for the kind.
     """
-    time_us = _to_microseconds(time)
     try:
-        return transform(target, value, source, time_us)[0]
+        return transform(target, value, source, _to_microseconds(time))[0]
     except TransformError as error:
         raise ClipsError(f"Failed to transform {kind} from {source} to {target}: {error.message}") from None
 

@@ -205,8 +205,9 @@ def _describe_excess(text: str, offset: int, depth: int, part_count: int) -> str
 def find_exceeded_limit(text: str) -> ExceededLimit | None:
     """Return the first part of a text that exceeds a limit of CLIPS' parser, if any."""
     if "\0" in text:
-        line = text.count("\n", 0, text.index("\0")) + 1
-        return ExceededLimit(line, "the line has a NUL byte: save the file as UTF-8")
+        return ExceededLimit(
+            text.count("\n", 0, text.index("\0")) + 1, "the line has a NUL byte: save the file as UTF-8"
+        )
     code = blank(text)
     long_strings = (
         hidden

@@ -25,9 +25,13 @@ class SkillBoardComponent(Component):
         is_replay = settings is not None
         settings = settings or context.skill_board
         assert settings is not None  # the table makes this component only with a skill board
-        board_class = context.source.board_class(context.config) or SkillBoard
         self.service = SkillBoardService(
-            context.board, context.clock, context.bus, settings, board_class, _make_execution(context)
+            context.board,
+            context.clock,
+            context.bus,
+            settings,
+            context.source.board_class(context.config) or SkillBoard,
+            _make_execution(context),
         )
         self._run = context
         context.skill_service = self.service

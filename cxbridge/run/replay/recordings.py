@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -165,17 +166,16 @@ class Recordings:
 
 
 def _is_shipped(scenario: str) -> bool:
-    try:
-        file = Path(scenario).resolve(strict=True)
-    except (OSError, ValueError):
-        return False
-    return file.is_relative_to(shipped_dir("scenarios").resolve())
+    with suppress(OSError, ValueError):
+        return Path(scenario).resolve(strict=True).is_relative_to(shipped_dir("scenarios").resolve())
+    return False
 
 
 def _find_decisions(scans: Sequence[Scan]) -> Scan | None:
     """Return the first scan with transitions of goals, otherwise the first with states of Skillers."""
-    with_goals = next((scan for scan in scans if scan.has_goals), None)
-    return with_goals or next((scan for scan in scans if scan.statuses), None)
+    return next((scan for scan in scans if scan.has_goals), None) or next(
+        (scan for scan in scans if scan.statuses), None
+    )
 
 
 def _read_writes_of(scan: Scan, uids: frozenset[str]) -> Iterator[InterfaceWrite]:

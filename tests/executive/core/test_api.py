@@ -17,8 +17,7 @@ from clips._clips import ffi, lib
 
 from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.host.values import TRUE, Symbol, Value
-from tests.executive.core.core_bench import Bench
-from tests.executive.fake_robot_memory import FakeRobotMemory
+from tests.executive.fake_robot_memory import MemoryBench
 from tests.support import SHARED, needs_shared
 
 pytestmark = needs_shared
@@ -82,12 +81,11 @@ def _files() -> list[str]:
     return found
 
 
-class WholeCore(Bench):
+class WholeCore(MemoryBench):
     """All files of the core, with functions of features that do nothing."""
 
     def __init__(self) -> None:
         super().__init__()
-        FakeRobotMemory(self.env)
         for template in _INTERFACES.strip().split("\n(deftemplate "):
             self.env.build(template if template.startswith("(") else f"(deftemplate {template}")
         self.env.build("(defrule blackboard-read (time $?) =>)")

@@ -8,8 +8,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.executive.host.values import Symbol, Value
-from tests.executive.core.core_bench import Bench
-from tests.executive.fake_robot_memory import FakeRobotMemory
+from tests.executive.fake_robot_memory import MemoryBench
 
 FILES = (
     "plan.clp",
@@ -23,24 +22,15 @@ FILES = (
 )
 
 
-class CoordinationBench(Bench):
+class CoordinationBench(MemoryBench):
     """A robot `me` with a robot memory; the trigger is registered."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.memory = FakeRobotMemory(self.env)
-        for name in FILES:
-            self.load(f"cx/{name}")
+        super().__init__(*FILES)
         self.env.call("cx-identity-set", "me")
         self.env.assert_string("(executive-init)")
         self.env.run()
         self.settle()
-
-    def settle(self) -> None:
-        """Run, with everything delivered that other threads would, until nothing comes any more."""
-        for _ in range(6):
-            self.memory.deliver()
-            assert self.env.run(500) < 500
 
     def mutex(self, name: str = "m") -> dict[str, Value]:
         """Return the slots of a mutex."""

@@ -6,10 +6,8 @@ import re
 
 import pytest
 
-from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError
-from cxbridge.events import EventBus
-from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.host.values import FactAddress
 
 EVALUATING = re.compile(r"\((eval|build|assert-string|str-assert|funcall|system|load-facts)(?=[\s)])")
@@ -27,13 +25,10 @@ def test_the_core_evaluates_no_text():
     assert found == KNOWN
 
 
-@pytest.fixture
-def env():
-    made = ClipsEnvironment("data", EventBus(VirtualClock()))
-    made.build("(deftemplate goal-info (slot goal-id) (multislot names))")
-    made.build("(deffunction note () (assert (noted)))")
-    yield made
-    made.destroy()
+@pytest.fixture(autouse=True)
+def _constructs(env):
+    env.build("(deftemplate goal-info (slot goal-id) (multislot names))")
+    env.build("(deffunction note () (assert (noted)))")
 
 
 @pytest.mark.parametrize(

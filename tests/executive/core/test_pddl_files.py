@@ -11,8 +11,7 @@ import pytest
 
 from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.host.values import TRUE, ExternalAddress, Symbol, Value
-from tests.executive.core.core_bench import Bench
-from tests.executive.fake_robot_memory import Document, FakeRobotMemory
+from tests.executive.fake_robot_memory import Document, MemoryBench
 
 PLANS = "robmem.pddl-plan"
 _TEMPLATES = """
@@ -22,12 +21,11 @@ _TEMPLATES = """
 """
 
 
-class PlanningBench(Bench):
+class PlanningBench(MemoryBench):
     """A goal G that is to be planned for. The test plays generator, planner and blackboard."""
 
     def __init__(self, *files: str) -> None:
         super().__init__("plan.clp", "goal.clp")
-        self.memory = FakeRobotMemory(self.env)
         for line in _TEMPLATES.strip().splitlines():
             self.env.build(line)
         self.info_requests = 0

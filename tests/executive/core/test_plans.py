@@ -145,33 +145,39 @@ def test_a_plan_that_cannot_go_on_fails_the_goal() -> None:
     )
 
 
-def test_a_missed_dispatch_time_is_told_once() -> None:
-    bench = bench_with("execmon/temporal-missed-dispatch.clp")
-    bench.plan("act", "act", kind="TEMPORAL", slots="(dispatch-time 5.0)")
-    seconds = bench.clock.time_us // 1_000_000
-    bench.modify("plan", f"(start-time {seconds} 0)", id="G-PLAN")
-    bench.modify("plan-action", "(state RUNNING)", id="2")
+@pytest.mark.parametrize(
+    ("file", "slots", "running", "code", "text"),
+    [
+        (
+            "temporal-missed-dispatch",
+            "(dispatch-time 5.0)",
+            2,
+            "ACTION-MISSED-DISPATCH",
+            "missed its dispatch time",
+        ),
+        (
+            "temporal-over-duration",
+            "(start-time {now} 0) (duration 5.0)",
+            1,
+            "ACTION-OVER-DURATION",
+            "running longer than expected (which was 5.0 sec)",
+        ),
+    ],
+)
+def test_an_action_that_is_late_is_told_once(
+    file: str, slots: str, running: int, code: str, text: str
+) -> None:
+    bench = bench_with(f"execmon/{file}.clp")
+    now = bench.clock.time_us // 1_000_000
+    bench.plan("act", "act", kind="TEMPORAL", slots=slots.format(now=now))
+    bench.modify("plan", f"(start-time {now} 0)", id="G-PLAN")
+    bench.modify("plan-action", "(state RUNNING)", id=str(running))
     bench.tick(4.0)
     assert bench.goal("G")["warning"] == ()
     bench.tick(2.0)
     bench.tick(2.0)
-    assert bench.goal("G")["warning"] == ("ACTION-MISSED-DISPATCH", 1, "act")
-    assert bench.texts("W") == ["Action act (goal G, plan G-PLAN, action 1) missed its dispatch time"]
-
-
-def test_an_action_over_its_duration_is_told_once() -> None:
-    bench = bench_with("execmon/temporal-over-duration.clp")
-    seconds = bench.clock.time_us // 1_000_000
-    bench.plan("act", "act", kind="TEMPORAL", slots=f"(start-time {seconds} 0) (duration 2.0)")
-    bench.modify("plan-action", "(state RUNNING)", id="1")
-    bench.tick(1.0)
-    assert bench.goal("G")["warning"] == ()
-    bench.tick(2.0)
-    bench.tick(2.0)
-    assert bench.goal("G")["warning"] == ("ACTION-OVER-DURATION", 1, "act")
-    assert bench.texts("W") == [
-        "Action act (goal G, plan G-PLAN, action 1) running longer than expected (which was 2.0 sec)"
-    ]
+    assert bench.goal("G")["warning"] == (code, 1, "act")
+    assert bench.texts("W") == [f"Action act (goal G, plan G-PLAN, action 1) {text}"]
 
 
 # --- the work of a transition -----------------------------------------------------------------------------

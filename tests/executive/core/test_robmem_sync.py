@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge.executive.host.values import Symbol
-from tests.executive.core.core_bench import Bench
-from tests.executive.fake_robot_memory import Date, Document, FakeRobotMemory
+from tests.executive.fake_robot_memory import Date, Document, MemoryBench
 
 SHARED_FACTS = "syncedrobmem.worldmodel"
 TRIGGER = "wm-robmem-sync-trigger"
@@ -26,17 +25,14 @@ FILES = (
 )
 
 
-class RobmemBench(Bench):
+class RobmemBench(MemoryBench):
     """A robot that shares the facts below ``/shared``.
 
     :param me: its identity; empty for none.
     """
 
     def __init__(self, me: str = "me") -> None:
-        super().__init__()
-        self.memory = FakeRobotMemory(self.env)
-        for name in FILES:
-            self.load(f"cx/{name}")
+        super().__init__(*FILES)
         if me:
             self.env.call("cx-identity-set", me)
         self.env.assert_string("(executive-init)")
@@ -44,11 +40,9 @@ class RobmemBench(Bench):
         self.settle()
 
     def settle(self, seconds: float = 1.0) -> None:
-        """Run until nothing comes from the robot memory any more."""
+        """Let time pass, and run until nothing comes from the robot memory any more."""
         self.clock.time_us += round(seconds * 1_000_000)
-        for _ in range(4):
-            self.memory.deliver()
-            assert self.env.run(300) < 300
+        super().settle()
 
     def wm(self, fact_id: str, slots: str) -> None:
         """Assert a wm-fact and settle."""

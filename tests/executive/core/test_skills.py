@@ -305,26 +305,3 @@ def test_of_actions_that_wait_for_a_skiller_the_first_goes_first() -> None:
     assert [values for _, _, values in skills.mapped] == [(0,)]
     skills.loop(loops=12)
     assert [values for _, _, values in skills.mapped] == [(0,), (1,)]
-
-
-def test_an_action_is_executed(skills: Skills) -> None:
-    skills.acquire()
-    skills.action(param_names="text mood", param_values='"hi" good')
-    skills.loop()
-    assert skills.state() == "WAITING"
-    info = skills.bench.one("skill-action-execinfo")
-    assert info["skill-args"] == ("text", "hi", "mood", "good")
-    assert (info["goal-id"], info["plan-id"], info["action-id"]) == ("G", "P", 1)
-    skills.loop()
-    assert skills.state() == "RUNNING"
-    skills.loop()
-    assert skills.state() == "EXECUTION-SUCCEEDED"
-    assert not skills.bench.all("skill-action-execinfo")
-    assert not skills.bench.all("skill")
-    information = skills.bench.texts("I")
-    assert information[-4:] == [
-        "Skill say is S_RUNNING, was: S_IDLE",
-        "Action say is running",
-        "Skill say is S_FINAL, was: S_RUNNING",
-        "Execution of say completed successfully",
-    ]

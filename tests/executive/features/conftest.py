@@ -20,7 +20,6 @@ from cxbridge.executive.features.tf import TfFeature
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.space.navgraph import NavGraph
-from tests.executive.conftest import Log
 
 CONFIG = """
 a:
@@ -83,11 +82,6 @@ def board(bus):
     board = LocalBlackBoard(InterfaceRegistry(), bus.clock, bus)
     yield board
     board.shutdown()
-
-
-@pytest.fixture
-def log(bus):
-    return Log(bus)
 
 
 @pytest.fixture

@@ -15,12 +15,9 @@ from cxbridge.executive.host.facts.copying import PIECE_SIZE, FactCopier
 COUNT = 3 * PIECE_SIZE + 7
 
 
-@pytest.fixture(name="env")
-def _env():
-    env = ClipsEnvironment("test", EventBus(RealClock()))
+@pytest.fixture(autouse=True)
+def _template(env):
     env.build("(deftemplate box (slot id) (slot size (default 1.5)) (multislot notes))")
-    yield env
-    env.destroy()
 
 
 def copied(env, wanted=lambda _name: True):
