@@ -283,15 +283,15 @@ class Configuration:
         for file in () if files is None else (files,) if isinstance(files, Path) else files:
             self.overlay(Configuration.load(file))
 
-    def overlay(self, over: Configuration) -> None:
+    def overlay(self, upper: Configuration) -> None:
         """Lay another configuration over this one; its values take precedence.
 
         :raises ConfigError: if a value would replace one of another kind, such as a list in place of a
             scalar.
         """
-        overlay(self._root, over._root)
-        self.files += over.files
-        self.warnings += over.warnings
+        overlay(self._root, upper._root)
+        self.files += upper.files
+        self.warnings += upper.warnings
 
 
 def _make_value(path: str, node: ConfigNode) -> ConfigValue:

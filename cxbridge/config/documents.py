@@ -138,8 +138,8 @@ class _Composer:
     def _make_mark(self, event: Any) -> Mark:
         return Mark(self._name, event.start_mark.line + 1, event.start_mark.column + 1)
 
-    def _use_budget(self, nodes: int, event: Any) -> None:
-        self._budget -= nodes
+    def _use_budget(self, node_count: int, event: Any) -> None:
+        self._budget -= node_count
         if self._budget < 0:
             raise self._make_mark(event).error(
                 f"the file expands to more than {MAX_NODES} values", "use fewer aliases (*name)"

@@ -202,25 +202,25 @@ def _split_key(node: YamlNode) -> list[str]:
     return elements
 
 
-def overlay(base: ConfigNode, over: ConfigNode, path: str = "") -> None:
-    """Lay the tree ``over`` over the tree ``base``, which is changed.
+def overlay(base: ConfigNode, upper: ConfigNode, path: str = "") -> None:
+    """Lay the tree ``upper`` over the tree ``base``, which is changed.
 
     :raises ConfigError: if a value would replace one of another kind.
     """
-    if base.kind is NodeKind.MAP and over.kind is NodeKind.MAP:
-        for key, child in over.children.items():
+    if base.kind is NodeKind.MAP and upper.kind is NodeKind.MAP:
+        for key, child in upper.children.items():
             if key in base.children:
                 overlay(base.children[key], child, f"{path}/{key}")
             else:
-                base.children[key] = child.copy()  # later overlays change it, and `over` may be used again
+                base.children[key] = child.copy()  # later overlays change it, and `upper` may be used again
         return
     # in place, because the parent and the configuration refer to `base`
-    if base.kind is over.kind or base.kind is NodeKind.NULL:
-        for name, value in structs.asdict(over.copy()).items():
+    if base.kind is upper.kind or base.kind is NodeKind.NULL:
+        for name, value in structs.asdict(upper.copy()).items():
             setattr(base, name, value)
-    elif over.kind is not NodeKind.NULL or base.kind not in (NodeKind.MAP, NodeKind.MAPS):
+    elif upper.kind is not NodeKind.NULL or base.kind not in (NodeKind.MAP, NodeKind.MAPS):
         position = f" ({base.mark.file}:{base.mark.line})" if base.mark.file else ""
-        raise over.mark.error(
-            f"{path} is {over.kind.value}, but its earlier value{position} is {base.kind.value}",
+        raise upper.mark.error(
+            f"{path} is {upper.kind.value}, but its earlier value{position} is {base.kind.value}",
             "a later file may only replace a value by one of the same kind",
         )

@@ -253,7 +253,7 @@ class Daemon(Run):
     def carry_out(self, verb: str) -> None:
         """Process a command of a client, between two steps of the main loop.
 
-        CLIPS allows a single thread; other threads use :func:`cxbridge.daemon.client.command`.
+        CLIPS allows a single thread; other threads use :func:`cxbridge.daemon.client.send_command`.
 
         :raises RuntimeError: in another thread than that of :meth:`run`.
         """

@@ -240,8 +240,7 @@ def _check_recording(path: Path) -> Iterator[str]:
     for file in files:
         try:
             recorded = open_run(file, InterfaceRegistry())
-            for _event in recorded:
-                pass
+            list(recorded)
             yield from (f"{file.name}: {note}" for note in recorded.notes)
             open_exclusively(file).close()  # nobody holds a lock
         except CxbridgeError as error:

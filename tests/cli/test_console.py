@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import io
 import sys
 
 import pytest
 
 from cxbridge.cli.console import ConsoleLog, progress_line
 from cxbridge.events import Level, LogLine
+from tests.cli.test_story import Stream
 
 LOOP_US = 33_333
 
@@ -50,16 +50,11 @@ def test_different_lines_are_all_printed(capsys: pytest.CaptureFixture[str]) -> 
     assert printed(capsys, lines(*texts)) == texts
 
 
-class _Terminal(io.StringIO):
-    def isatty(self) -> bool:
-        return True
-
-
 def test_progress_is_a_line_of_a_terminal_that_ends_empty(monkeypatch):
     for stream, hidden, shown in (
-        (_Terminal(), False, True),
-        (_Terminal(), True, False),
-        (io.StringIO(), False, False),
+        (Stream(True), False, True),
+        (Stream(True), True, False),
+        (Stream(False), False, False),
     ):
         monkeypatch.setattr(sys, "stderr", stream)
         with progress_line(hidden=hidden) as show:

@@ -103,7 +103,7 @@ def test_a_terminal_has_colours_and_icons(tmp_path, capsys, monkeypatch):
     assert "\x1b[32mCOMPLETED\x1b[0m" in lines[1]
 
 
-class _Stream(io.StringIO):
+class Stream(io.StringIO):
     def __init__(self, tty):
         super().__init__()
         self._tty = tty
@@ -126,7 +126,7 @@ class _Stream(io.StringIO):
     ],
 )
 def test_when_there_are_colours(tty, environ, coloured):
-    assert wants_colour(_Stream(tty), environ) is coloured
+    assert wants_colour(Stream(tty), environ) is coloured
 
 
 def goal(name, mode, outcome="UNKNOWN", parent="nil", error=""):

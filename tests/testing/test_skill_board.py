@@ -73,16 +73,11 @@ def test_a_function_may_leave_a_call_to_its_executor(run):
     assert len(actions) >= 3
 
 
-def configured(tmp_path, text, skiller="simulator"):
-    more = tmp_path / "failures.yaml"
-    more.write_text(f"plugins/skiller-simulator: {{seed: 3, failures: {text}}}\n")
-    return RunOptions(scenario=SCENARIO, skiller=skiller, config=more)
-
-
 def test_failures_of_the_configuration_strike_executors(tmp_path):
-    options = configured(
-        tmp_path, "{lost: {name: move, args: [to=lab], calls: [1], error: lost, after: 0.5}}"
-    )
+    config = tmp_path / "failures.yaml"
+    failure = "{name: move, args: [to=lab], calls: [1], error: lost, after: 0.5}"
+    config.write_text(f"plugins/skiller-simulator: {{seed: 3, failures: {{lost: {failure}}}}}\n")
+    options = RunOptions(scenario=SCENARIO, skiller="simulator", config=config)
     with AgentRun(options, scripted=False) as run:
         assert "lost" in error_of_first_failure(run)
         assert 4 < run.seconds < 16, "half the way to the lab"

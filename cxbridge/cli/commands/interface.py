@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from cxbridge.cli.connect import AsJson
 from cxbridge.cli.console import say, say_json, say_result, say_text
 from cxbridge.file_access import write_file
 from cxbridge.printing import indent_lines
@@ -41,7 +42,6 @@ TypesOrFiles = Annotated[
         metavar="NAME|FILE...", help="interface types, or definition files", autocompletion=shipped_interfaces
     ),
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
 
 
 @app.callback()

@@ -79,10 +79,10 @@ class PddlParserFeature(Feature):
                 domain = parse_domain(decode_text(data, path), path, fawkes_compat=self._as_fawkes, warn=warn)
                 facts = domain_facts(domain, fawkes_compat=self._as_fawkes, warn=warn)
             except OSError as error:
-                reason = f"cannot read it: {error.strerror}"
+                reason = f"cannot be read: {error.strerror}"
                 file, line = env.loader.executing_rule_location()
-                mistake = Diagnostic(file or path, line, "", "PDDL", f"the domain {path}: {reason}")
-                env.loader.report(mistake, f"Failed to parse domain: {path}: {reason}", log)
+                mistake = Diagnostic(file or path, line, "", "PDDL", f"the domain {path} {reason}")
+                env.loader.report(mistake, f"Failed to parse domain: {path} {reason}", log)
             except PddlError as error:
                 mistake = Diagnostic(
                     error.file or path, error.line, "", "PDDL", error.message, error.hint or ""

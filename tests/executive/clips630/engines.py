@@ -71,13 +71,8 @@ class Outcome:
 
     def differences(self, other: Outcome) -> tuple[str, ...]:
         """Name the aspects in which two outcomes differ."""
-        names = []
-        for name in ("error", "done", "value", "printed", "world"):
-            if name == "printed" and (self.error or other.error):
-                continue
-            if getattr(self, name) != getattr(other, name):
-                names.append(name)
-        return tuple(names)
+        names = ("error", "done", "value", *(() if self.error or other.error else ("printed",)), "world")
+        return tuple(name for name in names if getattr(self, name) != getattr(other, name))
 
 
 CRASH = Outcome("crash", False, ("", ""), "", "", "the process ended")

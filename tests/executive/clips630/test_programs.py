@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -32,16 +33,13 @@ def in_6_30(file: Path, folder: Path) -> list[str]:
 
 
 def in_ours(file: Path) -> tuple[list[str], list[str]]:
-    ours = Ours(None)
-    try:
+    with closing(Ours(None)) as ours:
         assert ours.env.load(file), ours.env.loader.diagnostics
         ours.env.eval("(reset)")
         ours.env.run(LIMIT)
         ours.env.eval("(facts)")
         ours.env.eval("(agenda)")
         return kept(ours.lines), list(ours.errors)
-    finally:
-        ours.close()
 
 
 def kept(lines: list[str]) -> list[str]:

@@ -9,14 +9,7 @@ import pytest
 
 from cxbridge.executive.host.values import Symbol
 from tests.executive.core.core_bench import Bench
-from tests.executive.core.goal_bench import PREFIXES, SUB_TYPES, error, grow, lone, make_bench, selected
-
-
-@pytest.fixture
-def bench() -> Bench:
-    """Goals of all sub-types, and an agent that only runs leaves."""
-    return make_bench()
-
+from tests.executive.core.goal_bench import PREFIXES, SUB_TYPES, error, grow, lone, selected
 
 # --- sequential sub-types: the children's outcomes, who is pursued, what becomes of the parent -------------
 

@@ -6,13 +6,7 @@ import pytest
 
 from cxbridge.executive.host.values import Symbol
 from tests.executive.core.core_bench import Bench
-from tests.executive.core.goal_bench import error, grow, make_bench, selected
-
-
-@pytest.fixture
-def bench() -> Bench:
-    """Goals of all sub-types, and an agent that only runs leaves."""
-    return make_bench()
+from tests.executive.core.goal_bench import error, grow, selected
 
 
 @pytest.mark.parametrize(

@@ -5,14 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.executive.core.core_bench import Bench
-from tests.executive.core.goal_bench import PREFIXES, error, grow, lone, make_bench, selected
-
-
-@pytest.fixture
-def bench() -> Bench:
-    """Goals of all sub-types, and an agent that only runs leaves."""
-    return make_bench()
-
+from tests.executive.core.goal_bench import PREFIXES, error, grow, lone, selected
 
 # --- retry -------------------------------------------------------------------------------------------------
 

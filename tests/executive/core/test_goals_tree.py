@@ -8,12 +8,6 @@ from tests.executive.core.core_bench import Bench
 from tests.executive.core.goal_bench import grow, make_bench
 
 
-@pytest.fixture
-def bench() -> Bench:
-    """Goals of all sub-types, and an agent that only runs leaves."""
-    return make_bench()
-
-
 def test_ids_and_priorities_of_a_tree(bench: Bench) -> None:
     bench.env.eval(
         "(goal-tree-assert-run-all AUTOMATIC-SUBGOAL (assert (goal (class A)))"
