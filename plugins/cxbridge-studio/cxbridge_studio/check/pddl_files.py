@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import Domain, Problem, load_domain, parse_domain, parse_problem
 from cxbridge.executive.pddl.decoding import read_text
+from cxbridge_studio.agent.names import NameKind, Use
+from cxbridge_studio.agent.pddl import read_pddl
 from cxbridge_studio.check import doubts
 from cxbridge_studio.check.checks.domain import DUBIOUS_DOMAIN, MISSING_DOMAIN, WRONG_DOMAIN
 from cxbridge_studio.check.findings import Finding, SourcePlace, make_error_finding
 
 PDDL_SUFFIX: Final = ".pddl"
-# (:domain NAME) in a problem
-_DOMAIN_REFERENCE: Final = re.compile(r"\(\s*:domain\s+([^\s()]+)\s*\)", re.IGNORECASE)
-# (domain NAME) in a domain
-_DOMAIN_DEFINITION: Final = re.compile(r"\(\s*domain\s+([^\s()]+)\s*\)", re.IGNORECASE)
-_PDDL_COMMENT: Final = re.compile(r";[^\n]*")
 
 
 def check_pddl_file(file: Path, text: str | None = None, *, fawkes_compat: bool = False) -> list[Finding]:
@@ -35,14 +32,14 @@ def check_pddl_file(file: Path, text: str | None = None, *, fawkes_compat: bool 
 
     try:
         text = read_text(file, "PDDL file") if text is None else text
-        domain_reference = _DOMAIN_REFERENCE.search(_PDDL_COMMENT.sub("", text))
-        if domain_reference is None:  # only problems refer to a domain, so the file is a domain
+        domain_name = _find_domain_name(text, Use.NAMED)
+        if not domain_name:  # only problems refer to a domain, so the file is a domain
             domain = parse_domain(text, file, fawkes_compat=fawkes_compat, warn=warn)
             # Without a problem, any predicate may be true at the start.
             return [*findings, *doubts.make_findings(str(file), doubts.find_domain_doubts(domain))]
-        path = _find_domain(file, domain_reference[1])
+        path = _find_domain(file, domain_name)
         if path is None:
-            text = f"there is no domain {domain_reference[1]} beside the problem"
+            text = f"there is no domain {domain_name} beside the problem"
             return [Finding(MISSING_DOMAIN, SourcePlace(str(file)), text)]
         domain = load_domain(path, fawkes_compat=fawkes_compat)
         findings += _check_problem(file, parse_problem(text, domain, file, warn=warn), domain)
@@ -64,10 +61,15 @@ def _check_problem(file: Path, problem: Problem, domain: Domain) -> Iterator[Fin
 def _find_domain(problem: Path, name: str) -> Path | None:
     """Return the file in a problem's folder that defines a domain; PDDL ignores the case of names."""
     for path in sorted(problem.parent.glob(f"*{PDDL_SUFFIX}")):
-        try:
-            match = _DOMAIN_DEFINITION.search(_PDDL_COMMENT.sub("", read_text(path, "PDDL file")))
-        except PddlError:  # the folder may contain unreadable files, which are not the domain
-            continue
-        if path != problem and match is not None and match[1].lower() == name.lower():
-            return path
+        with suppress(PddlError):  # the folder may contain unreadable files, which are not the domain
+            defined_name = _find_domain_name(read_text(path, "PDDL file"), Use.DEFINED)
+            if path != problem and defined_name.lower() == name.lower():
+                return path
     return None
+
+
+def _find_domain_name(text: str, use: Use) -> str:
+    """Return the name of the domain that a PDDL text defines or names; empty if there is none."""
+    mentions = read_pddl("", text).mentions
+    names = (mention.name for mention in mentions if mention.use is use)
+    return next((name.text for name in names if name.kind is NameKind.DOMAIN), "")

@@ -94,12 +94,13 @@ def _check_clips_file(options: RunOptions, file: Path, *, errors_only: bool, por
     ]
     # If CLIPS loads the file alone without a mistake, the errors are conflicts with the names of the core.
     if len(findings_without_errors) < len(file_findings) and _is_program(file):
-        hint = "run it with CLIPS, or give its facts and rules names that the core does not have"
-        message = "the names are those of the CX core"
-        file_findings = [
-            *findings_without_errors,
-            Finding(CONFLICTING_PROGRAM, SourcePlace(str(file)), message, hint),
-        ]
+        conflict = Finding(
+            CONFLICTING_PROGRAM,
+            SourcePlace(str(file)),
+            "the names are those of the CX core",
+            "run it with CLIPS, or give its facts and rules names that the core does not have",
+        )
+        file_findings = [*findings_without_errors, conflict]
     return drop_silenced_findings(file_findings)
 
 

@@ -71,7 +71,7 @@ class StubbedEnvironment(ClipsEnvironment):
     """An environment where only the functions of :data:`KEPT_FUNCTIONS` have an effect. No rule fires.
 
     :ivar folders: the folders that ``load`` and ``batch`` search after the working directory.
-    :ivar stubs: the functions that CLIPS calls in place of the stubbed functions, by the bits of their result types.
+    :ivar stubs: the stubs, by the bits of their result types; -1 for the stub of ``open``.
     """
 
     def __init__(self, name: str, bus: EventBus, log_component: str | None = None) -> None:

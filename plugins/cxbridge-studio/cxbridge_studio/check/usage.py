@@ -138,13 +138,20 @@ class Construct:
             return tuple(split_rule(self.node)[1])
         return items[1:] if self.keyword.startswith("def") else (self.node,)
 
+    @property
+    def asserted_nodes(self) -> tuple[SyntaxNode, ...]:
+        """The nodes of the facts that the construct asserts."""
+        calls = (node for node in self.action_nodes if node.head == "assert")
+        deffacts = self.actions if self.keyword == "deffacts" else ()
+        return (*deffacts, *(fact for call in calls for fact in call.arguments))
+
     @cached_property
     def facts(self) -> tuple[FactUse, ...]:
         """The literal facts that the construct asserts."""
-        nodes: list[SyntaxNode] = list(self.actions) if self.keyword == "deffacts" else []
-        nodes += [fact for node in self.action_nodes if node.head == "assert" for fact in node.arguments]
         single_valued_variables = self._find_single_valued_variables()
-        return tuple(_make_fact_use(node, single_valued_variables) for node in nodes if node.head)
+        return tuple(
+            _make_fact_use(node, single_valued_variables) for node in self.asserted_nodes if node.head
+        )
 
     def _find_single_valued_variables(self) -> frozenset[str]:
         """Return the single-valued variables in the condition of a rule, written as ``?x``."""

@@ -83,9 +83,7 @@ def _find_compared_words(agent: Agent) -> set[str]:
 
 def _find_facts(construct: Construct) -> Iterator[_Fact]:
     """Yield the asserted facts of the domain with a literal predicate."""
-    nodes = list(construct.actions) if construct.keyword == "deffacts" else []
-    nodes += [fact for call in construct.action_nodes if call.head == "assert" for fact in call.arguments]
-    for node in nodes:
+    for node in construct.asserted_nodes:
         slots = {slot.head: slot.arguments for slot in node.arguments if slot.head}
         if node.head == "domain-fact" and len(names := slots.get("name", ())) == 1 and literal(names[0]):
             yield _Fact(names[0], slots.get("param-values", ()), is_pddl=True)
