@@ -46,11 +46,10 @@ class Client:
         self.stderr = self._stderr.read().decode()
 
     def _read(self) -> None:
-        out = self._stdout
-        while header := out.readline():
-            assert header.startswith(b"Content-Length: "), header
-            assert out.readline() == b"\r\n"
-            self._inbox.put(json.loads(out.read(int(header.split()[1]))))
+        while header := self._stdout.readline():
+            name, length = header.split()
+            assert (name, self._stdout.readline()) == (b"Content-Length:", b"\r\n")
+            self._inbox.put(json.loads(self._stdout.read(int(length))))
         self._inbox.put(None)
 
     def _next(self) -> dict[str, Any]:
@@ -94,12 +93,10 @@ class Client:
         return [self._answer_to(number) for number in [self._send(*each) for each in requests]]
 
     def _answer_to(self, number: int) -> dict[str, Any]:
-        while True:
-            message = self._next()
-            if message["type"] == "response":
-                assert message["request_seq"] == number
-                return message
+        while (message := self._next())["type"] != "response":
             self.events.append(message)
+        assert message["request_seq"] == number
+        return message
 
     def ask(self, command: str, **arguments: Any) -> Any:
         """Send a request; returns the body of its answer."""
@@ -109,18 +106,15 @@ class Client:
 
     def event(self, name: str, fits: Callable[[dict[str, Any]], bool] = lambda _body: True) -> dict[str, Any]:
         """Return the body of the next event of that name; further events are dropped."""
-        while True:
-            found = self.event_of(name)
-            if fits(found.get("body") or {}):
-                return found.get("body") or {}
+        while not fits(body := self.event_of(name).get("body") or {}):
+            pass
+        return body
 
     def event_of(self, *names: str) -> dict[str, Any]:
         """Return the next event of these names; further events are dropped."""
-        while True:
-            found = self.events.pop(0) if self.events else self._next()
-            assert found["type"] == "event", found
-            if found["event"] in names:
-                return found
+        while (found := self.events.pop(0) if self.events else self._next())["event"] not in names:
+            pass
+        return found
 
     # -- what most tests do
 
@@ -148,6 +142,13 @@ class Client:
     def stopped(self) -> dict[str, Any]:
         """Wait until it stops."""
         return self.event("stopped")
+
+    def stop_at(self, file: Path, line: int) -> dict[str, Any]:
+        """Launch the test scenario, and run it to a line."""
+        self.launch(scenario="test-scenario")
+        self.break_at(file, line)
+        self.begin()
+        return self.stopped()
 
     def go(self, command: str = "continue") -> dict[str, Any]:
         """Continue, and wait for the stop."""

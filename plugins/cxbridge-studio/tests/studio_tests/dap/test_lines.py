@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
+from unittest.mock import Mock
+
 import pytest
 
 from cxbridge.clipstext.syntax import definitions
@@ -102,46 +105,43 @@ ALL_RIGHTS = """
 """
 
 
-def environment(text, tmp_path, *, probes):
+@contextmanager
+def environment(tmp_path, *, with_probes=True):
+    """Load the rule of all kinds of actions, with facts for it; yield environment, debugger and probes."""
     env = ClipsEnvironment("executive", EventBus(VirtualClock()))
     debugger = Debugger(env)
-    made = Probes(env, debugger) if probes else None
+    probes = Probes(env, debugger) if with_probes else None
     file = tmp_path / "file.clp"
-    file.write_text(text)
+    file.write_text(ALL_RIGHTS)
     env.load(file)
-    return env, debugger, made
-
-
-def results(env):
+    assert [str(each) for each in env.loader.diagnostics] == []
     env.assert_string("(goal (id g1))")
     env.assert_string("(go a b c)")
-    env.run()
-    return [slots["implied"] for _, _, slots in env.facts("result")]
+    yield env, debugger, probes
+    env.destroy()
 
 
 def test_rules_do_the_same_with_the_calls_in_them(tmp_path):
     found = []
-    for probes in (False, True):
-        env, _, _ = environment(ALL_RIGHTS, tmp_path, probes=probes)
-        assert [str(each) for each in env.loader.diagnostics] == []
-        found.append(results(env))
-        env.destroy()
+    for with_probes in (False, True):
+        with environment(tmp_path, with_probes=with_probes) as (env, _, _):
+            env.run()
+            found.append([slots["implied"] for _, _, slots in env.facts("result")])
     assert found[0] == found[1] != []
 
 
 def test_it_stops_at_every_action_with_the_variables_there(tmp_path):
-    env, debugger, probes = environment(ALL_RIGHTS, tmp_path, probes=True)
     seen = []
 
     def note(stop):
         seen.append((stop.line, dict(probes.values)))
         debugger.step("line")
 
-    debugger.on_stop = note
-    env.assert_string("(goal (id g1))")
-    env.assert_string("(go a b c)")
-    debugger.step("line")
-    debugger.run()
+    with environment(tmp_path) as (_, debugger, probes):
+        debugger.on_stop = note
+        debugger.step("line")
+        debugger.run()
+        assert probes.values is None
     by_line = dict(seen)
     assert [line for line, _ in seen[:4]] == [7, 8, 9, 9]
     assert [line for line, _ in seen].count(10) == 1 + 3  # the loop, and its body, three times
@@ -150,8 +150,6 @@ def test_it_stops_at_every_action_with_the_variables_there(tmp_path):
     assert str(by_line[15]["g"]).startswith("<Fact-")
     assert "rest" not in by_line[20]
     assert by_line[20]["id"] == "g1"
-    assert probes.values is None
-    env.destroy()
 
 
 FILES = sorted(
@@ -164,30 +162,22 @@ FILES = sorted(
 
 
 def test_no_line_of_any_file_moves(tmp_path):
-    env, _, probes = environment("", tmp_path, probes=True)
     changed = 0
-    for file in FILES:
-        text = file.read_bytes().decode("utf-8", "surrogateescape")
-        made = probes.rewrite(str(file), text)
-        assert [(d.kind, d.name, d.line) for d in definitions(made)] == [
-            (d.kind, d.name, d.line) for d in definitions(text)
-        ]
-        changed += made != text
+    with environment(tmp_path) as (_, _, probes):
+        for file in FILES:
+            text = file.read_bytes().decode("utf-8", "surrogateescape")
+            made = probes.rewrite(str(file), text)
+            assert [(d.kind, d.name, d.line) for d in definitions(made)] == [
+                (d.kind, d.name, d.line) for d in definitions(text)
+            ]
+            changed += made != text
     assert changed > 20
-    env.destroy()
 
 
 def test_an_error_while_it_is_stopped_ends_the_run_and_is_kept(tmp_path):
-    env, debugger, probes = environment(ALL_RIGHTS, tmp_path, probes=True)
-
-    def fail(_stop):
-        raise KeyboardInterrupt
-
-    debugger.on_stop = fail
-    env.assert_string("(goal (id g1))")
-    env.assert_string("(go a b c)")
-    debugger.step("line")
-    debugger.run()
-    assert isinstance(probes.error, KeyboardInterrupt)
-    assert env.is_ended
-    env.destroy()
+    with environment(tmp_path) as (env, debugger, probes):
+        debugger.on_stop = Mock(side_effect=KeyboardInterrupt)
+        debugger.step("line")
+        debugger.run()
+        assert isinstance(probes.error, KeyboardInterrupt)
+        assert env.is_ended

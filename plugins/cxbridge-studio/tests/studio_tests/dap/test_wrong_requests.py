@@ -37,22 +37,15 @@ VALID: dict[str, dict[str, Any]] = {
 
 def everywhere(client, phase):
     """Bring a session into a phase."""
-    if phase == "new":
-        return
     if phase == "ready":
         client.ask("initialize", adapterID="cxbridge")
-        return
-    client.launch(scenario="test-scenario", **({"clock": "real"} if phase == "running" else {}))
-    if phase == "stopped":
-        client.break_at(GOALS, GOES_ON)
-    if phase != "launched":
-        client.begin()
-    if phase == "running":
-        client.event("thread")
     elif phase == "stopped":
-        client.stopped()
-    elif phase == "over":
-        client.event("terminated")
+        client.stop_at(GOALS, GOES_ON)
+    elif phase != "new":
+        client.launch(scenario="test-scenario", **({"clock": "real"} if phase == "running" else {}))
+    if phase in ("running", "over"):
+        client.begin()
+        client.event("thread" if phase == "running" else "terminated")
 
 
 PHASES = ["new", "ready", "launched", "running", "stopped", "over"]
