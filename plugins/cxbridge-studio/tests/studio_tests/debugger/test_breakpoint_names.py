@@ -6,7 +6,7 @@ import pytest
 
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import ExecutiveError
-from cxbridge.events import EventBus, SkillStatus
+from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge_studio.debugger.breakpoints import parse_breakpoint
 from cxbridge_studio.debugger.debugger import Debugger
@@ -23,26 +23,17 @@ SKILLS = ("say", "goto", "pick-up")
 
 
 @pytest.fixture(name="env")
-def _env():
+def _env(tmp_path):
     env = ClipsEnvironment("executive", EventBus(VirtualClock()))
+    file = tmp_path / "agent.clp"
+    file.write_text(AGENT)
+    assert env.load(file)
     yield env
     env.destroy()
 
 
-@pytest.fixture(name="load")
-def _load(env, tmp_path):
-    def load(text, name="agent.clp"):
-        file = tmp_path / name
-        file.write_text(text)
-        assert env.load(file)
-        return file
-
-    return load
-
-
 @pytest.fixture(name="names")
-def _names(env, load):
-    load(AGENT)
+def _names(env):
     env.assert_string("(executive-initialized)")
     return AgentNames(env, lambda: SKILLS)
 
@@ -91,8 +82,7 @@ def test_nothing_is_known_of_skills_elsewhere(env, names):
     AgentNames(env).check(parse_breakpoint("skill:zebra"))
 
 
-def test_all_may_pass_until_the_agent_is_initialised(env, load):
-    load(AGENT)
+def test_all_may_pass_until_the_agent_is_initialised(env):
     debugger = Debugger(env)
     told = []
     debugger.names.on_mistakes = lambda mistakes: told.append([str(item) for item, _ in mistakes])
@@ -116,11 +106,3 @@ def test_rules_of_all_modules_count(env, names):
     env.build("(defrule PLANS::plan-it (x) =>)")
     names.check(parse_breakpoint("rule:plan-it"))
     names.check(parse_breakpoint("rule:say-hello"))
-
-
-def test_a_skill_without_arguments_stands_for_all_of_them():
-    event = SkillStatus(0, "executive", "Skiller", 'say{text="x"}', 1, "S_FINAL")
-    for spec in ("skill:say", "skill:s?y:S_FINAL", "skill:say{*", "skill:*"):
-        assert parse_breakpoint(spec).matches_transition(event), spec
-    for spec in ("skill:sa", "skill:say{}", "skill:say:S_FAILED"):
-        assert not parse_breakpoint(spec).matches_transition(event), spec

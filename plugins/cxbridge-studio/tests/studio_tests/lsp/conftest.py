@@ -6,6 +6,7 @@ import asyncio
 import shutil
 import time
 from collections.abc import Callable, Coroutine, Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -87,12 +88,11 @@ class Editor:
         text = (self.root / name).read_text("utf-8") if text is None else text
         uri = self.uri(name)
         self.texts[name] = text
-        if uri not in self.versions:
-            self.versions[uri] = 1
+        self.versions[uri] = self.versions.get(uri, 0) + 1
+        if self.versions[uri] == 1:
             item = lsp.TextDocumentItem(uri, "clips", 1, text)
             self.client.text_document_did_open(lsp.DidOpenTextDocumentParams(item))
         else:
-            self.versions[uri] += 1
             document = lsp.VersionedTextDocumentIdentifier(uri=uri, version=self.versions[uri])
             whole = lsp.TextDocumentContentChangeWholeDocument(text)
             self.client.text_document_did_change(lsp.DidChangeTextDocumentParams(document, [whole]))
@@ -105,30 +105,23 @@ class Editor:
 
     def at(self, name: str, text: str, *, inside: int = 1) -> dict[str, Any]:
         """Return document and position of the first place where a text is, some characters into it."""
-        whole = self.texts[name]
-        offset = whole.index(text) + inside
-        line = whole.count("\n", 0, offset)
-        column = offset - (whole.rfind("\n", 0, offset) + 1)
-        character = len(whole[offset - column : offset].encode("utf-16-le")) // 2
+        lines_before = self.texts[name][: self.texts[name].index(text) + inside].split("\n")
+        character = len(lines_before[-1].encode("utf-16-le")) // 2
         return {
             "text_document": lsp.TextDocumentIdentifier(self.uri(name)),
-            "position": lsp.Position(line, character),
+            "position": lsp.Position(len(lines_before) - 1, character),
         }
 
     def hover(self, name: str, text: str, *, inside: int = 1) -> str:
         found = self.run(
             self.client.text_document_hover_async(lsp.HoverParams(**self.at(name, text, inside=inside)))
         )
-        if found is None:
-            return ""
-        assert isinstance(found.contents, lsp.MarkupContent)
-        return found.contents.value
+        return found.contents.value if found else ""
 
     def complete(self, name: str, text: str) -> list[str]:
         """Return what can be written behind a text."""
         place = lsp.CompletionParams(**self.at(name, text, inside=len(text)))
         found = self.run(self.client.text_document_completion_async(place))
-        assert isinstance(found, lsp.CompletionList)
         return [item.label for item in found.items]
 
     def shown(self, name: str) -> list[tuple[str, int]]:
@@ -161,14 +154,11 @@ def editor(tmp_path_factory) -> Iterator[Editor]:
     root = tmp_path_factory.mktemp("agent #1, 5%20 mö").resolve()  # all of these are quoted in URIs
     shutil.copytree(ROOT / "scenarios" / "test-scenario-pddl", root, dirs_exist_ok=True)
     shutil.copytree(ROOT / "luaskills" / "basic", root / "skills")
-    editor = Editor(root)
-    try:
+    with closing(Editor(root)) as editor:
         # the functions are known when the first examination is over
         editor.open("probe.clp", "(defrule probe => (no-such-function))\n")
         editor.wait(lambda: editor.shown("probe.clp") == [("CX204", 1)])
         yield editor
-    finally:
-        editor.close()
 
 
 @pytest.fixture(params=["test", "test-pddl"])

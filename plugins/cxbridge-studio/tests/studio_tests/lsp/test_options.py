@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from contextlib import closing
 
 import pytest
 from lsprotocol import types as lsp
@@ -49,25 +50,19 @@ def test_a_server_that_cannot_be_meant(arguments, message):
 )
 def test_settings_of_an_editor_that_make_no_sense(tmp_path, options, message):
     root = shutil.copytree(ROOT / "scenarios" / "test-scenario", tmp_path / "agent")
-    editor = Editor(root, options=options)
-    try:
+    with closing(Editor(root, options=options)) as editor:
         editor.wait(lambda: bool(editor.client.messages))
         (told,) = editor.client.messages
         assert told.type is lsp.MessageType.Error
         assert message in told.message
-    finally:
-        editor.close()
 
 
 def test_unknown_names_are_warnings_where_no_agent_is_known(tmp_path):
     """A file may be for another host: for CLIPS with more functions, or for another executive."""
     (tmp_path / "program.clp").write_text("(defrule r ?g <- (goal (color red)) => (fuzzify ?g))\n(defrule\n")
-    editor = Editor(tmp_path)
-    try:
+    with closing(Editor(tmp_path)) as editor:
         editor.open("program.clp")
         editor.wait(lambda: len(editor.shown("program.clp")) > 1)
         severities = {each.code: each.severity for each in editor.diagnostics("program.clp")}
         error, warning = lsp.DiagnosticSeverity.Error, lsp.DiagnosticSeverity.Warning
         assert severities == {"CX201": error, "CX203": warning, "CX204": warning}
-    finally:
-        editor.close()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import shutil
+from contextlib import closing
 
 from lsprotocol import types as lsp
 
@@ -18,8 +19,7 @@ def test_rules_tell_how_often_they_fired(tmp_path):
     shutil.copytree(ROOT / "luaskills" / "basic", root / "skills")
     run = [str(root), "--clock", "virtual", "--trace", str(root / "last.mcap"), "--trace-level", "rules"]
     assert invoke(["run", *run, "--quiet"]) == 0
-    editor = Editor(root)
-    try:
+    with closing(Editor(root)) as editor:
         editor.open("meet-goals.clp")
         document = lsp.TextDocumentIdentifier(editor.uri("meet-goals.clp"))
 
@@ -27,10 +27,7 @@ def test_rules_tell_how_often_they_fired(tmp_path):
             found = editor.run(editor.client.text_document_code_lens_async(lsp.CodeLensParams(document)))
             return [lens.command.title for lens in found or () if lens.command]
 
-        while not lenses():
+        while not (titles := lenses()):
             editor.run(asyncio.sleep(0.1))
-        titles = lenses()
         assert titles[:2] == ["fired once in last.mcap", "fired once in last.mcap"]
         assert "never fired in last.mcap" in titles
-    finally:
-        editor.close()

@@ -72,15 +72,13 @@ class Scripted:
 
 def labels(tree):
     """The labels below the root without what only aligns them, two blanks for each level."""
-    found = []
 
-    def walk(node, depth):
+    def walk(node, indent):
         for child in node.children:
-            found.append("  " * depth + " ".join(str(child.label).split()))
-            walk(child, depth + 1)
+            yield indent + " ".join(str(child.label).split())
+            yield from walk(child, indent + "  ")
 
-    walk(tree.root, 0)
-    return found
+    return list(walk(tree.root, ""))
 
 
 def drive(app, script, size=(120, 40)):
