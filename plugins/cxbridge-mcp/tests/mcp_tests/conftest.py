@@ -64,6 +64,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
     agent = write_scenario(folder / "mini", agent=f"{AGENT}(defrule silent (goal (class OTHER)) =>)")
     cx.run(agent, trace=folder / "mini.mcap", trace_level="facts", timeout=60.0)
     (folder / "notes.txt").write_text("no recording")
+    (folder / "link.mcap").symlink_to("a.mcap")  # not listed
     (folder / "broken").mkdir()
     (folder / "broken" / "scenario.yaml").write_text(
         "clips-executive:\n  spec: b\n  specs:\n    b:\n      init:\n        stage-3:\n"

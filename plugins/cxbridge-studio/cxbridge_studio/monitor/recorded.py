@@ -172,7 +172,7 @@ class RecordedSource:
                 goal.parent,
                 goal.mode,
                 goal.outcome,
-                "" if goal.error == "nil" else goal.error,  # CLIPS' value for no error
+                goal.error,
             )
             for (env, name), goal in state.goals.items()
             if state.has_goal(env, name)

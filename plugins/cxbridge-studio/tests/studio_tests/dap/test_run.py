@@ -185,6 +185,9 @@ def test_evaluate(client):
     answer = client.ask("evaluate", expression="(made ?)", frameId=1)
     (made,) = client.below(answer["variablesReference"]).values()
     assert made["value"] == "(made 1)"
+    client.break_at(GOALS)
+    client.ask("continue", threadId=1)
+    assert "is invalid now" in client.evaluate("?mode")
 
 
 def test_pause_and_end(client):

@@ -172,6 +172,7 @@ def test_the_commands(daemon, ask, tmp_path, capsys):
     assert cli("env", "retract", "executive", out.split()[0])[0] == 0
     assert cli("daemon", "step", "loop")[:2] == (0, "stopped at the end of the loop\n")
     assert cli("daemon", "break", "remove", "--all")[0] == 0
+    assert ask("break-list") == []
     assert cli("daemon", "resume")[0] == 0
     assert until(lambda: ask("where") is None)
     assert until(lambda: json.loads(cli("daemon", "status", "--json")[1])["stop"] is None)
