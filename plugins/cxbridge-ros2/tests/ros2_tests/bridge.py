@@ -84,9 +84,8 @@ class Bridge:
             self._subscribed[socket, op["topic"]] = (ids - {op["id"]}, end)
 
     def call_service(self, socket: ServerConnection, op: dict[str, Any]) -> None:
-        client = self._clients.get(op["service"])
-        if client is None:
-            client = self._clients[op["service"]] = self._node.create_client(op["service"], op["type"])
+        client = self._clients.get(op["service"]) or self._node.create_client(op["service"], op["type"])
+        self._clients[op["service"]] = client
         head = {"op": "service_response", "id": op["id"], "service": op["service"]}
         if op["service"] == "/nobody":
             send(socket, {**head, "result": False, "values": "Service /nobody does not exist"})
@@ -110,12 +109,12 @@ class Bridge:
         self._replies.pop(op["id"])(op["values"])
 
     def send_action_goal(self, socket: ServerConnection, op: dict[str, Any]) -> None:
-        client = self._actions.get(op["action"])
-        if client is None:
-            client = self._actions[op["action"]] = ActionClient(self._node, op["action"], op["action_type"])
+        name = op["action"]
+        client = self._actions.get(name) or ActionClient(self._node, name, op["action_type"])
+        self._actions[name] = client
         while not client.has_server:
             self._node.poll(0.05)
-        self._goals[op["id"]] = (socket, op, client.send(op["args"]), [None])
+        self._goals[op["id"]] = socket, op, client.send(op["args"]), [None]
 
     def cancel_action_goal(self, _socket: ServerConnection, op: dict[str, Any]) -> None:
         if op["id"] in self._goals and self._goals[op["id"]][2].is_accepted:  # else the real one does nothing

@@ -74,13 +74,12 @@ HUBS = os.environ.get("ROS2_HUBS", "")
 
 
 @cache
-def has_package(name: str) -> bool:
-    """Return whether the ROS has a package."""
-    if not SETUP:
-        return False
+def find_package(name: str) -> Path | None:
+    """Return the prefix of a package of the ROS, if the ROS has the package."""
     command = in_ros("printenv", "AMENT_PREFIX_PATH")
-    folders = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout.strip()
-    return any((Path(each) / "share" / name).is_dir() for each in folders.split(os.pathsep))
+    result = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True) if SETUP else None
+    prefixes = map(Path, result.stdout.strip().split(os.pathsep) if result else ())
+    return next((prefix for prefix in prefixes if (prefix / "share" / name).is_dir()), None)
 
 
 def in_ros(*command: str) -> list[str]:
@@ -149,11 +148,12 @@ def free_port() -> int:
 
 def wait_for_port(port: int) -> None:
     """Wait for a listener."""
-    end_s = time.monotonic() + 60
-    while time.monotonic() < end_s:
-        with suppress(OSError), socket.create_connection(("127.0.0.1", port), timeout=1):
-            return
-        time.sleep(0.1)
+
+    def is_open() -> bool:
+        with socket.socket() as probe:
+            return probe.connect_ex(("127.0.0.1", port)) == 0
+
+    until(is_open, lambda: time.sleep(0.1))
 
 
 def until(done: Callable[[], Any], *polls: Callable[[], object], limit_s: float = 45.0) -> None:

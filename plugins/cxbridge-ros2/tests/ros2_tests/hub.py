@@ -185,6 +185,19 @@ class Stranger:
         """Say a word."""
         self.hub.publish(HubMessage(kind, node or self.name, key, **fields))
 
+    def begin(self, key: ActionKey, node: str = "ours_move", **fields: Any) -> None:
+        """Request an action, and confirm its performer."""
+        self.say(MessageKind.REQUEST, key, **fields)
+        assert self.hear(MessageKind.RESPONSE).key == key
+        self.say(MessageKind.CONFIRM, key, node, **fields)
+
+    def perform(self) -> ActionKey:
+        """Answer a REQUEST, wait for CONFIRM, and return the action."""
+        request = self.hear(MessageKind.REQUEST)
+        self.say(MessageKind.RESPONSE, request.key, skill_string=request.skill_string)
+        assert self.hear(MessageKind.CONFIRM, self.name).key == request.key
+        return request.key
+
     def live(self, life: PerformerState, action: str = "move") -> None:
         """Give a sign of life."""
         self.hub.publish_heartbeat(Heartbeat(self.name, action, life), self.world.clock.now_us())

@@ -34,7 +34,7 @@ class Fibonacci(ActionServer):
 
 def node_of(transport: str = "dds", url: str = "") -> Node:
     """Make the peer's node."""
-    settings = {"transport": transport, **({"url": url} if url else {})}
+    settings = {"transport": transport} | ({"url": url} if url else {})
     types = Definitions([PACKAGES], environment={})
     return NodeSettings.parse(settings, Path(), "peer").join("peer", types, None, ALL_RIGHTS)
 

@@ -43,54 +43,54 @@ def node(domain: int) -> Iterator[Node]:
         yield node
 
 
-def test_a_daemon_is_paused_and_resumed(node: Node, domain: int, tmp_path: Path):
+@pytest.fixture
+def daemon(domain: int, tmp_path: Path) -> Iterator[Daemon]:
     with a_daemon(tmp_path, domain) as daemon:
-        client = LifecycleClient(node, "/robot")
-        poll_until(node, lambda: client.has_server)
-
-        def change(name: str) -> Any:
-            return answer(node, lambda done: client.change(name, done))
-
-        assert answer(node, client.state) is LifecycleState.ACTIVE
-        assert change(DEACTIVATE) is True
-        assert (daemon.state, answer(node, client.state)) == ("PAUSED", LifecycleState.INACTIVE)
-        assert change(CLEANUP) is False
-        assert change(ACTIVATE) is True
-        assert (daemon.state, answer(node, client.state)) == ("RUNNING", LifecycleState.ACTIVE)
+        yield daemon
 
 
-def test_what_others_do_with_it_is_told(node: Node, domain: int, tmp_path: Path):
-    with a_daemon(tmp_path, domain) as daemon:
-        client = LifecycleClient(node, "/robot")
-        moves: list[str] = []
-        topic, kind = "/robot/transition_event", "lifecycle_msgs/msg/TransitionEvent"
-        node.subscribe(topic, kind, lambda each: moves.append(each["goal_state"]["label"]))
-        poll_until(node, lambda: client.has_server)
-        poll_until(node, lambda: not node.poll(0.5))
-        assert send_command(daemon.board, "Pause", 10)
-        poll_until(node, lambda: "inactive" in moves)
-        assert answer(node, client.state) is LifecycleState.INACTIVE
+@pytest.fixture
+def client(node: Node, daemon: Daemon) -> LifecycleClient:
+    client = LifecycleClient(node, "/robot")
+    poll_until(node, lambda: client.has_server)
+    return client
 
 
-def test_its_components_are_in_the_diagnostics(node: Node, domain: int, tmp_path: Path):
+def test_a_daemon_is_paused_and_resumed(node: Node, daemon: Daemon, client: LifecycleClient):
+    def change(name: str) -> Any:
+        return answer(node, lambda done: client.change(name, done))
+
+    assert answer(node, client.state) is LifecycleState.ACTIVE
+    assert change(DEACTIVATE) is True
+    assert (daemon.state, answer(node, client.state)) == ("PAUSED", LifecycleState.INACTIVE)
+    assert change(CLEANUP) is False
+    assert change(ACTIVATE) is True
+    assert (daemon.state, answer(node, client.state)) == ("RUNNING", LifecycleState.ACTIVE)
+
+
+def test_what_others_do_with_it_is_told(node: Node, daemon: Daemon, client: LifecycleClient):
+    moves: list[str] = []
+    topic, kind = "/robot/transition_event", "lifecycle_msgs/msg/TransitionEvent"
+    node.subscribe(topic, kind, lambda each: moves.append(each["goal_state"]["label"]))
+    poll_until(node, lambda: not node.poll(0.5))
+    assert send_command(daemon.board, "Pause", 10)
+    poll_until(node, lambda: "inactive" in moves)
+    assert answer(node, client.state) is LifecycleState.INACTIVE
+
+
+def test_its_components_are_in_the_diagnostics(node: Node, daemon: Daemon):
     got: list[Any] = []
     node.subscribe("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", got.append)
-    with a_daemon(tmp_path, domain) as daemon:
-        poll_until(node, lambda: got)
-        found = {each["name"]: (each["level"], each["message"]) for each in got[-1]["status"]}
-        assert found["robot: ros2-node"] == (0, "active")
-        assert {each.name for each in daemon.lifecycle.status()} == {
-            name.removeprefix("robot: ") for name in found
-        }
+    poll_until(node, lambda: got)
+    found = {each["name"]: (each["level"], each["message"]) for each in got[-1]["status"]}
+    assert found["robot: ros2-node"] == (0, "active")
+    assert {f"robot: {each.name}" for each in daemon.lifecycle.status()} == {*found}
 
 
-def test_a_daemon_is_ended(node: Node, domain: int, tmp_path: Path):
-    with a_daemon(tmp_path, domain) as daemon:
-        client = LifecycleClient(node, "/robot")
-        poll_until(node, lambda: client.has_server)
-        client.change(SHUTDOWN, lambda _done: None)
-        # when its last words are lost, DDS takes it for gone after ten seconds
-        poll_until(node, lambda: daemon.state == "FINALIZED" or not client.has_server)
+def test_a_daemon_is_ended(node: Node, daemon: Daemon, client: LifecycleClient):
+    client.change(SHUTDOWN, lambda _done: None)
+    # when its last words are lost, DDS takes it for gone after ten seconds
+    poll_until(node, lambda: daemon.state == "FINALIZED" or not client.has_server)
 
 
 def test_its_log_and_its_parameters(node: Node, domain: int, tmp_path: Path):

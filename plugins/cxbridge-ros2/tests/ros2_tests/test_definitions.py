@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -126,15 +127,21 @@ def test_a_broken_definition_is_one_error(tmp_path: Path, file: str):
     assert message in str(caught.value)
 
 
-def test_a_type_that_there_is_not_has_a_hint():
-    with pytest.raises(Ros2Error, match="did you mean geometry_msgs/msg/PoseStamped"):
-        definitions().find_fields(parse_type("geometry_msgs/msg/PoseStampd"))
-    with pytest.raises(Ros2Error, match="not the name of a ROS 2 type"):
-        parse_type("PoseStamped")
-    with pytest.raises(Ros2Error, match="no such folder"):
-        Definitions([Path("/nowhere")], environment={})
-    with pytest.raises(Ros2Error, match="did you mean jazzy"):
-        Definitions(distribution="jazy", environment={})
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (
+            lambda: definitions().find_fields(parse_type("geometry_msgs/msg/PoseStampd")),
+            "did you mean geometry_msgs/msg/PoseStamped",
+        ),
+        (lambda: parse_type("PoseStamped"), "not the name of a ROS 2 type"),
+        (lambda: definitions(Path("/nowhere")), "no such folder"),
+        (lambda: definitions(distribution="jazy"), "did you mean jazzy"),
+    ],
+)
+def test_a_name_that_there_is_not_has_a_hint(make: Callable[[], object], message: str):
+    with pytest.raises(Ros2Error, match=message):
+        make()
 
 
 def test_packages_come_before_the_well_known_types(tmp_path: Path):

@@ -15,7 +15,7 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.clock import RealClock
-from ros2_tests.conftest import HUBS, has_package, in_ros, needs_ros, start
+from ros2_tests.conftest import HUBS, find_package, in_ros, needs_ros, start
 from ros2_tests.hub import CALLER, CALLERS, PERFORMER, World
 from tests.support import ROOT
 
@@ -34,7 +34,7 @@ def protocol(request: pytest.FixtureRequest) -> str:
 @pytest.fixture
 def stranger(protocol: str) -> None:
     """Skip a test that needs the C++ of PlanSys2 and of the thesis."""
-    if not has_package(PACKAGES[protocol]):
+    if find_package(PACKAGES[protocol]) is None:
         pytest.skip(f"this ROS 2 has no {PACKAGES[protocol]}")
     if not HUBS:
         pytest.skip("ROS2_HUBS names no folder in which with_rclcpp was built")
@@ -64,9 +64,7 @@ def performers(stranger: None, protocol: str, domain: int) -> Iterator[Callable[
 
 def said(process: subprocess.Popen[str]) -> list[str]:
     process.kill()
-    process.wait()
-    assert process.stdout is not None
-    return process.stdout.read().splitlines()
+    return process.communicate()[0].splitlines()
 
 
 def test_ours_with_ours(world: World, protocol: str):

@@ -31,7 +31,7 @@ from cxbridge_ros2.interfaces.definitions import (
 )
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.transports.dds import DdsNode
-from ros2_tests.conftest import HERE, has_package, needs_ros, poll_until, until, with_ros
+from ros2_tests.conftest import HERE, find_package, needs_ros, poll_until, until, with_ros
 from tests.daemon.test_daemon import running
 from tests.run.mini import write_scenario
 
@@ -136,9 +136,8 @@ def test_what_comes_is_written(tmp_path: Path, domain: int, node: Node):
 def a_value(field: FieldSchema, rng: Random) -> Any:
     if field.type == "string":
         return "".join(rng.choice("abc äß\t") for _ in range(rng.randrange((field.length or 8) // 2)))
-    if field.is_array:
-        return tuple(an_element(field, rng) for _ in range(field.length or 0))
-    return an_element(field, rng)
+    elements = tuple(an_element(field, rng) for _ in range(field.length or 1))
+    return elements if field.is_array else elements[0]
 
 
 def an_element(field: FieldSchema, rng: Random) -> Any:
@@ -265,7 +264,7 @@ def test_a_goal_is_a_skill_string(tmp_path: Path, domain: int, node: Node):
 
 @needs_ros
 def test_rclpy_reads_interfaces_and_executes_skills(tmp_path: Path, domain: int):
-    if not has_package("cxbridge_msgs"):
+    if find_package("cxbridge_msgs") is None:
         pytest.skip("no cxbridge_msgs in ROS2_OVERLAY: see docs/ros2.md, 'cxbridge ros2 package'")
     file = tmp_path / "daemon.yaml"
     quiet = "cxbridge: {fawkes: {enable: false}, zmq: {endpoints: []}}\n"

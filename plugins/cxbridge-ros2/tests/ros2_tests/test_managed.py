@@ -107,10 +107,14 @@ def test_a_node_is_led_through_its_life(node: Node, lifecycle: LifecycleClient):
     assert [move for move in moves if "configur" in move[0] or "activating" in move[0]][-3:]
 
 
-def test_the_graph_of_transitions_is_that_of_ros(node: Node, managed: str, lifecycle: LifecycleClient):
-    client = node.create_client("/managed/get_transition_graph", "lifecycle_msgs/srv/GetAvailableTransitions")
+def call(node: Node, service: str, kind: str) -> Any:
+    client = node.create_client(f"/managed/{service}", f"lifecycle_msgs/srv/{kind}")
     poll_until(node, lambda: client.has_server)
-    response = answer(node, lambda done: client.call({}, done))
+    return answer(node, lambda done: client.call({}, done))
+
+
+def test_the_graph_of_transitions_is_that_of_ros(node: Node, managed: str, lifecycle: LifecycleClient):
+    response = call(node, "get_transition_graph", "GetAvailableTransitions")
     found = {
         (
             each["transition"]["id"],
@@ -123,9 +127,7 @@ def test_the_graph_of_transitions_is_that_of_ros(node: Node, managed: str, lifec
     assert len(found) == 7 + 6 * 3
     assert (1, "configure", "unconfigured", "configuring") in found
     assert (61, "transition_failure", "errorprocessing", "finalized") in found
-    states = node.create_client("/managed/get_available_states", "lifecycle_msgs/srv/GetAvailableStates")
-    poll_until(node, lambda: states.has_server)
-    response = answer(node, lambda done: states.call({}, done))
+    response = call(node, "get_available_states", "GetAvailableStates")
     assert {(each["id"], each["label"]) for each in response["available_states"]} == {
         (int(state), state.name.lower()) for state in LifecycleState
     }

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import subprocess
 from contextlib import suppress
+from random import Random
 from typing import Any
 
 import pytest
@@ -15,14 +15,13 @@ from hypothesis import strategies as st
 
 pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
 
-from rosbags.interfaces import Nodetype
-
 from cxbridge.errors import Ros2Error
-from cxbridge_ros2.definitions import Definitions, FieldType
+from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.messages import Codec
 from cxbridge_ros2.names import parse_type
 from fuzz import ros2 as fuzzed
 from ros2_tests.conftest import HERE, needs_ros, with_ros
+from ros2_tests.drawn import Drawer
 from ros2_tests.peer import PACKAGES
 from tests.support import many
 
@@ -30,62 +29,24 @@ KNOWN = Definitions([PACKAGES], environment={})
 CODEC = Codec(KNOWN)
 POSE = parse_type("geometry_msgs/msg/PoseStamped")
 TYPE_DEFINITIONS = [name for name in KNOWN.find_names() if "/msg/" in name]
-EMPTY = "structure_needs_at_least_one_member"
-
-
-def values(kind: FieldType, depth: int = 0) -> st.SearchStrategy[Any]:
-    """Return the values that a field can hold."""
-    node, rest = kind
-    if node == Nodetype.NAME:
-        return messages(rest, depth + 1)
-    if node == Nodetype.BASE:
-        return _base(*rest)
-    of, count = rest
-    least, most = (count, count) if node == Nodetype.ARRAY else (0, min(count or 3, 3))
-    if of[0] == Nodetype.BASE and of[1][0] in ("uint8", "byte"):
-        return st.binary(min_size=least, max_size=most)
-    return st.lists(values(of, depth), min_size=least, max_size=most)
-
-
-def _base(name: str, bound: int) -> st.SearchStrategy[Any]:
-    if name == "bool":
-        return st.booleans()
-    if name == "string":
-        letters = st.characters(
-            exclude_characters="\0", exclude_categories=["Cs"], max_codepoint=127 if bound else None
-        )
-        return st.text(letters, max_size=min(bound or 8, 8))
-    if name.startswith("float"):
-        return st.floats(width=32 if name == "float32" else 64, allow_nan=False)
-    bits = int(name.removeprefix("u").removeprefix("int")) if name != "byte" else 8
-    low, high = (0, 2**bits - 1) if name[0] in "ub" else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
-    return st.integers(low, high)
-
-
-def messages(name: str, depth: int = 0) -> st.SearchStrategy[dict[str, Any]]:
-    fields = [(field, kind) for field, kind in KNOWN.find_fields(parse_type(name)) if field != EMPTY]
-    return st.fixed_dictionaries({field: values(kind, depth) for field, kind in fields})
 
 
 @settings(max_examples=many(400, 100), deadline=None)
-@given(st.data())
-def test_what_is_written_is_read(data: st.DataObject):
-    name = data.draw(st.sampled_from(TYPE_DEFINITIONS))
-    message = data.draw(messages(name))
-    assert CODEC.decode(parse_type(name), CODEC.encode(parse_type(name), message)) == message
+@given(st.sampled_from(TYPE_DEFINITIONS), st.randoms(use_true_random=False))
+def test_what_is_written_is_read(name: str, random: Random):
+    message = Drawer(KNOWN, random).message(parse_type(name))
+    found = CODEC.decode(parse_type(name), CODEC.encode(parse_type(name), message))
+    assert repr(found) == repr(message)  # as texts, since NaN is not equal to NaN
 
 
 @needs_ros
-def test_rclpy_reads_what_we_write_and_writes_the_same(request: pytest.FixtureRequest):
-    cases: list[tuple[str, str]] = []
-
-    @settings(max_examples=many(300, 75), deadline=None, database=None)
-    @given(st.data())
-    def collect(data: st.DataObject) -> None:
-        name = data.draw(st.sampled_from(TYPE_DEFINITIONS))
-        cases.append((name, CODEC.encode(parse_type(name), data.draw(messages(name))).hex()))
-
-    collect()
+def test_rclpy_reads_what_we_write_and_writes_the_same():
+    drawer = Drawer(KNOWN, Random(1))
+    cases = [
+        (name, CODEC.encode(parse_type(name), drawer.message(parse_type(name))).hex())
+        for name in TYPE_DEFINITIONS
+        for _ in range(2)
+    ]
     done = subprocess.run(
         with_ros(str(HERE / "with_rclpy/cdr.py")),
         input=json.dumps(cases),
@@ -96,9 +57,9 @@ def test_rclpy_reads_what_we_write_and_writes_the_same(request: pytest.FixtureRe
     )
     answers = json.loads(done.stdout)
     known = [(case, answer) for case, answer in zip(cases, answers, strict=True) if answer is not None]
-    assert len(known) > 100, request.node.name
+    assert len(known) > 100
     for (name, ours), real in known:
-        read = [CODEC.decode(parse_type(name), bytes.fromhex(each)) for each in (ours, real)]
+        read = [repr(CODEC.decode(parse_type(name), bytes.fromhex(each))) for each in (ours, real)]
         assert read[0] == read[1], name
         if "fastrtps" not in os.environ.get("RMW_IMPLEMENTATION", ""):  # it pads with random memory
             assert real.rstrip("0") == ours.rstrip("0"), name  # rclpy may end a message with zeros
@@ -128,13 +89,6 @@ def test_fields_that_are_left_out_have_their_defaults():
         "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
     }
     assert found["header"] == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
-
-
-def test_a_float_may_be_infinite_or_no_number():
-    point = parse_type("geometry_msgs/msg/Point32")
-    found = CODEC.decode(point, CODEC.encode(point, {"x": math.inf, "y": -math.inf, "z": math.nan}))
-    assert (found["x"], found["y"]) == (math.inf, -math.inf)
-    assert math.isnan(found["z"])
 
 
 WRONG: dict[str, tuple[str, Any, str]] = {

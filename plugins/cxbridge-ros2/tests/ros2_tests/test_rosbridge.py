@@ -6,6 +6,7 @@ import json
 import threading
 import time
 from collections.abc import Iterator
+from functools import partial
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.settings import NodeSettings
 from cxbridge_ros2.transports.rosbridge import RosbridgeNode, connection
 from cxbridge_ros2.transports.rosbridge.connection import RosbridgeConnection
-from ros2_tests.conftest import poll_until
+from ros2_tests.conftest import poll_until, until
 from ros2_tests.peer import PACKAGES
 
 FIBONACCI = "example_interfaces/action/Fibonacci"
@@ -77,9 +78,8 @@ def a_node(port: int) -> RosbridgeNode:
 
 @pytest.mark.parametrize("url", ["http://robot", "robot:9090", "", "ws://127.0.0.1:1", "ws://[::bad"])
 def test_a_bridge_that_is_not_there(url: str):
-    with pytest.raises((Ros2Error, ValueError)) as caught:
+    with pytest.raises(Ros2Error) as caught:
         RosbridgeNode("test", Definitions(environment={}), url)
-    assert isinstance(caught.value, Ros2Error)
     assert caught.value.hint
 
 
@@ -147,8 +147,7 @@ def test_a_message_that_is_too_large_ends_the_connection(script: Script, monkeyp
     """The limit is that of the unpacked message: websockets pack by deflate."""
     monkeypatch.setattr(connection, "MAX_MESSAGE_BYTES", 2**20)
     client = RosbridgeConnection(f"ws://127.0.0.1:{script.port}")
-    while not script.sockets:
-        time.sleep(0.01)
+    until(lambda: script.sockets, partial(time.sleep, 0.01))
     for op in ({"op": "small"}, {"op": "large", "msg": " " * 2**21}):
         script.send(json.dumps(op))
     ops: list[str] = []

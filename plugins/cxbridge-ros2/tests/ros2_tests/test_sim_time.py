@@ -6,7 +6,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
@@ -14,6 +14,7 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.clock import MICROSECONDS
+from cxbridge.closing import Closing
 from cxbridge.errors import Ros2Error
 from cxbridge.events import GoalTransition
 from cxbridge.trace.formats.registry import open_run
@@ -28,7 +29,7 @@ START_S = 100
 STEP_S = 0.01
 
 
-class Simulation:
+class Simulation(Closing):
     """Sends steps of time, except while paused."""
 
     def __init__(self, domain: int, speed: float = 1.0) -> None:
@@ -56,16 +57,14 @@ class Simulation:
 
 @pytest.fixture
 def simulation(domain: int) -> Iterator[Simulation]:
-    made = Simulation(domain + 9, speed=5)
-    yield made
-    made.close()
+    with Simulation(domain + 9, speed=5) as made:
+        yield made
 
 
 @pytest.fixture
 def clock(domain: int) -> Iterator[SimTimeClock]:
-    made = a_clock(domain)
-    yield made
-    made.close()
+    with closing(a_clock(domain)) as made:
+        yield made
 
 
 def a_clock(domain: int, server_timeout_s: float = 20) -> SimTimeClock:
@@ -108,9 +107,8 @@ def test_no_time_is_one_error(domain: int):
 def simulation_of(kind: str, domain: int) -> Iterator[None]:
     """Start a simulation that is five times as fast as real time."""
     if kind == "ours":
-        made = Simulation(domain, speed=5)
-        yield
-        made.close()
+        with Simulation(domain, speed=5):
+            yield
         return
     command = with_ros(str(HERE / "with_rclpy/simulation.py"), str(domain), "5")
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:

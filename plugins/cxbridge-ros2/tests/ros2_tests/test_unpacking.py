@@ -35,16 +35,13 @@ def test_a_bag_does_not_unpack_beyond_the_limit(
     writer = Writer(tmp_path / "bag", version=9, storage_plugin=storage)
     writer.set_compression(mode, CompressionFormat.ZSTD)
     with writer:
-        topic = writer.add_connection("/x", "std_msgs/msg/String", msgdef="string data", rihs01="RIHS01_0")
+        kind = "std_msgs/msg/String"
+        topic = writer.add_connection("/cxbridge/events", kind, msgdef="string data", rihs01="RIHS01_0")
         writer.write(topic, 1, data)
     assert sum(file.stat().st_size for file in (tmp_path / "bag").iterdir()) < MEBIBYTE
-    told = ""
     try:
         run = open_run(tmp_path / "bag")
         list(run)
-        list(run.description())
-        with run._open() as bag:  # type: ignore[attr-defined]
-            list(run._read_messages(bag, lambda _connection: True))  # type: ignore[attr-defined]
         told = " ".join(run.notes)
     except CxbridgeError as error:
         told = str(error)

@@ -113,19 +113,14 @@ class Bag:
         self._writer.close()
 
 
-def goal_status(status: int) -> Mapping[str, Any]:
-    return {"status_list": [{"goal_info": {"goal_id": {"uuid": UUID}}, "status": status}]}
-
-
 def fill(bag: Bag) -> None:
-    log = {"level": 30, "name": "nav", "msg": "slow"}
-    bag.add("/rosout", "rcl_interfaces/msg/Log", 1, log)
+    bag.add("/rosout", "rcl_interfaces/msg/Log", 1, {"level": 30, "name": "nav", "msg": "slow"})
     goal = {"goal_id": {"uuid": UUID}, "goal": {"order": 7}}
     event = {"info": {"event_type": 1}, "request": [goal]}
-    name = "/robot/count/_action"
-    bag.add(f"{name}/send_goal/_service_event", SENT, 2, event)
-    for number, status in enumerate((1, 2, 2, 4, 4)):
-        bag.add(f"{name}/status", "action_msgs/msg/GoalStatusArray", 3 + number, goal_status(status))
+    bag.add("/robot/count/_action/send_goal/_service_event", SENT, 2, event)
+    for number, code in enumerate((1, 2, 2, 4, 4)):
+        status = {"status_list": [{"goal_info": {"goal_id": {"uuid": UUID}}, "status": code}]}
+        bag.add("/robot/count/_action/status", "action_msgs/msg/GoalStatusArray", 3 + number, status)
     frame = {
         "header": {"frame_id": "map"},
         "child_frame_id": "base_link",
@@ -136,8 +131,7 @@ def fill(bag: Bag) -> None:
     bag.add("/actions_hub", "plansys2_msgs/msg/ActionExecution", 10, {**hub, "type": 3})
     bag.add("/actions_hub", "plansys2_msgs/msg/ActionExecution", 11, {**hub, "type": 6, "success": False})
     battery = {"voltage": 11, "absolute_soc": 0.5}
-    place = "/blackboard/BatteryInterface/Robot"
-    bag.add(place, "cxbridge_msgs/msg/BatteryInterface", 12, battery)
+    bag.add("/blackboard/BatteryInterface/Robot", "cxbridge_msgs/msg/BatteryInterface", 12, battery)
     bag.add("/chatter", "std_msgs/msg/String", 13, {"data": "hello"})
     bag.close()
 
@@ -151,13 +145,11 @@ def test_a_robots_bag_is_a_run(tmp_path: Path, storage: StoragePlugin, packed: b
     assert [each for each in events if isinstance(each, LogLine)] == [
         LogLine(1_000_000, Level.WARN, "nav", "slow")
     ]
-    text = "count{order=7}"
-    grasp = 'grasp{1="cup"}'
     assert [each for each in events if isinstance(each, SkillStatus)] == [
-        SkillStatus(3_000_000, "", "/robot/count", text, 1, "S_RUNNING"),
-        SkillStatus(6_000_000, "", "/robot/count", text, 1, "S_FINAL"),
-        SkillStatus(10_000_000, "", "arm", grasp, 2, "S_RUNNING"),
-        SkillStatus(11_000_000, "", "arm", grasp, 2, "S_FAILED"),
+        SkillStatus(3_000_000, "", "/robot/count", "count{order=7}", 1, "S_RUNNING"),
+        SkillStatus(6_000_000, "", "/robot/count", "count{order=7}", 1, "S_FINAL"),
+        SkillStatus(10_000_000, "", "arm", 'grasp{1="cup"}', 2, "S_RUNNING"),
+        SkillStatus(11_000_000, "", "arm", 'grasp{1="cup"}', 2, "S_FAILED"),
     ]
     frame, battery = (each for each in events if isinstance(each, InterfaceWrite))
     assert frame.uid == "TransformInterface::/tf/ros2/base_link"
@@ -246,7 +238,6 @@ def test_the_bags_of_rosbag2_are_read():
 
 def test_files_of_a_bag_are_found_by_their_content(tmp_path: Path, recorded: Path):
     fill(Bag(tmp_path / "bag"))
-    assert open_run(tmp_path / "bag/bag.mcap").format == "rosbag"
-    assert open_run(recorded).format == "mcap"
     shutil.copy(tmp_path / "bag/bag.mcap", tmp_path / "moved.mcap")
-    assert open_run(tmp_path / "moved.mcap").format == "rosbag"
+    files = (tmp_path / "bag/bag.mcap", tmp_path / "moved.mcap", recorded)
+    assert [open_run(file).format for file in files] == ["rosbag", "rosbag", "mcap"]

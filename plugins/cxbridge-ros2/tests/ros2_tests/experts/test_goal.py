@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import shutil
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
-from cxbridge.clock import RealClock
 from cxbridge.daemon.client import send_command
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
 from cxbridge.run import RunOptions
 from cxbridge_ros2.experts.definitions import SERVICES_BY_NODE
+from ros2_tests.conftest import until
 from ros2_tests.experts.agents import HERE, MEETING, asking, configuration, served
 from ros2_tests.experts.test_services import WHOLE, goal, named, predicate
 from tests.support import ROOT, needs_plugin
@@ -37,17 +38,12 @@ def test_the_page_has_the_rules():
 
 def test_a_goal_is_pursued(domain: int, tmp_path: Path):
     with served(tmp_path, domain, meeting_that_listens(tmp_path)), asking(domain) as client:
-        clock = RealClock()
         client.request(WHOLE["add_problem_instance"], named("R2", "name"))
         wanted = goal("(said R2 GOODBYE)")
         client.request(WHOLE["add_problem_goal"], wanted)
-        end = clock.now_us() + 60_000_000
-        while not client.request(WHOLE["is_problem_goal_satisfied"], wanted)["satisfied"]:
-            assert clock.now_us() < end
-            client.wait(lambda: False, 0.2)
-        while client.request(WHOLE["get_problem_goal"])["tree"]["nodes"]:
-            assert clock.now_us() < end
-            client.wait(lambda: False, 0.2)
+        wait = partial(client.wait, lambda: False, 0.2)
+        until(lambda: client.request(WHOLE["is_problem_goal_satisfied"], wanted)["satisfied"], wait)
+        until(lambda: not client.request(WHOLE["get_problem_goal"])["tree"]["nodes"], wait)
         found = client.call(WHOLE["exist_problem_predicate"], predicate("said", "R2", "HELLO"))
         assert found["exist"] is True
 

@@ -141,13 +141,17 @@ def experts(domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator[E
 
 @pytest.fixture
 def client(experts: ExpertClient) -> ExpertClient:
-    """The world as the agent has it, and a charged battery."""
+    refill(experts)
+    return experts
+
+
+def refill(experts: ExpertClient) -> None:
+    """Restore the world as the agent has it, and charge the battery."""
     experts.request(WHOLE["clear_problem_knowledge"])
     for name, kind in (("r2", "robot"), ("hall", "room")):
         experts.request(WHOLE["add_problem_instance"], named(name, kind))
     experts.request(WHOLE["add_problem_predicate"], predicate("at", "r2", "hall"))
     experts.request(WHOLE["add_problem_function"], function(3, "battery", "r2"))
-    return experts
 
 
 def test_each_service_is_served_and_asked_here():
@@ -196,10 +200,13 @@ def state(client: ExpertClient) -> str:
 
 
 def test_what_is_there(client: ExpertClient):
-    assert client.call(WHOLE["exist_problem_predicate"], predicate("at", "r2", "hall"))["exist"] is True
-    assert client.call(WHOLE["exist_problem_predicate"], predicate("at", "r2", "dock"))["exist"] is False
-    assert client.call(WHOLE["exist_problem_function"], function(0, "battery", "r2"))["exist"] is True
-    assert client.call(WHOLE["exist_problem_function"], function(0, "battery", "hall"))["exist"] is False
+    for kind, asked, exists in (
+        ("predicate", predicate("at", "r2", "hall"), True),
+        ("predicate", predicate("at", "r2", "dock"), False),
+        ("function", function(0, "battery", "r2"), True),
+        ("function", function(0, "battery", "hall"), False),
+    ):
+        assert client.call(WHOLE[f"exist_problem_{kind}"], asked)["exist"] is exists
     instances = client.request(WHOLE["get_problem_instances"])["instances"]
     assert [(each["name"], each["type"]) for each in instances] == [
         ("dock", "place"),

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,9 +23,9 @@ from cxbridge_ros2.experts.terminal import Terminal
 from cxbridge_ros2.lifecycle import ACTIVATE, CONFIGURE
 from cxbridge_ros2.names import parse_type
 from ros2_tests.clients import LifecycleClient
-from ros2_tests.conftest import has_package, in_ros, needs_ros
+from ros2_tests.conftest import find_package, in_ros, needs_ros
 from ros2_tests.experts.agents import AGENT, asking, served
-from ros2_tests.experts.test_services import RIGHT, WHOLE, WRONG, function, named, predicate
+from ros2_tests.experts.test_services import RIGHT, WHOLE, WRONG, refill
 from ros2_tests.test_managed import answer
 
 pytestmark = needs_ros
@@ -56,30 +55,17 @@ DIFFERENT = {
 """Requests that are answered otherwise, and how theirs is."""
 
 
-@cache
-def folder_of(package: str) -> Path:
-    found = subprocess.run(
-        in_ros("printenv", "AMENT_PREFIX_PATH"), stdout=subprocess.PIPE, text=True, check=True
-    )
-    for each in found.stdout.strip().split(os.pathsep):
-        if (Path(each) / "share" / package).is_dir():
-            return Path(each)
-    pytest.skip(f"this ROS 2 has no {package}")
-
-
-def needs(*packages: str) -> None:
-    for package in packages:
-        if not has_package(package):
-            pytest.skip(f"this ROS 2 has no {package}")
+def needs(package: str) -> Path:
+    """Skip the test without a package; return the prefix of the package."""
+    return find_package(package) or pytest.skip(f"this ROS 2 has no {package}")
 
 
 # ---- messages
 
 
 def test_the_hashes_of_the_types_are_theirs():
-    needs("plansys2_msgs")
     ours = Definitions(environment={}, texts=TYPE_DEFINITIONS)
-    share = folder_of("plansys2_msgs") / "share" / "plansys2_msgs"
+    share = needs("plansys2_msgs") / "share" / "plansys2_msgs"
     checked = 0
     for name in TYPE_DEFINITIONS:
         kind = parse_type(name)
@@ -118,9 +104,23 @@ quit
 """
 
 
+SAID = (
+    "Types: 3",
+    "sweep (action)",
+    "move (durative action)",
+    "Preconditions: (and (at ?0 ?1)(not (clean ?1)))",
+    "attic\troom",
+    "(clean attic)",
+    "Functions: 1",
+    "Goal: (and (clean hall)(clean attic))",
+    "Could not add the instance [x]",
+    "Goal: (and (clean hall))",
+)
+"""What their terminal says to these commands."""
+
+
 def test_their_terminal_asks_ours(domain: int, tmp_path: Path):
-    needs("plansys2_terminal")
-    program = folder_of("plansys2_terminal") / "lib" / "plansys2_terminal" / "plansys2_terminal"
+    program = needs("plansys2_terminal") / "lib" / "plansys2_terminal" / "plansys2_terminal"
     with served(tmp_path, domain) as daemon:
         done = subprocess.run(
             in_ros(str(program)),
@@ -131,17 +131,8 @@ def test_their_terminal_asks_ours(domain: int, tmp_path: Path):
             timeout=120,
             check=False,
         )
-        said = done.stdout
-        assert "Types: 3" in said
-        assert "sweep (action)" in said
-        assert "move (durative action)" in said
-        assert "Preconditions: (and (at ?0 ?1)(not (clean ?1)))" in said
-        assert "attic\troom" in said
-        assert "(clean attic)" in said
-        assert "Functions: 1" in said
-        assert "Goal: (and (clean hall)(clean attic))" in said
-        assert "Could not add the instance [x]" in said
-        assert "Goal: (and (clean hall))" in said
+        for text in SAID:
+            assert text in done.stdout, text
         assert daemon.node is not None
         env = daemon.node.env
         assert env is not None
@@ -155,9 +146,8 @@ def test_their_terminal_asks_ours(domain: int, tmp_path: Path):
 
 @contextmanager
 def their_node(package: str, program: str, *parameters: str) -> Iterator[None]:
-    command = [str(folder_of(package) / "lib" / package / program), "--ros-args"]
-    for each in parameters:
-        command += ["-p", each]
+    command = [str(needs(package) / "lib" / package / program), "--ros-args"]
+    command += [word for each in parameters for word in ("-p", each)]
     with subprocess.Popen(in_ros(*command), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
         yield
         process.kill()
@@ -174,7 +164,6 @@ def lead(client: ExpertClient, name: str) -> None:
 @pytest.fixture(scope="module")
 def theirs(domain: int) -> Iterator[ExpertClient]:
     """Their experts, with the domain of our agent."""
-    needs("plansys2_problem_expert", "plansys2_domain_expert")
     model = f"model_file:={AGENT / 'domain.pddl'}"
     with (
         their_node("plansys2_problem_expert", "problem_expert_node", model),
@@ -184,14 +173,6 @@ def theirs(domain: int) -> Iterator[ExpertClient]:
         for name in ("/problem_expert", "/domain_expert"):
             lead(client, name)
         yield client
-
-
-def refill(client: ExpertClient) -> None:
-    client.request(WHOLE["clear_problem_knowledge"])
-    for name, kind in (("r2", "robot"), ("hall", "room")):
-        client.request(WHOLE["add_problem_instance"], named(name, kind))
-    client.request(WHOLE["add_problem_predicate"], predicate("at", "r2", "hall"))
-    client.request(WHOLE["add_problem_function"], function(3, "battery", "r2"))
 
 
 def plain(value: Any) -> Any:
@@ -226,7 +207,7 @@ def test_their_texts_are_read_here(theirs: ExpertClient):
 
 
 def test_their_planner_reads_our_texts(domain: int, tmp_path: Path):
-    needs("plansys2_planner", "plansys2_popf_plan_solver")
+    needs("plansys2_popf_plan_solver")
     other = domain + 10
     with (
         pytest.MonkeyPatch.context() as patch,

@@ -21,6 +21,7 @@ from ros2_tests.experts.agents import asking, served
 from tests.forked import nursery
 
 RESET = (
+    "remove instance attic",
     "remove instance r2",
     "remove instance hall",
     "set instance r2 robot",
@@ -55,18 +56,24 @@ RIGHT = {
     "get problem functions": ["(= (battery r2) 3)"],
     "get problem goal": ["(and (clean hall) (not (at r2 dock)))"],
     "get plan": ["0.000: (sweep r2 hall) [0.001]"],
-    "set instance attic  room": [],
-    "set predicate (clean hall)": [],
-    "set function (= (distance hall dock) 2.5)": [],
-    "set goal (or (clean hall) (>= (battery r2) 2))": [],
-    "remove instance hall": [],
-    "remove predicate (at r2 hall)": [],
-    "remove function (battery r2)": [],
-    "remove goal": [],
     "help": [*HELP_LINES],
     "quit": [],
     "": [],
 }
+EFFECTS = {
+    "set instance attic  room": ("instances", ["dock - place", "r2 - robot", "hall - room", "attic - room"]),
+    "set predicate (clean hall)": ("predicates", ["(open)", "(at r2 hall)", "(clean hall)"]),
+    "set function (= (distance hall dock) 2.5)": (
+        "functions",
+        ["(= (battery r2) 3)", "(= (distance hall dock) 2.5)"],
+    ),
+    "set goal (or (clean hall) (>= (battery r2) 2))": ("goal", ["(or (clean hall) (>= (battery r2) 2))"]),
+    "remove instance hall": ("instances", ["dock - place", "r2 - robot"]),
+    "remove predicate (at r2 hall)": ("predicates", ["(open)"]),
+    "remove function (battery r2)": ("functions", []),
+    "remove goal": ("goal", ["no goal"]),
+}
+"""Commands that say nothing, and the part of the problem that shows their effect."""
 REFUSED = {
     "get model predicate flies": "Predicate not found",
     "get model function speed": "Function not found",
@@ -119,6 +126,13 @@ def test_right(terminal: Terminal, line: str):
         assert said[0].splitlines()[:1] == RIGHT[line]
     else:
         assert said == RIGHT[line]
+
+
+@pytest.mark.parametrize("line", EFFECTS)
+def test_effects(terminal: Terminal, line: str):
+    assert list(terminal.run_line(line)) == []
+    part, expected = EFFECTS[line]
+    assert list(terminal.run_line(f"get problem {part}")) == expected
 
 
 @pytest.mark.parametrize("line", REFUSED)
