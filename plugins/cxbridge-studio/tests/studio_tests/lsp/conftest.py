@@ -116,13 +116,13 @@ class Editor:
         found = self.run(
             self.client.text_document_hover_async(lsp.HoverParams(**self.at(name, text, inside=inside)))
         )
-        return found.contents.value if found else ""
+        return found.contents.value if found else ""  # type: ignore[union-attr]  # the server sends Markdown
 
     def complete(self, name: str, text: str) -> list[str]:
         """Return what can be written behind a text."""
         place = lsp.CompletionParams(**self.at(name, text, inside=len(text)))
         found = self.run(self.client.text_document_completion_async(place))
-        return [item.label for item in found.items]
+        return [item.label for item in found.items]  # type: ignore[union-attr]  # the server sends a list
 
     def shown(self, name: str) -> list[tuple[str, int]]:
         """Return the codes of the diagnostics of a file, and their lines from 1."""
