@@ -61,7 +61,7 @@ class AgentSources:
     """The names in an agent's sources.
 
     :ivar rules: the rules by name; of two rules with the same name, the last definition.
-    :ivar goal_classes: the goal classes.
+    :ivar goal_classes: the goal classes that constructs name.
     :ivar operators: the operators of the PDDL domains, in lower case.
     :ivar texts: the texts of the CLIPS files, by name.
     """

@@ -27,24 +27,24 @@ class RuleStory:
 
     :param where: the run and the time.
     :param position: the file and line of the rule; None if unknown.
-    :param missing: why the rule does not exist; other fields are empty then.
-    :param ahead: the activations before its first activation; None without an activation.
+    :param missing_reason: why the rule does not exist; other fields are empty then.
+    :param activations_ahead: the activations before its first activation; None without an activation.
     :param firings: the time in seconds since the start of the run, and the facts, of each firing; None if
         unknown.
     :param notes: remarks about the source.
-    :param unknown: why the facts, and thus the matches, are not known; empty if they are.
+    :param unknown_reason: why the facts, and thus the matches, are not known; empty if they are.
     """
 
     rule: str
     where: str
     position: SourceLine | None = None
-    missing: str = ""
+    missing_reason: str = ""
     snapshot: Snapshot | None = None
     diagnosis: Diagnosis | None = None
-    ahead: tuple[Activation, ...] | None = None
+    activations_ahead: tuple[Activation, ...] | None = None
     firings: tuple[tuple[float, str], ...] | None = None
     notes: tuple[str, ...] = ()
-    unknown: str = ""
+    unknown_reason: str = ""
 
 
 def explain_rule(evidence: Evidence, rule: str) -> RuleStory:
@@ -54,10 +54,10 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleStory:
     """
     rulebook = evidence.read_rulebook()
     if rule not in rulebook.rules:
-        missing = explain_missing_rule(rule, rulebook)
-        if not missing:
+        reason = explain_missing_rule(rule, rulebook)
+        if not reason:
             raise CxbridgeError(f"there is no rule '{rule}'", hint=did_you_mean(rule, rulebook.rules) or None)
-        return RuleStory(rule, evidence.where, missing=missing, notes=tuple(evidence.notes))
+        return RuleStory(rule, evidence.where, missing_reason=reason, notes=tuple(evidence.notes))
     events = evidence.find_rule_firings(rule)
     story = RuleStory(
         rule,
@@ -71,14 +71,14 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleStory:
     try:
         snapshot = evidence.take_snapshot(rule)
     except NoFactsError as error:
-        return replace(story, unknown=f"{error.message}: {error.hint}")
+        return replace(story, unknown_reason=f"{error.message}: {error.hint}")
     agenda = snapshot.agenda or ()
     first_index = next((index for index, activation in enumerate(agenda) if activation.rule == rule), None)
     return replace(
         story,
         snapshot=snapshot,
         diagnosis=diagnose_in_sandbox(snapshot),
-        ahead=None if first_index is None else agenda[:first_index],
+        activations_ahead=None if first_index is None else agenda[:first_index],
         notes=tuple(evidence.notes),  # copying the snapshot may have added notes
     )
 
@@ -90,8 +90,8 @@ def to_json(story: RuleStory) -> dict[str, Any]:
         "headline": make_headline(story),
         "rule": story.rule,
         "where": story.where,
-        "exists": not story.missing,
-        "missing": story.missing,
+        "exists": not story.missing_reason,
+        "missing": story.missing_reason,
         "file": file,
         "line": line,
         "verdict": make_verdict(story),
@@ -108,21 +108,21 @@ def to_json(story: RuleStory) -> dict[str, Any]:
             "clips_matches": list(story.snapshot.clips_counts),
             "on_agenda": story.snapshot.activations,
             "ahead_on_agenda": None
-            if story.ahead is None
-            else [asdict(activation) for activation in story.ahead],
+            if story.activations_ahead is None
+            else [asdict(activation) for activation in story.activations_ahead],
         }
     return result
 
 
 def make_headline(story: RuleStory) -> str:
     """Return the report in one line: whether the rule has fired, and the cause."""
-    if story.missing:
-        return f"rule {story.rule}: {story.missing}"
+    if story.missing_reason:
+        return f"rule {story.rule}: {story.missing_reason}"
     failure = None if story.diagnosis is None else story.diagnosis.failure
     if story.diagnosis is None or failure is None:
         return f"rule {story.rule}: {make_verdict(story)}"
-    near = [miss for miss in failure.near if miss.deviations]
-    deviations = [deviation for miss in near[:1] for deviation in miss.deviations]
+    near_misses = [miss for miss in failure.near if miss.deviations]
+    deviations = [deviation for miss in near_misses[:1] for deviation in miss.deviations]
     details = [
         *failure.facts[:1],
         *failure.values[:1],
@@ -132,7 +132,7 @@ def make_headline(story: RuleStory) -> str:
     if (shortage := find_shortage(story)) is not None:
         _, slot, wanted_values = shortage
         # The first word of a near miss is the index of the fact.
-        values = ", ".join(f"{miss.deviations[0].value} in {miss.fact.split()[0]}" for miss in near)
+        values = ", ".join(f"{miss.deviations[0].value} in {miss.fact.split()[0]}" for miss in near_misses)
         reason = f"{slot} is {values}, wanted {' or '.join(wanted_values)}"
     state = (
         f"fired {format_count(len(story.firings), 'time')}, but not again"
@@ -145,14 +145,14 @@ def make_headline(story: RuleStory) -> str:
 
 def find_shortage(story: RuleStory) -> tuple[str, str, list[str]] | None:
     """Return the template, the slot and the wanted values if only a fact with such a value is missing."""
-    near = story.diagnosis.failure.near if story.diagnosis and story.diagnosis.failure else ()
-    deviations = [deviation for miss in near for deviation in miss.deviations]
+    near_misses = story.diagnosis.failure.near if story.diagnosis and story.diagnosis.failure else ()
+    deviations = [deviation for miss in near_misses for deviation in miss.deviations]
     wanted = {(deviation.slot, deviation.wanted) for deviation in deviations}
     if len(wanted) != 1 or re.search("[?~:&]", deviations[0].wanted):
         return None
     # A fact is `f-1 (TEMPLATE (SLOT VALUE) ...)`.
     return (
-        re.split(r"[\s()]+", near[0].fact)[1],
+        re.split(r"[\s()]+", near_misses[0].fact)[1],
         deviations[0].slot,
         re.split(r" or |\|", deviations[0].wanted),
     )
@@ -161,10 +161,10 @@ def find_shortage(story: RuleStory) -> tuple[str, str, list[str]] | None:
 def make_verdict(story: RuleStory) -> str:
     """Return why the rule does not fire, as a sentence without capital and full stop."""
     diagnosis, snapshot = story.diagnosis, story.snapshot
-    if story.unknown:
-        return f"whether its condition matches is unknown: {story.unknown}"
+    if story.unknown_reason:
+        return f"whether its condition matches is unknown: {story.unknown_reason}"
     if diagnosis is None or snapshot is None:
-        return f"there is no such rule: {story.missing}"
+        return f"there is no such rule: {story.missing_reason}"
     if diagnosis.unknown:
         return f"why it has not fired is not fully known: {diagnosis.unknown}"
     if diagnosis.failing:
@@ -183,13 +183,12 @@ def _explain_matches(story: RuleStory, diagnosis: Diagnosis, activations: int | 
     is_single = diagnosis.matches == Count(1)
     matches = "its condition matches" + (" in one way" if is_single else f" in {diagnosis.matches} ways")
     if activations:
-        # `ahead` is None if more activations come first than a snapshot lists.
-        turn_text = "it is the next to fire" if story.ahead == () else "many other activations come first"
-        if story.ahead:
-            first = story.ahead[0]
-            turn_text = (
-                f"it comes after {len(story.ahead)} others, first {first.rule} (salience {first.salience})"
-            )
+        ahead = story.activations_ahead
+        # None if more activations come first than a snapshot lists.
+        turn_text = "it is the next to fire" if ahead == () else "many other activations come first"
+        if ahead:
+            first = f"{ahead[0].rule} (salience {ahead[0].salience})"
+            turn_text = f"it comes after {len(ahead)} others, first {first}"
         verb = "is" if activations == 1 else "are"
         return f"{matches}, {activations} of them {verb} on the agenda: {turn_text}"
     if activations is None and story.firings is None:
@@ -215,7 +214,7 @@ def format_report(story: RuleStory) -> Iterator[str]:
     yield f"rule {story.rule} ({', '.join(details)})" if details else f"rule {story.rule}"
     yield f"in {story.where}"
     yield ""
-    if story.firings is not None and not story.missing:
+    if story.firings is not None and not story.missing_reason:
         yield _describe_firings(story.firings)
     verdict = make_verdict(story)
     yield f"{verdict[0].upper()}{verdict[1:]}."

@@ -64,7 +64,7 @@ def test_a_rule_with_a_broken_construct(tmp_path):
     with world() as env:
         env.load(file)
         story = explain_rule(WorldEvidence(env), "it")
-    assert f"{file}:2: defrule it is not defined" in story.missing
+    assert f"{file}:2: defrule it is not defined" in story.missing_reason
     assert "there is no such rule: it was refused" in make_verdict(story)
     assert to_json(story)["exists"] is False
 
@@ -76,7 +76,7 @@ def test_a_rule_that_is_undefined_later(tmp_path):
         env.load(file)
         env.eval("(undefrule it)")
         story = explain_rule(WorldEvidence(env), "it")
-    assert "defines it, but it is gone" in story.missing
+    assert "defines it, but it is gone" in story.missing_reason
 
 
 def test_an_unknown_rule_names_similar_ones():
