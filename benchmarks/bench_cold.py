@@ -1,8 +1,8 @@
-"""`cxbridge run test-scenario --trace`, cold, against a fixed piece of work of Python's, in processes.
+"""`cxbridge run test-scenario --trace`, cold, against a fixed piece of work in Python, as processes.
 
-Both are measured in turn, by the processor time of their processes: these machines have other work, too.
-Python may write its bytecode into a folder of this benchmark: an installed package has it, a checkout on
-a machine with PYTHONDONTWRITEBYTECODE does not, and compiles 200 modules in each run.
+Both are measured in turn, by the processor time of their processes, because machines have other work, too.
+Python writes its bytecode into a folder of this benchmark. An installed package has bytecode; a checkout on
+a machine with PYTHONDONTWRITEBYTECODE would compile 200 modules in each run.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ WORK = "sum(i*i for i in range(3_000_000))"
 
 
 def processor_seconds(command: list[str], environment: dict[str, str]) -> float:
-    """Run a command to its end; return how long it was on a processor."""
+    """Run a command and return its processor time."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(command, cwd=ROOT, env=environment, check=True, capture_output=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -29,9 +29,9 @@ from cxbridge.executive.host.values import Symbol, Value
 GOALS = (50, 100, 200, 400)
 ROUNDS = 5
 SPEED_UP = 10.0
-"""The built-in core is to be faster by this at the greatest G."""
+"""The minimum ratio of the original core's time to the built-in core's, at the greatest G."""
 GROWTH = 2.3
-"""It may take this much longer when G doubles."""
+"""The maximum ratio of the times after and before G doubles."""
 
 ACTIONS = 10
 """Actions of a plan."""
@@ -68,7 +68,7 @@ EXECUTOR = """
 
 @dataclass(frozen=True)
 class Work:
-    """What is to be done: by ``builtin`` or ``fawkes``, in the variant ``shared`` or ``own``, for G goals."""
+    """Work for a core (``builtin`` or ``fawkes``), in the variant ``shared`` or ``own``, for G goals."""
 
     core: str
     variant: str
@@ -76,7 +76,7 @@ class Work:
 
 
 def seconds(work: Work) -> float:
-    """Do the work once, and return how long it took.
+    """Do the work once, and return its seconds.
 
     :raises AssertionError: when an action has not become FINAL: the figure would mean nothing.
     """
@@ -137,7 +137,7 @@ def measure_builtin(variant: str) -> dict[int, float]:
 
 
 def main() -> int:
-    """Measure and print; whether a limit was exceeded."""
+    """Measure and print; return whether a limit was exceeded."""
     within = True
     builtin = {variant: measure_builtin(variant) for variant in ("shared", "own")}
     for variant, taken in builtin.items():

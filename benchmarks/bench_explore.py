@@ -1,4 +1,4 @@
-"""Exploration by fork against a process for each run, by processor time; and what a forked run costs.
+"""Exploration by fork against a process for each run, by processor time, and the memory of a forked run.
 
 Both visit each run, without merging, so that they do the same. The memory is what a forked run has of its
 own: its private pages that were written to, at the moment at which it ends.
@@ -23,11 +23,11 @@ SCENARIO = "test-scenario"
 PAIRS = 5
 COMMAND = [sys.executable, "-m", "cxbridge", "explore", SCENARIO, "--faults", "2", "--no-merge", "--json"]
 WAYS = 6
-"""In how many ways each skill fails, so that there are 25 runs: loading is a part of each run's cost."""
+"""The number of failures of each skill, for 25 runs, because the loading is a part of each run's cost."""
 
 
 def own_kilobytes(pid: int) -> int:
-    """Return the memory that a process shares with no other."""
+    """Return the private memory of a process."""
     lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("Private_Dirty:"))
 
@@ -41,7 +41,7 @@ def write_world(folder: Path) -> Path:
 
 
 def largest_run(command: list[str]) -> int:
-    """Return the most that a run of an exploration has of its own, of those seen, in kilobytes."""
+    """Return the largest private memory of the observed runs of an exploration, in kilobytes."""
     most = 0
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, start_new_session=True) as process:
         while process.poll() is None:

@@ -1,4 +1,4 @@
-"""What the Fawkes port costs, beside bare sockets of the same topology, and beside Fawkes.
+"""The cost of the Fawkes port, against bare sockets of the same topology, and against Fawkes.
 
     python benchmarks/bench_fawkesnet.py [--seconds N] [--json]
 
@@ -63,7 +63,7 @@ def serve(pipe: Connection) -> None:
 
 
 class Notes(Listener):
-    """Notes when each number was first seen."""
+    """Records the time of the first read of each number."""
 
     def __init__(self) -> None:
         self.seen: dict[int, float] = {}
@@ -101,7 +101,7 @@ def write(port: int, pipe: Connection) -> None:
 
 
 def measure_cxbridge(seconds: float) -> Report:
-    """Return what our client and server need."""
+    """Return the times of cxbridge's client and server."""
     pipe, far = mp.Pipe()
     server = mp.Process(target=serve, args=(far,), daemon=True)
     server.start()
@@ -112,7 +112,7 @@ def measure_cxbridge(seconds: float) -> Report:
 
 
 def measure_clients(port: int, seconds: float) -> Report:
-    """Return what our clients need with the server on this port of the loopback."""
+    """Return the times of cxbridge's clients with the server at a local port."""
     result: Report = {}
     jobs, work = mp.Pipe()
     with connect(port) as board:
@@ -125,7 +125,7 @@ def measure_clients(port: int, seconds: float) -> Report:
         for spacing in SPACINGS:
             sent = ask(jobs, (int(min(seconds, 2000 * spacing) / spacing), spacing))
             board.flush()
-            # a listener that is called late reads the data of a later write
+            # a late call of a listener reads the data of a later write
             latencies = [notes.seen[number] - when for number, when in sent if number in notes.seen]
             note(result, f"c2c, {spacing * 1000:g} ms apart", latencies)
         notes.events.clear()
@@ -163,7 +163,7 @@ def note(result: Report, figure: str, seconds: list[float]) -> None:
 
 
 def relay(pipe: Connection) -> None:
-    """Take frames of the first connection; send twice as much to both; echo what the third sends."""
+    """Read frames of the first connection and send two to both connections; echo the third connection."""
     listener = socket.create_server(("127.0.0.1", 0))
     pipe.send(listener.getsockname()[1])
     socks = [listener.accept()[0] for _ in range(2)]
@@ -230,7 +230,7 @@ def receive_bare(sock: socket.socket, count: int, seen: dict[int, float]) -> Non
 
 
 def measure_bare(seconds: float) -> Report:
-    """Return what bare sockets of the same topology need."""
+    """Return the times of bare sockets of the same topology."""
     result: Report = {}
     (pipe, far), (jobs, work) = mp.Pipe(), mp.Pipe()
     server = mp.Process(target=relay, args=(far,), daemon=True)
@@ -272,7 +272,7 @@ def measure_bare(seconds: float) -> Report:
 
 
 def against_fawkes(ours: Report, real: Report) -> None:
-    """Print what the same clients need with a real Fawkes as their server."""
+    """Print the times of the same clients with a real Fawkes as their server."""
     print("the same clients with the Fawkes that runs here:")
     for figure in FAWKES:
         factor = ours[figure] / real[figure] if figure == "updates/s" else real[figure] / ours[figure]
@@ -280,7 +280,10 @@ def against_fawkes(ours: Report, real: Report) -> None:
 
 
 def main(arguments: Sequence[str] = ()) -> int:
-    """Measure and print; `arguments` are those of the command line."""
+    """Measure and print.
+
+    :param arguments: the arguments of the command line.
+    """
     parser = argparse.ArgumentParser(description="the Fawkes port, against bare sockets and Fawkes")
     parser.add_argument("--seconds", type=float, default=5.0, help="for each measurement, at most")
     parser.add_argument("--fawkes", type=int, metavar="PORT", help="a real Fawkes here, measured as well")

@@ -1,4 +1,4 @@
-"""A fleet in one executive: 50 robots, 10,000 facts that nobody matches, 1,000 goals over the skill board.
+"""A fleet in one executive: 50 robots, 10,000 unmatched facts, 1,000 goals on the skill board.
 
 Each goal has a plan of one action, which an executor of its robot executes; all of it is in this process, on
 a virtual clock. Measured are the loops of the main loop (rules, skill board, executors), in CPU time of this
@@ -66,7 +66,7 @@ EXECUTOR = '''
 from cxbridge.skiller.board import Progress, SkillExecutor
 
 class Worker(SkillExecutor):
-    """Works for 0.8 s, and tells how far it is."""
+    """Executes for 0.8 s, with progress."""
     skills = ("work",)
 
     def execute(self, call):
@@ -78,7 +78,7 @@ class Worker(SkillExecutor):
 
 @dataclass(frozen=True)
 class Fleet:
-    """What the executive has to do with.
+    """The size of the scenario.
 
     :param executors: of each robot.
     :param facts: that no rule matches.
@@ -117,7 +117,7 @@ def write(folder: Path, fleet: Fleet) -> Path:
 
 
 def measure(fleet: Fleet) -> list[float]:
-    """Run all goals to their end; return the milliseconds of each loop.
+    """Run all goals, and return the milliseconds of each loop.
 
     :raises AssertionError: when a goal does not complete.
     """
@@ -141,7 +141,7 @@ def measure(fleet: Fleet) -> list[float]:
 def main() -> None:
     """Measure and print."""
     loops = measure(Fleet())
-    # the first loop makes all facts and goals, which no agent does in one
+    # without the first loop, which makes all facts and goals at once, unlike agents
     first, rest = loops[0], sorted(loops[1:])
     rate = 1e3 * len(rest) / sum(rest)
     verdict = "ok" if rate >= LIMIT_LOOPS else "TOO SLOW"

@@ -1,4 +1,4 @@
-"""An idle daemon with Skiller and executive: its share of a core, beside bare clipspy's, and its memory.
+"""An idle daemon with Skiller and executive: its memory, and its share of a core against bare clipspy.
 
 The daemon works off the test scenario first, which takes it twelve seconds. Its time on the processor is the
 kernel's own account of all its threads, to the nanosecond; the main loop goes on 30 times a second. What a
@@ -29,13 +29,13 @@ CLIPS = "bare clipspy with two rules, 30 times a second"
 
 
 def processor_seconds(pid: int) -> float:
-    """Return how long all threads of a process were on a processor."""
+    """Return the processor time of all threads of a process."""
     files = Path(f"/proc/{pid}/task").glob("*/schedstat")
     return sum(int(file.read_text().split()[0]) for file in files) / 1e9
 
 
 def wakeups(pid: int) -> int:
-    """Return how often threads of a process went to sleep."""
+    """Return the number of voluntary context switches of a process."""
     texts = [file.read_text() for file in Path(f"/proc/{pid}/task").glob("*/status")]
     return sum(int(text.split("\nvoluntary_ctxt_switches:")[1].split("\n")[0]) for text in texts)
 
@@ -47,7 +47,7 @@ def memory_mb(pid: int) -> float:
 
 @contextmanager
 def running(command: list[str]) -> Iterator[int]:
-    """Run a Python program; its process id."""
+    """Run a Python program, and yield its process id."""
     process = subprocess.Popen([sys.executable, *command], stderr=subprocess.DEVNULL)
     try:
         yield process.pid
@@ -63,7 +63,7 @@ def daemon(scenario: list[str], socket: Path) -> list[str]:
 
 
 def repeat(work: Callable[[], object]) -> None:
-    """Do something 30 times a second, until somebody ends this process."""
+    """Repeat the work 30 times a second, until the process is ended."""
     while True:
         time.sleep(1 / 30)
         work()
@@ -76,7 +76,7 @@ RIVALS = {
 
 
 def measure(scenarios: dict[str, list[str]], folder: Path) -> None:
-    """Let daemons work their scenarios off, and measure all in the same minute, with nothing to do."""
+    """Let daemons complete their scenarios, and measure all idle daemons in the same minute."""
     commands = {
         **{name: daemon(options, folder / f"bb{at}") for at, (name, options) in enumerate(scenarios.items())},
         **{name: ["-c", program] for name, program in RIVALS.items()},

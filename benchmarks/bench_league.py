@@ -1,7 +1,7 @@
-"""A whole simulated game of the RCLL, 20 minutes of it: its processor time, against the game's time.
+"""A simulated RCLL game of 20 minutes: its processor time against the game's time.
 
-Needs the checkouts that `cxbridge game` needs, named by FAWKES_DIR, ROBOTINO_DIR and REFBOX_DIR; PROTO_DIR
-has the messages where neither of the last two has its submodules.
+Needs the checkouts of `cxbridge game` in FAWKES_DIR, ROBOTINO_DIR and REFBOX_DIR, and in PROTO_DIR the
+messages if neither of the last two has its submodules.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ def main() -> None:
         "--refbox-dir": "REFBOX_DIR",
         "--proto-dir": "PROTO_DIR",
     }
-    given = {option: os.environ[name] for option, name in options.items() if name in os.environ}
-    if given.keys() < options.keys() - {"--proto-dir"}:
+    checkouts = {option: os.environ[name] for option, name in options.items() if name in os.environ}
+    if checkouts.keys() < options.keys() - {"--proto-dir"}:
         print("  not measured: FAWKES_DIR, ROBOTINO_DIR and REFBOX_DIR name no checkouts")
         return
     command = [sys.executable, "-m", "cxbridge", "game", "--spec", "rcll-central", "--seed", "1", "--json"]
-    command += [word for item in given.items() for word in item] + ["--minutes", str(MINUTES)]
+    command += [word for item in checkouts.items() for word in item] + ["--minutes", str(MINUTES)]
     seconds = processor_seconds(command, dict(os.environ))
     print(f"  {seconds:.0f} s of processor time for {MINUTES} minutes")
     report("processor time of a game / its time", seconds / (60 * MINUTES), limit=0.25)

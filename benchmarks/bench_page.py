@@ -1,4 +1,4 @@
-"""The page with much to show: 1,000 goals, 10,000 facts, 100,000 events. Long tasks of the browser, per view.
+"""The page with 1,000 goals, 10,000 facts and 100,000 events: long tasks of the browser in each view.
 
 Run with ``python -m benchmarks.bench_page [ROUNDS]``; needs playwright and an installed Chromium. A long
 task is one of the page's main thread that computes for more than 100 ms. The row ``nothing`` is an empty
@@ -34,7 +34,7 @@ VIEWS = ("goals", "goals/G7", "skills", "blackboard", "clips/facts",
 
 
 def fill(daemon: FakeDaemon) -> None:
-    """Give the daemon what it answers with."""
+    """Set the replies of the daemon."""
     goals = [f"G{number}" for number in range(GOALS)]
     daemon.answers |= {
         "clips-executive/goals": [
@@ -55,7 +55,7 @@ def fill(daemon: FakeDaemon) -> None:
 
 
 def events(count: int, begin: int) -> list[dict[str, Any]]:
-    """Return events of a busy run: half of them goals and actions, the rest log lines and facts."""
+    """Return the events of a busy run: half of them of goals and actions, the rest log lines and facts."""
     made: list[dict[str, Any]] = []
     for number in range(begin, begin + count):
         time_us, goal = START_US + number * 1_000, f"G{number % GOALS}"
@@ -81,7 +81,7 @@ def events(count: int, begin: int) -> list[dict[str, Any]]:
 
 
 def tasks(trace: bytes) -> list[float]:
-    """Return how long the main thread's tasks computed, in ms; waiting for a core does not count."""
+    """Return the processor times of the main thread's tasks, in ms."""
     found = json.loads(trace)["traceEvents"]
     mains = {
         (event["pid"], event["tid"])
@@ -96,7 +96,7 @@ def tasks(trace: bytes) -> list[float]:
 
 
 def look(browser: Any, page: Any, act: Callable[[], None]) -> float:
-    """Return the longest task while something is done, and shortly afterwards."""
+    """Return the longest task during an action and shortly afterwards."""
     browser.start_tracing(page=page, categories=["disabled-by-default-devtools.timeline"])
     act()
     page.wait_for_timeout(1500)
@@ -104,7 +104,7 @@ def look(browser: Any, page: Any, act: Callable[[], None]) -> float:
 
 
 def measure(browser: Any) -> dict[str, float]:
-    """Return the longest task of each view while events come; and of a page that does nothing."""
+    """Return the longest task of each view during events, and of an idle page."""
     daemon, begin, each = FakeDaemon(), 0, EVENTS // len(VIEWS)
     fill(daemon)
     with served(daemon) as site:
@@ -141,7 +141,7 @@ def record(path: Path) -> None:
 
 
 def first_picture(browser: Any, url: str) -> float:
-    """Return after how many ms a recording is shown: its timeline, and all of its moments."""
+    """Return the ms until the page shows a recording: its timeline and all its moments."""
     page = browser.new_page(viewport={"width": 1600, "height": 900})
     page.add_init_script(
         """window.shown = new Promise((done) => {
@@ -152,7 +152,7 @@ def first_picture(browser: Any, url: str) -> float:
     )
     page.goto(url)
     shown: float = page.evaluate("window.shown")
-    # the server still reads the recording for the page's next questions: the next load has the machine alone
+    # the server still replies to requests of the page, which would slow down the next load
     page.wait_for_load_state("networkidle")
     assert "RECORDING" in page.inner_text("#state"), page.inner_text("body")
     page.context.close()
@@ -160,7 +160,7 @@ def first_picture(browser: Any, url: str) -> float:
 
 
 def main(rounds: int = 3) -> int:
-    """Print the longest task of each view: the median of some rounds, and the worst of them."""
+    """Print the longest task of each view: the median and the worst of the rounds."""
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
         recording = Path(folder, "run.mcap")

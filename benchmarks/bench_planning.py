@@ -1,4 +1,4 @@
-"""Planning through the service against the engine bare: blocks worlds of 4 to 10 blocks.
+"""Planning through the service against the bare engine, for blocks worlds of 4 to 10 blocks.
 
 Ours is from the text of a problem to the plan: reading, the way to the planner's process and back, binding or
 translation, search. Bare is the engine called in this process on files: pyperplan with the same search and
@@ -34,7 +34,7 @@ ROUNDS = 7
 
 
 def problem(blocks: int) -> str:
-    """Return a tower to be built from another one."""
+    """Return the problem of building a tower from another tower."""
     names = [f"b{number}" for number in range(blocks)]
     before, after = (
         random.Random(blocks).sample(names, blocks),
@@ -47,7 +47,7 @@ def problem(blocks: int) -> str:
 
 
 def seconds(function, *arguments):
-    """Return how long a call takes, and what it returns."""
+    """Return the seconds of a call, and its result."""
     start = time.perf_counter()
     result = function(*arguments)
     return time.perf_counter() - start, result
@@ -72,7 +72,7 @@ def bare_fast_downward(files):
 
 
 def compare(service, engine, bare, folder) -> None:
-    """Measure one engine, both ways in turn, and print."""
+    """Measure an engine, bare and through the service in turn, and print."""
     domain = parse_domain(DOMAIN)
     files = [Path(folder, "domain.pddl"), Path(folder, "problem.pddl")]
     files[0].write_text(DOMAIN)

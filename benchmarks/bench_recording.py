@@ -1,4 +1,4 @@
-"""What recording adds to a run, level by level: pairs of runs in one process, medians of their ratios."""
+"""The cost of recording at each level: pairs of runs in one process, and the medians of their ratios."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ AGENT = f"""
 
 
 def seconds(scenario: Path, trace: Path | None, level: str) -> float:
-    """Return the time of the processor that a run takes: others on this machine do not count."""
+    """Return the processor time of a run."""
     gc.collect()
     started = time.process_time()
     run_scenario(RunOptions(scenario=scenario, trace=trace, trace_level=level))
@@ -79,7 +79,7 @@ def seconds(scenario: Path, trace: Path | None, level: str) -> float:
 
 
 def pair(scenario: Path, trace: Path, level: str, recorded_first: bool) -> tuple[float, float]:
-    """Return the times of a run that is recorded and of one that is not."""
+    """Return the times of a recorded run and of a run without recording."""
     if recorded_first:
         return seconds(scenario, trace, level), seconds(scenario, None, level)
     plain = seconds(scenario, None, level)
@@ -87,7 +87,7 @@ def pair(scenario: Path, trace: Path, level: str, recorded_first: bool) -> tuple
 
 
 def measure(name: str, scenario: Path, folder: Path) -> None:
-    """Print what recording a scenario costs at each level."""
+    """Print the cost of recording a scenario at each level."""
     trace = folder / "run.mcap"
     for level, limit in LIMITS.items():
         seconds(scenario, trace, level)

@@ -1,4 +1,4 @@
-"""Round trips with a node of rclpy: ours, and those of rclpy with itself, in turns in one run.
+"""Round trips with a node of rclpy: from cxbridge and from rclpy, in turns in one run.
 
 ``ROS2_SETUP`` names the folder with the setup.bash of a ROS 2, ``ROS2_PYTHON`` its Python. Without them
 nothing is measured.
@@ -25,8 +25,8 @@ ROUNDS = 5
 NEEDED = ("ROS2_SETUP",)
 
 
-def ours() -> dict[str, float]:
-    """Return the medians of our round trips, in microseconds."""
+def measure_cxbridge() -> dict[str, float]:
+    """Return the medians of the round trips of cxbridge, in microseconds."""
     from cxbridge_ros2.actions import ActionClient
     from cxbridge_ros2.definitions import Definitions
     from cxbridge_ros2.transports.dds import DdsNode
@@ -65,7 +65,7 @@ def ours() -> dict[str, float]:
 
 
 def goals(node: Node, count: ActionClient) -> Iterator[float]:
-    """Yield how long each of some goals takes until its result is here, in seconds."""
+    """Yield the seconds of each goal until its result."""
     for _ in range(COUNT):
         started = time.perf_counter()
         sent = count.send({"order": 1})
@@ -74,7 +74,7 @@ def goals(node: Node, count: ActionClient) -> Iterator[float]:
         yield time.perf_counter() - started
 
 
-def theirs() -> dict[str, float]:
+def measure_rclpy() -> dict[str, float]:
     """Return the medians of rclpy's round trips, in microseconds."""
     from ros2_tests.conftest import HERE, with_ros
 
@@ -93,7 +93,7 @@ def main() -> None:
     os.environ.update(ROS_DOMAIN_ID=str(1 + os.getpid() % 100), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
     peer = start("rclpy", "peer.py")
     try:
-        rounds = [(ours(), theirs()) for _ in range(ROUNDS)]
+        rounds = [(measure_cxbridge(), measure_rclpy()) for _ in range(ROUNDS)]
     finally:
         peer.kill()
         peer.wait()
@@ -101,9 +101,7 @@ def main() -> None:
         mine = statistics.median(first[traffic] for first, _ in rounds)
         rival = statistics.median(second[traffic] for _, second in rounds)
         ratio = statistics.median(first[traffic] / second[traffic] for first, second in rounds)
-        print(
-            f"{traffic}: ours with rclpy {mine:.0f} us, rclpy with itself {rival:.0f} us, ratio {ratio:.2f}"
-        )
+        print(f"{traffic}: cxbridge {mine:.0f} us, rclpy with itself {rival:.0f} us, ratio {ratio:.2f}")
 
 
 if __name__ == "__main__":

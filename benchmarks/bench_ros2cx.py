@@ -67,7 +67,7 @@ def parameters(folder: Path, program: str, environments: int = 1, rate: int = 10
 
 
 def cold(folder: Path) -> None:
-    """Measure hello_world as a process, with our smallest scenario in turn."""
+    """Measure hello_world as a process, in turn with the smallest scenario of cxbridge."""
     root = Path(__file__).resolve().parent.parent
     hello = root / "plugins/cxbridge-ros2cx/cxbridge_ros2cx/examples/params/hello.yaml"
     program = [sys.executable, "-m", "cxbridge", "run"]
@@ -86,7 +86,7 @@ def cold(folder: Path) -> None:
 
 
 def idle(folder: Path) -> None:
-    """Measure a tick of an agent that has done its work."""
+    """Measure a tick of an agent that is finished."""
     with Run(options_from_keywords(parameters(folder, CLOCK, rate=TICKS_A_SECOND), timeout=1e9)) as run:
         run.start()
         clock, node, period_us = run.clock, run.executive, run.loop.period_us

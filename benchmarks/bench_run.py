@@ -19,11 +19,11 @@ from benchmarks.harness import report
 ROOT = Path(__file__).resolve().parent.parent
 RUNS = 7
 FAWKES_SECONDS = 10.3
-"""The recorded run of the real Fawkes; it lives in real time."""
+"""The duration of the recorded run of the real Fawkes, in real time."""
 
 
 def once(folder: Path, *, record: bool) -> float:
-    """Run the scenario in a process of its own; return the wall time."""
+    """Run the scenario in a new process; return the wall time."""
     command = [sys.executable, "-m", "cxbridge", "run", "scenarios/test-scenario", "-q"]
     if record:
         command += ["--trace", str(folder / "t.mcap"), "--log", str(folder / "t.log")]
@@ -33,7 +33,7 @@ def once(folder: Path, *, record: bool) -> float:
 
 
 def thesis(checkout: str) -> None:
-    """Run the thesis' plan of seven moves; print wall and processor time, of the planner's process too."""
+    """Run the thesis' plan of seven moves; print wall and processor time, with the planner's process."""
     command = [sys.executable, "-m", "cxbridge", "run", "--ros2cx", checkout, "--spec", "test-nav2", "-q"]
     walls, busy = [], []
     for _ in range(RUNS):
@@ -48,7 +48,7 @@ def thesis(checkout: str) -> None:
 
 
 def processor_seconds() -> float:
-    """Return how long child processes that have ended were on a processor."""
+    """Return the processor time of finished child processes."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 

@@ -32,7 +32,7 @@ BEGIN_LIMIT_MS = 50.0
 
 
 class Busy(SkillExecutor):
-    """Executes for ever, and always has something to tell."""
+    """Executes forever, with new progress in each loop."""
 
     skills = ("work",)
 
@@ -44,7 +44,7 @@ class Busy(SkillExecutor):
 
 
 def measure(loops: int = LOOPS) -> tuple[list[float], list[float]]:
-    """Return the times of so many loops with running actions, and of those in which they began; ms."""
+    """Return the times of loops with running actions, and of loops in which the actions began, in ms."""
     clock = VirtualClock()
     board = LocalBlackBoard(InterfaceRegistry(), clock)
     bus = EventBus(clock)

@@ -25,7 +25,7 @@ SOAK_TICKS = 100_000
 
 
 def bare():
-    """Return a function that does one tick in bare clipspy.
+    """Return a function that makes a tick in bare clipspy.
 
     The fact is made by the builder itself, not by ``template.assert_fact``: that leaks each fact that it
     returns, and CLIPS then walks all of them after each firing.
@@ -53,7 +53,7 @@ def bare():
 
 
 def ours(assembly):
-    """Return a function that does one tick of an executive whose agent has done its work."""
+    """Return a function that makes a tick of an executive whose agent is finished."""
     assembly.start()
     assembly.loop.run(lambda: assembly.is_over)
     executive, clock = assembly.executive, assembly.clock
@@ -66,7 +66,7 @@ def ours(assembly):
 
 
 def soak(tick):
-    """Run many ticks; return the median tick at the begin and at the end, and how the memory grew."""
+    """Run many ticks; return the median tick at the begin and at the end, and the growth of the memory."""
 
     def thousand():
         started = time.perf_counter()

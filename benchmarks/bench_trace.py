@@ -1,4 +1,4 @@
-"""What recording, reading and comparing cost. Run: ``python benchmarks/bench_trace.py``."""
+"""The cost of recording, reading and comparing. Run: ``python benchmarks/bench_trace.py``."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ SLOTS = (
 
 
 def make_events(goals: int) -> list[Event]:
-    """Events of a run with this many goals below one parent, with firings and facts."""
+    """Return the events of a run with this number of sub-goals of a goal, with firings and facts."""
     events: list[Event] = []
     for number in range(goals):
         goal, parent = f"gen{number + 2}", "RUN-gen1"
@@ -65,7 +65,7 @@ def make_events(goals: int) -> list[Event]:
 
 
 def per_second(name: str, count: int, work: Callable[[], object]) -> None:
-    """Print how many events a second ``work`` does."""
+    """Print the events per second of ``work``."""
     start = time.perf_counter()
     work()
     seconds = time.perf_counter() - start
@@ -73,7 +73,7 @@ def per_second(name: str, count: int, work: Callable[[], object]) -> None:
 
 
 def record(events: list[Event], writer: RunWriter, level: RecordLevel) -> None:
-    """Emit events on a bus that is recorded."""
+    """Emit events on a recorded bus."""
     bus = EventBus(VirtualClock())
     with Recorder(bus, [writer], level):
         for event in events:
@@ -99,7 +99,7 @@ def bblogger(folder: Path, count: int = 20_000) -> None:
 
 
 def import_time() -> None:
-    """Print how long a process takes to make its first mcap writer, over one that does not."""
+    """Print the time of a process' first mcap writer."""
     bare = "import typer, io, cxbridge.trace.recorder, cxbridge.trace.codec"
     writer = f"from {McapWriter.__module__} import McapWriter as W; W('/dev/null')"
     extra = start_time(f"{bare}; {writer}") - start_time(bare)
@@ -107,7 +107,7 @@ def import_time() -> None:
 
 
 def start_time(code: str) -> float:
-    """Return the best of several times that a new process takes for ``code``, in seconds."""
+    """Return the shortest of several times of a new process with ``code``, in seconds."""
     times = []
     for _ in range(7):
         start = time.perf_counter()
@@ -117,7 +117,7 @@ def start_time(code: str) -> float:
 
 
 def main(goals: int = 1000) -> None:
-    """Measure everything for a run with this many goals."""
+    """Measure all for a run with this number of goals."""
     events = make_events(goals)
     transitions = [event for event in events if type(event) in RecordLevel.TRANSITIONS.event_types]
     with tempfile.TemporaryDirectory() as folder:

@@ -1,12 +1,12 @@
-"""The blackboard over ZeroMQ against bare pyzmq: same processes, same payload, in turns, in one run.
+"""The blackboard over ZeroMQ against bare pyzmq: the same processes and payload, in turns, in one run.
 
 ::
 
     python -m benchmarks.bench_zmq [ROUNDS]
 
-Bare means: the writer's DEALER, a daemon that passes the bytes from its ROUTER to its PUB, the readers' SUB.
-Ours does all that the protocol promises on top. Times are taken with the machine's monotonic clock, which
-processes share.
+Bare means the writer's DEALER, a daemon that passes the bytes from its ROUTER to its PUB, and the readers'
+SUB. The blackboard does the work of its protocol in addition. Times are those of the machine's monotonic
+clock, which processes share.
 """
 
 from __future__ import annotations
@@ -34,17 +34,17 @@ TYPE, ID = "SkillerInterface", "bench"
 SIZE = 1216  # bytes of SkillerInterface's block
 READERS, RATE, SECONDS = 10, 1000, 3.0
 BURST = 30_000
-STILL = 0.05  # seconds that are told of
+REPORTED_PAUSE_S = 0.05
 TRIPS = 1500
 
 
 def percentile(values: list[float], share: float) -> float:
-    """Return the value below which ``share`` of all lie."""
+    """Return the value below which a share of the values lies."""
     return sorted(values)[min(len(values) - 1, int(len(values) * share))]
 
 
-def tell(result: Any) -> None:
-    """Hand a result to the parent."""
+def send_result(result: Any) -> None:
+    """Print a result for the parent."""
     print(json.dumps(result), flush=True)
 
 
@@ -58,7 +58,7 @@ def pace(rate: float, seconds: float, work: Callable[[], object]) -> None:
         work()
 
 
-def until_told() -> None:
+def wait_for_parent() -> None:
     """Wait for a line from the parent."""
     sys.stdin.readline()
 
@@ -68,11 +68,11 @@ def until_told() -> None:
 
 def ours_daemon(url: str, _: str) -> None:
     with ZmqBlackBoardServer(LocalBlackBoard(InterfaceRegistry(), RealClock()), [url]) as server:
-        tell(server.endpoints)
-        until_told()
+        send_result(server.endpoints)
+        wait_for_parent()
 
 
-def board_at(url: str) -> ZmqBlackBoard:
+def connect(url: str) -> ZmqBlackBoard:
     return ZmqBlackBoard(url, InterfaceRegistry(), RealClock())
 
 
@@ -89,14 +89,14 @@ class _Arrivals(Listener):
 
 
 def ours_reader(url: str, _: str) -> None:
-    with board_at(url) as board:
+    with connect(url) as board:
         arrivals = _Arrivals()
         reader = board.open_for_reading(TYPE, ID)
         board.register_listener(arrivals, reader, EventKind.DATA_REFRESHED)
-        tell("ready")
-        until_told()
+        send_result("ready")
+        wait_for_parent()
         board.flush()
-        tell(
+        send_result(
             {
                 "delays": arrivals.delays,
                 "last": arrivals.last,
@@ -104,19 +104,19 @@ def ours_reader(url: str, _: str) -> None:
                 "cpu": time.process_time(),
             }
         )
-        until_told()
+        wait_for_parent()
 
 
 def ours_writer(url: str, mode: str) -> None:
-    with board_at(url) as board:
+    with connect(url) as board:
         writer: Any = board.open_for_writing(TYPE, ID)
 
         def write() -> None:
             writer.error = str(time.monotonic_ns())
             writer.write()
 
-        tell("ready")
-        until_told()
+        send_result("ready")
+        wait_for_parent()
         first = time.monotonic()
         if mode == "burst":
             for _ in range(BURST):
@@ -124,49 +124,49 @@ def ours_writer(url: str, mode: str) -> None:
         else:
             pace(RATE, SECONDS, write)
         board.flush()
-        tell({"first": first})
-        until_told()
+        send_result({"first": first})
+        wait_for_parent()
 
 
-class _Answers(Listener):
+class _Replies(Listener):
     def message_received(self, interface: Any, message: Any) -> bool:
         interface.error = message.skill_string
         interface.write()
-        return False  # answered: the queue, which is bounded, need not hold it
+        return False  # not queued, because nothing empties the bounded queue
 
 
 def ours_worker(url: str, _: str) -> None:
-    with board_at(url) as board:
-        board.register_listener(_Answers(), board.open_for_writing(TYPE, ID), EventKind.MESSAGE_RECEIVED)
-        tell("ready")
-        until_told()
+    with connect(url) as board:
+        board.register_listener(_Replies(), board.open_for_writing(TYPE, ID), EventKind.MESSAGE_RECEIVED)
+        send_result("ready")
+        wait_for_parent()
 
 
-class _Waits(Listener):
+class _UpdateEvent(Listener):
     def __init__(self) -> None:
-        self.there = threading.Event()
+        self.arrived = threading.Event()
 
     def data_refreshed(self, interface: Any) -> None:
         interface.read()
-        self.there.set()
+        self.arrived.set()
 
 
 def ours_asker(url: str, _: str) -> None:
-    with board_at(url) as board:
+    with connect(url) as board:
         reader: Any = board.open_for_reading(TYPE, ID)
-        waits = _Waits()
+        waits = _UpdateEvent()
         board.register_listener(waits, reader, EventKind.DATA_REFRESHED)
         trips = []
         for count in range(TRIPS):
-            waits.there.clear()
+            waits.arrived.clear()
             message = reader.create_message("ExecSkillMessage")
             message.skill_string = str(count)
             start = time.monotonic_ns()
             reader.msgq_enqueue(message)
-            assert waits.there.wait(5)
+            assert waits.arrived.wait(5)
             trips.append((time.monotonic_ns() - start) / 1e3)
-        tell(trips)
-        until_told()
+        send_result(trips)
+        wait_for_parent()
 
 
 # -- bare
@@ -186,14 +186,14 @@ def _socket(kind: int, url: str, *, bind: bool = False) -> Any:
 
 
 def _pub_of(url: str) -> str:
-    """Return where the PUB beside a ROUTER is bound."""
+    """Return the URL of the PUB of a daemon with a ROUTER at ``url``."""
     return url if url.endswith("*") else f"{url}.pub"
 
 
 def bare_daemon(url: str, _: str) -> None:
     router, pub = _socket(zmq.ROUTER, url, bind=True), _socket(zmq.PUB, _pub_of(url), bind=True)
     bound = [one.last_endpoint.decode() for one in (router, pub)]
-    tell([" ".join(bound)])
+    send_result([" ".join(bound)])
     peers: set[bytes] = set()
     poller: Any = zmq.Poller()
     poller.register(router, zmq.POLLIN)
@@ -215,7 +215,7 @@ def bare_daemon(url: str, _: str) -> None:
 def bare_reader(url: str, _: str) -> None:
     sub = _socket(zmq.SUB, url.rpartition(" ")[2])
     delays, last = [], 0.0
-    tell("ready")
+    send_result("ready")
     poller = zmq.Poller()
     poller.register(sub, zmq.POLLIN)
     poller.register(sys.stdin, zmq.POLLIN)
@@ -228,9 +228,9 @@ def bare_reader(url: str, _: str) -> None:
             last = now / 1e9
         elif ready:
             break
-    until_told()
-    tell({"delays": delays, "last": last, "skipped": 0, "cpu": time.process_time()})
-    until_told()
+    wait_for_parent()
+    send_result({"delays": delays, "last": last, "skipped": 0, "cpu": time.process_time()})
+    wait_for_parent()
 
 
 def bare_writer(url: str, mode: str) -> None:
@@ -239,8 +239,8 @@ def bare_writer(url: str, mode: str) -> None:
     def write() -> None:
         dealer.send_multipart([b"write", str(time.monotonic_ns()).encode().ljust(SIZE)])
 
-    tell("ready")
-    until_told()
+    send_result("ready")
+    wait_for_parent()
     first = time.monotonic()
     if mode == "burst":
         for _ in range(BURST):
@@ -248,14 +248,14 @@ def bare_writer(url: str, mode: str) -> None:
     else:
         pace(RATE, SECONDS, write)
     time.sleep(0.5)
-    tell({"first": first})
-    until_told()
+    send_result({"first": first})
+    wait_for_parent()
 
 
 def bare_worker(url: str, _: str) -> None:
     dealer = _socket(zmq.DEALER, url.partition(" ")[0])
     dealer.send_multipart([b"worker", b""])
-    tell("ready")
+    send_result("ready")
     poller = zmq.Poller()
     poller.register(dealer, zmq.POLLIN)
     poller.register(sys.stdin, zmq.POLLIN)
@@ -273,20 +273,20 @@ def bare_asker(url: str, _: str) -> None:
         assert sub.poll(5000)
         sub.recv()
         trips.append((time.monotonic_ns() - start) / 1e3)
-    tell(trips)
-    until_told()
+    send_result(trips)
+    wait_for_parent()
 
 
 # -- the parent
 
 
-class StoodStill:
-    """How long a thread that wants to run every 2 ms had to wait at most meanwhile: what the machine adds."""
+class PauseWatch:
+    """Measures the longest delay of a thread that runs every 2 ms: the delay that the machine adds."""
 
     def __enter__(self) -> Self:
         self.longest_s = 0.0
         self._end = threading.Event()
-        self._thread = threading.Thread(target=self._look)
+        self._thread = threading.Thread(target=self._measure)
         self._thread.start()
         return self
 
@@ -294,7 +294,7 @@ class StoodStill:
         self._end.set()
         self._thread.join()
 
-    def _look(self) -> None:
+    def _measure(self) -> None:
         before = time.monotonic()
         while not self._end.wait(0.002):
             now = time.monotonic()
@@ -302,8 +302,8 @@ class StoodStill:
             before = now
 
 
-class Troupe:
-    """Child processes that play parts; the daemon first."""
+class Processes:
+    """Child processes with roles; the daemon is the first."""
 
     def __init__(self, kind: str, transport: str, folder: str) -> None:
         self._kind = kind
@@ -313,31 +313,31 @@ class Troupe:
         url = "tcp://127.0.0.1:*" if transport == "tcp" else f"ipc://{folder}/s{number}"
         self.url = url
         daemon = self.start("daemon")
-        self.url = self.hear(daemon)[0]
+        self.url = self.receive(daemon)[0]
 
-    def start(self, part: str, mode: str = "") -> subprocess.Popen[str]:
-        command = [sys.executable, "-m", "benchmarks.bench_zmq", f"{self._kind}_{part}", self.url, mode]
+    def start(self, role: str, mode: str = "") -> subprocess.Popen[str]:
+        command = [sys.executable, "-m", "benchmarks.bench_zmq", f"{self._kind}_{role}", self.url, mode]
         child = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         self._children.append(child)
         return child
 
-    def hear(self, child: subprocess.Popen[str]) -> Any:
+    def receive(self, child: subprocess.Popen[str]) -> Any:
         assert child.stdout is not None
         return json.loads(child.stdout.readline())
 
-    def say(self, child: subprocess.Popen[str]) -> None:
+    def resume(self, child: subprocess.Popen[str]) -> None:
         assert child.stdin is not None
         child.stdin.write("\n")
         child.stdin.flush()
 
     def cpu_seconds(self) -> float:
-        """Return the CPU time that the daemon has used."""
+        """Return the processor time of the daemon."""
         with open(f"/proc/{self._children[0].pid}/stat") as stat:  # noqa: PTH123
             fields = stat.read().rpartition(")")[2].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def memory_mb(self) -> float:
-        """Return the memory that the daemon has."""
+        """Return the resident memory of the daemon."""
         with open(f"/proc/{self._children[0].pid}/statm") as statm:  # noqa: PTH123
             return int(statm.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
 
@@ -349,59 +349,59 @@ class Troupe:
 def updates(
     kind: str, transport: str, folder: str, readers: int, mode: str
 ) -> tuple[list[float], float, int]:
-    """Return the delays at all readers in microseconds, updates a second, and how many were skipped."""
-    troupe = Troupe(kind, transport, folder)
+    """Return the delays at all readers in microseconds, the updates per second, and the skipped updates."""
+    processes = Processes(kind, transport, folder)
     try:
-        children = [troupe.start("reader") for _ in range(readers)]
-        writer = troupe.start("writer", mode)
+        children = [processes.start("reader") for _ in range(readers)]
+        writer = processes.start("writer", mode)
         for child in (*children, writer):
-            troupe.hear(child)
+            processes.receive(child)
         time.sleep(0.3)
-        with StoodStill() as still:
-            troupe.say(writer)
-            first = troupe.hear(writer)["first"]
+        with PauseWatch() as pauses:
+            processes.resume(writer)
+            first = processes.receive(writer)["first"]
         time.sleep(0.2)
         for child in children:
-            troupe.say(child)
-        results = [troupe.hear(child) for child in children]
+            processes.resume(child)
+        results = [processes.receive(child) for child in children]
     finally:
-        troupe.end()
+        processes.end()
     delays = [delay for result in results for delay in result["delays"]]
     last = max(result["last"] for result in results)
     rate = len(results[0]["delays"]) / (last - first)
     skipped = sum(result["skipped"] for result in results)
-    if mode == "paced" and (skipped or still.longest_s > STILL):
-        print(f"{kind}: {skipped} conflated, the machine stood still for {still.longest_s:.2f} s")
+    if mode == "paced" and (skipped or pauses.longest_s > REPORTED_PAUSE_S):
+        print(f"{kind}: {skipped} conflated, the machine paused for {pauses.longest_s:.2f} s")
     return delays, rate, skipped
 
 
 def trips(kind: str, folder: str) -> list[float]:
     """Return the times of message round trips in microseconds."""
-    troupe = Troupe(kind, "ipc", folder)
+    processes = Processes(kind, "ipc", folder)
     try:
-        troupe.hear(troupe.start("worker"))
-        times: list[float] = troupe.hear(troupe.start("asker"))
+        processes.receive(processes.start("worker"))
+        times: list[float] = processes.receive(processes.start("asker"))
         return times
     finally:
-        troupe.end()
+        processes.end()
 
 
 def idle(folder: str) -> None:
-    """Print what a daemon with ten clients uses while nothing happens."""
-    troupe = Troupe("ours", "ipc", folder)
+    """Print the processor time and memory of an idle daemon with ten clients."""
+    processes = Processes("ours", "ipc", folder)
     try:
-        for child in [troupe.start("reader") for _ in range(READERS)]:
-            troupe.hear(child)
-        before = troupe.cpu_seconds()
+        for child in [processes.start("reader") for _ in range(READERS)]:
+            processes.receive(child)
+        before = processes.cpu_seconds()
         time.sleep(5)
-        share = (troupe.cpu_seconds() - before) / 5
-        print(f"idle server with {READERS} clients: {share:.2%} of a core, {troupe.memory_mb():.0f} MB")
+        share = (processes.cpu_seconds() - before) / 5
+        print(f"idle server with {READERS} clients: {share:.2%} of a core, {processes.memory_mb():.0f} MB")
     finally:
-        troupe.end()
+        processes.end()
 
 
 def main(rounds: int = 2) -> None:
-    """Measure in so many rounds."""
+    """Measure in a number of rounds."""
     print(f"load of the machine: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
     with tempfile.TemporaryDirectory() as folder:
         for transport in ("ipc", "tcp"):
@@ -431,7 +431,7 @@ def main(rounds: int = 2) -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 2:  # a part in a round: its name and what it needs
+    if len(sys.argv) > 2:  # a child process: its role and arguments
         globals()[sys.argv[1]](*sys.argv[2:4])
     else:
         main(*map(int, sys.argv[1:]))

@@ -1,4 +1,4 @@
-"""Environments with the built-in core or the original one, for what is measured on both."""
+"""Environments with the built-in or the original core, for benchmarks of both."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ DOMAIN_FILES = {
         *("domain-index", "domain-grounding", "domain-effects", "domain-exogenous"),
     ),
 }
-"""What domain, plans and goals consist of in each core."""
+"""The files of domain, plans and goals of each core."""
 
 
 def has_fawkes() -> bool:
-    """Whether there is an original core to compare with; says so when there is none."""
+    """Return whether the original core is available; otherwise print the reason."""
     if "FAWKES_DIR" in os.environ:
         return True
     print("FAWKES_DIR names no Fawkes checkout: the original core is not measured")

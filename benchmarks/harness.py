@@ -1,4 +1,4 @@
-"""How things are timed here: in pairs, in one process, by medians, since these machines are noisy."""
+"""Timing in pairs in one process, with medians, because machines are noisy."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ ROUNDS = 15
 
 
 def batch_seconds(work: Callable[[], object], batch: int) -> float:
-    """Return how long ``batch`` calls of ``work`` take."""
+    """Return the seconds of ``batch`` calls of ``work``."""
     started = time.perf_counter()
     for _ in range(batch):
         work()
@@ -18,7 +18,7 @@ def batch_seconds(work: Callable[[], object], batch: int) -> float:
 
 
 def paired_ratio(work: Callable[[], object], rival: Callable[[], object], batch: int) -> float:
-    """Return the median of the ratios of ``work`` to ``rival``, each pair timed one after the other."""
+    """Return the median ratio of the times of ``work`` and ``rival``, which are timed in turn."""
     batch_seconds(work, batch)
     batch_seconds(rival, batch)
     pairs = [(batch_seconds(work, batch), batch_seconds(rival, batch)) for _ in range(ROUNDS)]
@@ -29,5 +29,5 @@ def paired_ratio(work: Callable[[], object], rival: Callable[[], object], batch:
 
 
 def report(figure: str, ratio: float, limit: float) -> None:
-    """Print a ratio and whether it keeps to its limit."""
+    """Print a ratio, and whether it is within its limit."""
     print(f"{figure}: {ratio:.2f} (limit {limit:g}) {'ok' if ratio <= limit else 'TOO SLOW'}")

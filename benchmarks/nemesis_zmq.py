@@ -1,4 +1,4 @@
-"""Processes on a blackboard over ZeroMQ are killed and stopped at random; a history is kept and checked.
+"""Kills and stops processes on a blackboard over ZeroMQ at random, and checks their histories.
 
 ::
 
@@ -43,7 +43,7 @@ PATTERN = 900  # bytes of payload, the number repeated
 
 
 class Journal:
-    """Lines of a process that outlive its sudden death: each is written at once."""
+    """Lines of a process, each written at once, so that they outlive a killed process."""
 
     def __init__(self, folder: Path, role: str) -> None:
         self._fd = os.open(folder / f"{role}.{os.getpid()}.log", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
@@ -53,14 +53,14 @@ class Journal:
 
 
 def payload(pid: int, number: int) -> str:
-    """Return a text that shows when it is torn: ``pid:number:`` repeated, and its checksum."""
+    """Return ``pid:number:``, repeated, and its checksum, so that mixed texts are detected."""
     unit = f"{pid}:{number}:"
     text = (unit * (PATTERN // len(unit) + 1))[:PATTERN]
     return f"{text}|{zlib.crc32(text.encode()):08x}"
 
 
 def parse(text: str) -> tuple[int, int] | None:
-    """Return who wrote a payload, and its number; None when it is torn."""
+    """Return the writer and the number of a payload; None for a mixed payload."""
     body, _, checksum = text.partition("|")
     if f"{zlib.crc32(body.encode()):08x}" != checksum:
         return None
@@ -69,7 +69,7 @@ def parse(text: str) -> tuple[int, int] | None:
 
 
 def connect(url: str, name: str) -> ZmqBlackBoard:
-    """Connect, however long the daemon is away."""
+    """Connect, and wait until the daemon is available."""
     while True:
         try:
             return ZmqBlackBoard(url, InterfaceRegistry(), RealClock(), name=name, timeout=2.0)
@@ -80,8 +80,8 @@ def connect(url: str, name: str) -> ZmqBlackBoard:
 # -- the roles
 
 
-class _Referee(Listener):
-    """Sees each write at the daemon, as it happens."""
+class _WriteRecorder(Listener):
+    """Records each write at the daemon."""
 
     def __init__(self, journal: Journal) -> None:
         self._journal = journal
@@ -96,17 +96,17 @@ class _Referee(Listener):
 
 
 def daemon(url: str, journal: Journal) -> None:
-    """Serve; see that only the writer writes."""
+    """Serve, and check that only the writer writes."""
     board = LocalBlackBoard(InterfaceRegistry(), RealClock())
     reader = board.open_for_reading(TYPE, ID, owner="referee")
-    board.register_listener(_Referee(journal), reader, EventKind.DATA_REFRESHED)
+    board.register_listener(_WriteRecorder(journal), reader, EventKind.DATA_REFRESHED)
     with ZmqBlackBoardServer(board, [url], heartbeat=HEARTBEAT):
         journal.note("serving")
         signal.pause()
 
 
-class _Taker(Listener):
-    """Notes messages before they are acknowledged."""
+class _MessageRecorder(Listener):
+    """Records messages before their acknowledgement."""
 
     def __init__(self, journal: Journal) -> None:
         self._journal = journal
@@ -120,7 +120,7 @@ class _Taker(Listener):
         return True
 
     def empty(self, interface: Interface) -> None:
-        """Empty the queue; what came before anybody listened is noted now."""
+        """Empty the queue, and record the messages from before the registration."""
         with self._lock:
             self._empty(interface)
 
@@ -136,9 +136,9 @@ class _Taker(Listener):
 
 
 def writer(url: str, journal: Journal) -> None:
-    """Write whenever it can be the writer."""
+    """Write whenever the process can open the writer."""
     board = connect(url, "writer")
-    taker = _Taker(journal)
+    taker = _MessageRecorder(journal)
     number = 0
     while True:
         try:
@@ -163,7 +163,7 @@ def writer(url: str, journal: Journal) -> None:
 
 
 def reader(url: str, journal: Journal) -> None:
-    """Check what can be read; send messages."""
+    """Check the read data, and send messages."""
     board = connect(url, "reader")
     instance = board.open_for_reading(TYPE, ID, owner="reader")
     newest: Counter[int] = Counter()
@@ -201,8 +201,8 @@ ROLES: dict[str, Callable[[str, Journal], None]] = {"daemon": daemon, "writer": 
 # -- the nemesis
 
 
-class Troupe:
-    """The processes, by the part that they play."""
+class Processes:
+    """The processes by role."""
 
     def __init__(self, url: str, folder: Path, parts: list[str]) -> None:
         self._url, self._folder = url, folder
@@ -244,26 +244,26 @@ class Troupe:
             self.kill(name)
 
 
-def torment(troupe: Troupe, seconds: float, rng: random.Random, pause: float) -> Counter[str]:
-    """Kill and stop at random; return what was done how often."""
+def disturb(processes: Processes, seconds: float, rng: random.Random, pause: float) -> Counter[str]:
+    """Kill and stop processes at random; return the number of each operation."""
     done: Counter[str] = Counter()
     until = time.monotonic() + seconds
     while time.monotonic() < until:
         time.sleep(rng.uniform(0.3, 1.0) * pause)
         name = rng.choice(
-            [name for name in troupe.processes if not name.startswith("daemon")] * 2 + ["daemon0"]
+            [name for name in processes.processes if not name.startswith("daemon")] * 2 + ["daemon0"]
         )
         if rng.random() < 0.5:
-            troupe.restart(name)
+            processes.restart(name)
             done[f"SIGKILL {name.rstrip('0123456789')}"] += 1
         else:
-            troupe.freeze(name, rng.choice([0.1, 0.2, 0.5, 1.0]))
+            processes.freeze(name, rng.choice([0.1, 0.2, 0.5, 1.0]))
             done[f"SIGSTOP {name.rstrip('0123456789')}"] += 1
     return done
 
 
-def check_end(url: str, troupe: Troupe) -> list[str]:
-    """Check that no writer is left when all stand still or are dead, and that the board goes on."""
+def check_end(url: str, processes: Processes) -> list[str]:
+    """Check that no writer is left after the end of all processes, and that the board works."""
     faults = []
     with connect(url, "check") as board:
 
@@ -275,15 +275,15 @@ def check_end(url: str, troupe: Troupe) -> list[str]:
             if time.monotonic() > deadline:
                 return ["nobody could become the writer"]
             time.sleep(0.001)
-        troupe.stop_all_but("daemon")
+        processes.stop_all_but("daemon")
         stopped = time.monotonic()
         while has_writer():
             if time.monotonic() - stopped > 20 * HEARTBEAT:
                 return ["a stopped writer was not released"]
             time.sleep(0.001)
         released = (time.monotonic() - stopped) / HEARTBEAT
-        print(f"the last writer was released {released:.1f} heartbeats after it stood still")
-        troupe.kill_all_but("daemon")
+        print(f"the last writer was released {released:.1f} heartbeats after its stop")
+        processes.kill_all_but("daemon")
         with board.open_for_reading(TYPE, ID) as seen, connect(url, "last") as other:
             own = other.open_for_writing(TYPE, ID, owner=str(os.getpid()))
             own.set("skill_string", payload(os.getpid(), 1))
@@ -298,7 +298,7 @@ def check_end(url: str, troupe: Troupe) -> list[str]:
 
 
 class History:
-    """What the journals of all processes tell together."""
+    """The history in the journals of all processes."""
 
     def __init__(self) -> None:
         self.faults: list[str] = []
@@ -329,13 +329,13 @@ class History:
         last[sender] = int(number)
 
     def check_taken(self) -> None:
-        """Look for messages that were acknowledged and never taken."""
+        """Find acknowledged messages that the writer has not received."""
         for key in sorted(self.acknowledged - self.taken):
             self.faults.append(f"acknowledged message {' '.join(key)} was lost")
 
 
 def check_history(folder: Path) -> tuple[list[str], Counter[str]]:
-    """Check the journals; return what is wrong, and how much there was to check.
+    """Check the journals; return the faults, and the numbers of checked records.
 
     A writer listens from before it is open, and notes a message before it acknowledges it: none is excused.
     """
@@ -349,19 +349,19 @@ def check_history(folder: Path) -> tuple[list[str], Counter[str]]:
 def run(
     seconds: float, *, writers: int = 3, readers: int = 2, seed: int = 1, pause: float = 1.0
 ) -> list[str]:
-    """Let the nemesis loose; return what it found."""
+    """Run the processes with random kills and stops; return the faults."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         url = f"ipc://{folder}/board"
-        troupe = Troupe(url, folder, ["daemon", *["writer"] * writers, *["reader"] * readers])
+        processes = Processes(url, folder, ["daemon", *["writer"] * writers, *["reader"] * readers])
         try:
             with connect(url, "start"):
                 pass
-            done = torment(troupe, seconds, random.Random(seed), pause)
+            done = disturb(processes, seconds, random.Random(seed), pause)
             time.sleep(1.0)
-            faults = check_end(url, troupe)
+            faults = check_end(url, processes)
         finally:
-            troupe.end()
+            processes.end()
         more, counts = check_history(folder)
         print(", ".join(f"{event} {count}" for event, count in sorted((done + counts).items())))
         errors = (folder / "stderr.txt").read_text()
@@ -373,7 +373,7 @@ def run(
 
 
 def main() -> None:
-    """Run for as many seconds as the command line says (60), or play a part."""
+    """Run for the seconds of the command line (60), or run a role as a child process."""
     if len(sys.argv) > 2:
         part, url, folder = sys.argv[1:4]
         ROLES[part](url, Journal(Path(folder), part))

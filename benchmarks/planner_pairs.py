@@ -1,4 +1,4 @@
-"""Plans public pairs of domain and problem with `auto`, and what `auto` does not plan with each engine.
+"""Plans public pairs of domain and problem with `auto`, and with each engine after failures of `auto`.
 
 ``python -m benchmarks.planner_pairs FOLDER... [--most 1] [--draw 80] [--engines] [--validate PROGRAM]``
 
@@ -35,7 +35,7 @@ _NAME = re.compile(r"\(\s*(domain|problem|:domain)\s+([^\s()]+)", re.IGNORECASE)
 
 
 def pairs(folders: list[Path], most: int) -> Iterator[tuple[Path, Path]]:
-    """Yield domains and problems, at most some of each folder."""
+    """Yield domains and problems, at most ``most`` of each folder."""
     for folder in folders:
         found: Counter[Path] = Counter()
         for path in sorted(folder.rglob("*.pddl"), key=_natural):
@@ -67,7 +67,7 @@ def _domain_of(problem: Path, name: str) -> Path | None:
 
 
 def kind_of(needs: dict[Need, str]) -> str:
-    """Return the row of the table that a problem belongs to."""
+    """Return the row of the table for a problem."""
     if Need.TIME in needs:
         return "durative actions, numbers" if Need.NUMBERS in needs else "durative actions"
     if Need.NUMBERS in needs:
@@ -80,7 +80,7 @@ def kind_of(needs: dict[Need, str]) -> str:
 def measure(
     domain_file: Path, problem_file: Path, seconds: float, validate: str, *, engines: bool
 ) -> dict[str, Any]:
-    """Return what comes of a pair."""
+    """Return the result of a pair."""
     row: dict[str, Any] = {"domain": str(domain_file), "problem": str(problem_file)}
     try:
         domain = load_domain(domain_file)
@@ -112,7 +112,7 @@ def measure(
 
 
 def _is_valid(program: str, domain: Path, problem: Path, plan: str) -> bool | None:
-    """Return whether VAL takes a plan; None when it cannot read domain or problem."""
+    """Return whether VAL accepts a plan; None if VAL cannot read domain or problem."""
     with tempfile.NamedTemporaryFile("w", suffix=".plan") as file:
         file.write(plan)
         file.flush()
