@@ -40,7 +40,7 @@ WAYS = {
 """The protocols of each component. A component without any lets nobody in by itself."""
 
 LISTENS = {
-    "cxbridge_fawkes.network.server": "allowed_peers.resolve_listen_address",
+    "cxbridge.listening": "its callers: allowed_peers.resolve_listen_address, WebSettings.check",
     "cxbridge.blackboard.zmq.client.receiving": "inproc: within the process",
     "cxbridge.blackboard.zmq.server.server": "security.check_endpoint",
     "cxbridge.blackboard.zmq.wire.sockets": "security.check_endpoint, in the server",
@@ -50,7 +50,6 @@ LISTENS = {
     "cxbridge_explore.coordinator": "a file in a folder of this user",
     "cxbridge_web.foxglove.proxy": "FoxgloveSettings.check",
     "cxbridge_web.foxglove.live": "a random address of the loopback, behind the door",
-    "cxbridge_web.http.serving": "WebSettings.check",
 }
 """The modules that bind a socket, and what decides where."""
 
