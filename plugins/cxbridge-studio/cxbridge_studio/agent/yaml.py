@@ -19,7 +19,6 @@ from cxbridge_studio.agent.names import (
     make_single_piece_file,
 )
 
-_SPECS_PATH: Final = ("clips-executive", "specs")
 _STAGE: Final = re.compile(r"stage-\d+")
 # The parts of a skill string in an action mapping, such as goto{place=?(to)S}: the skill, the arguments, and
 # the action's parameters.
@@ -69,29 +68,30 @@ class _ConfigurationReader:
 
     def _record_key(self, key: YamlScalar, value: YamlNode, path: tuple[str, ...]) -> None:
         """Record a key that is a name: a spec, or an action with its skill string."""
-        if path[:2] != _SPECS_PATH:
-            return
-        match path[2:]:
-            case (_spec,):
+        match path:
+            case ("clips-executive", "specs", _spec):
                 self._record_name(NameKind.SPEC, key.mark, key.text, Use.DEFINED)
-            case (_spec, "action-mapping", action):
+            case ("clips-executive", "specs", _spec, "action-mapping", action):
                 self._record_name(NameKind.ACTION, key.mark, key.text, Use.NAMED)
                 if isinstance(value, YamlScalar):
                     self._record_skill_string(value, action)
 
     def _record_value(self, value: YamlScalar, path: tuple[str, ...]) -> None:
         """Record a value that is a name: a spec, an interface, a file or a feature."""
-        if path == ("clips-executive", "spec"):
-            self._record_name(NameKind.SPEC, value.mark, value.text, Use.NAMED)
-        if path[:2] != _SPECS_PATH:
-            return
-        match path[2:]:
-            case (_spec, "blackboard-preload"):
-                self._record_name(NameKind.INTERFACE, value.mark, value.text, Use.NAMED)
-            case (_spec, "init", stage, _entry, "file" | "files") if _STAGE.fullmatch(stage):
-                self._record_name(NameKind.FILE, value.mark, value.text, Use.NAMED)
-            case (_spec, "init", "stage-1", _entry, "name"):
-                self._record_name(NameKind.FEATURE, value.mark, value.text, Use.NAMED)
+        match path:
+            case ("clips-executive", "spec"):
+                kind = NameKind.SPEC
+            case ("clips-executive", "specs", _spec, "blackboard-preload"):
+                kind = NameKind.INTERFACE
+            case ("clips-executive", "specs", _spec, "init", stage, _entry, "file" | "files") if (
+                _STAGE.fullmatch(stage)
+            ):
+                kind = NameKind.FILE
+            case ("clips-executive", "specs", _spec, "init", "stage-1", _entry, "name"):
+                kind = NameKind.FEATURE
+            case _:
+                return
+        self._record_name(kind, value.mark, value.text, Use.NAMED)
 
     def _record_skill_string(self, value: YamlScalar, action: str) -> None:
         """Record the skill, the arguments and the parameters in the skill string of an action.

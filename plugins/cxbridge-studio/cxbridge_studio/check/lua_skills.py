@@ -83,8 +83,8 @@ def _list_methods(schema: InterfaceSchema) -> frozenset[str]:
     """Return the methods of an interface in Lua, and its names that a call may also reach."""
     names = {message.name for message in schema.messages}
     for field in schema.fields:
-        names |= {field.name, f"set_{field.name}", f"maxlenof_{field.name}"}
-        names |= {f"is_{field.name}"} if field.type == "bool" else set()
+        prefixes = ("", "set_", "maxlenof_", *(["is_"] if field.type == "bool" else []))
+        names |= {f"{prefix}{field.name}" for prefix in prefixes}
     return INTERFACE_METHODS | names
 
 

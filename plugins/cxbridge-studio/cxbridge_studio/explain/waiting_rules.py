@@ -45,13 +45,13 @@ class WaitingRules:
             story = explain_rule(self._evidence, rule)
             self._evidence.notes[:] = notes  # the notes about a rule's facts belong to the rule's report
             if story.diagnosis is not None and story.diagnosis.failure is not None:
-                near_facts_of_ended_goals = [
+                facts_of_ended_goals = (
                     Cause(f"{miss.fact}: {self._outcomes[word]}")
                     for miss in story.diagnosis.failure.near
                     for word in re.findall(r"[^\s()]+", miss.fact)
                     if word in self._outcomes
-                ]
-                because = (*self._explain_makers(story), *near_facts_of_ended_goals)
+                )
+                because = (*self._explain_makers(story), *facts_of_ended_goals)
                 self._causes[rule] = Cause(make_headline(story), because, RULE_ROOT)
         return self._causes[rule]
 

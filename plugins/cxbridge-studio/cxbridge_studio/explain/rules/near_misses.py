@@ -30,6 +30,7 @@ FACT_VARIABLE: Final = "cx-why-fact"
 """The variable of the fact that a pattern in question matches."""
 
 _MatchKey = tuple[FactRef, ...]  # the facts of a partial match
+_Pair = tuple[_MatchKey, int]  # a partial match, and the index of a fact
 
 
 def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: PatternCE) -> MatchFailure:
@@ -42,7 +43,8 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
         return MatchFailure("pattern", pattern.text, f"there is no fact of '{pattern.template}'")
     constraints = pattern.restrictive_parts(prefix.bound_variables)
     sample = _Sample(matcher, prefix, max(1, MAX_PAIRS // len(rows)))
-    satisfied_slots: dict[tuple[_MatchKey, int], set[int]] = {
+    # the indices of the constraints that each pair satisfies
+    satisfied_slots: dict[_Pair, set[int]] = {
         (key, row.index): set() for key in sample.values for row in rows
     }
     compared_slots = [
@@ -85,7 +87,7 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
     )
 
 
-def _rank_pairs(satisfied_slots: dict[tuple[_MatchKey, int], set[int]]) -> list[tuple[_MatchKey, int]]:
+def _rank_pairs(satisfied_slots: dict[_Pair, set[int]]) -> list[_Pair]:
     """Return the pairs with the most satisfied slots first.
 
     Of pairs with the same number of slots, the pair whose slots fewer pairs satisfy comes first, then the
@@ -93,9 +95,9 @@ def _rank_pairs(satisfied_slots: dict[tuple[_MatchKey, int], set[int]]) -> list[
     """
     counts = Counter(slot_index for slot_indices in satisfied_slots.values() for slot_index in slot_indices)
 
-    def rank(pair: tuple[_MatchKey, int]) -> tuple[int, float, int]:
-        slot_indices = satisfied_slots[pair]
-        return len(slot_indices), sum(1 / counts[slot_index] for slot_index in slot_indices), pair[1]
+    def rank(pair: _Pair) -> tuple[int, float, int]:
+        slot_indices, (_, fact_index) = satisfied_slots[pair], pair
+        return len(slot_indices), sum(1 / counts[slot_index] for slot_index in slot_indices), fact_index
 
     return sorted(satisfied_slots, key=rank, reverse=True)
 
@@ -104,7 +106,7 @@ def _describe_failure(
     prefix: Prefix, sample: _Sample, best_slot_count: int, compared_count: int, near_misses: list[NearMiss]
 ) -> str:
     if not any(miss.deviations for miss in near_misses):
-        return "each part of it matches some fact, but not all parts together match one"
+        return "each of its slots matches some fact, but no fact matches all of its slots"
     verb = "matches together with the conditions before" if prefix.fact_variables else "matches"
     limitation = ", in a sample of the matches" if sample.is_limited else ""
     nearest = f"; the nearest agree in {best_slot_count} of {compared_count} slots" if best_slot_count else ""
@@ -117,7 +119,7 @@ def _compare_slot(
     pattern: PatternCE,
     constraint: SlotConstraint,
     constraint_index: int,
-    satisfied_slots: dict[tuple[_MatchKey, int], set[int]],
+    satisfied_slots: dict[_Pair, set[int]],
 ) -> bool:
     """Record which pairs satisfy one slot, and return whether the slot can be compared.
 
