@@ -5,16 +5,17 @@ from __future__ import annotations
 import json
 import signal
 import threading
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from cxbridge.cli.main import invoke
 from cxbridge.daemon.services.options import ReplayOptions
-from cxbridge.daemon.services.replay import DONE, LOST, replay
-from cxbridge.errors import CxbridgeError, TraceError
+from cxbridge.daemon.services.replay import DONE, LOST, ReplayReport, _ReplaySession, replay
+from cxbridge.errors import BlackBoardError, CxbridgeError, TraceError
 from cxbridge.events import BlockWrite
 from cxbridge.interfaces import InterfaceRegistry, SwitchInterface
 from cxbridge.trace.formats.base import Attachment
@@ -26,6 +27,23 @@ from tests.trace.boards import REMOTE, WAIT_S, Site, until
 from tests.trace.replay.samples import BEGIN_US, UID, Ear, begin, record, write
 
 RECORDING = SHARED / "traces" / "test-scenario" / "skiller-1" / "bblogger"
+
+
+@pytest.mark.parametrize("connected", [True, False])
+def test_an_error_without_a_connection_is_the_loss_of_the_connection(connected, tmp_path):
+    class Refusing:
+        write_counts = {}  # noqa: RUF012 - never changed
+
+        def play(self, *_arguments):
+            raise BlackBoardError("no")
+
+    board: Any = SimpleNamespace(connected=connected, add_connection_callback=lambda _callback: None)
+    player: Any = Refusing()
+    report = ReplayReport("run", "url")
+    session = _ReplaySession(ReplayOptions(run=tmp_path), board, player, report, threading.Event())
+    with pytest.raises(BlackBoardError) if connected else nullcontext():
+        session.run(list)
+    assert report.end == ("" if connected else LOST)
 
 
 class Running:

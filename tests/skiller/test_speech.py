@@ -150,25 +150,6 @@ def test_the_same_id_of_another_client_is_not_taken_for_the_skills():
     assert rig.status == "S_FINAL"
 
 
-def test_texts_of_others_that_come_first_do_not_interrupt_a_skill():
-    rig, voice = Rig(), SlowVoice()
-    rig.add(SpeechSynthWriter(rig.board, rig.clock, rig.bus, voice=voice))
-    rig.lua()
-    other: Any = rig.board.open_for_reading("SpeechSynthInterface", "Flite", owner="other")
-    for text in ("one", "two", "three"):
-        other.msgq_enqueue(other.SayMessage(text))
-    rig.send("AcquireControl")
-    rig.exec('say{text="mine", wait=true}')
-    while len(voice.said) < 4:
-        assert rig.status == "S_RUNNING"
-        voice.done = True
-        rig.loop(2)
-    assert (rig.status, voice.said[-1]) == ("S_RUNNING", "mine")
-    voice.done = True
-    rig.loop(3)
-    assert rig.status == "S_FINAL"
-
-
 def test_an_order_that_nobody_takes_fails():
     rig = Rig()
     writer: Any = rig.board.open_for_writing("SpeechSynthInterface", "Flite", owner="deaf")

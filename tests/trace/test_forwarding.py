@@ -6,6 +6,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -98,6 +99,23 @@ def test_what_was_there_before_is_not_told(site):
     with forwarded(site, "SwitchInterface") as made:
         pass
     assert made.levels() == []
+
+
+def test_a_write_while_the_listener_is_registered_is_told_once(tmp_path, monkeypatch):
+    with Site("local", tmp_path) as site:
+        writer, register = site.board.open_for_writing(SwitchInterface, "s"), site.board.register_listener
+
+        def write_and_register(*arguments: Any) -> None:
+            write(writer, 1)
+            register(*arguments)
+
+        monkeypatch.setattr(site.board, "reports_writes", False, raising=False)
+        monkeypatch.setattr(site.board, "register_listener", write_and_register)
+        with forwarded(site, "SwitchInterface") as made:
+            (followed,) = made.forwarder._followed.values()
+            made.forwarder.data_refreshed(followed.instance)  # the event of the first write comes late
+            write(writer, 2)
+    assert made.levels() == [1, 2]
 
 
 def test_only_what_matches_is_told(site):

@@ -141,15 +141,6 @@ def test_progress_is_a_number_from_0_to_1(rig, said, state):
 # -- exclusive while busy
 
 
-def test_a_hundred_masters_share_three_executors(rig):
-    skills = rig.skills(timeouts=Timeouts(start=1000.0))
-    for number in range(3):
-        rig.puppet("r1", f"e{number}").ends.extend([None] * 100)
-    masters = [skills.request(call()) for _ in range(100)]
-    rig.until(lambda: all(master.is_over for master in masters))
-    assert set(states(*masters)) == {"SUCCEEDED"}
-
-
 # -- cancelling
 
 
@@ -343,19 +334,6 @@ def test_timeouts_must_be_above_0(seconds):
 # -- the end of somebody
 
 
-def test_the_successor_of_an_executor_that_died(rig):
-    skills = rig.skills()
-    rig.puppet("r1", "e1")
-    first = skills.request(call())
-    rig.until(lambda: first.state is MasterState.RUNNING)
-    rig.kill("e1")
-    successor = rig.puppet("r1", "e1")  # before the board has looked
-    second = skills.request(call(skill="grasp"))
-    rig.until(lambda: second.state is MasterState.RUNNING)
-    assert states(first) == ["FAILED"]
-    assert [made.skill for made in successor.calls] == ["grasp"]
-
-
 def test_a_cancelled_action_whose_executor_dies_is_cancelled(rig):
     skills = rig.skills()
     rig.puppet("r1", "e1")
@@ -365,21 +343,6 @@ def test_a_cancelled_action_whose_executor_dies_is_cancelled(rig):
     rig.kill("e1")
     rig.loop()
     assert states(master) == ["CANCELLED"]
-
-
-def test_the_next_board_of_that_name_has_another_epoch(rig):
-    rig.puppet("r1", "e1")
-    first = rig.skills()
-    rig.loop()
-    master = first.request(call())
-    rig.loop(2)
-    rig.boards.clear()
-    first.close()
-    second = rig.skills()
-    assert second.epoch != first.epoch
-    again = second.request(call())
-    assert again.number == master.number
-    rig.until(lambda: again.state is MasterState.RUNNING)
 
 
 # -- names and parameters

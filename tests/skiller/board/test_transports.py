@@ -93,16 +93,6 @@ def both(rigs: tuple[RealRig, RealRig], done: Callable[[], bool]) -> None:
     rigs[0].until(check)
 
 
-def test_two_boards_ask_one_executor(rigs):
-    boards = [rigs[0].skills("one"), rigs[0].skills("two")]
-    puppet = rigs[1].puppet("r1", "e1")
-    masters = [board.request(call()) for board in boards for _ in range(3)]
-    puppet.ends += [None] * 6
-    both(rigs, lambda: all(master.is_over for master in masters))
-    assert set(states(*masters)) == {"SUCCEEDED"}
-    assert len(puppet.calls) == 6
-
-
 def test_the_connection_of_an_executor_is_lost(rigs):
     skills, _puppet = rigs[0].skills(), rigs[1].puppet("r1", "e1")
     other = rigs[0].puppet("r1", "e2")

@@ -10,7 +10,6 @@ from cxbridge.space.tf.geometry import Quaternion, quaternion_from_yaw
 from tests.skiller.rig import Rig
 
 NO_TURN = quaternion_from_yaw(0)
-GOTO = ("Goto", "GotoWithFrame", "GotoWithFrameWithTolerance")
 
 
 class Navigator:

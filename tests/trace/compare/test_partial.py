@@ -44,6 +44,16 @@ def test_equal_siblings_may_change_places() -> None:
     assert compare(events, other).same
 
 
+def test_siblings_that_both_differ_are_paired_by_their_similarity() -> None:
+    modes = ("FORMULATED", "SELECTED", "DISPATCHED", "FINISHED"), ("FORMULATED", "EXPANDED", "COMMITTED")
+    a = [goal(f"gen{number}", mode) for number in (0, 1) for mode in modes[number]]
+    b = [goal(f"gen{8 - number}", mode) for number in (1, 0) for mode in (*modes[number], "RETRACTED")]
+    differences = compare(a, b).differences
+    assert [(difference.kind.value, difference.b.text) for difference in differences] == [
+        ("only-b", "RETRACTED UNKNOWN")
+    ] * 2
+
+
 def test_a_child_stays_on_its_side_of_its_parent() -> None:
     events = family()
     early = [events[-1], *events[:-1]]

@@ -5,7 +5,7 @@ Each test runs with the built-in core and, with a checkout, with Fawkes' own fil
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -13,7 +13,7 @@ import pytest
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, Clock, RealClock, VirtualClock, split_us
 from cxbridge.config import Configuration
-from cxbridge.events import EventBus, Level
+from cxbridge.events import EventBus
 from cxbridge.executive.features.blackboard import BlackBoardFeature
 from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.host.values import Symbol, Value
@@ -24,7 +24,7 @@ from cxbridge_robot_memory.feature.feature import LIBRARY, RobotMemoryFeature
 from cxbridge_robot_memory.memory import RobotMemory
 from cxbridge_robot_memory.store import Store
 from tests.executive.conftest import Log
-from tests.support import FAWKES_DIR, needs_fawkes, needs_pymongo
+from tests.support import FAWKES_DIR, needs_fawkes
 
 FILES = (
     "saliences.clp",
@@ -215,12 +215,6 @@ def test_locks_are_renewed_and_expire_when_their_owner_is_gone(
     world.robots.append(first)
 
 
-def test_a_mutex_that_is_made(world: World, robots: tuple[Robot, Robot]) -> None:
-    robots[0].call("mutex-create", "m")
-    world.loops()
-    assert robots[1].mutex() == ("NONE", "NONE", "OPEN", "")
-
-
 def test_the_trigger_ends_with_the_executive(world: World, robots: tuple[Robot, Robot]) -> None:
     assert robots[0].all("mutex-global-data")
     robots[0].fact("(executive-finalize)")
@@ -228,40 +222,6 @@ def test_the_trigger_ends_with_the_executive(world: World, robots: tuple[Robot, 
     assert robots[0].all("mutex-global-data") == []
     errors = [text for text in robots[0].log.texts() if "this is no" in text or "destroyed before" in text]
     assert errors == []
-
-
-@needs_pymongo
-@pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
-def test_two_robots_and_a_database_between_them(core: str, tmp_path: Path) -> None:
-    from cxbridge_robot_memory.mongodb.store import MongoStore
-    from robot_memory_tests.mongo_server import MongoServer
-
-    with MongoServer() as server:
-        store = MongoStore(server.uri)
-        world = World(core, tmp_path, store)
-        first, second = world.robot("R1"), world.robot("R2")
-
-        def until(condition: Callable[[], bool]) -> None:
-            for _ in range(500):
-                world.loops(1, 0.02)
-                if condition():
-                    return
-            raise AssertionError([robot.log.texts(Level.WARN, Level.ERROR) for robot in world.robots])
-
-        until(lambda: all(robot.all("mutex-global-data") for robot in world.robots))
-        first.call("mutex-try-lock-async", "m")
-        until(lambda: bool(second.all("mutex", name="m")) and first.mutex()[1] == "ACQUIRED")
-        first.noted()
-        second.call("mutex-try-lock-async", "m")
-        until(lambda: second.mutex()[:2] == ("LOCK", "REJECTED"))
-        second.noted()
-        first.call("mutex-unlock-async", "m")
-        until(lambda: [robot.mutex()[2] for robot in world.robots] == ["OPEN", "OPEN"])
-        second.call("mutex-try-lock-async", "m")
-        until(lambda: second.mutex() == ("LOCK", "ACQUIRED", "LOCKED", "R2"))
-        for robot in world.robots:
-            robot.close()
-        store.close()
 
 
 # --- lock-actions -----------------------------------------------------------------------------------------

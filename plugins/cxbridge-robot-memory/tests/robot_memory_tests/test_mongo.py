@@ -5,8 +5,6 @@ Runs on a server of the tests' own (see `mongo_server`).
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -28,7 +26,6 @@ from cxbridge_robot_memory.mutexes import Mutexes
 from cxbridge_robot_memory.settings import Settings
 from robot_memory_tests.mongo_server import MongoServer
 from robot_memory_tests.test_store import Events
-from tests.support import ROOT
 
 C = "robmem.test"
 M = "robmem_coordination.mutex"
@@ -223,26 +220,3 @@ while True:
     time.sleep(0.1)
     mutexes.renew("m", "holder")
 """
-
-
-def test_the_lock_of_a_process_that_was_killed_expires_and_that_of_one_that_lives_does_not():
-    with MongoServer() as server:
-        store = MongoStore(server.uri)
-        mutexes = Mutexes(store, M, RealClock())
-        command = [sys.executable, "-c", HOLDER, server.uri]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT) as holder:
-            assert holder.stdout is not None
-            assert holder.stdout.readline() == "True\n"
-            renewed = Events(store, collection=M)
-            renewed.first(3)
-            mutexes.expire(30.0)
-            assert not mutexes.try_lock("m", "other")
-            holder.kill()
-
-        def taken():
-            mutexes.expire(0.5)
-            return mutexes.try_lock("m", "other")
-
-        until(taken)
-        assert not mutexes.renew("m", "holder")
-        store.close()

@@ -250,21 +250,6 @@ class Alone(Run):
 
 
 @pytest.mark.usefixtures("fast")
-def test_a_database_that_is_away_at_the_start(tmp_path: Path) -> None:
-    with mongo_server() as server:
-        port = server.port
-    config, world = overlay(tmp_path, server.uri, QUICK)
-    with Alone(config) as robot:
-        robot.loop.run(lambda: robot.loop.cycle_count >= 30)
-        assert not robot.executive.initialized
-        with mongo_server(port):
-            robot.until(lambda: robot.is_over)
-            robot.finalize()
-        assert robot.outcomes()["HOUSE"] == "COMPLETED"
-    check_once(entries(world))
-
-
-@pytest.mark.usefixtures("fast")
 def test_a_database_that_goes_away_in_a_run_and_comes_back(tmp_path: Path) -> None:
     """The works of the outage are reported after it; no work that had ended is done again."""
     server = mongo_server()
