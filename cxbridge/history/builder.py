@@ -165,16 +165,27 @@ class RunHistory:
                 return
             if former is not None:
                 former.replaced_seq = self.event_count
-            life = 1 if former is None else former.life + 1
             goal = GoalRecord(
-                len(self.goals), event.env, event.goal, event.goal_class, event.sub_type, life=life
+                len(self.goals),
+                event.env,
+                event.goal,
+                event.goal_class,
+                event.sub_type,
+                life=1 if former is None else former.life + 1,
             )
             self._goals[key] = goal
             self.goals.append(goal)
         goal.goal_class, goal.sub_type = event.goal_class, event.sub_type
-        error = truncate(event.error, self._limits.text)
-        change = GoalChange(*self._moment, event.mode, event.outcome, error, event.parent)
-        self._append_change(goal.changes, change)
+        self._append_change(
+            goal.changes,
+            GoalChange(
+                *self._moment,
+                event.mode,
+                event.outcome,
+                truncate(event.error, self._limits.text),
+                event.parent,
+            ),
+        )
 
     def _handle_action(self, event: PlanActionTransition) -> None:
         key = event.env, (event.goal, event.plan, event.action_id)
@@ -277,8 +288,10 @@ class RunHistory:
         ):
             status = getattr(values["status"], "name", str(values["status"]))
             env = name.rpartition("/")[0]
-            text = str(values["skill_string"])
-            self._record_status((env, skiller), SkillStatus(event.time_us, env, skiller, text, msgid, status))
+            self._record_status(
+                (env, skiller),
+                SkillStatus(event.time_us, env, skiller, str(values["skill_string"]), msgid, status),
+            )
 
     def _find_error_text(self, env: str, skiller: str) -> str:
         # each of several agents has its own blackboard, whose name precedes the Skiller's

@@ -126,12 +126,11 @@ class Exchange:
         # a reply may lack its request: the recording began later, or left the request out
         request = self._requests.get(ticket) or _make_request(ticket, event, {})
         executor = str(values.get("executor", "")) or _interface_id(event)
-        node = request.node_id if event.message == _REQUEST else executor
         message = replace(
             request,
             time_us=event.time_us,
             type=message_type,
-            node_id=node,
+            node_id=request.node_id if event.message == _REQUEST else executor,
             **_read_report_fields(message_type, values),
         )
         return message, request.node_id
@@ -166,9 +165,15 @@ def _make_request(ticket: _Ticket, event: InterfaceMessage, values: Mapping[str,
     mapped = str(parameters.pop(MAPPED_ACTION, ""))
     texts = tuple(str(value) if name.isdigit() else f"{name}={value}" for name, value in parameters.items())
     name, skill, agent = (str(values.get(field, "")) for field in ("name", "skill", "agent"))
-    node = name or f"{ticket.board}-{ticket.master}"
     return SkillMessage(
-        event.time_us, "REQUEST", node, skill, texts, agent, mapped, request=name or str(ticket.master)
+        event.time_us,
+        "REQUEST",
+        name or f"{ticket.board}-{ticket.master}",
+        skill,
+        texts,
+        agent,
+        mapped,
+        request=name or str(ticket.master),
     )
 
 
@@ -180,8 +185,11 @@ def _read_report_fields(message_type: str, values: Any) -> dict[str, Any]:
         return {}
     outcome, error = _read_outcome_name(values), str(values.get("error", ""))
     success = outcome == "SUCCEEDED"
-    text = values.get("text", "") if success else error or outcome
-    return {"status": str(text), "success": success, "progress": read_progress(values)}
+    return {
+        "status": str(values.get("text", "") if success else error or outcome),
+        "success": success,
+        "progress": read_progress(values),
+    }
 
 
 def read_progress(values: Any) -> float:

@@ -74,8 +74,10 @@ def find_skill_links(history: RunHistory) -> list[SkillLink]:
     """Return the pairs of actions and skills in order."""
     # whether messages are recorded is decided per agent
     envs_with_messages = {action.env for action in history.actions if action.sent}
-    pairs = [*_find_recorded_links(history), *_guess_links(history, envs_with_messages)]
-    return sorted(pairs, key=lambda link: link.call.begin)
+    return sorted(
+        [*_find_recorded_links(history), *_guess_links(history, envs_with_messages)],
+        key=lambda link: link.call.begin,
+    )
 
 
 def _find_recorded_links(history: RunHistory) -> Iterator[SkillLink]:

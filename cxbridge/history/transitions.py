@@ -197,7 +197,6 @@ class TransitionTracker:
         goal_class, sub_type = slots["class"], slots["sub-type"]
         if not self._goals.update(goal, state):
             return None
-        is_first = self._goals.is_first
         return GoalTransition(
             time_us=time_us,
             env=self.env,
@@ -213,7 +212,7 @@ class TransitionTracker:
             priority=slots.get("priority", ""),
             resources=_format_slot(slots, "required-resources"),
             # a rule may retract a goal and assert it in its next mode, without making a new goal
-            is_new=is_first and mode == "FORMULATED" and goal != NO_PARENT,
+            is_new=self._goals.is_first and mode == "FORMULATED" and goal != NO_PARENT,
             slots={
                 slot.name: slots[slot.name]
                 for slot in _FURTHER_SLOTS

@@ -88,8 +88,9 @@ def goal_line(branch: str, name: str, goal: TreeGoal, *, show_modes: bool = Fals
     has_outcome = goal.outcome not in ("UNKNOWN", "")
     # a boolean as a factor keeps or drops the text
     state = " ".join((goal.mode,) * (show_modes or not has_outcome) + (goal.outcome,) * has_outcome)
-    title = goal_title(name, goal.goal_class)
-    return GoalLine(branch, title, goal_outcome(goal.mode, goal.outcome), state, goal.error)
+    return GoalLine(
+        branch, goal_title(name, goal.goal_class), goal_outcome(goal.mode, goal.outcome), state, goal.error
+    )
 
 
 def goal_lines(goals: Iterable[NamedGoal], *, show_modes: bool = False) -> Iterator[GoalLine]:

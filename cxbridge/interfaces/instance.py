@@ -94,8 +94,9 @@ class Interface(SharedBlock, Closing):
             message_id = self._port.next_id(self._last_message_id)
         # before sending: a message that fails may have arrived, and the next one must get another id
         self._last_message_id = message_id & MESSAGE_ID_MASK
-        source = None if proxy else self.serial
-        message.address(self._last_message_id, self._port.mem_serial, self.serial, source)
+        message.address(
+            self._last_message_id, self._port.mem_serial, self.serial, None if proxy else self.serial
+        )
         self._port.transmit(self, message)
         return message.id
 
@@ -136,8 +137,7 @@ class Interface(SharedBlock, Closing):
 
     def msgq_remove(self, message: Message | int) -> bool:
         """Remove a message, or the oldest one with an id; return whether the queue contained it."""
-        operation = "remove id" if isinstance(message, int) else "remove msg"
-        return self._writer_queue(operation).remove(message)
+        return self._writer_queue("remove id" if isinstance(message, int) else "remove msg").remove(message)
 
     def msgq_size(self) -> int:
         """Return the number of waiting messages."""

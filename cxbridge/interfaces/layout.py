@@ -32,8 +32,18 @@ def make_field(
 ) -> FieldSchema:
     """Return a field with sizes and the preliminary offset 0."""
     elem_size = storage_type(type_name).size
-    size = elem_size * (1 if length is None else length)
-    return FieldSchema(name, type_name, length, 0, size, elem_size, comment, enum, default, flags)
+    return FieldSchema(
+        name,
+        type_name,
+        length,
+        0,
+        elem_size * (1 if length is None else length),
+        elem_size,
+        comment,
+        enum,
+        default,
+        flags,
+    )
 
 
 def place_fields(fields: Iterable[FieldSchema]) -> tuple[tuple[FieldSchema, ...], int]:

@@ -149,5 +149,11 @@ def make_speech(
     :raises SkillerError: if speech is unavailable; the hint names the missing package.
     :raises BlackBoardError: if the interface has another writer.
     """
-    voice = SpeakerVoice() if speech == "on" else SilentVoice(clock)
-    return SpeechSynthWriter(board, clock, bus, voice=voice, name=name, greeting=greeting)
+    return SpeechSynthWriter(
+        board,
+        clock,
+        bus,
+        voice=SpeakerVoice() if speech == "on" else SilentVoice(clock),
+        name=name,
+        greeting=greeting,
+    )

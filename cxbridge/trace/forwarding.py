@@ -184,9 +184,11 @@ class WriteForwarder(Listener, Observer):
         if former is not None and former.instance.valid:
             return
         try:
-            listen = listening(self, EventKind.WRITER_REMOVED, EventKind.READER_REMOVED)
             instance = self._board.open_for_reading(
-                interface_type, interface_id, owner=COMPONENT, listen=listen
+                interface_type,
+                interface_id,
+                owner=COMPONENT,
+                listen=listening(self, EventKind.WRITER_REMOVED, EventKind.READER_REMOVED),
             )
         except CxbridgeError as error:
             if self._board.connected and key not in self._reported_keys:

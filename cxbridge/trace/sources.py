@@ -64,12 +64,11 @@ def run_sources(run: Run, *roles: str, owner: str | None = None) -> Iterator[Run
         role, source_owner = record.get("role", ""), record.get("owner", "")
         if (roles and role not in roles) or owner not in (None, source_owner):
             continue
-        time_us = record.get("time_us", "")
         yield RunSource(
             role,
             source_owner,
             record.get("name", ""),
-            parse_decimal(time_us) or 0,
+            parse_decimal(record.get("time_us", "")) or 0,
             {key: value for key, value in record.items() if key not in _COMMON_KEYS},
             files.get(record.get("attachment", "")),
         )

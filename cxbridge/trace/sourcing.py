@@ -77,8 +77,12 @@ class SourceNamer:
                 attachment_name = self._names_by_digest[digest] = self._choose_unique_name(
                     _make_attachment_name(event, number)
                 )
-                media_type = _MEDIA_TYPES.get(attachment_name.rpartition(".")[2], "text/plain")
-                attachment = Attachment(attachment_name, media_type, event.data, event.time_us)
+                attachment = Attachment(
+                    attachment_name,
+                    _MEDIA_TYPES.get(attachment_name.rpartition(".")[2], "text/plain"),
+                    event.data,
+                    event.time_us,
+                )
             record["attachment"] = attachment_name
         record["time_us"] = str(event.time_us)
         return {key: value for key, value in record.items() if value}, attachment

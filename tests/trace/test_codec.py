@@ -97,8 +97,11 @@ def test_events_have_the_fields_and_types_of_their_schema(event: Event) -> None:
 
 
 def test_values_of_interfaces_that_json_does_not_know() -> None:
-    event = InterfaceWrite(0, "A::b", {"mode": Mode.SLOW, "modes": [Mode.SLOW], "data": b"\x01\xff"})
-    assert json.loads(encode(event))["values"] == {"mode": "SLOW", "modes": ["SLOW"], "data": "01ff"}
+    event = InterfaceWrite(
+        0, "A::b", {"mode": Mode.SLOW, "modes": [Mode.SLOW], "data": b"\x01\xff", "half": "\ud800"}
+    )
+    expected_values = {"mode": "SLOW", "modes": ["SLOW"], "data": "01ff", "half": "\ud800"}
+    assert json.loads(encode(event))["values"] == expected_values
 
 
 @pytest.mark.parametrize("field", ["time_us", "goal", "error"])

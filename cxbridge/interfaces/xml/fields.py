@@ -33,8 +33,11 @@ def read_field(
     comment = findings.read_comment(element)
     type_name = findings.read_attribute(element, "type")
     if type_name not in TYPES and type_name not in enums:
-        hint = f"use one of {', '.join(TYPES)}, or an <enum> of the <constants> of this file"
-        raise findings.make_error(element, f"unknown type '{type_name}'", hint)
+        raise findings.make_error(
+            element,
+            f"unknown type '{type_name}'",
+            f"use one of {', '.join(TYPES)}, or an <enum> of the <constants> of this file",
+        )
     field = make_field(
         name,
         type_name,
@@ -58,8 +61,11 @@ def _read_length(element: Element, findings: Findings) -> int | None:
         return None
     length = parse_literal("uint32", text)
     if not isinstance(length, int) or length == 0:
-        hint = "write the positive number of elements; for a string, its bytes plus one"
-        raise findings.make_error(element, f"'{text}' is not a length", hint)
+        raise findings.make_error(
+            element,
+            f"'{text}' is not a length",
+            "write the positive number of elements; for a string, its bytes plus one",
+        )
     return length
 
 

@@ -65,8 +65,11 @@ class Findings(Struct):
         """
         name = self.read_attribute(element, "name")
         if not is_identifier(name):
-            hint = "a name consists of letters, digits and underscores, and does not begin with a digit"
-            raise self.make_error(element, f"'{name}' cannot be the name of a <{element.name}>", hint)
+            raise self.make_error(
+                element,
+                f"'{name}' cannot be the name of a <{element.name}>",
+                "a name consists of letters, digits and underscores, and does not begin with a digit",
+            )
         if name in reserved:
             raise self.make_error(
                 element, f"'{name}' cannot be the name of a <{element.name}>: the name is reserved"
@@ -104,8 +107,9 @@ class Findings(Struct):
         unknown += [(child, f"<{child.name}>", child.name, children) for child in element.children]
         for place, subject, name, known in unknown:
             if name not in known:
-                hint = f"known: {', '.join(known) or 'none'}"
-                self.report_warning(place, f"{subject} in <{element.name}> is ignored", hint)
+                self.report_warning(
+                    place, f"{subject} in <{element.name}> is ignored", f"known: {', '.join(known) or 'none'}"
+                )
 
 
 class NameScope(Struct):

@@ -255,8 +255,9 @@ class SkillBoard:
         if master is None or outcome not in SkillOutcome.__members__:
             return
         executor = message.executor
-        now_us = self._clock.now_us()
-        master.handle_finish(executor, SkillOutcome(outcome), message.error, now_us, message.text)
+        master.handle_finish(
+            executor, SkillOutcome(outcome), message.error, self._clock.now_us(), message.text
+        )
         if master.state is MasterState.ASKING:
             self.ask_all(master, excluded=executor)
 

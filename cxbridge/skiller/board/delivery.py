@@ -49,9 +49,14 @@ class Sender:
         :param number: the number of the master.
         :param parameters: the parameters of the call as JSON.
         """
-        label = truncate(call.label, MAX_LABEL_BYTES)
         self._send(
-            executor, "RequestMessage", self._ticket(number), call.agent, call.skill, parameters, label
+            executor,
+            "RequestMessage",
+            self._ticket(number),
+            call.agent,
+            call.skill,
+            parameters,
+            truncate(call.label, MAX_LABEL_BYTES),
         )
 
     def confirm(self, executor: str, number: int) -> None:

@@ -336,8 +336,9 @@ class ExecutorHost(Listener):
         reader = self._readers.get(board)
         if reader is not None and reader.valid:
             return reader
-        listen = listening(self, EventKind.WRITER_REMOVED)
-        reader = self._board.open_for_reading(BOARD_TYPE, board, owner=f"executor {self.name}", listen=listen)
+        reader = self._board.open_for_reading(
+            BOARD_TYPE, board, owner=f"executor {self.name}", listen=listening(self, EventKind.WRITER_REMOVED)
+        )
         self._readers[board] = reader
         return reader
 

@@ -82,9 +82,12 @@ class ExecutorSettings:
         """
         with self.locate_errors():
             executor_class = self.load()
-            log = bus.logger(self.name)
-            context = ExecutorContext(agent, board, clock, log, self.settings, self.folder)
-            return make_host(executor_class, context, self.name, verbatim=verbatim)
+            return make_host(
+                executor_class,
+                ExecutorContext(agent, board, clock, bus.logger(self.name), self.settings, self.folder),
+                self.name,
+                verbatim=verbatim,
+            )
 
     @contextmanager
     def locate_errors(self) -> Iterator[None]:
@@ -253,5 +256,8 @@ def _refuse_unknown(config: Configuration, tree: str, allowed: tuple[str, ...]) 
     """Refuse unknown keys, because a misspelt setting would silently have no effect."""
     for name in config.keys(tree):
         if name not in allowed:
-            message = f"{tree}/{name} is not a setting of the skill board"
-            raise config.error(f"{tree}/{name}", message, f"the settings are: {', '.join(allowed)}")
+            raise config.error(
+                f"{tree}/{name}",
+                f"{tree}/{name} is not a setting of the skill board",
+                f"the settings are: {', '.join(allowed)}",
+            )

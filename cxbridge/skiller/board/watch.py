@@ -113,8 +113,12 @@ class ExecutorWatch(Listener, Observer):
         if executor in self._instances:
             return
         try:
-            listen = listening(self, EventKind.DATA_REFRESHED, EventKind.WRITER_REMOVED)
-            instance = self._board.open_for_reading(EXECUTOR_TYPE, executor, owner=self._owner, listen=listen)
+            instance = self._board.open_for_reading(
+                EXECUTOR_TYPE,
+                executor,
+                owner=self._owner,
+                listen=listening(self, EventKind.DATA_REFRESHED, EventKind.WRITER_REMOVED),
+            )
         except BlackBoardError as error:
             self._log.warn(f"cannot read the state of the executor {executor}: {error.message}")
             return

@@ -48,8 +48,9 @@ class Move(SkillExecutor):
     def start(self) -> None:
         """Publish the pose and emit the graph."""
         emit_navgraph(self.log.bus, self.graph)
-        name = self.setting("pose", f"Pose-{self.agent}")
-        self._pose = self.board.open_for_writing("Position3DInterface", name, owner=f"{self.agent}, move")
+        self._pose = self.board.open_for_writing(
+            "Position3DInterface", self.setting("pose", f"Pose-{self.agent}"), owner=f"{self.agent}, move"
+        )
         self._pose.frame = self.setting("frame", "map")
         self._publish()
 

@@ -151,9 +151,11 @@ def read_pattern(config: Configuration, path: str, key: str) -> SkillPattern:
         try:
             re.compile(args[name.strip()])
         except re.error as error:
-            hint = "a regular expression for the whole value, e.g. hello .*"
             raise invalid_value_error(
-                config, args_path, f"has the pattern '{value}': {error}", hint
+                config,
+                args_path,
+                f"has the pattern '{value}': {error}",
+                "a regular expression for the whole value, e.g. hello .*",
             ) from None
     return SkillPattern(
         name=config.get_str(f"{path}/{key}/name"),

@@ -87,8 +87,7 @@ class DecidedExecution:
         """Return the steps of a starting call."""
         if call.agent not in self._deciders:
             self._deciders[call.agent] = self._make_deciders(call.agent)
-        outcome = decide_outcome(self._deciders[call.agent], to_string_call(call))
-        return decided_steps(outcome, executor, call)
+        return decided_steps(decide_outcome(self._deciders[call.agent], to_string_call(call)), executor, call)
 
 
 def _partial_steps(steps: Steps, share: float) -> Steps:

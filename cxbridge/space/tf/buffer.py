@@ -89,11 +89,15 @@ class _History:
         if earlier.stamp_us == time_us or earlier.frame != later.frame:
             return earlier
         ratio = (time_us - earlier.stamp_us) / (later.stamp_us - earlier.stamp_us)
-        transform = Transform(
-            lerp(earlier.transform.translation, later.transform.translation, ratio),
-            slerp(earlier.transform.rotation, later.transform.rotation, ratio),
+        return StampedTransform(
+            Transform(
+                lerp(earlier.transform.translation, later.transform.translation, ratio),
+                slerp(earlier.transform.rotation, later.transform.rotation, ratio),
+            ),
+            time_us,
+            earlier.frame,
+            earlier.child_frame,
         )
-        return StampedTransform(transform, time_us, earlier.frame, earlier.child_frame)
 
 
 class TransformBuffer:
@@ -172,8 +176,12 @@ class TransformBuffer:
         """
         to_fixed = self.lookup(fixed_frame, source, source_us)
         to_target = self.lookup(target, fixed_frame, target_us)
-        transform = to_target.transform * to_fixed.transform
-        return StampedTransform(transform, to_target.stamp_us, _strip_slash(target), _strip_slash(source))
+        return StampedTransform(
+            to_target.transform * to_fixed.transform,
+            to_target.stamp_us,
+            _strip_slash(target),
+            _strip_slash(source),
+        )
 
     def can_transform(self, target: str, source: str, time_us: int = LATEST) -> bool:
         """Return whether :meth:`lookup` succeeds; True for equal frames, even if they are unknown."""

@@ -170,9 +170,15 @@ def compare_counts(a: Iterable[Event], b: Iterable[Event], view: View) -> Compar
         counts = [run.counts[text] for run in runs]
         if counts[0] != counts[1]:
             side_a, side_b = (Side(run.last_position.get(text), f"{run.counts[text]} times") for run in runs)
-            surplus = abs(counts[0] - counts[1])
             differences.append(
-                Difference("another number of times", text, side_a, side_b, DifferenceKind.COUNT, surplus)
+                Difference(
+                    "another number of times",
+                    text,
+                    side_a,
+                    side_b,
+                    DifferenceKind.COUNT,
+                    abs(counts[0] - counts[1]),
+                )
             )
     count_a, count_b = (run.counts.total() for run in runs)
     return Comparison(view, Order.PARTIAL, count_a, count_b, sort_differences(differences))

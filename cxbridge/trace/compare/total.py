@@ -105,8 +105,9 @@ class _PartnerChecks:
         if self._msgids.has_new_offset(message_stream(token_a.key), token_a.msgid or 0, token_b.msgid or 0):
             yield _make_partner_difference(token_a, token_b, DifferenceKind.MSGID, "another message id")
         if self._times:
-            thread = find_thread(token_a.key, token_a.names)
-            lag_s = self._times.measure_exceeding_lag_s(thread, token_a.event.time_us, token_b.event.time_us)
+            lag_s = self._times.measure_exceeding_lag_s(
+                find_thread(token_a.key, token_a.names), token_a.event.time_us, token_b.event.time_us
+            )
             if lag_s is not None:
                 yield _make_partner_difference(token_a, token_b, DifferenceKind.TIME, describe_lag(lag_s))
 

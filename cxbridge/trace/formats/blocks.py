@@ -78,8 +78,14 @@ def write_events(
     yield InterfaceWrite(time_us, uid, values)
     if interface_type == _SKILLER_TYPE and "skill_string" in values:
         skill, msgid, status = (values.get(name) for name in ("skill_string", "msgid", "status"))
-        number = msgid if isinstance(msgid, int) else 0
-        yield SkillStatus(time_us, ENV, uid.partition("::")[2], str(skill), number, str(status))
+        yield SkillStatus(
+            time_us,
+            ENV,
+            uid.partition("::")[2],
+            str(skill),
+            msgid if isinstance(msgid, int) else 0,
+            str(status),
+        )
 
 
 def decode_padded_text(data: bytes) -> str:

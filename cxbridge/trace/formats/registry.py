@@ -48,8 +48,11 @@ def copy_formats() -> dict[str, CopyFormat]:
 @lru_cache(maxsize=8)  # the rows change only with the installed plug-ins
 def _load_entries(rows: tuple[Row, ...], table: str) -> tuple[Any, ...]:
     """Return the entries of a table of all modules, sorted by rank."""
-    modules = [FORMAT_MODULES.load_target(row) for row in rows]
-    entries = [entry for module in modules for entry in getattr(module, table, ())]
+    entries = [
+        entry
+        for module in [FORMAT_MODULES.load_target(row) for row in rows]
+        for entry in getattr(module, table, ())
+    ]
     return tuple(sorted(entries, key=lambda entry: entry.rank))
 
 

@@ -145,8 +145,9 @@ class _LastDetails:
 
     def store(self, event: Event, name: str, value: str) -> None:
         """Store a changed detail."""
-        defaults = {name: DEFAULT_DETAILS[name] for name in event.KIND.details}
-        self._by_subject.setdefault(self._subject(event), defaults)[name] = value
+        self._by_subject.setdefault(
+            self._subject(event), {name: DEFAULT_DETAILS[name] for name in event.KIND.details}
+        )[name] = value
 
     def complete(self, event: Transition) -> Transition:
         """Return an event with the details of its subject."""

@@ -33,8 +33,11 @@ def _open_team_store(team: RunBase, agent: str, settings: Settings) -> Store:
 
     file = settings.file
     own_file = None if file is None else file.with_name(f"{file.stem}-{agent}{file.suffix}")
-    common = team.shared.get(_open_common_store, team)
-    return SplitStore(EmbeddedStore(team.clock, own_file), common, settings.distributed_databases)
+    return SplitStore(
+        EmbeddedStore(team.clock, own_file),
+        team.shared.get(_open_common_store, team),
+        settings.distributed_databases,
+    )
 
 
 def _open_common_store(team: RunBase) -> Store:

@@ -78,8 +78,12 @@ class RobotMemory(Closing):
             self._store = self._open_store()
             self.log.info(f"Robot memory: {self.settings.backend}")
             for name in self.settings.replica_sets:
-                interface = self._board.open_for_writing(REPLICA_SET_INTERFACE, name, owner="RobotMemory")
-                self._status_writers.append(StatusWriter(interface, self._store))
+                self._status_writers.append(
+                    StatusWriter(
+                        self._board.open_for_writing(REPLICA_SET_INTERFACE, name, owner="RobotMemory"),
+                        self._store,
+                    )
+                )
             return self._store
 
     def _open_store(self) -> Store:

@@ -53,8 +53,11 @@ class Settings(PluginSettings):
         """
         backend = config.get_str(f"{_CXBRIDGE_KEY}/backend", default="embedded")
         if backend not in BACKENDS:
-            message = f"{_CXBRIDGE_KEY}/backend cannot be '{backend}'"
-            raise config.error(f"{_CXBRIDGE_KEY}/backend", message, f"use one of: {', '.join(BACKENDS)}")
+            raise config.error(
+                f"{_CXBRIDGE_KEY}/backend",
+                f"{_CXBRIDGE_KEY}/backend cannot be '{backend}'",
+                f"use one of: {', '.join(BACKENDS)}",
+            )
         defaults = cls()
         uri = config.get_str(f"{_CXBRIDGE_KEY}/uri", default="")
         has_distributed = config.get_bool(f"{_CLIENTS_KEY}/robot-memory-distributed/enabled", default=False)

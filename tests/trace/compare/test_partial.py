@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from msgspec.structs import replace
+
 from cxbridge.events import Event
 from cxbridge.trace.compare.model import Comparison
 from cxbridge.trace.compare.partial import compare_partial
@@ -61,6 +63,18 @@ def test_a_child_stays_on_its_side_of_its_parent() -> None:
     comparison = compare(events, early)
     assert not comparison.same
     assert "on the other side of transitions of goal RUN-gen3" in comparison.differences[0].what
+
+
+def test_plans_with_other_numbers_in_their_ids_are_compared_in_order() -> None:
+    first, second, third = (
+        [
+            goal("gen1", "X"),
+            *(replace(action("gen1", "1", state), plan=f"plan-gen{state}") for state in order),
+        ]
+        for order in ("12", "12", "32")
+    )
+    assert compare(first, second).same
+    assert not compare(first, third).same
 
 
 def test_a_plan_stays_on_its_side_of_its_goal() -> None:

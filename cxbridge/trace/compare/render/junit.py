@@ -28,8 +28,11 @@ def write_junit(path: Path, report: ComparisonReport) -> None:
     case = ET.SubElement(suite, "testcase", {"classname": f"trace.diff.{level}", "name": name})
     text = _make_xml_safe("\n".join(text_report(report)))
     if not comparison.same:
-        message = difference_title(comparison.differences[0])
-        failure = ET.SubElement(case, "failure", {"type": "difference", "message": _make_xml_safe(message)})
+        failure = ET.SubElement(
+            case,
+            "failure",
+            {"type": "difference", "message": _make_xml_safe(difference_title(comparison.differences[0]))},
+        )
         failure.text = text
     else:
         ET.SubElement(case, "system-out").text = text

@@ -135,15 +135,23 @@ class McapFile:
                 chunk = self._chunk
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
-        record = pack_record(mcap.METADATA, _pack_name(name), _pack_map(values))
-        self._append_indexed(record, self._metadata_index, mcap.METADATA_INDEX, _pack_name(name))
+        self._append_indexed(
+            pack_record(mcap.METADATA, _pack_name(name), _pack_map(values)),
+            self._metadata_index,
+            mcap.METADATA_INDEX,
+            _pack_name(name),
+        )
 
     def add_attachment(self, time_ns: int, name: str, media_type: str, data: bytes) -> None:
         times, names = struct.pack("<QQ", time_ns, time_ns), _pack_text(name) + _pack_text(media_type)
         content = b"".join((times, names, struct.pack("<Q", len(data)), data))
-        record = pack_record(mcap.ATTACHMENT, content, struct.pack("<I", zlib.crc32(content)))
         self._append_indexed(
-            record, self._attachment_index, mcap.ATTACHMENT_INDEX, times, struct.pack("<Q", len(data)), names
+            pack_record(mcap.ATTACHMENT, content, struct.pack("<I", zlib.crc32(content))),
+            self._attachment_index,
+            mcap.ATTACHMENT_INDEX,
+            times,
+            struct.pack("<Q", len(data)),
+            names,
         )
 
     def _append_indexed(self, record: bytes, index: list[bytes], kind: int, *entry: bytes) -> None:
@@ -152,8 +160,7 @@ class McapFile:
         :param kind: the kind of the index record.
         :param entry: the fields of the index record after the position of the record.
         """
-        position = struct.pack("<QQ", self._append(record), len(record))
-        index.append(pack_record(kind, position, *entry))
+        index.append(pack_record(kind, struct.pack("<QQ", self._append(record), len(record)), *entry))
 
     def finish_chunk(self) -> None:
         """Write the collected messages to the file as a chunk, with their indexes."""
@@ -212,8 +219,9 @@ class McapFile:
         ):
             if records:
                 group = b"".join(records)
-                position = struct.pack("<BQQ", kind, start + len(summary), len(group))
-                offsets += pack_record(_SUMMARY_OFFSET, position)
+                offsets += pack_record(
+                    _SUMMARY_OFFSET, struct.pack("<BQQ", kind, start + len(summary), len(group))
+                )
                 summary += group
         footer = struct.pack("<QQ", start, start + len(summary))
         head = mcap.HEAD.pack(mcap.FOOTER, len(footer) + 4)  # with the checksum

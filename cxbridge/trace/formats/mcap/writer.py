@@ -160,11 +160,15 @@ class McapWriter(RunWriter):
         """
         schema = self._schemas.get(event_type)
         if schema is None:
-            data = dump_json(event_json_schema(event_type)).encode()
-            schema = self._mcap.add_schema(f"cxbridge.{event_type.__name__}", "jsonschema", data)
+            schema = self._mcap.add_schema(
+                f"cxbridge.{event_type.__name__}",
+                "jsonschema",
+                dump_json(event_json_schema(event_type)).encode(),
+            )
             self._schemas[event_type] = schema
-        topic = event_type.KIND.topic + topic_suffix.replace("::", "/", 1)
-        return self._mcap.add_channel(topic, "json", schema)
+        return self._mcap.add_channel(
+            event_type.KIND.topic + topic_suffix.replace("::", "/", 1), "json", schema
+        )
 
 
 def open_recording(path: Path, run: RecordedRun) -> McapWriter:

@@ -93,14 +93,19 @@ class CollectionFunctions:
 
     def query(self, collection: str, query: Value) -> Value:
         """Return a cursor over the matching documents."""
-        criteria = self._document(query, "robmem-query")
-        return self._handles.add(Cursor(self._store.find(collection, criteria)))
+        return self._handles.add(Cursor(self._store.find(collection, self._document(query, "robmem-query"))))
 
     def query_sort(self, collection: str, query: Value, order: Value) -> Value:
         """Return a cursor over the sorted matching documents."""
-        criteria = self._document(query, "robmem-query")
-        sort = self._document(order, "robmem-query-sort")
-        return self._handles.add(Cursor(self._store.find(collection, criteria, sort=sort)))
+        return self._handles.add(
+            Cursor(
+                self._store.find(
+                    collection,
+                    self._document(query, "robmem-query"),
+                    sort=self._document(order, "robmem-query-sort"),
+                )
+            )
+        )
 
     def cursor_next(self, cursor: Value) -> Value:
         """Return the next document, or FALSE at the end."""

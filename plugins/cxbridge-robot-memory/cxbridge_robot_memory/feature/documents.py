@@ -70,8 +70,9 @@ class DocumentFunctions:
         self._handles.pop(doc, dict, "bson-destroy")
 
     def append(self, doc: Value, field: str, value: Value) -> None:
-        document = self._document(doc, "bson-append")
-        self._set_field(document, field, self._to_bson(value, f"bson-append: field {field}"))
+        self._set_field(
+            self._document(doc, "bson-append"), field, self._to_bson(value, f"bson-append: field {field}")
+        )
 
     def append_regex(self, doc: Value, field: str, pattern: Value) -> None:
         if isinstance(pattern, Symbol) or not isinstance(pattern, str):
@@ -87,8 +88,11 @@ class DocumentFunctions:
         """Set a field to a time with a resolution of milliseconds."""
         match time:
             case (int() as seconds, int() as microseconds):
-                moment = from_ms(seconds * 1000 + microseconds // 1000)
-                self._set_field(self._document(doc, "bson-append-time"), field, moment)
+                self._set_field(
+                    self._document(doc, "bson-append-time"),
+                    field,
+                    from_ms(seconds * 1000 + microseconds // 1000),
+                )
             case _:
                 self._log.warn(f"Invalid time: {show(time)}")
 

@@ -47,16 +47,22 @@ class MutexFunctions:
         """
         types = ";".join(["*", *["sy"] * count])
         self._define_waiting(env, name, operation, types)
-        function = f"robmem-mutex-{name}-async"
-        env.define(function, lambda *names: self._start(name, operation, *names), count, types=types)
+        env.define(
+            f"robmem-mutex-{name}-async",
+            lambda *names: self._start(name, operation, *names),
+            count,
+            types=types,
+        )
 
     def _define_waiting(
         self, env: ClipsEnvironment, name: str, operation: Callable[..., bool], types: str
     ) -> None:
         """Define the variant of a function that waits for the database."""
-        function = f"robmem-mutex-{name}"
         env.define(
-            function, lambda *values: self._result(name, operation, *values), types.count(";"), types=types
+            f"robmem-mutex-{name}",
+            lambda *values: self._result(name, operation, *values),
+            types.count(";"),
+            types=types,
         )
 
     def _result(self, name: str, operation: Callable[..., bool], *arguments: Value) -> Value:

@@ -155,11 +155,17 @@ class MongoStore(Store):
         except mongo_errors.PyMongoError as error:
             return ReplicaSetStatus("UNKNOWN", "PRIMARY_UNKNOWN", f"{name}: {error}")
         if "setName" not in hello:
-            text = f"{name}: this MongoDB is not a replica set, so it reports no changes"
-            return ReplicaSetStatus("NOT_INITIALIZED", "NO_PRIMARY", text)
+            return ReplicaSetStatus(
+                "NOT_INITIALIZED",
+                "NO_PRIMARY",
+                f"{name}: this MongoDB is not a replica set, so it reports no changes",
+            )
         roles = {"isWritablePrimary": "PRIMARY", "secondary": "SECONDARY", "arbiterOnly": "ARBITER"}
-        member = next((role for field, role in roles.items() if hello.get(field)), "INITIALIZING")
-        return ReplicaSetStatus(member, "HAVE_PRIMARY" if hello.get("primary") else "NO_PRIMARY", "")
+        return ReplicaSetStatus(
+            next((role for field, role in roles.items() if hello.get(field)), "INITIALIZING"),
+            "HAVE_PRIMARY" if hello.get("primary") else "NO_PRIMARY",
+            "",
+        )
 
     def close(self) -> None:
         for watch in tuple(self._watches):

@@ -226,6 +226,19 @@ def wrong_lengths(content: bytes) -> Iterator[bytes]:
                 yield content[:at] + length.to_bytes(size, "little") + content[at + size :]
 
 
+def wrong_record_lengths(content: bytes) -> Iterator[bytes]:
+    """Copies of a file with too large a length of a record."""
+    heads, at = [], len(mcap.MAGIC)
+    while at < len(content) - len(mcap.MAGIC):
+        kind, size = mcap.HEAD.unpack_from(content, at)
+        heads.append(at + 1)
+        at += mcap.HEAD.size + (8 * 3 + 4 + 4 + 8 if kind == mcap.CHUNK else size)
+    assert len(heads) > 40
+    for head in heads:
+        for length in (2**63 - 1, 2**64 - 1, 2**63, len(content)):
+            yield content[:head] + length.to_bytes(8, "little") + content[head + 8 :]
+
+
 def use(path: Path) -> None:
     """Read all of a file: whatever it holds, there are our errors or none."""
     for work in (
