@@ -40,7 +40,7 @@ def test_an_error_without_a_connection_is_the_loss_of_the_connection(connected, 
     board: Any = SimpleNamespace(connected=connected, add_connection_callback=lambda _callback: None)
     player: Any = Refusing()
     report = ReplayReport("run", "url")
-    session = _ReplaySession(ReplayOptions(run=tmp_path), board, player, report, threading.Event())
+    session = _ReplaySession(ReplayOptions(run=tmp_path), board, player, report, threading.Event(), print)
     with pytest.raises(BlackBoardError) if connected else nullcontext():
         session.run(list)
     assert report.end == ("" if connected else LOST)
