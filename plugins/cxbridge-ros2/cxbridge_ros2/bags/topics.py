@@ -61,7 +61,7 @@ class ConverterTable:
         self._interface_types = (
             {} if has_events else {make_ros_message_type(name): name for name in registry.names()}
         )
-        self.has_events = has_events
+        self._has_events = has_events
         self._goals: dict[bytes, _Goal] = {}
         self._last_number = 0
         self._converters_by_type: dict[str, Converter] = {
@@ -75,7 +75,7 @@ class ConverterTable:
         """Return the converter for messages of a topic; None if the messages become no events."""
         if topic == EVENTS_TOPIC and message_type == TEXT_TYPE:
             return _convert_event
-        if self.has_events:
+        if self._has_events:
             return None
         if message_type in self._interface_types and topic.count("/") == _INTERFACE_SLASH_COUNT:
             return self._make_interface_converter(self._interface_types[message_type])
@@ -115,18 +115,18 @@ class ConverterTable:
     def _convert_hub_message(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
         # PlanSys2 and ros2-clips-executive have different names for the field
         arguments = message.get("arguments") or message.get("action_parameters") or ()
-        text = message.get("mapped_action") or _format_skill_string(
-            message["action"], {str(number): text for number, text in enumerate(arguments, start=1)}
+        skill_string = message.get("mapped_action") or _format_skill_string(
+            message["action"], {str(number): value for number, value in enumerate(arguments, start=1)}
         )
         # messages on a hub have no id of the goal: topic, performer and skill string identify the goal
-        key = f"{topic} {message['node_id']} {text}".encode()
+        key = f"{topic} {message['node_id']} {skill_string}".encode()
         if message["type"] == MessageKind.CONFIRM:
             self._last_number += 1
-            self._goals[key] = _Goal(message["node_id"], "", text, self._last_number)
-            yield SkillStatus(time_us, "", message["node_id"], text, self._last_number, "S_RUNNING")
+            self._goals[key] = _Goal(message["node_id"], "", skill_string, self._last_number)
+            yield SkillStatus(time_us, "", message["node_id"], skill_string, self._last_number, "S_RUNNING")
         elif message["type"] == MessageKind.FINISH and (goal := self._goals.pop(key, None)) is not None:
             status = "S_FINAL" if message["success"] else "S_FAILED"
-            yield SkillStatus(time_us, "", goal.action, text, goal.number, status)
+            yield SkillStatus(time_us, "", goal.action, skill_string, goal.number, status)
 
     # -- interfaces
 

@@ -69,14 +69,14 @@ def _get_action_details(
     parameters, names = _make_parameters(domain, action, request["parameters"])
     formulas = (
         {
-            name: _select_timed(when, getattr(action, formula))
-            for name, (when, formula) in _TIMED_FIELDS.items()
+            tree_field: _select_timed(when, getattr(action, attribute))
+            for tree_field, (when, attribute) in _TIMED_FIELDS.items()
         }
         if is_durative
         else {"preconditions": action.condition, "effects": action.effect}
     )
     encode_tree = partial(codec.encode_formula, names=names, find_types=partial(_find_types, domain))
-    trees = {name: encode_tree(formula) for name, formula in formulas.items()}
+    trees = {tree_field: encode_tree(formula) for tree_field, formula in formulas.items()}
     return {field: {"name": request[field], "parameters": parameters, **trees}}
 
 

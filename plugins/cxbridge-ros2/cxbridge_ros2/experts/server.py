@@ -98,14 +98,16 @@ class ExpertServer(Closing):
             "/planner/validate_domain": ("plan", planner.validate_domain),
         }
         for name, service in {**PROBLEM_SERVICES, **DOMAIN_SERVICES}.items():
-            handler = partial(self._handle_request, namespace + name, service)
-            handlers[name] = "change" if service.changes_problem else "read", handler
+            handlers[name] = (
+                "change" if service.changes_problem else "read",
+                partial(self._handle_request, namespace + name, service),
+            )
         for served_node in served_nodes:
             for name, service_type in list_services(served_node, distribution).items():
-                frame, handle = handlers[name]
+                frame, handler = handlers[name]
                 right = right_of_frame("ros2-experts", frame)
                 node.serve_later(
-                    namespace + name, service_type, handle, right=right, make_refusal=_make_refusal
+                    namespace + name, service_type, handler, right=right, make_refusal=_make_refusal
                 )
         self._has_topics = "problem" in served_nodes
         if self._has_topics:

@@ -36,7 +36,7 @@ from cxbridge_ros2.messages import Message
 
 PLANNING_TIMEOUT_S: Final = 120.0  # limit of planning in seconds
 
-# Titles of the formulas in a plansys2_msgs/msg/DurativeAction.
+# Titles of the formulas in a plansys2_msgs/msg/DurativeAction, by field.
 _TIMED_FIELD_TITLES: Final = {
     "at_start_requirements": "at start needs",
     "over_all_requirements": "over all needs",
@@ -106,10 +106,10 @@ class Terminal:
                 yield from self.commands[command](argument) or ()
                 return
         first_words = dict.fromkeys(command.split()[0] for command in self.commands)
-        similar = [command for command in self.commands if command.split()[0] == words[0]] or [*first_words]
+        known = [command for command in self.commands if command.split()[0] == words[0]] or [*first_words]
         raise Ros2Error(
             f"unknown command '{line.strip()}'",
-            hint=did_you_mean(" ".join(words[:2]), similar, f"there are: {', '.join(similar)}"),
+            hint=did_you_mean(" ".join(words[:2]), known, f"there are: {', '.join(known)}"),
         )
 
     def _request_domain(self, service: str, request: Mapping[str, Any] | None = None) -> Message:
@@ -138,14 +138,14 @@ class Terminal:
         if name.lower() in map(str.lower, durative_names):
             request = {"durative_action": name}
             action = self._request_domain("_durative_action_details", request)["durative_action"]
-            formulas = [(text, action[field]) for field, text in _TIMED_FIELD_TITLES.items()]
+            trees = [(title, action[field]) for field, title in _TIMED_FIELD_TITLES.items()]
         else:
             action = self._request_domain("_action_details", {"action": name})["action"]
-            formulas = [("needs", action["preconditions"]), ("does", action["effects"])]
+            trees = [("needs", action["preconditions"]), ("does", action["effects"])]
         yield _format_signature(action)
-        for noun, tree in formulas:
-            if tree["nodes"] and (text := self._format_tree(tree)) != "(and)":
-                yield f"{noun}: {text}"
+        for title, tree in trees:
+            if tree["nodes"] and (formula := self._format_tree(tree)) != "(and)":
+                yield f"{title}: {formula}"
 
     def _format_tree(self, tree: Message) -> str:
         try:

@@ -64,8 +64,9 @@ class ServedAction(Struct, frozen=True):
         """Parse the settings of an action."""
         check_keys(settings, _ACTION_KEYS, f"the action {action}")
         names, call = to_list(settings.get("parameters", [])), str(settings.get("call", ""))
-        if call and (problems := ActionSkillMapping({action: call}).check()):
-            raise ConfigError(f"the call of the action {action}: {problems[0][1]}")
+        # a warning of an action mapping is an error here, since the skill would get the text of a placeholder
+        for _, problem in ActionSkillMapping({action: call}).check() if call else ():
+            raise ConfigError(f"the call of the action {action}: {problem}")
         return cls(action, tuple(map(str, names)), call)
 
     def make_call(self, request: HubMessage, arguments: tuple[str, ...], agent: str) -> SkillCall:
@@ -82,12 +83,13 @@ class ServedAction(Struct, frozen=True):
         if not self.call:
             requested_skill = {MAPPED_ACTION: request.skill_string} if request.skill_string else {}
             return SkillCall(self.action, agent, values | requested_skill, request.node)
-        skill_string = ActionSkillMapping({self.action: self.call}).map(self.action, values)
-        if not skill_string.text:
-            raise SkillError(skill_string.messages[0][1])
-        calls = parse_calls(skill_string.text, agent)
+        mapped_skill = ActionSkillMapping({self.action: self.call}).map(self.action, values)
+        if not mapped_skill.text:
+            (_, problem), *_ = mapped_skill.messages  # the first message is the error
+            raise SkillError(problem)
+        calls = parse_calls(mapped_skill.text, agent)
         if len(calls) != 1:
-            raise SkillError(f"{request.key} maps to '{skill_string.text}', which is not a single skill")
+            raise SkillError(f"{request.key} maps to '{mapped_skill.text}', which is not a single skill")
         return SkillCall(calls[0].skill, agent, calls[0].parameters, request.node)
 
     @property

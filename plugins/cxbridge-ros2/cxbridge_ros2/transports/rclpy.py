@@ -149,7 +149,7 @@ class RclpyNode(Node):
         def receive(message: Any, _encoded_response: object) -> _DeferredResponse:
             self._received_count += 1
             deferred_response = _DeferredResponse(
-                lambda set_response: self._to_object(service_class.Response, response, set_response)
+                lambda fields: self._to_object(service_class.Response, response, fields)
             )
             handler(self._from_object(request, message), deferred_response.set_response)
             return deferred_response
@@ -164,8 +164,8 @@ class RclpyNode(Node):
         # response. Therefore the callback returns a deferred response, and this replaces the function of
         # rclpy that sends the returned object.
         send = rcl_service.send_response
-        rcl_service.send_response = lambda later, header: later.set_sender(
-            lambda set_response: send(set_response, header)
+        rcl_service.send_response = lambda deferred_response, header: deferred_response.set_sender(
+            lambda encoded_response: send(encoded_response, header)
         )
         return self._make_close_function("service", rcl_service)
 

@@ -131,25 +131,25 @@ class RosbridgeAction:
         """Call ``on_response`` with the result of a goal, or ``on_failure`` with a reason."""
         self._result_callbacks[request["goal_id"]["uuid"].hex()] = (on_response, on_failure)
 
-    def cancel(self, goal_id: str, request_count: int = _MAX_CANCEL_REQUESTS) -> None:
+    def cancel(self, goal_id: str, remaining_requests: int = _MAX_CANCEL_REQUESTS) -> None:
         """Request to cancel a goal, repeatedly until its result arrives.
 
         The server of rosbridge_suite 2.1 ignores a cancel request before the acceptance of the goal, and does
         not report the acceptance. Feedback does not prove the acceptance, since feedback can arrive earlier.
 
-        :param request_count: the limit of requests, this request included.
+        :param remaining_requests: the limit of requests, this request included.
         """
-        self._cancel_schedule[goal_id] = (time.monotonic() + _CANCEL_PERIOD_S, request_count - 1)
+        self._cancel_schedule[goal_id] = (time.monotonic() + _CANCEL_PERIOD_S, remaining_requests - 1)
         self._connection.send({"op": "cancel_action_goal", "id": goal_id, "action": self.name})
 
     def repeat_cancel_requests(self) -> None:
         """Repeat the cancel requests of goals that have no result yet."""
         now_s = time.monotonic()
-        for goal_id, (due_s, request_count) in list(self._cancel_schedule.items()):
-            if goal_id not in self._result_callbacks or not request_count:
+        for goal_id, (due_s, remaining_requests) in list(self._cancel_schedule.items()):
+            if goal_id not in self._result_callbacks or not remaining_requests:
                 del self._cancel_schedule[goal_id]
             elif now_s >= due_s:
-                self.cancel(goal_id, request_count)
+                self.cancel(goal_id, remaining_requests)
 
     def handle_operation(self, op: Operation, from_json: Callable[[TypeName, Any], Message]) -> None:
         """Handle feedback or a result from the bridge."""
