@@ -44,7 +44,7 @@ class _OpenList:
     """A list that is still open.
 
     :ivar column: the column of the opening parenthesis.
-    :ivar source_column: its column in the text before formatting.
+    :ivar source_column: the column of the opening parenthesis before formatting.
     :ivar head: the first word of the list; None before that word is read.
     :ivar argument_column: the column for further arguments; None before the first argument is read.
     """

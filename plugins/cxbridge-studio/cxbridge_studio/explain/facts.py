@@ -15,7 +15,7 @@ def explain_fact(evidence: Evidence, name: str) -> Explanation:
     """
     index = parse_decimal(name.removeprefix("f-"))
     if index is None:
-        raise CxbridgeError(f"'{name}' is not a fact", hint="name its index: f-12")
+        raise CxbridgeError(f"'{name}' is not a fact", hint="name the index of a fact, such as f-12")
     lives = evidence.history.fact_lives
     if not lives:
         raise CxbridgeError(

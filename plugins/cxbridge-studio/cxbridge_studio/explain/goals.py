@@ -82,7 +82,9 @@ class Goals:
             if action_name in (action.id, action.name)
         ]
         if not matches:
-            raise CxbridgeError(f"there is no plan-action '{name}'", hint="name its goal and its id: GOAL/ID")
+            raise CxbridgeError(
+                f"there is no plan-action '{name}'", hint="name the goal and the id of the action: GOAL/ID"
+            )
         return matches
 
     def find_rules_before(self, seq: int) -> tuple[str, ...]:

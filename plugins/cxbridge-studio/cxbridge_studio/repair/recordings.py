@@ -71,7 +71,7 @@ def examine(path: Path) -> Repair:
     if (actions_and_write := run.find_damage()) is not None:
         return Repair(path, run.format, *actions_and_write)
     if path.is_dir():
-        raise TraceError("this is a folder", file=path, hint="repair its files")
+        raise TraceError("this is a folder", file=path, hint="repair the files in the folder, one by one")
     if run.format == "mcap":
         from cxbridge_studio.repair.mcap import examine_mcap  # noqa: PLC0415 - repairs of other files start faster
 
@@ -99,7 +99,7 @@ def _examine_text(run: Run) -> Repair:
     end = _find_end_of_lines(run.path, size)
     actions = [f"FIXING: errorneous bytes at end of file, truncating by {size - end} b"] if end < size else []
     if not end and size:
-        raise TraceError("no line of it is complete", file=run.path)
+        raise TraceError("no line of the recording is complete", file=run.path)
     return Repair(run.path, run.format, actions, partial(_copy_start, run.path, end))
 
 
