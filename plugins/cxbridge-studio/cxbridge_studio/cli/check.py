@@ -33,7 +33,7 @@ class _AgentOptions(ScenarioOptions, SourceOptions):
 @option_groups
 def check(
     options: _AgentOptions,
-    form: Annotated[
+    format_name: Annotated[
         str, typer.Option("--format", metavar="text|json|github", help="Output format of the findings.")
     ] = _TEXT,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, as --format json does.")] = False,
@@ -66,13 +66,13 @@ def check(
         code = all_codes[explain]
         say_text(f"{code.name} ({code.severity.value}): {code.title}\n\n{code.explanation}")
         return 0
-    form = "json" if as_json else form
-    if form not in FORMATS:
-        raise CxbridgeError(f"--format cannot be '{form}'", hint=f"use one of: {', '.join(FORMATS)}")
+    format_name = "json" if as_json else format_name
+    if format_name not in FORMATS:
+        raise CxbridgeError(f"--format cannot be '{format_name}'", hint=f"use one of: {', '.join(FORMATS)}")
     run_options = RunOptions(**vars(options))
     if not source_of(run_options).is_named:
         run_options = dataclasses.replace(run_options, scenario=Path())
     findings = [shorten_path(finding) for finding in find_mistakes(run_options, portable=portable)]
-    if text := FORMATS[form](findings):
+    if text := FORMATS[format_name](findings):
         say_text(text)
     return int(any(finding.code.severity is Severity.ERROR for finding in findings))

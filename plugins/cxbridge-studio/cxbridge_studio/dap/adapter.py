@@ -140,7 +140,6 @@ class Adapter:
 
     def _execute_run(self) -> None:
         """Execute the run to its end and send its exit status."""
-        status = 0
         try:
             status = self._current_run.run(self)
         except CxbridgeError as error:

@@ -32,7 +32,7 @@ FILTERS: Final = {
 _FILTERS_GROUP: Final = "filters"  # the name of a group, as are "names" and "file:PATH"
 
 
-class _PlacedBreakpoint(NamedTuple):
+class _RequestedBreakpoint(NamedTuple):
     """A breakpoint that a client has requested.
 
     :param explain_no_stop: returns why no agent of a run can stop at the breakpoint; empty if an agent can.
@@ -52,7 +52,7 @@ class Breakpoints:
     def __init__(self) -> None:
         self._last_number = 0
         # by group and the client's number
-        self._groups: dict[str, dict[int, _PlacedBreakpoint]] = {}
+        self._groups: dict[str, dict[int, _RequestedBreakpoint]] = {}
         self._run: LiveRun | None = None
 
     def attach(self, run: LiveRun) -> None:
@@ -63,53 +63,53 @@ class Breakpoints:
 
     def _set_on_run(self, group: str) -> None:
         if self._run is not None:
-            placed_breakpoints = self._groups[group].items()
-            self._run.set_breakpoints(
-                group, {number: placed.breakpoint for number, placed in placed_breakpoints}
-            )
+            entries = self._groups[group].items()
+            self._run.set_breakpoints(group, {number: entry.breakpoint for number, entry in entries})
 
     def _replace(
-        self, group: str, requests: Iterable[Any], place: Callable[[Any], _PlacedBreakpoint]
+        self, group: str, requests: Iterable[Any], make_breakpoint: Callable[[Any], _RequestedBreakpoint]
     ) -> list[protocol.Breakpoint]:
         """Replace the breakpoints of a group and return their states.
 
-        :param place: returns the breakpoint for a request; raises ``CxbridgeError`` if it is impossible.
+        :param make_breakpoint: returns the breakpoint for a request, or raises ``CxbridgeError``.
         """
         self._groups[group] = {}
         states = []
         for request in requests:
             self._last_number += 1
             try:
-                placed = self._groups[group][self._last_number] = place(request)
-                states.append(self._make_state(self._last_number, placed))
+                entry = self._groups[group][self._last_number] = make_breakpoint(request)
+                states.append(self._make_state(self._last_number, entry))
             except CxbridgeError as error:
                 states.append(protocol.Breakpoint(self._last_number, verified=False, message=str(error)))
         self._set_on_run(group)
         return states
 
-    def _make_state(self, number: int, placed: _PlacedBreakpoint) -> protocol.Breakpoint:
+    def _make_state(self, number: int, entry: _RequestedBreakpoint) -> protocol.Breakpoint:
         """Return the state of a breakpoint, which is verified until the rules are loaded."""
-        reason = placed.explain_no_stop(self._run) if self._run is not None and self._run.is_loaded else ""
-        message = reason or placed.message
-        return protocol.Breakpoint(number, verified=not reason, message=message, line=placed.line)
+        reason = entry.explain_no_stop(self._run) if self._run is not None and self._run.is_loaded else ""
+        message = reason or entry.message
+        return protocol.Breakpoint(number, verified=not reason, message=message, line=entry.line)
 
     def find_unreachable(self) -> list[protocol.Breakpoint]:
         """Return the states of the breakpoints that the loaded rules cannot reach."""
-        placed_breakpoints = [item for group in self._groups.values() for item in group.items()]
-        return [state for state in starmap(self._make_state, placed_breakpoints) if not state.verified]
+        entries = [item for group in self._groups.values() for item in group.items()]
+        return [state for state in starmap(self._make_state, entries) if not state.verified]
 
     def set_line_breakpoints(self, arguments: protocol.SetBreakpointsArguments) -> list[protocol.Breakpoint]:
         """Replace the breakpoints of a file and return their states."""
         file, text = read_source(arguments.source)
         includes_actions = self._run is None or self._run.can_stop_at_actions
-        place = partial(_place_on_line, file, list(find_rules(text)), includes_actions=includes_actions)
-        return self._replace(f"file:{file}", arguments.breakpoints, place)
+        make_breakpoint = partial(
+            _make_line_breakpoint, file, list(find_rules(text)), includes_actions=includes_actions
+        )
+        return self._replace(f"file:{file}", arguments.breakpoints, make_breakpoint)
 
     def set_function_breakpoints(
         self, requests: Sequence[protocol.FunctionBreakpoint]
     ) -> list[protocol.Breakpoint]:
         """Replace the breakpoints on goals, plan-actions, skills and rules, and return their states."""
-        return self._replace("names", requests, _place_on_name)
+        return self._replace("names", requests, _make_name_breakpoint)
 
     def set_exception_filters(self, names: Sequence[str]) -> list[protocol.Breakpoint]:
         """Replace the breakpoints on failures and return their states."""
@@ -121,7 +121,7 @@ class Breakpoints:
         specs = [spec for _, spec in map(FILTERS.__getitem__, names)]
         # failures may always occur
         return self._replace(
-            _FILTERS_GROUP, specs, lambda spec: _PlacedBreakpoint(parse_breakpoint(spec), lambda _run: "")
+            _FILTERS_GROUP, specs, lambda spec: _RequestedBreakpoint(parse_breakpoint(spec), lambda _run: "")
         )
 
     def is_exception_filter(self, number: int) -> bool:
@@ -129,15 +129,22 @@ class Breakpoints:
         return number in self._groups.get(_FILTERS_GROUP, {})
 
 
-def _place_on_line(
+def _make_line_breakpoint(
     file: Path, rules: Sequence[FileRule], request: protocol.SourceBreakpoint, *, includes_actions: bool
-) -> _PlacedBreakpoint:
+) -> _RequestedBreakpoint:
     check_hit_count(request.hit_condition)
     rule, action_line = find_stop_line(rules, request.line, includes_actions=includes_actions)
     kind, state = ("line", str(action_line)) if action_line else ("before", ANY_NAME)
-    conditions = (request.condition, request.hit_condition, request.log_message)
-    return _PlacedBreakpoint(
-        Breakpoint(0, kind, escape(rule.name), state, ANY_NAME, *conditions),
+    return _RequestedBreakpoint(
+        Breakpoint(
+            0,
+            kind,
+            escape(rule.name),
+            state,
+            condition=request.condition,
+            hits=request.hit_condition,
+            log=request.log_message,
+        ),
         lambda run: run.explain_no_stop(rule.name, file),
         f"within the right-hand side of rule {rule.name}"
         if action_line
@@ -146,7 +153,7 @@ def _place_on_line(
     )
 
 
-def _place_on_name(request: protocol.FunctionBreakpoint) -> _PlacedBreakpoint:
+def _make_name_breakpoint(request: protocol.FunctionBreakpoint) -> _RequestedBreakpoint:
     parsed_breakpoint = parse_breakpoint(request.name)
     check_hit_count(request.hit_condition)
     # as in `cxbridge run --break`, the name may include a condition and a hit count
@@ -155,4 +162,6 @@ def _place_on_name(request: protocol.FunctionBreakpoint) -> _PlacedBreakpoint:
         condition=request.condition or parsed_breakpoint.condition,
         hits=request.hit_condition or parsed_breakpoint.hits,
     )
-    return _PlacedBreakpoint(requested_breakpoint, lambda run: run.explain_unreachable(requested_breakpoint))
+    return _RequestedBreakpoint(
+        requested_breakpoint, lambda run: run.explain_unreachable(requested_breakpoint)
+    )

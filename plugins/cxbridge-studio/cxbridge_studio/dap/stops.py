@@ -136,4 +136,4 @@ def read_source(source: protocol.Source) -> tuple[Path, str]:
     try:
         return path, path.read_bytes().decode("utf-8", "surrogateescape")
     except OSError as error:
-        raise CxbridgeError(f"cannot read it: {error.strerror}", file=path) from error
+        raise CxbridgeError(f"the file cannot be read: {error.strerror}", file=path) from error

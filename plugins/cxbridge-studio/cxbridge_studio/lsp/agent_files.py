@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
-from msgspec import Struct, field
+from msgspec import Struct
 
 from cxbridge.config import Configuration
 from cxbridge.executive.host.environment import CORE_DIR
@@ -19,7 +19,7 @@ from cxbridge.run.source import source_of
 from cxbridge.run.specs import choose_spec
 from cxbridge_studio.lsp.session import find_agent_files
 
-_HOST_FOLDERS: Final = ("host", "features")
+_HOST_FOLDERS: Final = ("host", "features")  # the folders below CORE_DIR with the CLIPS files of the host
 
 
 class AgentFiles(Struct, frozen=True):
@@ -31,7 +31,7 @@ class AgentFiles(Struct, frozen=True):
     config: Configuration
     spec: str
     paths: RunPaths
-    library: tuple[Path, ...] = field(default_factory=tuple)
+    library: tuple[Path, ...] = ()
 
     @classmethod
     def find(cls, options: RunOptions) -> AgentFiles:
@@ -67,8 +67,9 @@ def _find_host_files(paths: RunPaths) -> Iterator[Path]:
     for folder in _HOST_FOLDERS:
         yield from sorted((CORE_DIR / folder).glob("*.clp"))
     for module in dict.fromkeys(row.target.partition(":")[0] for row in FEATURES.rows if row.origin):
-        spec = find_spec(module)  # the folder of a feature's module has its CLIPS files
-        if spec is not None and spec.origin is not None:
-            yield from sorted(Path(spec.origin).parent.glob("*.clp"))
+        module_spec = find_spec(module)  # the folder of a feature's module has its CLIPS files
+        if module_spec is not None and module_spec.origin is not None:
+            yield from sorted(Path(module_spec.origin).parent.glob("*.clp"))
+    # as the feature `robot_memory` does: the file of a Fawkes checkout if the core comes from there
     fawkes_file = paths.core_dir.parents[1] / "clips-robot-memory" / "robot-memory.clp"
     yield fawkes_file if fawkes_file.is_file() else CORE_DIR / "cx" / "robot-memory.clp"

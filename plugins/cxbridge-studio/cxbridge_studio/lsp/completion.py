@@ -75,8 +75,8 @@ def _complete_clips(session: Session, file: SourceFile, offset: int) -> Iterable
     if not context.heads:
         return [Proposal(name, None, "construct") for name in _CONSTRUCTS] if context.is_at_head else ()
     if context.word.startswith(("?*", "$?*")):
-        globals_ = session.model.find_names(NameKind.GLOBAL, Use.DEFINED)
-        return [Proposal(f"?*{name}*", NameKind.GLOBAL, "global") for name in globals_]
+        names = session.model.find_names(NameKind.GLOBAL, Use.DEFINED)
+        return [Proposal(f"?*{name}*", NameKind.GLOBAL, "global") for name in names]
     if match := _SLOT_ACCESS.search(context.word):
         slots = _propose_slots(session, file, find_fact_template(context.text, match[1]))
         return [slot._replace(text=f"{match[1]}:{slot.text}") for slot in slots]
@@ -128,7 +128,7 @@ def _propose_arguments(session: Session, file: SourceFile, context: Context) -> 
     elif head in FIRST_ARGUMENT_KINDS:
         yield from _propose_names(session, file, FIRST_ARGUMENT_KINDS[head])
     # a list that begins with a variable is a member of a query, ((?fact TEMPLATE))
-    elif head and context.heads[1:2] and context.word == "" and head.startswith("?"):
+    elif head.startswith("?") and len(context.heads) > 1 and context.word == "":
         yield from _propose_templates(session, file)
 
 
@@ -162,18 +162,19 @@ def _propose_allowed_values(
 def _complete_yaml(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
     start = file.text.rfind("\n", 0, offset) + 1
     line = file.text[start:offset]
-    parent_keys = list(find_parent_keys(file, start + len(line) - len(line.lstrip())))
+    parent_keys = find_parent_keys(file, start + len(line) - len(line.lstrip()))
+    parent_key, outer_key = [*parent_keys, "", ""][:2]  # empty at the top level
     key_match = re.match(r"\s*(?:- +)?([\w-]+):", line)
     key = key_match[1] if key_match else ""
-    if "action-mapping" in parent_keys[:2]:
+    if "action-mapping" in (parent_key, outer_key):
         yield from _complete_mapping(
-            session, file, line, parent_keys[0] if parent_keys[0] != "action-mapping" else ""
+            session, file, line, parent_key if parent_key != "action-mapping" else ""
         )
-    elif "file" in (key, *parent_keys[:1]) or "files" in (key, *parent_keys[:1]):
+    elif {"file", "files"} & {key, parent_key}:
         yield from (Proposal(name, NameKind.FILE, "file") for name in _list_clips_files(session))
-    elif "blackboard-preload" in (key, *parent_keys[:1]):
+    elif "blackboard-preload" in (key, parent_key):
         yield from _propose_defined(session, file, NameKind.INTERFACE)
-    elif key == "name" and "stage-1" in parent_keys[:1]:
+    elif (parent_key, key) == ("stage-1", "name"):
         yield from _propose_names(session, file, NameKind.FEATURE)
     elif key == "spec":
         yield from _propose_defined(session, file, NameKind.SPEC)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, Final
 
 import msgspec
 
 from cxbridge.spawning import python_command
 from cxbridge_studio.lsp.knowledge import AgentKnowledge
 
-_MAX_ERROR_LENGTH = 300  # limit of the characters that an error shows from the end of a crash's output
+_MAX_ERROR_LENGTH: Final = 300  # characters that an error shows from the end of a crashed process's output
 
 
 class Examinations:
@@ -28,19 +28,17 @@ class Examinations:
         self._on_result = on_result
         self._task: asyncio.Task[None] | None = None
         self._process: asyncio.subprocess.Process | None = None
-        self._is_requested_again = False
+        self._is_requested = False
 
     def request(self) -> None:
         """Begin an examination; during an examination, request a further one, since files have changed."""
-        if self._task is not None and not self._task.done():
-            self._is_requested_again = True
-            return
-        self._task = asyncio.get_running_loop().create_task(self._run_requested())
+        self._is_requested = True
+        if self._task is None or self._task.done():
+            self._task = asyncio.get_running_loop().create_task(self._run_requested())
 
     async def _run_requested(self) -> None:
-        self._is_requested_again = True
-        while self._is_requested_again:
-            self._is_requested_again = False
+        while self._is_requested:
+            self._is_requested = False
             self._on_result(await self._run_child_process())
 
     async def _run_child_process(self) -> AgentKnowledge:

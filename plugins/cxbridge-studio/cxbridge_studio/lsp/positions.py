@@ -27,8 +27,10 @@ class PositionConverter:
         end = file.text.find("\n", start)
         line_text = file.text[start : None if end < 0 else end]
         # only the line, not the whole file, since the codec visits each character
-        position_in_row = self._codec.position_from_client_units([line_text], Position(0, position.character))
-        return start + min(position_in_row.character, len(line_text))
+        position_in_line = self._codec.position_from_client_units(
+            [line_text], Position(0, position.character)
+        )
+        return start + min(position_in_line.character, len(line_text))
 
     def to_position(self, file: SourceFile, offset: int) -> Position:
         line = file.lines.at(offset)
