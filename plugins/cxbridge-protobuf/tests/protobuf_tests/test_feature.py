@@ -40,6 +40,15 @@ def pb(bus, feature, log):
     manager.close()
 
 
+@pytest.fixture
+def stranger(pb):
+    """A client that has connected to the server of the environment by hand."""
+    port = free_port()
+    pb.call("pb-server-enable", port)
+    with socket.create_connection(("127.0.0.1", port), timeout=WAIT) as client:
+        yield client
+
+
 def arrive(feature, env: ClipsEnvironment, relation, count=1):
     """Let loops pass until this many facts of a relation came; rules do not run."""
 
@@ -362,12 +371,9 @@ def test_the_server_and_its_facts(pb, feature, log):
     assert not log.texts(Level.WARN, Level.ERROR)
 
 
-def test_what_nobody_wants_is_cleaned_up(pb, feature, log):
-    port = free_port()
-    pb.call("pb-server-enable", port)
-    with socket.create_connection(("127.0.0.1", port), timeout=WAIT) as stranger:
-        stranger.sendall(encode_frame(Frame(3000, 2, b"\x08\x05")) + encode_frame(Frame(7, 8, b"")))
-        arrive(feature, pb, "protobuf-server-receive-failed")
+def test_what_nobody_wants_is_cleaned_up(pb, feature, stranger, log):
+    stranger.sendall(encode_frame(Frame(3000, 2, b"\x08\x05")) + encode_frame(Frame(7, 8, b"")))
+    arrive(feature, pb, "protobuf-server-receive-failed")
     pb.run()
     assert not list(pb.facts("protobuf-msg"))
     assert not list(pb.facts("protobuf-server-receive-failed"))
@@ -375,14 +381,11 @@ def test_what_nobody_wants_is_cleaned_up(pb, feature, log):
     assert any("Protobuf server rcv fail for 7:8" in text for text in log.texts())
 
 
-def test_a_rule_that_takes_a_reference_keeps_the_message(pb, feature):
+def test_a_rule_that_takes_a_reference_keeps_the_message(pb, feature, stranger):
     pb.build("(defglobal ?*kept* = 0)")
     pb.build("(defrule keep (protobuf-msg (ptr ?p)) => (bind ?*kept* (pb-ref ?p)))")
-    port = free_port()
-    pb.call("pb-server-enable", port)
-    with socket.create_connection(("127.0.0.1", port), timeout=WAIT) as stranger:
-        stranger.sendall(encode_frame(Frame(3000, 2, b"\x08\x05")))
-        arrive(feature, pb, "protobuf-msg")
+    stranger.sendall(encode_frame(Frame(3000, 2, b"\x08\x05")))
+    arrive(feature, pb, "protobuf-msg")
     pb.run()
     assert pb.call("pb-field-value", pb.eval("?*kept*"), "id") == 5
 

@@ -27,15 +27,6 @@ def test_the_object_for_scripts(words, capsys):
     assert "its actions never run" in err
 
 
-def test_the_score_in_words(words, capsys):
-    assert invoke(words) == 0
-    out = capsys.readouterr().out
-    assert "CYAN       +5  Taken at C-BS" in out
-    assert "CYAN     delivers order 1 (C0)" in out
-    assert "machine: C-BS IDLE" in out
-    assert "CYAN 5, MAGENTA 0; 1 deliveries; the game is over" in out
-
-
 def test_a_game_without_end(words, tmp_path, capsys):
     init = tmp_path / "refbox/src/games/rcll/init.clp"
     init.write_text(init.read_text().replace("(rcvd-via STREAM)", "(rcvd-via BROADCAST)"))

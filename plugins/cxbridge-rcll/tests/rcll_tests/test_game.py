@@ -27,7 +27,7 @@ def write_messages(options, text):
     (options.refbox_dir / "src/msgs/rcll-protobuf-msgs/league.proto").write_text(text)
 
 
-def test_a_game_comes_to_its_end_with_points(options):
+def test_a_game_comes_to_its_end_with_points_machines_robots_and_orders(options):
     result = options.play(3)
     assert result.faults == ()
     assert result.is_over
@@ -38,10 +38,6 @@ def test_a_game_comes_to_its_end_with_points(options):
     assert [award["reason"] for award in found["awards"]] == ["Taken at C-BS"]
     assert 15 < found["robots"]["robot1"]["busy_seconds"] < 60
     assert found["seed"] == 3
-
-
-def test_a_game_tells_what_points_machines_robots_and_orders_came_to(options):
-    found = options.play(3).as_dict()
     assert found["categories"] == {"CYAN": {"Taken": 5}, "MAGENTA": {}}
     assert found["orders"] == [{"order": 1, "complexity": "C0", "begin": 0, "end": 60, "delivered": [1.0]}]
     use = found["machines"]["C-BS"]

@@ -41,16 +41,11 @@ def test_a_machine_has_nodes_at_its_sides(graph, stations):
     assert round(graph.node("C-BS-I").distance(graph.node("C-BS-O").x, graph.node("C-BS-O").y), 2) == 1.5
 
 
-def test_a_machine_that_nobody_has_found_has_none(graph, stations):
-    send(stations, "UpdateStationByTag", name="M-BS")
-    send(stations, "Compute")
-    assert not graph.nodes
-
-
-def test_what_was_cleared_is_announced_no_more(graph, stations):
-    send(stations, "UpdateStationByTag", name="C-BS")
-    send(stations, "Clear")
-    send(stations, "Compute")
+@pytest.mark.parametrize(("name", "kinds"), [("M-BS", ["Compute"]), ("C-BS", ["Clear", "Compute"])])
+def test_a_machine_that_was_not_found_or_is_cleared_has_no_nodes(graph, stations, name, kinds):
+    send(stations, "UpdateStationByTag", name=name)
+    for kind in kinds:
+        send(stations, kind)
     assert not graph.nodes
 
 

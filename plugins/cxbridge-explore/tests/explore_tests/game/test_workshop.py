@@ -72,14 +72,6 @@ def test_a_robot_that_keeps_the_piece_drops_it(short):
     assert {goal.id: goal.outcome for goal in short.goals("ORDER")}["ORDER-1"] == "FAILED"
 
 
-def test_the_robot_that_has_the_piece_tries_again(short):
-    short.skills("put").fails("no room", times=1)
-    end(short)
-    calls = [call.skiller for call in short.skills("put").calls]
-    assert calls[0] == calls[1]
-    assert {goal.outcome for goal in short.goals("ORDER")} == {"COMPLETED"}
-
-
 def test_the_referee_takes_no_wrong_piece(short):
     short.skills("paint").succeeds(after=1.0)  # by script: nothing is painted
     game = end(short)

@@ -15,7 +15,6 @@ from cxbridge_explore.worlds.points import (
     DivergedError,
     PathChooser,
     Step,
-    read_path,
 )
 from cxbridge_explore.worlds.run import WorldResult, WorldRun, read_scenario_world
 from tests.support import ROOT
@@ -30,14 +29,6 @@ def played(path: ChoicePath) -> WorldResult:
 
 def failing(choice: Choice) -> ChoicePath:
     return {choice.point.index: Step(choice.point.subject, "fails")}
-
-
-def test_a_path_is_followed_and_can_be_written_and_read():
-    usual = played({}).choices
-    other = played(failing(usual[0])).choices
-    assert other[0].taken_option.name == "fails"
-    again = played(read_path([choice.as_dict() for choice in other])).choices
-    assert again == other
 
 
 def test_a_path_of_another_run_is_refused():
