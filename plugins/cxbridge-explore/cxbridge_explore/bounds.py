@@ -77,10 +77,9 @@ class ExecutionOptions:
     @property
     def process_count(self) -> int:
         """The number of parallel runs: as requested, or by default one per core."""
-        if self.jobs is not None:
-            return self.jobs
         # In a container, a process may use fewer cores than the machine has.
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        cores = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1)
+        return self.jobs or len(cores)
 
     def check(self) -> None:
         """Raise `CxbridgeError` if an option is invalid on this system."""

@@ -47,7 +47,7 @@ class _Peer:
     """A process of the exploration.
 
     :ivar edge: the open edge of its run; None while the run waits.
-    :ivar option_edges: the unexplored edges of the choice point at which its run waits, the usual one first.
+    :ivar option_edges: the unexplored edges of the choice point at which its run waits, the usual edge first.
     :ivar ordered_edges: the edges of ordered copies that have not reported yet.
     :ivar reported_cpu_s: the processor time that the process has reported.
     :ivar leave_s: the real time when the run left its last choice point.

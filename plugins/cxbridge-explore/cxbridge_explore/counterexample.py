@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.file_access import write_file
+from cxbridge.file_access import make_parent_folder, write_file
 from cxbridge.run.options import RunOptions
 from cxbridge_explore.counterexample_playing import (
     NthChoices,
@@ -28,7 +28,7 @@ from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
 
 @dataclass(frozen=True, slots=True)
 class Counterexample:
-    """A shortest run that violates a property.
+    """The shortest run that violates a property.
 
     :param message: the violation, in a sentence.
     :param choices: the unusual choices of the run.
@@ -113,10 +113,7 @@ def write_counterexample(
     description = describe_run(unusual, violation)
     stem = make_identifier(name)
     recording = folder / f"{stem}.mcap"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise CxbridgeError(f"cannot be written: {error.strerror}", file=folder) from error
+    make_parent_folder(recording)
     # played once more, since only one of the many tried runs is worth a recording
     play(NthChooser(unusual_choices(shortest_run.choices)), recording)
     test = None

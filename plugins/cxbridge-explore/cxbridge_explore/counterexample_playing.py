@@ -70,20 +70,20 @@ def play_run(
     options: RunOptions,
     properties: Sequence[Property],
     chooser: Chooser,
-    trace: Path | None = None,
+    recording: Path | None = None,
     *,
     world: WorldModel | None = None,
     make_assembly: MakeAssembly = make_scenario,
 ) -> PlayedRun:
     """Play a run to its end, or to the first violation of a property.
 
-    :param trace: the file for a recording of the run; None for no recording.
+    :param recording: the file for a recording of the run; None for no recording.
     :param world: the possible events; None for the file in the scenario's folder.
     :param make_assembly: makes the program to run.
     :raises CxbridgeError: if the scenario is invalid, or the file cannot be written.
     """
-    if trace is not None:
-        options = replace(options, trace=trace, trace_level="facts")
+    if recording is not None:
+        options = replace(options, trace=recording, trace_level="facts")
     with ExitStack() as stack:
         run = stack.enter_context(
             ExploredRun(

@@ -45,21 +45,15 @@ def make_test_text(
     :param folder: the folder of the file, to which the paths in the test are relative.
     :raises CxbridgeError: if the fixture cannot script a choice.
     """
+    script = list(_make_script_lines(played))
+    has_usual = any(".does(usual" in line for line in script)
+    usual = ["def usual(call):", "    return None  # the usual result", "", ""] if has_usual else []
+    option_arguments = "".join(f", {key}={value!r}" for key, value in _find_option_arguments(options, folder))
     lines = [
         '"""A counterexample that `cxbridge explore` has found: the agent violates a property."""',
         "",
         "",
-    ]
-    script = list(_make_script_lines(played))
-    if played.uses_skill_board and any(".does(usual" in line for line in script):
-        lines += [
-            "def usual(call):",
-            "    return None  # the usual result",
-            "",
-            "",
-        ]
-    option_arguments = "".join(f", {key}={value!r}" for key, value in _find_option_arguments(options, folder))
-    lines += [
+        *usual,
         f"def test_{make_identifier(violated.name)}(cx):",
         f'    """{_escape_docstring(description)}"""',
         f"    run = cx.run({_to_literal(options.scenario, folder)!r}{option_arguments})",

@@ -150,4 +150,4 @@ def _describe_difference(first: Iterable[EventRecord], second: Iterable[EventRec
 
 
 def _describe_record(record: EventRecord | None) -> str:
-    return "the end" if record is None else f"'{record[1]}' at {record[0]:.3f} s"
+    return "the end" if record is None else "'{1}' at {0:.3f} s".format(*record)

@@ -39,9 +39,8 @@ class ExploredRun(WorldRun):
     ) -> None:
         super().__init__(options, chooser, world, make_assembly=make_assembly)
         self._stops_at_violation = stops_at_violation
-        assembly = self.assembly
-        self._use_watch = UseWatch(assembly.bus, assembly.agents) if coverage else None
-        self.properties = PropertyWatch(properties, assembly.agents, assembly.clock)
+        self._use_watch = UseWatch(self.assembly.bus, self.assembly.agents) if coverage else None
+        self.properties = PropertyWatch(properties, self.assembly.agents, self.assembly.clock)
         self.watchers.append(self.properties)
 
     def collect_used_parts(self) -> tuple[UsedPart, ...]:

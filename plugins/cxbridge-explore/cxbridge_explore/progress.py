@@ -33,8 +33,8 @@ class ProgressReporter:
         now_s = time.monotonic()
         if now_s >= self._next_line_s:
             self._next_line_s = now_s + _LINE_PERIOD_S
-            seconds = now_s - self._start_s
-            self._show_line(f"{self._graph.counts_text}, {seconds:.0f} s; {self._graph.open_branches_text}")
+            counts, branches = self._graph.counts_text, self._graph.open_branches_text
+            self._show_line(f"{counts}, {now_s - self._start_s:.0f} s; {branches}")
         if now_s >= self._next_page_s:
             self._draw_page()
             self._next_page_s = time.monotonic() + max(

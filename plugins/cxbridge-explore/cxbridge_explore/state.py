@@ -237,8 +237,7 @@ def _read_board_state(board: LocalBlackBoard, normalizer: _Normalizer) -> Hashab
             normalizer.normalize(split_us(info.timestamp_us)),
             normalizer.normalize_slots(memory.values()),
         )
-        if waiting_count:
-            # The Skiller is about to write all fields, and its state is that of the skills.
+        if waiting_count:  # the Skiller is about to write all fields, and its state is that of the skills
             block = None
         interfaces.append((memory.uid, info.writer, info.readers, unread, block))
     return tuple(interfaces)

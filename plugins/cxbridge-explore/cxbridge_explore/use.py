@@ -43,6 +43,7 @@ class UseWatch:
                 if event.mode == "FINISHED":
                     self._add_part("outcomes", event.goal_class, event.outcome)
             case PlanActionTransition(state="RUNNING"):
+                # in lower case, like the names of a parsed PDDL domain, with which the coverage compares
                 self._add_part("actions", event.action.lower())
             case SkillStatus(status="S_RUNNING"):
                 self._add_part("skills", event.skill_string.partition("{")[0].strip())

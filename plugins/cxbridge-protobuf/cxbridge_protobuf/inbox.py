@@ -17,7 +17,7 @@ from cxbridge.errors import ProtobufError
 from cxbridge_protobuf.frames import Frame
 from cxbridge_protobuf.types import Message, MessageTypes
 
-# bounds the memory for large messages, of which few are enough to fill it
+# the limit of the waiting bytes, since a few large messages could fill the memory
 _MAX_BYTES: Final = 64 << 20
 
 MAX_MESSAGES: Final = 10_000  # the number of waiting messages at which reading pauses

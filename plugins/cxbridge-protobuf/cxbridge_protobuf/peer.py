@@ -51,8 +51,6 @@ class Peer(asyncio.DatagramProtocol):
         self._port = port
         self._receive = receive
         self._inbox = inbox
-        self._target = ("", 0)
-        self._own_address = ("", 0)
         self._closed = asyncio.Event()
 
     async def open(self, port: int) -> None:
@@ -67,8 +65,9 @@ class Peer(asyncio.DatagramProtocol):
             )
         except (OSError, UnicodeError):
             raise ProtobufError(f"cannot resolve the host {self._address}") from None
-        self._target = (str(addresses[0][4][0]), self._port)
-        self._own_address = (_find_source_address(self._target[0]), port)
+        (*_, (host, *_)), *_ = addresses  # the socket address is the last item of each result
+        self._target = (str(host), self._port)
+        self._own_address = (_find_source_address(str(host)), port)
         with ExitStack() as cleanup:
             udp_socket = cleanup.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
             try:
@@ -101,12 +100,12 @@ class Peer(asyncio.DatagramProtocol):
         if addr == self._own_address:
             return  # a broadcast reaches its sender, too
         if self._inbox.is_full:
-            self._warn(addr, "dropped, because the rules do not keep up with the messages")
+            self._warn(host, port, "dropped, because the rules do not keep up with the messages")
             return
         try:
             frame = self._decode_datagram(data)
         except ProtobufError as error:
-            self._warn(addr, error.message)
+            self._warn(host, port, error.message)
             return
         self._receive(Origin.PEER, self.id, host, port, frame)
 
@@ -125,9 +124,9 @@ class Peer(asyncio.DatagramProtocol):
             payload = crypter.decrypt(cipher_number, payload)
         return frames.decode_payload(payload)
 
-    def _warn(self, addr: tuple[str, int], problem: str) -> None:
+    def _warn(self, host: str, port: int, problem: str) -> None:
         self._inbox.warn(
-            f"Failed to receive peer message from {addr[0]}:{addr[1]}: {problem}", kind=f"frame for {self.id}"
+            f"Failed to receive peer message from {host}:{port}: {problem}", kind=f"frame for {self.id}"
         )
 
 

@@ -35,7 +35,7 @@ class MessageTypes:
         self._warn = warn
         self._pool = descriptor_pool.DescriptorPool()
         self._file_names: set[str] = set()
-        self._class_by_numbers: dict[tuple[int, int], Any] = {}
+        self._class_by_numbers: dict[tuple[int, int], Any] = {}  # by component id and message type
 
     def add_folders(self, folders: Sequence[Path]) -> None:
         """Compile the .proto files of folders, and register their types with numbers."""
@@ -80,10 +80,10 @@ class MessageTypes:
         :raises ProtobufError: if the type is unknown or has no numbers, or a registered type has its numbers.
         """
         message_class = self._find_class(full_name)
-        numbers = message_numbers(message_class.DESCRIPTOR)
-        if numbers in self._class_by_numbers:
-            raise ProtobufError(f"Message type {numbers[0]}:{numbers[1]} already registered")
-        self._class_by_numbers[numbers] = message_class
+        component, type_ = message_numbers(message_class.DESCRIPTOR)
+        if (component, type_) in self._class_by_numbers:
+            raise ProtobufError(f"Message type {component}:{type_} already registered")
+        self._class_by_numbers[component, type_] = message_class
 
     def is_registered(self, full_name: str) -> bool:
         return any(

@@ -60,20 +60,21 @@ class Field:
         machine = _MACHINE_PATTERN.fullmatch(location)
         if machine is None:
             return None
-        # a skill without a side means the input
+        name, side = machine.groups(default="INPUT")  # a skill without a side means the input
         distance_m = _WAIT_DISTANCE_M if location.startswith("WAIT") else _WORK_DISTANCE_M
-        return self._pose_before(machine[1], (machine[2] or "I")[0], distance_m)
+        return self._pose_before(name, distance_m, is_input=side.startswith("I"))
 
-    def _pose_before(self, name: str, side: str, distance_m: float) -> Pose | None:
+    def _pose_before(self, name: str, distance_m: float, *, is_input: bool) -> Pose | None:
+        """Return the pose of a robot before a side of a machine; None if the machine's zone is unknown."""
         slots = next((machine for machine in self._list_machines() if machine["name"] == name), None)
         zone = None if slots is None else _ZONE_PATTERN.fullmatch(str(slots["zone"]))
         if slots is None or zone is None:
             return None
         centre, yaw = _zone_centre(*zone.groups()), math.radians(slots["rotation"])
         # The rotation of a machine points to its input. A robot there looks in the opposite direction.
-        sign = 1 if side == "I" else -1
+        sign = 1 if is_input else -1
         x, y = centre.x + sign * distance_m * math.cos(yaw), centre.y + sign * distance_m * math.sin(yaw)
-        return Pose(x, y, yaw + (math.pi if sign > 0 else 0.0))
+        return Pose(x, y, yaw + (math.pi if is_input else 0.0))
 
 
 def _zone_centre(half: str, column: str, row: str) -> Pose:

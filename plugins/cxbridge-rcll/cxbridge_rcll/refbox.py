@@ -53,8 +53,7 @@ class Refbox(Struct, frozen=True):
         :param overlays: files that are laid over the default configuration.
         """
         config = Configuration()
-        folders = sorted(path for path in (self.folder / CONFIGURATION_FOLDER).iterdir() if path.is_dir())
-        for folder in folders:
+        for folder in sorted((self.folder / CONFIGURATION_FOLDER).iterdir()):
             default_file = folder / f"default_{folder.name}.yaml"
             if default_file.is_file():
                 config.overlay(Configuration.load(default_file, confdir=self.folder / CONFIGURATION_FOLDER))

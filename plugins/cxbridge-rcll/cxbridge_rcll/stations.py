@@ -51,8 +51,9 @@ class StationNodes:
             for node_name in (f"{prefix}{name}-{side}" for prefix in ("", "WAIT-") for side in _SIDES):
                 pose = self._field.find_pose(node_name)
                 if pose is not None:
-                    properties = {"orientation": f"{pose.yaw:f}"}
-                    graph.replace_node(NavGraphNode(node_name, pose.x, pose.y, properties))
+                    graph.replace_node(
+                        NavGraphNode(node_name, pose.x, pose.y, {"orientation": f"{pose.yaw:f}"})
+                    )
             centre = self._machine_centre(name)
             if centre is not None:
                 graph.replace_node(NavGraphNode(name, centre.x, centre.y, {"mps": "true"}, unconnected=True))

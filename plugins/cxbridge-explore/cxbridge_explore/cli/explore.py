@@ -133,7 +133,7 @@ def explore(
     if game is not None:
         options, make_assembly = game.prepare_exploration(options)
     execution = replace(execution, coverage=explore_options.coverage or explore_options.html is not None)
-    properties = select_properties(options, explore_options.properties, is_cut=game is not None)
+    properties = select_properties(options, explore_options.properties, is_time_limited=game is not None)
     world = None if explore_options.world is None else read_world(explore_options.world)
     command = shlex.join(["cxbridge", *sys.argv[1:]])
     with progress_line() as show_line:

@@ -50,28 +50,27 @@ def play_games(
     }
 
 
-@dataclass(frozen=True, slots=True)
-class GamesSummary:
-    """The games of one agent.
+def mean_points(results: Mapping[int, GameResult]) -> Interval:
+    """Return the mean points of an agent's games.
 
     :param results: the results by seed; at least one.
     """
+    return mean_interval([float(result.points) for result in results.values()])
 
-    results: Mapping[int, GameResult]
 
-    @property
-    def points(self) -> Interval:
-        return mean_interval([float(result.points) for result in self.results.values()])
+def summarize_games(results: Mapping[int, GameResult]) -> dict[str, Any]:
+    """Return the games of one agent as JSON values; see docs/games.md.
 
-    def as_dict(self) -> dict[str, Any]:
-        return {
-            "games": len(self.results),
-            "complete": sum(result.is_over for result in self.results.values()),
-            "points": summarize_sample([float(result.points) for result in self.results.values()]),
-            "mean": self.points.as_dict(),
-            "deliveries": sum(len(result.score.deliveries) for result in self.results.values()),
-            "by_seed": {seed: result.points for seed, result in self.results.items()},
-        }
+    :param results: the results by seed; at least one.
+    """
+    return {
+        "games": len(results),
+        "complete": sum(result.is_over for result in results.values()),
+        "points": summarize_sample([float(result.points) for result in results.values()]),
+        "mean": mean_points(results).as_dict(),
+        "deliveries": sum(len(result.score.deliveries) for result in results.values()),
+        "by_seed": {seed: result.points for seed, result in results.items()},
+    }
 
 
 @dataclass(frozen=True, slots=True)

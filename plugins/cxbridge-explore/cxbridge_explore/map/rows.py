@@ -16,7 +16,7 @@ class MapRow:
 
     :param choice: the chosen option in words; empty for the usual run.
     :param begin_s: the time of the branch, by the run's clock.
-    :param end_s: the time of the end.
+    :param end_s: the time of the end; for an open row, that of the branch.
     :param outcome: the outcome; ``merged`` if the run reached a known state, ``open`` if it is unexplored.
     :param reason: the reason in a sentence.
     :param parent: the number of the row from which the run branches off; None for the usual run.
@@ -61,11 +61,11 @@ def make_run_rows(graph: Graph) -> list[MapRow]:
 def _begin_row(graph: Graph, edge: Edge, parent: int | None, rows: list[MapRow]) -> MapRow:
     if parent is None:
         return MapRow("", 0.0, 0, None, ())
-    node, option = graph.nodes[edge[0]], edge[1]
-    point = node.point
+    number, option = edge
+    point = graph.nodes[number].point
     choice = f"{point.subject}: {point.options[option].name}"
     path = (*rows[parent].path, f"{choice} at {point.seconds:.2f} s")
-    return MapRow(choice, point.seconds, graph.count_faults(edge), parent, path)
+    return MapRow(choice, point.seconds, graph.count_faults(edge), parent, path, end_s=point.seconds)
 
 
 def _end_row(graph: Graph, edge: Edge, row: MapRow) -> None:
@@ -78,5 +78,3 @@ def _end_row(graph: Graph, edge: Edge, row: MapRow) -> None:
         point = graph.nodes[graph.links[edge]].point
         row.end_s, row.outcome = point.seconds, MERGED
         row.reason = f"continues like another run from {point.subject} on"
-    else:  # an open edge
-        row.end_s = row.begin_s

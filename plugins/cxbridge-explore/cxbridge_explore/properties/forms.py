@@ -113,7 +113,7 @@ def read_property(text: str, mark: Mark | None = None) -> Property:
             make_monitor = partial(EventuallyMonitor, pattern=pattern, within_s=reader.read_limit())
         case "after":
             if reader.read_word() != "then":
-                raise mark.error(f"'after' needs a 'then': {text.strip()}", FORMS[3])
+                raise mark.error(f"'after' needs a 'then': {text.strip()}", FORMS[_FORM_WORDS.index(keyword)])
             second = reader.read_pattern("then")
             make_monitor = partial(AfterMonitor, first=pattern, second=second, within_s=reader.read_limit())
         case _:

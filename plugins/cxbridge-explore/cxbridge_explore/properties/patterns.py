@@ -29,6 +29,9 @@ _NAME_PREFIX: Final = "cx-property-"  # of the names of rules and functions
 _LOADED_PATTERN: Final = "(executive-initialized)"  # matches a fact that a loaded agent has
 _UNMATCHED_PATTERN: Final = "(executive-initialized nowhere)"  # matches no fact
 _CLIPS_REASON: Final = re.compile(r"\[[A-Z]+\d+\].*?(?= ERROR:|$)", re.DOTALL)
+_VARIABLE: Final = re.compile(
+    r"\?[^*].*", re.DOTALL
+)  # neither a wildcard `?` nor a global variable `?*name*`
 _numbers = count(1)  # make the names unique in the process
 
 BoundValues = tuple[str, ...]  # values of a pattern's variables, as CLIPS prints them
@@ -65,9 +68,7 @@ class ConditionPattern:
         # Variables within `not`, `forall`, `exists` and `or` have no value outside of them.
         outer = [node for node in self.elements if node.head not in ("not", "forall", "exists", "or")]
         words = (word.text for node in outer for word in node.walk() if word.items is None)
-        return tuple(
-            dict.fromkeys(word for word in words if word[0] == "?" and len(word) > 1 and word[1] != "*")
-        )
+        return tuple(dict.fromkeys(filter(_VARIABLE.fullmatch, words)))
 
 
 def _find_templates(nodes: tuple[SyntaxNode, ...]) -> Iterator[str]:

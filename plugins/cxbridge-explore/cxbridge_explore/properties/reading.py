@@ -9,6 +9,7 @@ from typing import Final
 
 from cxbridge.config.documents import YamlList, YamlMap, YamlScalar, parse_documents
 from cxbridge.errors import ConfigError
+from cxbridge.file_access import file_errors
 from cxbridge.suggestions import did_you_mean
 from cxbridge_explore.properties.builtin.table import builtin_properties
 from cxbridge_explore.properties.forms import FORMS, read_property
@@ -24,12 +25,10 @@ _LIST_HINT: Final = (
 def read_properties(file: Path) -> list[Property]:
     """Read the properties of a file.
 
-    :raises ConfigError: if the file cannot be read, or a property is invalid.
+    :raises CxbridgeError: if the file cannot be read, or a property is invalid.
     """
-    try:
+    with file_errors():
         data = file.read_bytes()
-    except OSError as error:
-        raise ConfigError(f"cannot be read: {error.strerror}", file=file) from error
     properties: list[Property] = []
     for root in parse_documents(data, str(file)):
         if not isinstance(root, YamlList):

@@ -198,7 +198,9 @@ class AfterMonitor(PatternMonitor):
         self._earlier_matches.pop(tables.name, None)
         self._newly_matched_agents.discard(tables.name)
         self._open_obligations = {
-            key: begin_s for key, begin_s in self._open_obligations.items() if key[0] != tables.name
+            (agent, values): begin_s
+            for (agent, values), begin_s in self._open_obligations.items()
+            if agent != tables.name
         }
 
     def _handle_first_match(self, tables: FactTables, values: BoundValues) -> None:

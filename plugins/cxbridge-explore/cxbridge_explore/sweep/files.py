@@ -26,6 +26,11 @@ def write_csv(rows_by_agent: Mapping[str, Sequence[RunRow]], file: Path) -> None
         writer.writeheader()
         for agent, rows in rows_by_agent.items():
             for row in rows:
-                goals = json.dumps(row.goals, ensure_ascii=False)
-                choices = json.dumps(row.choices, ensure_ascii=False)
-                writer.writerow(asdict(row) | {"agent": agent, "goals": goals, "choices": choices})
+                writer.writerow(
+                    asdict(row)
+                    | {
+                        "agent": agent,
+                        "goals": json.dumps(row.goals, ensure_ascii=False),
+                        "choices": json.dumps(row.choices, ensure_ascii=False),
+                    }
+                )

@@ -107,7 +107,8 @@ def _check_name(noun: str, name: str, names: Collection[str], mark: Mark) -> Non
 
 def _check_interface(uid: str, agent: Run, mark: Mark) -> None:
     try:
-        agent.registry.get(parse_uid(uid)[0])
+        interface_type, _ = parse_uid(uid)
+        agent.registry.get(interface_type)
     except CxbridgeError as error:
         raise mark.error(error.message, error.hint) from None
     except ValueError:
@@ -116,6 +117,6 @@ def _check_interface(uid: str, agent: Run, mark: Mark) -> None:
 
 def _check_sensed(sensed: SensedValue, agent: Run) -> None:
     _check_interface(sensed.uid, agent, sensed.mark)
-    interface_type = parse_uid(sensed.uid)[0]
+    interface_type, _ = parse_uid(sensed.uid)
     fields = [field.name for field in agent.registry.schema(interface_type).fields]
     _check_name(f"field of {interface_type}", sensed.field_name, fields, sensed.mark)

@@ -61,7 +61,7 @@ class Section:
         :param fault: describes the fault; the phrase follows the path in the message.
         """
         path = f"{self._path}/{key}" if key else self._path
-        return self._find_mark(path).error(f"{path[1:]} {fault}", hint)
+        return self._find_mark(path).error(f"{path.removeprefix('/')} {fault}", hint)
 
     def section(self, key: str, keys: Collection[str], required: Collection[str] = ()) -> Section:
         """Return the map at a key; an empty map if the key is missing."""

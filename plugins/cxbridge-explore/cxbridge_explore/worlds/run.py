@@ -18,7 +18,7 @@ from cxbridge.closing import Closing
 from cxbridge.mainloop import Hook
 from cxbridge.run.mistakes import AgentChecks
 from cxbridge.run.options import RunOptions
-from cxbridge.run.program.additions import NO_ADDITIONS, Additions
+from cxbridge.run.program.additions import Additions
 from cxbridge.run.result import COMPLETED, UNSUCCESSFUL, RunResult
 from cxbridge.run.run import make_run, sum_up_run
 from cxbridge.run.source import source_of
@@ -128,9 +128,8 @@ class WorldRun(Closing):
 
     def _make_additions(self) -> Additions:
         planner = self._world_model.planner
-        if planner is None:
-            return NO_ADDITIONS
-        return Additions(values={PLANNER_FAULTS: partial(self._choose_planner_fault, planner)})
+        faults = {} if planner is None else {PLANNER_FAULTS: partial(self._choose_planner_fault, planner)}
+        return Additions(values=faults)
 
     def _choose_planner_fault(self, planner: PlannerModel, env: str, problem: str) -> tuple[str, float]:
         """Return the status of a planner call without a plan, else an empty text, and the plan's delay."""

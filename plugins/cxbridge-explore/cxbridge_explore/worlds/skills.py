@@ -49,7 +49,7 @@ class SkillChoices:
         self, agent: Run, world: WorldModel, choices: RunChoices, prefix: str, on_call: Callable[[str], None]
     ) -> None:
         self._world, self._choices, self._prefix, self._on_call = world, choices, prefix, on_call
-        # choose the duration of a call if the world has none: the static estimates of the scenario, if any
+        # The static estimates of the scenario, if any: the durations of calls for which the world has none.
         self._usual_deciders: tuple[Decider, ...] = ()
         if agent.config.keys(STATIC_PREFIX):
             self._usual_deciders = (StaticEstimator.from_config(agent.config),)

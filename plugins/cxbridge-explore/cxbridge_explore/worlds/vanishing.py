@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from cxbridge.run.agent import Run
 from cxbridge.run.team import Team
 from cxbridge.skiller.board.host import ExecutorHost
@@ -41,8 +43,8 @@ class AbsenceChoices:
         self._schedule = None if absence.times is None else Schedule(absence.times)
         self._options = make_options("stays", make_fault("vanishes", absence.probability))
         self._has_begun_call = False
+        # the second of the return during an absence; infinite for no return
         self._return_s: float | None = None
-        self._is_absent = False
 
     def record_call(self, performer: str) -> None:
         """Record the start of a call.
@@ -57,8 +59,8 @@ class AbsenceChoices:
         """Decide whether the absence begins if a decision is due, and end an absence whose time is over."""
         has_begun_call, self._has_begun_call = self._has_begun_call, False
         seconds = self._choices.seconds
-        if self._is_absent:
-            if self._return_s is not None and self._return_s <= seconds:
+        if self._return_s is not None:
+            if self._return_s <= seconds:
                 self._come_back()
             return
         is_due = has_begun_call if self._schedule is None else self._schedule.is_due(seconds)
@@ -68,9 +70,8 @@ class AbsenceChoices:
                 self._vanish()
 
     def _vanish(self) -> None:
-        self._is_absent = True
-        if self._absence.return_after_s is not None:
-            self._return_s = self._choices.seconds + self._absence.return_after_s
+        return_after_s = self._absence.return_after_s
+        self._return_s = self._choices.seconds + (math.inf if return_after_s is None else return_after_s)
         service, name = self._agent.skill_service, self._absence.name
         for host in () if service is None else service.hosts:
             if service is not None and host.name == name:  # type checkers need the first test
@@ -79,7 +80,7 @@ class AbsenceChoices:
         self._skills.vanish(name)
 
     def _come_back(self) -> None:
-        self._is_absent = False
+        self._return_s = None
         agent, name = self._agent, self._absence.name
         board, service = agent.skill_board, agent.skill_service
         for member in () if board is None else board.agents:
@@ -105,7 +106,7 @@ class KillChoices:
         self._kill, self._team, self._choices = kill, team, choices
         self._schedule = Schedule(kill.times)
         self._options = make_options("lives", make_fault("killed", kill.probability))
-        # the time of each restart in seconds and the name of the agent, the next restart first
+        # the second of each restart and the name of the agent, in the order of time
         self._restarts: list[tuple[float, str]] = []
 
     @property
@@ -115,8 +116,10 @@ class KillChoices:
 
     def apply(self) -> None:
         """Restart the agents that are due, and decide whether to kill each agent if a decision is due."""
-        while self._restarts and self._restarts[0][0] <= self._choices.seconds:
-            self._team.restart(self._restarts.pop(0)[1])
+        for restart_s, name in list(self._restarts):
+            if restart_s <= self._choices.seconds:
+                self._restarts.remove((restart_s, name))
+                self._team.restart(name)
         if not self._schedule.is_due(self._choices.seconds):
             return
         for agent in self._team.agents:

@@ -112,7 +112,7 @@ def _report_game(result: GameResult, *, as_json: bool) -> int:
 
 def _play_series(games: Mapping[str, Game], play: PlayOptions, *, as_json: bool) -> int:
     from cxbridge_explore.cli.game.output import print_games
-    from cxbridge_explore.game.match import GamesSummary, Match, play_games
+    from cxbridge_explore.game.match import Match, play_games, summarize_games
 
     seeds = range(play.seed, play.seed + play.games)
     with progress_line() as show_line:
@@ -120,9 +120,7 @@ def _play_series(games: Mapping[str, Game], play: PlayOptions, *, as_json: bool)
     if not as_json:
         print_games(results_by_agent)
     else:
-        report = {
-            "agents": {name: GamesSummary(results).as_dict() for name, results in results_by_agent.items()}
-        }
+        report = {"agents": {name: summarize_games(results) for name, results in results_by_agent.items()}}
         if len(results_by_agent) > 1:
             report["comparison"] = Match(*results_by_agent.values()).as_dict()
         say_json({**report, "seed": play.seed}, indent=2)

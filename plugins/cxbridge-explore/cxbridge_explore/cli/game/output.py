@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from cxbridge.cli.console import say
 from cxbridge.printing import format_count
-from cxbridge_explore.game.match import GamesSummary, Match
+from cxbridge_explore.game.match import Match, mean_points
 from cxbridge_explore.game.score import GameResult
 
 
@@ -43,9 +43,8 @@ def print_game(result: GameResult) -> None:
 def print_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
     """Print the points of each game, and the comparison of two agents."""
     for name, results in games.items():
-        summary = GamesSummary(results)
         over_count = sum(result.is_over for result in results.values())
-        say(f"{name}: {format_count(len(results), 'game')}, {over_count} over, {_format_points(summary)}")
+        say(f"{name}: {format_count(len(results), 'game')}, {over_count} over, {_format_points(results)}")
     if len(games) == 1:
         for seed, result in next(iter(games.values())).items():
             say(f"  seed {seed}: {result.points} points, {len(result.score.deliveries)} deliveries")
@@ -64,8 +63,8 @@ def print_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
         say(f"{(first, second)[better_index]} is better")
 
 
-def _format_points(summary: GamesSummary) -> str:
-    points = summary.points
-    if len(summary.results) == 1:
+def _format_points(results: Mapping[int, GameResult]) -> str:
+    points = mean_points(results)
+    if len(results) == 1:
         return f"{points.estimate:g} points"
     return f"{points.estimate:.1f} points a game ({points.format_bounds('.1f')})"

@@ -39,7 +39,8 @@ class ObservedAction:
 
     @property
     def goal(self) -> str:
-        return self.key[1]
+        _environment, goal, _plan, _action = self.key
+        return goal
 
 
 class ActionMonitor(Monitor):
@@ -146,14 +147,15 @@ class SingleExecutionMonitor(ActionMonitor):
         self._calls = {key: skill for key, skill in self._calls.items() if key[0] != tables.name}
 
     def _handle_call_fact(self, tables: FactTables, _template: str, slots: Mapping[str, str]) -> None:
-        key = tables.name, slots["goal-id"], slots["plan-id"], slots["action-id"]
+        goal, action = slots["goal-id"], slots["action-id"]
+        key = tables.name, goal, slots["plan-id"], action
         skill = self._calls.setdefault(key, slots["skill-id"])
         self.is_evaluated = True
         if skill != slots["skill-id"]:
             name = slots["skill-name"]
             self.scene.report(
-                f"a second skill was called for action {key[3]} {name} of {key[1]}, which has a skill",
-                goal=key[1],
+                f"a second skill was called for action {action} {name} of {goal}, which has a skill",
+                goal=goal,
                 action=name,
                 skill=name,
             )
@@ -167,8 +169,11 @@ class SingleExecutionMonitor(ActionMonitor):
         self._forget_undone({(is_true, atom)})
 
     def _forget_undone(self, literals: set[Literal]) -> None:
-        for key in [key for key in self._achieved if not literals.isdisjoint(key[1])]:
-            del self._achieved[key]
+        self._achieved = {
+            (operator, effects): text
+            for (operator, effects), text in self._achieved.items()
+            if literals.isdisjoint(effects)
+        }
 
     def on_wait(self, key: ActionKey) -> None:
         self._calls.pop(key, None)
@@ -198,7 +203,7 @@ class SingleExecutionMonitor(ActionMonitor):
     @staticmethod
     def _select_purpose(effects: frozenset[Literal]) -> frozenset[Literal]:
         """Return the atoms that an action makes true; without such atoms, the atoms made false."""
-        return frozenset(literal for literal in effects if literal[0]) or effects
+        return frozenset((is_true, atom) for is_true, atom in effects if is_true) or effects
 
     @staticmethod
     def _read_effects(tables: FactTables, action: ObservedAction) -> frozenset[Literal]:

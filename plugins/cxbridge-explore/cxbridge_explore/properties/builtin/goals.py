@@ -117,8 +117,8 @@ class IdleGoalMonitor(Monitor):
             earlier_rests, self._rests = self._rests, {}
             for tables in self.scene.tables:
                 for name, mode in self._find_resting_goals(tables):
-                    rest = earlier_rests.get((tables.name, name))
-                    self._rests[tables.name, name] = rest if rest and rest[0] == mode else (mode, now_s)
+                    earlier_mode, begin_s = earlier_rests.get((tables.name, name), (mode, now_s))
+                    self._rests[tables.name, name] = mode, begin_s if earlier_mode == mode else now_s
             self.is_evaluated |= bool(self._rests)
         for (_, name), (mode, begin_s) in self._rests.items():
             if now_s - begin_s > REST_LIMIT_S:
