@@ -144,7 +144,3 @@ def test_too_many_frames_are_left_out_and_told(buffer, send: Poll, monkeypatch: 
     run.bus.subscribe(lambda event: lines.append(event.text), LogLine)
     told = "is ignored: the limit of 2 frames is reached"
     until(lambda: any(told in line for line in lines), send, run.loop.run_once)
-    for _ in range(20):
-        send()
-        run.loop.run_once()
-    assert len(set(lines)) == len(lines)  # each frame is told once
