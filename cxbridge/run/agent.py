@@ -62,7 +62,7 @@ class RunBase(Struct, frozen=True):
     :param name: the name of the CLIPS environment.
     :param early: the files that were read before the recording begins; None in a run without recording.
     :param team: the base of the agent's team; None without a team.
-    :ivar shared: the objects that plug-ins share: of a run its own, of a team those of all agents.
+    :ivar shared: the objects that plug-ins share within a run or a team.
     """
 
     name: str
@@ -277,7 +277,7 @@ class Run(Closing):
                 self._start_component(component)
         for make in self._first_components:
             self._start_component(make(self))
-        for row in needed_components(self, replayed=self.replay is not None):
+        for row in needed_components(self, is_replay=self.replay is not None):
             if row.name != EXECUTIVE:
                 self._start_component(COMPONENTS.load_target(row)(self), row.name)
         self.lifecycle.start(node)

@@ -112,7 +112,7 @@ def _run(
         servers = [server for group in options.plugin_groups for server in group.servers()]
         interactive = interactive or any(group.is_interactive for group in options.plugin_groups)
         _attach_clients(stack, assembly, attach, servers)
-        begun_us = assembly.clock.start_us
+        start_us = assembly.clock.start_us
         limit = _LoopLimit(assembly, options.timeout)
         if not interactive:
             stack.enter_context(
@@ -155,7 +155,7 @@ def _run(
 
         assembly.loop.run(is_done)
         interrupt.check()
-        run_seconds = (assembly.clock.now_us() - begun_us) / MICROSECONDS
+        run_seconds = (assembly.clock.now_us() - start_us) / MICROSECONDS
         result = sum_up_run(
             assembly,
             options,

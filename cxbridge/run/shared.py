@@ -22,9 +22,9 @@ class SharedObjects(Closing):
     def get(self, make: Callable[[Owner], T], owner: Owner) -> T:
         """Return the object of a function; the first call makes the object."""
         if make not in self._objects:
-            self._objects[make] = made = make(owner)
-            if isinstance(made, Closing):
-                self._undo.callback(made.close)
+            self._objects[make] = new_object = make(owner)
+            if isinstance(new_object, Closing):
+                self._undo.callback(new_object.close)
         shared: T = self._objects[make]
         return shared
 

@@ -47,12 +47,12 @@ def choose_spec(config: Configuration, spec: str | None, config_file: Path | Non
         value = _find_first_value(config, f"{_ROOT}/spec")
     else:
         config.set(f"{_ROOT}/spec", spec)
-    chosen = config.get_str(f"{_ROOT}/spec", default="")
+    chosen_spec = config.get_str(f"{_ROOT}/spec", default="")
     specs = sorted(config.keys(f"{_ROOT}/specs"))
-    if chosen and chosen in specs:
-        return chosen
+    if chosen_spec and chosen_spec in specs:
+        return chosen_spec
     hint = f"it has: {', '.join(specs)}" if specs else "it has no clips-executive/specs at all"
-    problem = f"has no spec '{chosen}'" if chosen else "names no spec (clips-executive/spec)"
+    problem = f"has no spec '{chosen_spec}'" if chosen_spec else "names no spec (clips-executive/spec)"
     value = value or min((item for item in config.search(_ROOT) if item.file), key=_line_number, default=None)
     if value is None and config_file is not None:
         raise ConfigError(f"the configuration {problem}", file=config_file, line=1, hint=hint)

@@ -46,7 +46,7 @@ _TICK_S = 0.25  # seconds between two measurements of the loop
 _FIRST_INTERRUPT_S = 0.1  # seconds in which an interrupted cycle may end by itself
 _NEXT_INTERRUPT_S = 0.02  # short, because the next rule on the agenda may be endless, too
 _MAX_SHOWN_RULES = 5  # in a description of a stall
-_SAMPLES = 20  # of the active rule, for the description of a stall
+_SAMPLE_COUNT = 20  # of the active rule, for the description of a stall
 _SAMPLE_PAUSE_S = 0.0005
 
 _PACKAGE = Path(__file__).resolve().parent.parent
@@ -170,7 +170,7 @@ class Watchdog:
         """Sample the active rules while they continue; return the most frequent first."""
         counts: Counter[str] = Counter()
         for env in self._list_environments():
-            for _ in range(_SAMPLES):
+            for _ in range(_SAMPLE_COUNT):
                 if rule := executing_rule_name(env):
                     counts[rule] += 1
                 elif not env.is_firing:  # no rule of this environment is active, and the others may have one

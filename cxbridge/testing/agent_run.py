@@ -228,7 +228,7 @@ class AgentRun(World, Closing):
 
     @property
     def _first_error(self) -> str:
-        """The first error of a rule, or empty."""
+        """The first error of a rule; empty without one."""
         return next(iter((*self.assembly.executive.env.faults, *self._rule_errors)), "")
 
     @contextmanager
@@ -275,7 +275,7 @@ class AgentRun(World, Closing):
         return [goal for goal in self._history.goals if goal_class is None or goal.goal_class == goal_class]
 
     def goal(self, name: str) -> GoalRecord:
-        """Return the only goal of a class, or a goal by id; ``ID#2`` is the second life of an id.
+        """Return the only goal of a class, or a goal by id; ``ID#2`` is the second goal with this id.
 
         :raises AssertionError: if there is none, or several.
         """

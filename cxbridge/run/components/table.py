@@ -49,22 +49,24 @@ COMPONENTS: Final[Table[type[Any]]] = Table(
 """Components in start order. The executive is last, because its rules use all other components."""
 
 
-def needed_components(run: Any, *daemon: Row, replayed: bool = False) -> list[Row]:
+def needed_components(run: Any, *daemon_rows: Row, is_replay: bool = False) -> list[Row]:
     """Return the needed components in start order.
 
-    :param daemon: components of daemons only; they start first.
-    :param replayed: whether a recording replaces the environment and the components of plug-ins.
+    :param daemon_rows: components of daemons only; they start first.
+    :param is_replay: whether a recording replaces the environment and the components of plug-ins.
     :raises CxbridgeError: if the configuration is wrong or two components have the same name.
     """
     executive = COMPONENTS.find(EXECUTIVE)
-    candidates = (row for row in COMPONENTS.rows if row is not executive and (not replayed or row.in_replays))
+    candidates = (
+        row for row in COMPONENTS.rows if row is not executive and (not is_replay or row.in_replays)
+    )
     rows = [row for row in (*candidates, executive) if row.needed(run)]
     if run.options.has_remote_skiller and REMOTE_SKILLER not in [row.name for row in COMPONENTS.rows]:
         raise PluginError(
             f"the Skiller at {run.options.skiller} cannot be used", hint=package_hint(REMOTE_SKILLER)
         )
     rows.sort(key=lambda row: not row.early(run))  # stable: the order of the table otherwise
-    needed = [*(row for row in daemon if row.needed(run)), *rows]
+    needed = [*(row for row in daemon_rows if row.needed(run)), *rows]
     for first, second in combinations(needed, 2):
         if first.name == second.name:
             raise duplicate_error(COMPONENTS.hook, first, second)

@@ -187,19 +187,19 @@ def _read_writes_of(scan: Scan, uids: frozenset[str]) -> Iterator[InterfaceWrite
 def _align_times(scans: Sequence[Scan]) -> None:
     """Shift the times of text logs to the times of a recording with dates."""
     # a text log has only the time of day, in an unknown time zone
-    dated = [scan for scan in scans if scan.is_timed and not scan.is_log and scan.samples]
-    if not dated:
+    dated_scans = [scan for scan in scans if scan.is_timed and not scan.is_log and scan.samples]
+    if not dated_scans:
         return
     for log in scans:
         if log.is_log:
             distances = (
-                distance for scan in dated if (distance := _measure_distance_us(log, scan)) is not None
+                distance for scan in dated_scans if (distance := _measure_distance_us(log, scan)) is not None
             )
-            distance_us = next(distances, (dated[0].begin_us or 0) - (log.begin_us or 0))
+            distance_us = next(distances, (dated_scans[0].begin_us or 0) - (log.begin_us or 0))
             log.shift_us = round(distance_us / _QUARTER_US) * _QUARTER_US
 
 
-def _measure_distance_us(log: Scan, dated: Scan) -> int | None:
+def _measure_distance_us(log: Scan, dated_scan: Scan) -> int | None:
     """Return the time between the first common Skiller states in microseconds; None if there are none."""
     for name, statuses in log.statuses.items():
         times = {
@@ -208,7 +208,7 @@ def _measure_distance_us(log: Scan, dated: Scan) -> int | None:
                 write.values.get("msgid"),
                 write.values.get("status"),
             ): write.time_us
-            for write in reversed(dated.skillers.get(name, []))
+            for write in reversed(dated_scan.skillers.get(name, []))
         }
         for status in statuses:
             time_us = times.get((status.skill_string, status.msgid, status.status))
