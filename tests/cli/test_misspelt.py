@@ -50,7 +50,7 @@ CASES = {
     ("coverage", "spec"): ("coverage RECORDED --scenario OWN --spec mimi", "it has: mini"),
     ("coverage", "files"): ("coverage RECORDED --files mimi.clp", "no file with rules matches mimi.clp"),
     ("why", "words"): ("why mini-begn --run RECORDED", "did you mean mini-begin?"),
-    ("why", "env"): ("why MINI --run RECORDED --env executve", "there are: executive"),
+    ("why", "env"): ("why MINI --run RECORDED --env executve", "did you mean executive?"),
     ("why", "spec"): ("why MINI OWN --spec mimi", "it has: mini"),
     ("why", "core"): ("why MINI OWN --core builtn", "use one of: builtin"),
     ("why", "skiller"): ("why MINI OWN --skiller luaa", "use one of: lua"),

@@ -93,7 +93,8 @@ def test_features_md_has_every_feature():
     names = {
         name
         for file in module_files().values()
-        if FEATURE.search(code := file.read_text())
+        # the page is about this executive; the features of ros2_cx are those of the executive for ROS 2
+        if FEATURE.search(code := file.read_text()) and "cxbridge_ros2cx" not in file.parts
         for name in re.findall(r'^    name = "([\w-]+)"', code, re.MULTILINE)
     }
     assert len(names) > 10
