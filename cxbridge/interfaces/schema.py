@@ -131,7 +131,8 @@ class InterfaceSchema(Struct, frozen=True, omit_defaults=True, dict=True):
         """The hash in 32 upper case hexadecimal digits, as Fawkes prints it."""
         return self.hash.hex().upper()
 
-    # cached, because each access by name looks up a field; a message has few fields, so its search is not
+    # a table, because each access to an interface by name looks up a field; a message has so few fields that
+    # a search through all of them is as fast
     @cached_property
     def _fields_by_name(self) -> dict[str, FieldSchema]:
         return {field.name: field for field in self.fields}

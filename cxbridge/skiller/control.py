@@ -12,13 +12,11 @@ from uuid import UUID
 
 from cxbridge.blackboard.listeners import EventKind, Listener, ListenerTable, listening
 from cxbridge.events import Logger
+from cxbridge.interfaces.message import UNKNOWN_THREAD
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
     from cxbridge.interfaces.instance import Interface, Message
-
-UNKNOWN_SENDER = "Unknown"
-"""The thread name of a sender on another host."""
 
 
 def sender_serial(message: Message) -> str:
@@ -29,7 +27,7 @@ def sender_serial(message: Message) -> str:
 def sender_name(message: Message) -> str:
     """Return the sender's name for log lines."""
     name = message.sender_thread_name
-    return "Remote" if name == UNKNOWN_SENDER else name
+    return "Remote" if name == UNKNOWN_THREAD else name
 
 
 class ReaderWatch(Listener):

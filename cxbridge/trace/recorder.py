@@ -92,7 +92,7 @@ class _Output:
             try:
                 getattr(self.writer, method)(*args)
             except TraceError as error:
-                # closing may fail again
+                # a failed writer may fail once more while it is closed: only the first error is reported
                 if not self._failed:
                     self._failed = True
                     self._recorder.errors.append(error)

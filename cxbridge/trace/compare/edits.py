@@ -47,7 +47,8 @@ class Edit:
 
     @property
     def is_later_in_b(self) -> bool:
-        """Whether a moved state comes later in B, so that its position in A decides the sort key."""
+        """Whether a moved state comes later in B than in A."""
+        # the sort key is that of the earlier position
         return self.sort_key[1] == 0
 
 

@@ -17,7 +17,7 @@ from cxbridge.trace.codec import dump_json
 # The end of `oxygen5` is no id. The lookbehind follows `gen`, because the search for a fixed start is fast.
 _GENSYM = re.compile(r"gen(?<![A-Za-z0-9]gen)\d+(?![A-Za-z0-9])")
 _UUID = re.compile(r"(?<![0-9A-Za-z])[0-9a-fA-F]{8}(?:-[0-9a-fA-F]{4}){3}-[0-9a-fA-F]{12}(?![0-9A-Za-z])")
-_UUID_HYPHENS = 4
+_UUID_HYPHENS = 4  # a text with fewer hyphens has no UUID
 # The indices of facts: `<Fact-12>`, and those in the slots of the core, `(...-idx 12)` and `(meta-fact 12)`.
 _INDEX = re.compile(r"(?<=<Fact-)\d+(?=>)|(?<=-idx )[1-9]\d*(?=\))|(?<=\(meta-fact )[1-9]\d*(?=\))")
 _INDEX_STARTS = ("-idx ", "(meta-fact ", "<Fact-")
@@ -42,12 +42,12 @@ Names: TypeAlias = tuple[int, ...]
 
 def replace_names(text: str) -> str:
     """Replace all gensym ids in a text by ``gen#``, and all UUIDs by ``uuid#``."""
-    return _extract_names(text, False)[0]
+    return _extract_names(text, is_fact=False)[0]
 
 
 def replace_fact_names(text: str) -> str:
     """Replace gensym ids, UUIDs, fact indices, message ids and absolute times in a text."""
-    return _MSGID.sub("(msgid #)", _extract_names(text, True)[0])
+    return _MSGID.sub("(msgid #)", _extract_names(text, is_fact=True)[0])
 
 
 def interface_text(values: Mapping[str, Any]) -> str:
@@ -84,7 +84,7 @@ def replace_times_of_day(text: str, now_us: int) -> str:
 
 
 @lru_cache(MAX_CACHED_TEXTS)
-def _extract_names(text: str, is_fact: bool) -> tuple[str, tuple[str, ...]]:
+def _extract_names(text: str, *, is_fact: bool) -> tuple[str, tuple[str, ...]]:
     """Return a text with replaced names, and the names: gensym ids, then UUIDs, then fact indices.
 
     :param is_fact: whether fact indices are names, and absolute times are replaced.
@@ -118,7 +118,7 @@ class Namer:
 
         :param is_fact: whether fact indices are names, and absolute times are replaced.
         """
-        template, names = _extract_names(text, is_fact)
+        template, names = _extract_names(text, is_fact=is_fact)
         numbers = self._numbers
         # most texts have no names
         return template, tuple([numbers.setdefault(name, len(numbers)) for name in names]) if names else ()

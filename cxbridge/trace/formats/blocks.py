@@ -10,13 +10,11 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final, TypeAlias
 
 from cxbridge.events import InterfaceWrite, SkillStatus
+from cxbridge.interfaces.layout import TIMESTAMP_SIZE
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
 
 ENV: Final = "executive"
 """The environment of decoded states of Skillers: blocks do not name an environment."""
-
-STAMP_SIZE: Final = 16
-"""The number of bytes of the time stamp at the start of a block."""
 
 _SKILLER_TYPE = "SkillerInterface"
 _FieldConverter: TypeAlias = Callable[[tuple[Any, ...]], Any]
@@ -32,8 +30,8 @@ class BlockDecoder:
         self, schema: InterfaceSchema, decode_text: Callable[[bytes], str | bytes] | None = None
     ) -> None:
         self.schema = schema
-        code = f"<{STAMP_SIZE}x"
-        end, index = STAMP_SIZE, 0
+        code = f"<{TIMESTAMP_SIZE}x"
+        end, index = TIMESTAMP_SIZE, 0
         self._fields: list[tuple[str, int, _FieldConverter | None]] = []
         for field in schema.fields:
             count = 1 if field.is_string else field.runtime_length

@@ -18,8 +18,9 @@ from typing import Any
 from cxbridge.clock import MICROSECONDS, format_asctime
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event
+from cxbridge.interfaces.layout import TIMESTAMP_SIZE
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.formats.blocks import STAMP_SIZE, BlockDecoder, write_events
+from cxbridge.trace.formats.blocks import BlockDecoder, write_events
 from cxbridge.trace.formats.files import reading
 from cxbridge_fawkes.bblogger.header import (
     COUNT_OFFSET,
@@ -90,7 +91,7 @@ class BBLoggerFile(Run):
         if header.problem:
             self.note(header.problem)
         unpack_stamp = _STAMP.unpack_from
-        has_stamp = header.data_size >= STAMP_SIZE
+        has_stamp = header.data_size >= TIMESTAMP_SIZE
         decode = _read_raw_block if header.schema is None else BlockDecoder(header.schema).decode
         uid, interface_type, start_us = header.uid, header.interface_type, header.start_us
         for since_us, block in self.entries():
@@ -151,7 +152,7 @@ class BBLoggerFile(Run):
 
 
 def _read_raw_block(block: memoryview) -> dict[str, Any]:
-    return {RAW_FIELD: block[STAMP_SIZE:].hex()}
+    return {RAW_FIELD: block[TIMESTAMP_SIZE:].hex()}
 
 
 def _copy_patched_start(source: Path, size: int, patches: Sequence[tuple[int, bytes]], target: Path) -> None:

@@ -25,7 +25,7 @@ from cxbridge_robot_memory.memory import RobotMemory
 LIBRARY = CORE_DIR / "cx" / "robot-memory.clp"
 """cxbridge's helper functions in CLIPS."""
 
-# CLIPS asserts only ordered facts of relations that some construct names
+# CLIPS refuses an ordered fact whose relation no construct has named before
 _RELATIONS = (
     "(deffunction robmem-relations () (assert (mutex-op-feedback) (mutex-trigger-register-feedback)))"
 )
@@ -68,7 +68,9 @@ class RobotMemoryFeature(Feature):
 
     def before_run(self, env: ClipsEnvironment) -> None:
         """Assert the events and replies since the last run."""
-        self._memory.loop()  # there is no component if a rule requested the feature
+        # a feature that a rule has requested has no component, which otherwise calls `loop` in each cycle; a
+        # second call in a cycle writes nothing
+        self._memory.loop()
         self._contexts[env.name].assert_queued_facts()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
