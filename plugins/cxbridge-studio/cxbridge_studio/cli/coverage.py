@@ -18,7 +18,7 @@ from cxbridge.run.options import RunOptions
 if TYPE_CHECKING:
     from cxbridge_studio.explain.coverage.model import AgentSources, Coverage, RecordedUse
 
-_EXECUTIVE = "executive"
+_EXECUTIVE = "executive"  # the name of the executive's CLIPS environment
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _RUN = "run"  # the word in place of a name that explains the whole run
 _RUN_END = "end"  # the value of --at for the end of the run
-_EXECUTIVE = "executive"
+_EXECUTIVE = "executive"  # the name of the executive's CLIPS environment
 _ANSWER_TIMEOUT_S = 30.0  # the time limit of the daemon's answer
 
 

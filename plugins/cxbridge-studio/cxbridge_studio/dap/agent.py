@@ -52,14 +52,14 @@ class Firing:
 class DebuggedAgent:
     """An agent of the run.
 
-    :param stops_at_actions: whether the agent can stop within right-hand sides.
+    :param can_stop_at_actions: whether the agent can stop within right-hand sides.
     """
 
-    def __init__(self, run: Run, *, stops_at_actions: bool) -> None:
+    def __init__(self, run: Run, *, can_stop_at_actions: bool) -> None:
         self.run = run
         self.debugger = debugger_of(run.executive)
         self.env: ClipsEnvironment = run.executive.env
-        self.probes = Probes(self.env, self.debugger) if stops_at_actions else None
+        self.probes = Probes(self.env, self.debugger) if can_stop_at_actions else None
         # the client's numbers of breakpoints, by the debugger's numbers
         self.client_numbers: dict[int, int] = {}
         self._breakpoint_groups: dict[str, list[int]] = {}

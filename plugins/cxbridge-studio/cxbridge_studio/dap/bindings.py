@@ -50,7 +50,9 @@ def find_bindings(
     indices = parse_basis(basis)
     changes = [change for index in dict.fromkeys(indices) if (change := find_fact(index)) is not None]
     if len(changes) < len(set(indices)):
-        raise ClipsError("a fact that the rule fired for is no longer known")
+        raise ClipsError(
+            "a fact that the rule fired for is no longer known", hint="stop before the rule fires to see it"
+        )
     templates, rows = parse_rows(changes, snapshot.templates)
     with Matcher(replace(snapshot, templates=templates, facts=tuple(rows), needs_all_facts=False)) as matcher:
         failure = ClipsError("the facts no longer match the condition")

@@ -48,5 +48,5 @@ def make_live_run(arguments: Mapping[str, Any]) -> LiveRun:
     return LiveRun(
         options_from_json(run_arguments),
         stop_on_entry=settings.stop_on_entry and not settings.no_debug,
-        stops_at_actions=settings.stop_in_rules and not settings.no_debug,
+        can_stop_at_actions=settings.stop_in_rules and not settings.no_debug,
     )

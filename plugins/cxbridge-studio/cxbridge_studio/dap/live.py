@@ -49,16 +49,16 @@ class LiveRun:
     """A debugged run. The serving thread calls all methods except :meth:`interrupt`.
 
     :param stop_on_entry: whether to stop before the first rule.
-    :param stops_at_actions: whether the run can stop within right-hand sides, as :attr:`can_stop_at_actions`.
+    :param can_stop_at_actions: whether the run can stop within right-hand sides.
     """
 
     def __init__(
-        self, options: RunOptions, *, stop_on_entry: bool = False, stops_at_actions: bool = True
+        self, options: RunOptions, *, stop_on_entry: bool = False, can_stop_at_actions: bool = True
     ) -> None:
         options.check()
         self._options = options
         self._stop_on_entry = stop_on_entry
-        self.can_stop_at_actions = stops_at_actions
+        self.can_stop_at_actions = can_stop_at_actions
         self._agents: list[DebuggedAgent] = []
         self._breakpoint_groups: dict[str, Mapping[int, Breakpoint]] = {}
         self._is_interrupted = False
@@ -89,7 +89,7 @@ class LiveRun:
 
     def _attach(self, run: Run, client: DebugClient) -> None:
         """Debug an agent before its start."""
-        agent = DebuggedAgent(run, stops_at_actions=self.can_stop_at_actions)
+        agent = DebuggedAgent(run, can_stop_at_actions=self.can_stop_at_actions)
         self._agents.append(agent)
         thread_id = len(self._agents)
         for group, breakpoints in self._breakpoint_groups.items():

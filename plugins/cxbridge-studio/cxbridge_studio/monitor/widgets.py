@@ -27,7 +27,7 @@ _COLOURS: Final = {
 _GUIDE_WIDTH: Final = 2  # the columns per level of the tree
 _STATE_WIDTH: Final = 10  # the columns of the state
 _MAX_LENGTH: Final = 200  # the limit of the characters of a cell
-_LEVEL_STYLES: Final = {"D": "dim", "I": "", "W": "yellow", "E": "red"}
+_LEVEL_STYLES: Final = {"D": "dim", "I": "", "W": "yellow", "E": "red"}  # by the letter of the log level
 
 GoalKey = tuple[str, str]  # the environment and the id of a goal; an empty id means the environment
 

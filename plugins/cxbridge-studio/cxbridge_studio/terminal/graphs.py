@@ -16,6 +16,7 @@ from cxbridge.skiller.calls import OWNER
 
 DEBUG_TYPE = "SkillerDebugInterface"
 DEPENDENCIES = "SKILL_DEP"  # the subject of the graph of the dependencies between skills
+_DIRECTION = "TB"  # of the edges, in the dot language: from top to bottom
 
 
 def fetch_graph(board: BlackBoard, skiller: str, subject: str, timeout_s: float = 5.0) -> str:
@@ -86,8 +87,8 @@ def make_graph(
     with make_lua_skiller(board, clock, bus, folders=folders, space=space) as skiller:
         if subject == DEPENDENCIES:
             return skiller.engine.overview(subject)
-        skill, graph = skiller.engine.draw_graph(subject, "TB", coloured=True, redraw=True)
-        if not skill:
+        exists, graph = skiller.engine.draw_graph(subject, _DIRECTION, coloured=True, redraw=True)
+        if not exists:
             is_skill = subject in skiller.skills
             raise SkillerError(
                 f"skill '{subject}' has no state machine"
