@@ -60,13 +60,11 @@ class SourceText:
         return Position(line, start - self._line_starts[line - 1] + 1)
 
     def _read_tokens(self, text: str) -> list[Token]:
-        comment, pattern = _load_token_patterns()
-        if ";" in text:  # blanks in place of comments keep the positions
-            text = comment.sub(lambda match: " " * len(match[0]), text)
+        text = blank_comments(text)
         kinds, make_tuple = self.kinds, tuple.__new__  # twice as fast as a call of Token
         tokens: list[Token] = [
             make_tuple(Token, (match.lastgroup or kinds[match[0]], match[0], match.start()))
-            for match in pattern.finditer(text)
+            for match in _load_token_pattern().finditer(text)
         ]
         depths = accumulate(map(_DEPTH_CHANGES.get, [token[1] for token in tokens], repeat(0)))
         if max(depths, default=0) > MAX_DEPTH or max(map(len, kinds), default=0) > MAX_WORD_LENGTH:
@@ -115,11 +113,13 @@ def _load_word_tables() -> tuple[dict[str, str], re.Pattern[str]]:
 
 
 @cache
-def _load_token_patterns() -> tuple[re.Pattern[str], re.Pattern[str]]:
-    """Return the patterns of comments and of tokens."""
+def _load_token_pattern() -> re.Pattern[str]:
     tables = load_tables()
     cuts = "|".join(f"(?P<{name}>{pattern})" for name, pattern in tables.cuts.items())
-    return re.compile(tables.comment), re.compile(
-        # brackets and variables first: they are most frequent and cannot be confused with other tokens
-        rf"[()]|{tables.words['VARIABLE']}|{cuts}|{tables.words['ODD']}"
-    )
+    # brackets and variables first: they are most frequent and cannot be confused with other tokens
+    return re.compile(rf"[()]|{tables.words['VARIABLE']}|{cuts}|{tables.words['ODD']}")
+
+
+def blank_comments(text: str) -> str:
+    """Return a text with blanks in place of comments, which keeps the positions of all words."""
+    return re.sub(load_tables().comment, lambda match: " " * len(match[0]), text)

@@ -34,8 +34,12 @@ class PlanNames:
 
         :raises PlanningError: if the action or an object is unknown.
         """
-        objects = tuple(_find_spelling(argument, self._objects, "object") for argument in arguments)
-        return PlannedAction(_find_spelling(action, self._actions, "action"), objects, start, duration)
+        return PlannedAction(
+            _find_spelling(action, self._actions, "action"),
+            tuple(_find_spelling(argument, self._objects, "object") for argument in arguments),
+            start,
+            duration,
+        )
 
 
 def load_plan(path: str | Path, names: PlanNames) -> tuple[PlannedAction, ...]:
@@ -53,15 +57,19 @@ def load_plan(path: str | Path, names: PlanNames) -> tuple[PlannedAction, ...]:
             (step,) = parse_plan_text(text)
             steps.append(names.make_step(*step))
         except (ValueError, PlanningError) as error:
-            hint = "write (NAME OBJECT ...), or START: (NAME OBJECT ...) [DURATION]"
-            raise PlanningError(str(error), file=str(path), line=number, hint=hint) from None
+            raise PlanningError(
+                str(error),
+                file=str(path),
+                line=number,
+                hint="write (NAME OBJECT ...), or START: (NAME OBJECT ...) [DURATION]",
+            ) from None
     return tuple(steps)
 
 
 def _names_by_spelling(names: Iterable[str]) -> dict[str, str]:
     """Return the names by exact and by case-folded spelling; an exact spelling takes precedence."""
-    names_by_exact_spelling = {name: name for name in names}
-    return {name.casefold(): name for name in names_by_exact_spelling} | names_by_exact_spelling
+    exact_names = {name: name for name in names}
+    return {name.casefold(): name for name in exact_names} | exact_names
 
 
 def _find_spelling(name: str, spellings: dict[str, str], kind: str) -> str:

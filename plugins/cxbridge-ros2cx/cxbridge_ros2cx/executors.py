@@ -86,15 +86,16 @@ class MoveExecutor(SkillExecutor):
         yield Progress(0.0, "Move starting")
         while (driven_m := (self.clock.now_us() - start_us) / MICROSECONDS * self.speed) < distance_m:
             driven_share = driven_m / distance_m
+            (start_x, start_y), (target_x, target_y) = start_position, target_position
             self.position = (
-                start_position[0] + driven_share * (target_position[0] - start_position[0]),
-                start_position[1] + driven_share * (target_position[1] - start_position[1]),
+                start_x + driven_share * (target_x - start_x),
+                start_y + driven_share * (target_y - start_y),
             )
             if self.clock.now_us() < feedback_us + _FEEDBACK_PERIOD_US:
                 yield None
                 continue
             feedback_us += _FEEDBACK_PERIOD_US
-            remaining_m = distance_m - driven_m
-            yield Progress(driven_share, f"Move running: {remaining_m:.2f} m remaining at {self.speed:g} m/s")
+            text = f"Move running: {distance_m - driven_m:.2f} m remaining at {self.speed:g} m/s"
+            yield Progress(driven_share, text)
         self.position = target_position
         return Progress(1.0, "Move completed")

@@ -31,8 +31,9 @@ def is_clips_manager_agent(options: RunOptions) -> bool:
 
 def _has_clips_manager_package(folder: Path | None) -> bool:
     """Return whether a checkout or workspace has the node's package, which ros2-clips-executive lacks."""
-    patterns = (f"{level}{_NODE_PACKAGE}/package.xml" for level in _PARENT_PATTERNS)
-    return folder is not None and any(any(folder.glob(pattern)) for pattern in patterns)
+    return folder is not None and any(
+        any(folder.glob(f"{parent}{_NODE_PACKAGE}/package.xml")) for parent in _PARENT_PATTERNS
+    )
 
 
 def _is_clips_manager_file(file: Path | None) -> bool:

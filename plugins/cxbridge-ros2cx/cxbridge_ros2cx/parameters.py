@@ -82,26 +82,20 @@ def load_feature_entries(folder: Path) -> tuple[FeatureEntry, ...]:
             hint=f"below {FEATURES_NODE}: ros__parameters:, [] for none",
         )
     entries: list[FeatureEntry] = []
-    for name in config.get_strings(f"{parameter_path}/clips_features"):
+    list_path = f"{parameter_path}/clips_features"
+    for name in config.get_strings(list_path):
         if any(entry.name == name for entry in entries):
-            raise _make_feature_list_error(
-                config, parameter_path, f"the feature '{name}' is listed twice", "list each feature once"
-            )
+            raise config.error(list_path, f"the feature '{name}' is listed twice", "list each feature once")
         path = f"{parameter_path}/{name}/plugin"
         if not config.exists(path):
-            hint = f'write below ros__parameters: {name}: {{plugin: "cx::..."}}'
-            raise _make_feature_list_error(
-                config, parameter_path, f"the feature '{name}' has no plugin", hint
+            raise config.error(
+                list_path,
+                f"the feature '{name}' has no plugin",
+                f'write below ros__parameters: {name}: {{plugin: "cx::..."}}',
             )
         value = config.get(path)
         entries.append(FeatureEntry(name, config.get_str(path), value.file or str(file), value.line or None))
     return tuple(entries)
-
-
-def _make_feature_list_error(
-    config: Configuration, parameter_path: str, message: str, hint: str
-) -> ConfigError:
-    return config.error(f"{parameter_path}/clips_features", message, hint)
 
 
 def read_refresh_period_us(config: Configuration) -> int:

@@ -38,17 +38,20 @@ class Ros2CxSettings(Struct, frozen=True):
         """
         for key in config.keys(TREE):
             if key not in _KEYS:
-                hint = f"the keys are {', '.join(_KEYS)}"
-                raise config.error(f"{TREE}/{key}", f"there is no {TREE[1:]}/{key}", hint)
+                raise config.error(
+                    f"{TREE}/{key}", f"there is no {TREE[1:]}/{key}", f"the keys are {', '.join(_KEYS)}"
+                )
         mode = config.get_str(f"{TREE}/mode", default=_SANE)
         if mode not in (_SANE, _ORIGINAL):
-            hint = f"the modes are {_SANE}, {_ORIGINAL}"
-            raise config.error(f"{TREE}/mode", f"{TREE[1:]}/mode cannot be '{mode}'", hint)
+            raise config.error(
+                f"{TREE}/mode", f"{TREE[1:]}/mode cannot be '{mode}'", f"the modes are {_SANE}, {_ORIGINAL}"
+            )
         block_times_s = tuple(config.get_floats(f"{TREE}/removal-blocks", default=[]))
         if block_times_s and mode != _ORIGINAL:
             # in the mode sane, removals do not block: the times would have no effect
-            message = "removal-blocks requires mode: original"
-            raise config.error(f"{TREE}/removal-blocks", message, "write mode: original")
+            raise config.error(
+                f"{TREE}/removal-blocks", "removal-blocks requires mode: original", "write mode: original"
+            )
         return cls(
             mode == _ORIGINAL, block_times_s, tuple(config.get_strings(f"{TREE}/unsensed", default=[]))
         )

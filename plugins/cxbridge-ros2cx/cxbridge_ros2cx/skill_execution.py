@@ -54,14 +54,11 @@ class SkillExecutionFeature(Feature):
         *,
         repeats_defects: bool = False,
     ) -> None:
-        self._get_skills, self._on_removal, self._repeats_defects = get_skills, on_removal, repeats_defects
+        self.get_skills, self.on_removal, self.repeats_defects = get_skills, on_removal, repeats_defects
         self._skills_by_environment: dict[str, _EnvironmentSkills] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        environment_skills = _EnvironmentSkills(
-            env, self._get_skills, self._on_removal, repeats_defects=self._repeats_defects
-        )
-        self._skills_by_environment[env.name] = environment_skills
+        self._skills_by_environment[env.name] = environment_skills = _EnvironmentSkills(env, self)
         env.define("call-skill-execution", environment_skills.call, 5, types="*;sy;sy;sy;sy;sy")
         env.define("call-skill-read", environment_skills.read)
         env.define("call-skill-cancel", environment_skills.cancel, 1, types="*;sy")
@@ -85,6 +82,10 @@ class _SkillCall:
     error: str = ""
 
     @property
+    def is_running(self) -> bool:
+        return self.action is not None and not self.action.is_over
+
+    @property
     def feedback(self) -> tuple[str, str]:
         """The status and the error for the rules; only a failed skill has an error."""
         if self.action is None:
@@ -97,20 +98,8 @@ class _SkillCall:
 class _EnvironmentSkills:
     """The skills that an environment has called: at most one for each agent."""
 
-    def __init__(
-        self,
-        env: ClipsEnvironment,
-        get_skills: Callable[[], Ros2CxSkills | None],
-        on_removal: Callable[[], None],
-        *,
-        repeats_defects: bool,
-    ) -> None:
-        self._env, self._get_skills, self._on_removal, self._repeats_defects = (
-            env,
-            get_skills,
-            on_removal,
-            repeats_defects,
-        )
+    def __init__(self, env: ClipsEnvironment, feature: SkillExecutionFeature) -> None:
+        self._env, self._feature = env, feature
         self._log = env.bus.logger("skill_execution_feature")
         self._sensors = SimulatedSensors(env)
         self._calls: dict[str, _SkillCall] = {}
@@ -122,13 +111,9 @@ class _EnvironmentSkills:
             f" with mapped_action {mapped_action} for agent {agent}"
         )
         previous_call = self._calls.pop(str(agent), None)
-        if (
-            previous_call is not None
-            and previous_call.action is not None
-            and not previous_call.action.is_over
-        ):
+        if previous_call is not None and previous_call.is_running:
             self._log.warn(f"Previous skill {previous_call.skill_id} is running: cancelled")
-            self._cancel_action(previous_call.action)
+            self._cancel_action(previous_call)
         self._calls[str(agent)] = self._request_skill(
             str(skill_id), str(action), str(parameter_text), str(mapped_action), str(agent)
         )
@@ -136,11 +121,13 @@ class _EnvironmentSkills:
     def _request_skill(
         self, skill_id: str, action: str, parameter_text: str, mapped_action: str, agent: str
     ) -> _SkillCall:
-        skills = self._get_skills()
+        skills = self._feature.get_skills()
         if skills is None:
             return _SkillCall(skill_id, agent, None, "there is no skill board")
         # the thesis' executive splits at each blank, and passes an empty parameter to a skill without any
-        parameter_texts = parameter_text.split(" ") if self._repeats_defects else parameter_text.split()
+        parameter_texts = (
+            parameter_text.split(" ") if self._feature.repeats_defects else parameter_text.split()
+        )
         parameters = {str(number): text for number, text in enumerate(parameter_texts, start=1)}
         if mapped_action:
             parameters[MAPPED_ACTION] = mapped_action
@@ -154,12 +141,12 @@ class _EnvironmentSkills:
     def read(self) -> None:
         """Assert the state of each skill, and remove the ended skills."""
         self._sensors.assert_effects()
-        if not self._repeats_defects and self._env.has_template(_FEEDBACK_TEMPLATE):
+        if not self._feature.repeats_defects and self._env.has_template(_FEEDBACK_TEMPLATE):
             # A fact of an earlier tick would set a skill back to its old state. The rule of skills.clp that
             # retracts these facts is never defined, because a parenthesis is missing.
             for index, _template, _slots in list(self._env.facts(_FEEDBACK_TEMPLATE)):
                 self._env.retract(index)
-        skills = self._get_skills()
+        skills = self._feature.get_skills()
         for agent, call in sorted(self._calls.items()):
             action = call.action
             if skills is not None and action is not None:
@@ -174,25 +161,25 @@ class _EnvironmentSkills:
                 self._sensors.add_skill(call.skill_id)
             if status in ("S_FINAL", "S_FAILED"):
                 del self._calls[agent]
-                self._on_removal()
+                self._feature.on_removal()
 
     def cancel(self, agent: str) -> None:
         call = self._calls.get(str(agent))
         if call is None or call.action is None:
             self._log.error(f"Agent '{agent}' has no skill that could be cancelled")
-            return
-        self._cancel_action(call.action)
+        else:
+            self._cancel_action(call)
 
-    def _cancel_action(self, action: SkillAction) -> None:
-        skills = self._get_skills()
-        if skills is not None:
-            skills.stop(action.number)
+    def _cancel_action(self, call: _SkillCall) -> None:
+        skills = self._feature.get_skills()
+        if skills is not None and call.action is not None:
+            skills.stop(call.action.number)
 
     def close(self) -> None:
         """Cancel all skills."""
         for call in self._calls.values():
-            if call.action is not None and not call.action.is_over:
-                self._cancel_action(call.action)
+            if call.is_running:
+                self._cancel_action(call)
         self._calls.clear()
 
 
@@ -216,10 +203,9 @@ class SimulatedSensors:
 
     def assert_effects(self) -> None:
         """Assert the effects for which the recorded actions still wait."""
-        if not self._executed_actions:
+        if not self._executed_actions or not self._env.has_template(_PENDING_EFFECT_TEMPLATE):
             return
-        has_effects = self._env.has_template(_PENDING_EFFECT_TEMPLATE)
-        effects = [slots for _, _, slots in self._env.facts(_PENDING_EFFECT_TEMPLATE)] if has_effects else []
+        effects = [slots for _, _, slots in self._env.facts(_PENDING_EFFECT_TEMPLATE)]
         if not effects:
             # forget the actions whose plans are gone, so that an idle executive need not search for effects
             self._executed_actions &= {

@@ -16,14 +16,13 @@ from cxbridge_ros2cx.executors import DummyExecutor, ThesisDummyExecutor
 from cxbridge_ros2cx.thesis_board import NO_AGENT, ThesisMaster
 
 if TYPE_CHECKING:
-    from cxbridge.blackboard.base import BlackBoard
-    from cxbridge.clock import Clock
-    from cxbridge.events import EventBus
     from cxbridge.executive.features.skill_board import SkillAction
+    from cxbridge.run.agent import Run
     from cxbridge.skiller.board.master import Master
     from cxbridge.skiller.board.service import SkillBoardService
     from cxbridge.skiller.board.settings import BoardSettings
     from cxbridge.skiller.board.watch import ExecutorInfo
+    from cxbridge_ros2cx.settings import Ros2CxSettings
 
 
 class Ros2CxSkills:
@@ -33,29 +32,24 @@ class Ros2CxSkills:
     further agents exist. Both are errors, which the timeout of the request reports.
 
     :param service: the skill board, which also runs the executors of this process.
-    :param settings: the configured agents, and whether this process may have executors.
-    :param repeats_defects: whether to repeat the defects of the thesis' executive.
-    :param unsensed_executors: names of executors, besides dummies, whose effects have no sensor.
+    :param run: the run, for new executors.
+    :param board_settings: the configured agents, and whether this process may have executors.
+    :param settings: the settings of the thesis' executive.
     """
 
     def __init__(
         self,
         service: SkillBoardService,
-        board: BlackBoard,
-        clock: Clock,
-        bus: EventBus,
-        settings: BoardSettings,
-        *,
-        repeats_defects: bool = False,
-        unsensed_executors: Iterable[str] = (),
+        run: Run,
+        board_settings: BoardSettings,
+        settings: Ros2CxSettings,
     ) -> None:
-        self._service = service
-        self._repeats_defects = repeats_defects
-        self._agents = {agent.name for agent in settings.agents}
-        self._allows_dummies = settings.in_process
-        self._unsensed_executors: set[str] = set(unsensed_executors)
+        self._service, self._run = service, run
+        self._agents = {agent.name for agent in board_settings.agents}
+        self._allows_dummies = board_settings.in_process
+        self._repeats_defects = settings.repeats_defects
+        self._unsensed_executors = set(settings.unsensed_executors)  # also gets the dummies
         self._dummy_skills: set[tuple[str, str]] = set()  # agent and skill of each dummy
-        self._board, self._clock, self._bus = board, clock, bus
 
     @property
     def executors(self) -> Iterable[ExecutorInfo]:
@@ -78,7 +72,7 @@ class Ros2CxSkills:
         has_executor = any(info.agent == agent and skill in info.skills for info in self.executors)
         if not has_executor and self._may_get_dummy(agent, skill):
             dummy_name = f"{agent}-{skill}-dummy"
-            self._bus.logger(dummy_name).warn(
+            self._run.bus.logger(dummy_name).warn(
                 f"No executor of {agent} has the skill {skill}: a dummy pretends to execute it"
             )
             dummy_class = ThesisDummyExecutor if self._repeats_defects else DummyExecutor
@@ -106,7 +100,7 @@ class Ros2CxSkills:
         Only the mode ``original`` needs this check; otherwise the board times out actions itself.
         """
         if isinstance(action, ThesisMaster):
-            action.check_timeout(self._clock.now_us())
+            action.check_timeout(self._run.clock.now_us())
 
     def stop(self, number: int) -> bool:
         """Cancel an action; return whether the action was still running.
@@ -133,12 +127,13 @@ class Ros2CxSkills:
             raise SkillError(f"--executor cannot be '{text}'", hint="write ACTION=FILE.py:CLASS")
         executor_class = load_executor(target, Path.cwd())
         self._service.settle()  # register executors that appeared since the last loop
-        number = sum(info.agent == NO_AGENT and action in info.skills for info in self.executors)
-        name = f"{action}-{executor_class.__name__}-{number + 1}"
+        previous_count = sum(info.agent == NO_AGENT and action in info.skills for info in self.executors)
+        name = f"{action}-{executor_class.__name__}-{previous_count + 1}"
         self._start_executor(make_skill_class(executor_class, action), NO_AGENT, name)
 
     def _start_executor(self, executor_class: type[SkillExecutor], agent: str, name: str) -> None:
-        context = ExecutorContext(agent, self._board, self._clock, self._bus.logger(name))
+        run = self._run
+        context = ExecutorContext(agent, run.board, run.clock, run.bus.logger(name))
         self._service.add(make_host(executor_class, context, name, verbatim=self._service.skills.is_verbatim))
 
 

@@ -11,6 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from msgspec.structs import replace
+
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import CoreFiles
@@ -109,11 +111,11 @@ class Ros2CxSource(Source):
         """Return the files and folders of the checkout."""
         checkout, options = self._checkout, self.options
         configured_folders = config.get_strings("/clips-executive/clips-dirs", default=[])
-        folders = [
+        folders = (
             *options.clips_dirs,
             *(Path(text.replace("@CONFDIR@", str(checkout.bringup_folder))) for text in configured_folders),
-        ]
-        folders.append(OVERLAYS)  # the files that shipped overlays load
+            OVERLAYS,  # the files that shipped overlays load
+        )
         repeats_defects = Ros2CxSettings.from_config(config).repeats_defects
         return RunPaths(
             config_file=config_file,
@@ -138,8 +140,9 @@ class Ros2CxSource(Source):
     def board_settings(
         self, config: Configuration, paths: RunPaths, executors: tuple[type[SkillExecutor], ...] = ()
     ) -> BoardSettings:
-        settings = super().board_settings(config, paths, executors) or BoardSettings()
-        return add_response_timeout(settings, config)
+        return add_response_timeout(
+            super().board_settings(config, paths, executors) or BoardSettings(), config
+        )
 
     def board_class(self, config: Configuration) -> type[SkillBoard]:
         return select_board_class(config)
@@ -159,16 +162,7 @@ class Ros2CxSource(Source):
         if self._skills is None or self._skills[0] is not service:
             assert context.skill_board is not None  # the settings, which each board has
             settings = Ros2CxSettings.from_config(context.config)
-            skills = Ros2CxSkills(
-                service,
-                context.board,
-                context.clock,
-                context.bus,
-                context.skill_board,
-                repeats_defects=settings.repeats_defects,
-                unsensed_executors=settings.unsensed_executors,
-            )
-            self._skills = service, skills
+            self._skills = service, Ros2CxSkills(service, context, context.skill_board, settings)
         return self._skills[1]
 
     def features(self, context: Run) -> list[Feature]:
@@ -191,20 +185,10 @@ class Ros2CxSource(Source):
     def core_files(self, paths: RunPaths, config: Configuration) -> CoreFiles:
         """Return the executive's files, with the features of the checkout's core."""
         files = super().core_files(paths, config)
-        to_time_fields = (
-            to_seconds_and_nanoseconds
-            if Ros2CxSettings.from_config(config).repeats_defects
-            else files.to_time_fields
-        )
-        return CoreFiles(
-            files.core_dir,
-            files.clips_dirs,
-            files.substitutions,
-            files.override_dirs,
-            config_feature=CONFIG_FEATURE,
-            redefine_feature=REDEFINE_FEATURE,
-            to_time_fields=to_time_fields,
-        )
+        files = replace(files, config_feature=CONFIG_FEATURE, redefine_feature=REDEFINE_FEATURE)
+        if Ros2CxSettings.from_config(config).repeats_defects:
+            files = replace(files, to_time_fields=to_seconds_and_nanoseconds)
+        return files
 
     def start_thinking(self, clock: Clock, config: Configuration) -> None:
         self._refresh_timer = RefreshTimer(clock, read_refresh_period_us(config))
@@ -226,10 +210,9 @@ def _find_overlay(file: Path) -> Path:
     """
     if file.exists() or len(file.parts) != 1 or file.suffix:
         return file
-    overlay = OVERLAYS / f"{file}.yaml"
-    if not overlay.is_file():
-        overlay_names = ", ".join(path.stem for path in sorted(OVERLAYS.glob("*.yaml")))
+    overlays = {path.stem: path for path in sorted(OVERLAYS.glob("*.yaml"))}
+    if str(file) not in overlays:
         raise CxbridgeError(
-            "there is no such configuration", file=file, hint=f"shipped with cxbridge: {overlay_names}"
+            "there is no such configuration", file=file, hint=f"shipped with cxbridge: {', '.join(overlays)}"
         )
-    return overlay
+    return overlays[str(file)]

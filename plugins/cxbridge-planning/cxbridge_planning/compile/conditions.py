@@ -115,12 +115,8 @@ class Evaluator:
 
 
 def object_of(term: Term, binding: Binding) -> str:
-    """Return the name of a term's object.
-
-    :raises PlanningError: if the term is the value of a function.
-    """
-    if isinstance(term, FunctionTerm):
-        raise PlanningError(f"({term.function} ...) is a number, not an object")
+    """Return the name of a term's object."""
+    assert not isinstance(term, FunctionTerm)  # planners that need this module refuse numbers
     return binding[term.name] if isinstance(term, Variable) else term.name
 
 

@@ -21,7 +21,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
-from cxbridge.executive.pddl.ast import ActionSchema, Domain, Problem
+from cxbridge.executive.pddl.ast import Domain, Formula, Problem
 from cxbridge.history.plan_steps import PlannedAction
 from cxbridge_planning.compile.conditions import Conjunction, Evaluator, Fact, fact_of
 from cxbridge_planning.compile.effects import EffectCase, changed_predicates, effect_cases
@@ -75,7 +75,6 @@ class _Grounder:
 
     def __init__(self, domain: Domain, problem: Problem, max_operators: int) -> None:
         self._max_operators = max_operators
-        self._goal = problem.goal
         # dictionaries in place of sets: a reproducible order of facts makes plans reproducible
         self.initial = dict.fromkeys(fact_of(atom, {}) for atom in problem.init)
         self.reached: dict[Fact, None] = {}
@@ -84,7 +83,6 @@ class _Grounder:
         }
         objects = ObjectTable(domain, problem)
         self._evaluator = Evaluator(objects, self._static_truth)
-        self._actions = domain.actions
         self._schemas = [SchemaToGround(action, objects) for action in domain.actions]
         self._index = FactIndex()
         self._queue: deque[Fact] = deque()  # reached facts that are not joined yet
@@ -93,15 +91,15 @@ class _Grounder:
         self._waiting: dict[Fact, list[_GroundCase]] = {}  # cases by missing fact
         self._applicable: list[_GroundCase] = []  # cases without missing facts
         self._case_count = 0
-        self._explore()
+        self._explore(problem.goal)
 
     def _static_truth(self, fact: Fact) -> bool | None:
         """Return the truth of a fact that no action changes; None for other facts."""
         return None if fact.predicate in self._fluents else fact in self.initial
 
-    def _explore(self) -> None:
-        """Ground all actions whose conditions are reachable."""
-        for conjunction in self._evaluator.alternatives(self._goal, {}):
+    def _explore(self, goal: Formula) -> None:
+        """Ground the goal, and all actions whose conditions are reachable."""
+        for conjunction in self._evaluator.alternatives(goal, {}):
             self._add(_GroundCase(None, EffectCase(conjunction, frozenset())))
         for fact in self.initial:
             if fact.predicate not in self._fluents:
@@ -142,17 +140,15 @@ class _Grounder:
 
     def _ground_all(self, schema_index: int, choices: Iterable[tuple[str, ...]]) -> None:
         """Ground the action with an index for several choices of objects."""
-        action = self._actions[schema_index]
         for choice in choices:
             # each of the facts in an action's condition finds the same binding
             if (schema_index, choice) not in self._bindings:
                 self._bindings.add((schema_index, choice))
-                self._ground(
-                    action, choice, dict(zip(self._schemas[schema_index].parameters, choice, strict=True))
-                )
+                self._ground(self._schemas[schema_index], choice)
 
-    def _ground(self, action: ActionSchema, choice: tuple[str, ...], binding: dict[str, str]) -> None:
+    def _ground(self, schema: SchemaToGround, choice: tuple[str, ...]) -> None:
         """Add the cases of an action with chosen objects."""
+        action, binding = schema.action, dict(zip(schema.parameters, choice, strict=True))
         for conjunction in self._evaluator.alternatives(action.condition, binding):
             for case in effect_cases(self._evaluator, conjunction, action.effect, binding):
                 self._add(_GroundCase(PlannedAction(action.name, choice), case))
@@ -188,13 +184,12 @@ class _Grounder:
             return frozenset(numbers.setdefault(fact, len(numbers)) for fact in facts)
 
         initial = [fact for fact in self.initial if fact.predicate in self._fluents]
-        deletable = {
+        permanent = set(initial) - {
             change.fact
             for ground_case in self._applicable
             for change in ground_case.case.changes
             if not change.value
         }
-        permanent = set(initial) - deletable
         usable = [
             ground_case
             for ground_case in self._applicable

@@ -37,11 +37,13 @@ class FactIndex:
 class SchemaToGround:
     """An action to ground: parameters and required atoms.
 
+    :ivar action: the action.
     :ivar parameters: the permitted objects by parameter.
     :ivar atoms: the atoms that the condition always requires: those within no connective except ``and``.
     """
 
     def __init__(self, action: ActionSchema, objects: ObjectTable) -> None:
+        self.action = action
         self.parameters = {
             name: objects.of_types(group.types) for group in action.parameters for name in group.names
         }

@@ -5,7 +5,7 @@ A task has numbered facts, and operators: ground actions with facts that they re
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cxbridge.history.plan_steps import PlannedAction
 from cxbridge_planning.compile.conditions import Fact
@@ -57,11 +57,9 @@ def without_irrelevant(task: StripsTask) -> StripsTask:
             relevant.add(fact)
             for operator in achievers.get(fact, ()):
                 queue += operator.preconditions - relevant
-    operators = (
-        Operator(
-            operator.action, operator.preconditions, operator.adds & relevant, operator.deletes & relevant
-        )
+    operators = tuple(
+        replace(operator, adds=operator.adds & relevant, deletes=operator.deletes & relevant)
         for operator in task.operators
         if operator.adds & relevant
     )
-    return StripsTask(task.facts, task.initial & relevant, task.goal, tuple(operators))
+    return replace(task, initial=task.initial & relevant, operators=operators)

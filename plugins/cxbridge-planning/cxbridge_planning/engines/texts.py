@@ -15,12 +15,12 @@ from msgspec.structs import replace
 
 from cxbridge.executive.pddl import Domain, Problem, format_domain, format_problem, names_of
 from cxbridge.executive.pddl.ast import ActionSchema, Formula, Quantified
+from cxbridge.executive.pddl.tokens import blank_comments
 from cxbridge_planning.errors import PlanningError
 
 _PROBLEM_NAME: Final = re.compile(r"(\(\s*problem\s+)[^\s()]+", re.IGNORECASE)
 _LINE_NUMBER: Final = re.compile(r"\bline:?\s*(\d{1,9})", re.IGNORECASE)
 _MAX_EXCERPT: Final = 300  # the maximum number of characters of a parser's message in an error
-_COMMENT: Final = re.compile(r";[^\n]*")
 
 
 class PddlTexts(NamedTuple):
@@ -35,10 +35,13 @@ class PddlTexts(NamedTuple):
 
 
 def original_texts(domain: Domain, problem: Problem) -> PddlTexts:
-    """Return the source texts of domain and problem; generated texts if they have no source."""
+    """Return the source texts of domain and problem; generated texts if they have no source.
+
+    The texts have no comments, because some engines refuse non-ASCII characters in comments.
+    """
     return PddlTexts(
-        _blank_comments(domain.text) or format_domain(domain),
-        _blank_comments(problem.text) or format_problem(problem),
+        blank_comments(domain.text) or format_domain(domain),
+        blank_comments(problem.text) or format_problem(problem),
         (domain.file if domain.text else "", problem.file if problem.text else ""),
     )
 
@@ -57,14 +60,6 @@ def plain_texts(domain: Domain, problem: Problem) -> PddlTexts:
 def rename_problem(text: str, name: str) -> str:
     """Return a problem text with another name."""
     return _PROBLEM_NAME.sub(rf"\g<1>{name}", text, count=1)
-
-
-def _blank_comments(text: str) -> str:
-    """Replace comments by blanks, which keeps lines and columns for error messages.
-
-    Some engines refuse non-ASCII characters in comments.
-    """
-    return _COMMENT.sub(lambda match: " " * len(match[0]), text)
 
 
 def _merge_action_quantifiers(action: ActionSchema) -> ActionSchema:
@@ -115,5 +110,6 @@ def _refusal_error(module: Any, texts: PddlTexts, parse_error: Exception) -> Pla
         file = texts.files[1]
     text = " ".join(str(parse_error).split())[:_MAX_EXCERPT] or type(parse_error).__name__
     line = getattr(parse_error, "lineno", None) or next(map(int, _LINE_NUMBER.findall(text)), None)
-    message = f"unified-planning cannot read the problem: {text}"
-    return PlanningError(message, file=file or None, line=line if file else None)
+    return PlanningError(
+        f"unified-planning cannot read the problem: {text}", file=file or None, line=line if file else None
+    )

@@ -66,8 +66,8 @@ def _limit_memory(memory: int) -> None:
     if sys.platform != "win32":
         import resource  # noqa: PLC0415  absent on Windows
 
-        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-        resource.setrlimit(resource.RLIMIT_AS, (memory, hard))
+        _soft_limit, hard_limit = resource.getrlimit(resource.RLIMIT_AS)
+        resource.setrlimit(resource.RLIMIT_AS, (memory, hard_limit))
 
 
 def _end_with_parent(parent: int) -> None:

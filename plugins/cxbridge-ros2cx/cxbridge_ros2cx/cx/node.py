@@ -65,17 +65,19 @@ class CxNode(Executive):
         """
         context = self.manager.context
         # true, as in the launch file of the ROS 2 CX; without a launch file its node defaults to false
-        is_autostarted = context.parameters.get("autostart_node", default=True)
-        if is_autostarted or not context.ros.has_peers:
+        if context.parameters.get("autostart_node", default=True) or not context.ros.has_peers:
             self.activate()
         if context.ros.has_peers:
             from cxbridge_ros2.lifecycle import LifecycleState  # noqa: PLC0415 - slow to import, unneeded without peers
             from cxbridge_ros2cx.cx.ros.node_services import NodeServices  # noqa: PLC0415 - likewise
 
+            transitions = {
+                CONFIGURE: lambda: True,  # the environments exist from the start
+                ACTIVATE: self.activate,
+                DEACTIVATE: self.deactivate,
+                SHUTDOWN: self._shut_down,
+            }
             state = LifecycleState.ACTIVE if self._is_active else LifecycleState.UNCONFIGURED
-            # the environments exist from the start, so the configuration has no work left
-            transitions = {CONFIGURE: lambda: True, ACTIVATE: self.activate}
-            transitions |= {DEACTIVATE: self.deactivate, SHUTDOWN: self._shut_down}
             self._services = NodeServices(self.manager, transitions, state)
 
     def activate(self) -> bool:

@@ -60,10 +60,10 @@ class InstalledPrefix:
     def find_proto_files(self, class_name: str) -> list[Path]:
         """Return the .proto files of the package whose plug-in description contains a class."""
         for package, description in self.find_resources(_PLUGIN_RESOURCE).items():
-            share_folder = self.find_share_folder(package)
-            files = (self.path / line for line in description.split())
-            if any(f'"{class_name}"' in _read_text(file_path) for file_path in files):
-                return sorted(share_folder.rglob("*.proto"))
+            for line in description.split():
+                with suppress(OSError):  # a description may name a missing file
+                    if f'"{class_name}"' in (self.path / line).read_text("utf-8", "replace"):
+                        return sorted(self.find_share_folder(package).rglob("*.proto"))
         return []
 
 
@@ -195,13 +195,6 @@ class Packages:
         """The folders with message definitions; earlier folders hide later ones."""
         trees = (prefix.root if isinstance(prefix, SourceTree) else prefix.path for prefix in self.prefixes)
         return [folder for folder in trees if folder.is_dir()]
-
-
-def _read_text(file_path: Path) -> str:
-    try:
-        return file_path.read_text("utf-8", "replace")
-    except OSError:
-        return ""
 
 
 def _read_option(command: CMakeCommand, name: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -15,7 +16,9 @@ from cxbridge.errors import CxbridgeError
 from cxbridge_ros2cx.rl.interface import LEARNER_NODE, Decision, LearningAgent
 from cxbridge_ros2cx.rl.spaces import Groundings, Observation
 
-_DONE_INFO, _ABORTED_INFO = "Done", "Aborted"  # texts in the agent's results
+_DONE_INFO = "Done"  # the text in the agent's result at the end of an episode
+# the outcomes in ``CXRLGym`` by the text in the agent's result
+_OUTCOMES = {_DONE_INFO: "Game Over", "Aborted": "RESET"}
 
 
 class ClipsGym(gymnasium.Env[Observation, np.int64]):
@@ -86,28 +89,17 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         status["current_episode_step"] += 1
         status["total_steps"] += 1
         action_id = self._decision.actions.get(self.actions[int(action)])
+        result: Mapping[str, Any]
         if action_id is None:
-            episode_end = self.agent.call_service("get_episode_end", "GetEpisodeEnd")
-            reward, is_over = float(episode_end["reward"]), bool(episode_end["episode_end"])
-            return (
-                self._encode_observation(),
-                reward,
-                is_over,
-                False,
-                self._make_step_info("NO-ACTION-FOR-ROBOT"),
-            )
-        result = self.agent.execute_action(action_id)
-        is_over = result["info"] == _DONE_INFO
-        if not is_over:
-            self._decision = self.agent.next_decision()
-        outcome = {_DONE_INFO: "Game Over", _ABORTED_INFO: "RESET"}.get(result["info"], "")
-        return (
-            self._encode_observation(),
-            float(result["reward"]),
-            is_over,
-            False,
-            self._make_step_info(outcome),
-        )
+            result = self.agent.call_service("get_episode_end", "GetEpisodeEnd")
+            is_over, outcome = bool(result["episode_end"]), "NO-ACTION-FOR-ROBOT"
+        else:
+            result = self.agent.execute_action(action_id)
+            is_over, outcome = result["info"] == _DONE_INFO, _OUTCOMES.get(result["info"], "")
+            if not is_over:
+                self._decision = self.agent.next_decision()
+        step_info = self._make_step_info(outcome)
+        return self._encode_observation(), float(result["reward"]), is_over, False, step_info
 
     def action_masks(self) -> NDArray[np.int8]:
         """Return 1 for each action that the free robot can execute; ``no-op`` if there are none."""

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from msgspec import Struct
 
@@ -41,6 +41,9 @@ _NO_OBJECTS_TEXT: Final = "Not found"  # the agent's response for a type without
 _STORAGE_PARAMETER: Final = "storage_dir"
 _STARTUP_TIMEOUT_S: Final = 10.0  # time on the agent's clock until its services must exist
 _NO_TIMEOUT_S: Final = 1e9  # 30 years: the learner decides when the run ends
+
+
+FoundT = TypeVar("FoundT")
 
 
 class Decision(Struct, frozen=True):
@@ -112,9 +115,7 @@ class LearningAgent(Closing):
                 name: self._find_goal_handler(name, type_name)
                 for name, type_name in (("reset_env", "ResetEnv"), ("action_selection", "ActionSelection"))
             }
-            self._run_until(
-                self._knows_mode, f"the agent does not call {node}/get_status", _STARTUP_TIMEOUT_S
-            )
+            self._run_until(self._find_mode, f"the agent does not call {node}/get_status", _STARTUP_TIMEOUT_S)
             self._tick()  # in this tick the agent saves the facts with which episodes begin
             self._stack = stack.pop_all()  # the run stays open until close()
 
@@ -139,66 +140,70 @@ class LearningAgent(Closing):
 
     def _find_goal_handler(self, action: str, type_name: str) -> GoalHandler:
         action_type = parse_type(f"{_PACKAGE}/action/{type_name}")
-        handlers: list[GoalHandler] = []
 
-        def has_server() -> bool:
+        def find_handler() -> GoalHandler | None:
             for plugin in self._manager.plugins.values():
                 if isinstance(plugin, GeneratedPlugin) and plugin.type_name == action_type:
-                    handlers.extend(plugin.find_handlers(self._env, f"{self._name}/{action}"))
-            return bool(handlers)
+                    for handler in plugin.find_handlers(self._env, f"{self._name}/{action}"):
+                        return handler
+            return None
 
-        self._run_until(has_server, f"the action {self._name}/{action} has no server", _STARTUP_TIMEOUT_S)
-        return handlers[0]
+        return self._run_until(
+            find_handler, f"the action {self._name}/{action} has no server", _STARTUP_TIMEOUT_S
+        )
 
-    def _run_until(self, condition: Callable[[], bool], timeout_message: str, seconds: float = 0.0) -> None:
-        """Advance the agent's time until a condition is true.
+    def _run_until(
+        self, find: Callable[[], FoundT | None], timeout_message: str, seconds: float = 0.0
+    ) -> FoundT:
+        """Advance the agent's time until a function returns a result; return the result.
 
         :param seconds: the time limit; 0 for the limit of the constructor.
         :raises CxbridgeError: if the time is over or the agent has shut down.
         """
-        clock = self._run.clock
+        clock, executive = self._run.clock, self._run.executive
         end_us = clock.now_us() + int((seconds or self._patience) * MICROSECONDS)
-        while not condition():
-            executive = self._run.executive
+        while (found := find()) is None:
             if clock.now_us() >= end_us or executive.is_over:
                 hint = executive.first_error and f"the first error of the agent: {executive.first_error}"
                 message = "the agent has shut down" if executive.is_over else timeout_message
                 raise CxbridgeError(message, file=self._file, hint=hint or None)
             self._tick()
+        return found
 
     def _tick(self) -> None:
         self._run.clock.sleep_until(self._run.clock.now_us() + self._run.loop.period_us)
         self._run.loop.run_once()
 
-    def _knows_mode(self) -> bool:
+    def _find_mode(self) -> str | None:
+        """Return TRAINING once the agent knows this mode of the learner."""
         nodes = self._env.columns("cx-rl-node", "name", "mode")
-        return any(name == self._name and mode == "TRAINING" for name, mode in nodes)
+        return "TRAINING" if (self._name, "TRAINING") in map(tuple, nodes) else None
 
     # --- services and goals -------------------------------------------------------------------------------
 
     def _find_client(self, service: str, type_name: str) -> Client:
         if service not in self._clients:
-            client = self._peer.create_client(f"{self._name}/{service}", f"{_PACKAGE}/srv/{type_name}")
-            self._clients[service] = client
+            self._clients[service] = self._peer.create_client(
+                f"{self._name}/{service}", f"{_PACKAGE}/srv/{type_name}"
+            )
         return self._clients[service]
 
     def call_service(self, service: str, type_name: str, **request: Any) -> Message:
         responses: list[Message] = []
         client = self._find_client(service, type_name)
-        self._run_until(lambda: client.has_server, f"the service {self._name}/{service} has no server")
+        self._run_until(
+            lambda: client.has_server or None, f"the service {self._name}/{service} has no server"
+        )
         client.call(request, responses.append)
         self._graph.settle()
-        self._run_until(lambda: bool(responses), f"{self._name}/{service} does not answer")
-        return responses[0]
+        return self._run_until(lambda: next(iter(responses), None), f"{self._name}/{service} does not answer")
 
     def _send_goal(self, action: str, timeout_message: str, **goal: Any) -> Mapping[str, Any]:
         """Return the result of a goal."""
         handler, sent_goal = self._handlers[action], _Goal(goal)
         handler.decide(sent_goal)
         handler.begin(sent_goal)
-        self._run_until(lambda: sent_goal.result is not None, timeout_message)
-        assert sent_goal.result is not None
-        return sent_goal.result
+        return self._run_until(lambda: sent_goal.result, timeout_message)
 
     def reset(self) -> None:
         self._send_goal("reset_env", "the agent does not end its reset")
@@ -256,20 +261,13 @@ class LearningAgent(Closing):
 
     def next_decision(self) -> Decision:
         """Advance the agent's time until a robot is free or the episode has ended; return the decision."""
-        decisions: list[Decision] = []
+        return self._run_until(self._find_decision, "no robot becomes free")
 
-        def has_decision() -> bool:
-            decisions.extend(self._find_decisions())
-            return bool(decisions)
-
-        self._run_until(has_decision, "no robot becomes free")
-        return decisions[0]
-
-    def _find_decisions(self) -> Iterable[Decision]:
-        """Yield a decision if a robot waits and the agent has asserted all executable actions."""
+    def _find_decision(self) -> Decision | None:
+        """Return a decision if a robot waits and the agent has asserted all executable actions."""
         spaces = self._env.columns("rl-current-action-space", "node", "state")
-        if not any(node == self._name and state == "DONE" for node, state in spaces):
-            return
+        if (self._name, "DONE") not in map(tuple, spaces):
+            return None
         slots = ("node", "assigned-to", "is-selected", "id", "name", "params")
         robots = self._env.columns("rl-robot", "node", "waiting", "name")
         waiting_robots = {
@@ -282,12 +280,10 @@ class LearningAgent(Closing):
                     action_id
                 )
         if actions_of_robots:
-            robot = next(iter(actions_of_robots))
-            yield Decision(robot, actions_of_robots[robot])
-        elif waiting_robots and any(
-            node == self._name for (node,) in self._env.columns("rl-episode-end", "node")
-        ):
-            yield Decision("", {})
+            robot, actions = next(iter(actions_of_robots.items()))
+            return Decision(robot, actions)
+        is_over = (self._name,) in map(tuple, self._env.columns("rl-episode-end", "node"))
+        return Decision("", {}) if waiting_robots and is_over else None
 
 
 def format_grounding(name: Value, parameters: Value) -> str:

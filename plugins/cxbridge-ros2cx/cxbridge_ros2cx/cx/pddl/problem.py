@@ -35,6 +35,7 @@ from cxbridge.executive.pddl.ast import (
 )
 from cxbridge.executive.pddl.printer import format_formula
 from cxbridge.executive.pddl.problems import problem_of_facts
+from cxbridge.executive.pddl.tokens import blank_comments
 from cxbridge.executive.pddl.types import TypeHierarchy
 from cxbridge.executive.problem.truth import KnownState
 
@@ -46,7 +47,6 @@ _REQUIREMENTS: Final = (
 )
 _REQUIREMENTS_SECTION: Final = re.compile(r"\(\s*:requirements[^()]*\)")
 _DOMAIN_HEAD: Final = re.compile(r"\(\s*define\s*\(\s*domain\s+[^\s()]+\s*\)")
-_COMMENT: Final = re.compile(r";[^\n]*")
 _TIME_POINTS: Final = {"at start": "START", "at end": "END"}
 _OPERATORS: Final = {"assign": "=", "increase": "+", "decrease": "-"}
 
@@ -90,7 +90,7 @@ class ManagedProblem:
         self._predicate_parameters = {predicate.name: predicate.parameters for predicate in domain.predicates}
         self._function_parameters = {function.name: function.parameters for function in domain.functions}
         if problem_text:
-            problem = parse_problem(_COMMENT.sub("", problem_text).lower(), domain, file)
+            problem = parse_problem(blank_comments(problem_text).lower(), domain, file)
             self.objects |= {name: type_name or "object" for name, type_name in pairs_of(problem.objects)}
             self.fluents = dict.fromkeys(
                 (atom.predicate, _list_argument_names(atom.arguments)) for atom in problem.init
@@ -288,7 +288,7 @@ def _is_kept(name: str, kept_names: tuple[str, ...]) -> bool:
 
 def _declare_all_requirements(text: str) -> str:
     """Return a domain without comments, in lower case, that declares all requirements."""
-    text = _REQUIREMENTS_SECTION.sub("", _COMMENT.sub("", text).lower())
+    text = _REQUIREMENTS_SECTION.sub("", blank_comments(text).lower())
     return _DOMAIN_HEAD.sub(lambda head: f"{head[0]} (:requirements {_REQUIREMENTS})", text, count=1)
 
 

@@ -7,12 +7,13 @@ type when an environment loads the plug-in.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
 from cxbridge_ros2.names import TypeName, parse_type
 from cxbridge_ros2cx.cx.ros.action_clients import ActionClients
 from cxbridge_ros2cx.cx.ros.action_servers import ActionServers
-from cxbridge_ros2cx.cx.ros.plugin import RosPlugin
+from cxbridge_ros2cx.cx.ros.plugin import EndpointGroup, RosPlugin
 from cxbridge_ros2cx.cx.ros.services import ServiceClients, ServiceServers
 from cxbridge_ros2cx.cx.ros.topics import Topics
 
@@ -28,6 +29,12 @@ MESSAGE_SECTIONS: Final = {
     "action": ("Goal", "Feedback", "Result"),
 }
 
+_ENDPOINT_CLASSES: Final[dict[str, tuple[Callable[[RosPlugin, str, TypeName], EndpointGroup], ...]]] = {
+    "msg": (Topics,),
+    "srv": (ServiceClients, ServiceServers),
+    "action": (ActionClients, ActionServers),
+}
+
 CLASS_PATTERN: Final = re.compile(r"cx::CX(\w+)Plugin")
 # the ends of words in StdMsgsTFMessage: TF|Message, and Msgs|TF
 _CAPITALS_END: Final = re.compile(r"([A-Z])(?=[A-Z][a-z])")
@@ -40,8 +47,8 @@ def make_generated_class_name(type_name: TypeName) -> str:
 
 def make_name_prefix(type_name: TypeName) -> str:
     """Return the prefix of a type's functions and templates: ``std-msgs-string-``."""
-    hyphenated = _WORD_END.sub(r"\1-\2", _CAPITALS_END.sub(r"\1-", _make_camel_case_name(type_name)))
-    return f"{hyphenated.lower()}-"
+    name = _CAPITALS_END.sub(r"\1-", _make_camel_case_name(type_name))
+    return _WORD_END.sub(r"\1-\2", name).lower() + "-"
 
 
 def _make_camel_case_name(type_name: TypeName) -> str:
@@ -52,10 +59,10 @@ def find_type(class_text: str, context: NodeContext) -> TypeName | None:
     """Return the type whose generated plug-in has a class name; None if there is no such type."""
     if CLASS_PATTERN.fullmatch(class_text) is None:
         return None
-    type_names = map(parse_type, context.ros.definitions.find_names())
-    return next(
-        (type_name for type_name in type_names if make_generated_class_name(type_name) == class_text), None
-    )
+    for type_name in map(parse_type, context.ros.definitions.find_names()):
+        if make_generated_class_name(type_name) == class_text:
+            return type_name
+    return None
 
 
 class GeneratedPlugin(RosPlugin):
@@ -68,15 +75,9 @@ class GeneratedPlugin(RosPlugin):
         super().__init__(name, context)
         self.type_name = type_name
         prefix = make_name_prefix(type_name)
-        if type_name.kind == "msg":
-            self.endpoints = (Topics(self, prefix, type_name),)
-        elif type_name.kind == "srv":
-            self.endpoints = (
-                ServiceClients(self, prefix, type_name),
-                ServiceServers(self, prefix, type_name),
-            )
-        else:
-            self.endpoints = (ActionClients(self, prefix, type_name), ActionServers(self, prefix, type_name))
+        self.endpoints = tuple(
+            endpoint_class(self, prefix, type_name) for endpoint_class in _ENDPOINT_CLASSES[type_name.kind]
+        )
 
     def init_context(self, env: ClipsEnvironment) -> None:
         type_name, prefix = self.type_name, make_name_prefix(self.type_name)
@@ -91,7 +92,9 @@ class GeneratedPlugin(RosPlugin):
 
     def find_handlers(self, env: ClipsEnvironment, server: str) -> list[GoalHandler]:
         """Return the handlers of an environment's action server; empty if there is no such server."""
-        servers = (endpoints for endpoints in self.endpoints if isinstance(endpoints, ActionServers))
         return [
-            handler for endpoints in servers if (handler := endpoints.find_handler(env, server)) is not None
+            handler
+            for endpoints in self.endpoints
+            if isinstance(endpoints, ActionServers)
+            and (handler := endpoints.find_handler(env, server)) is not None
         ]

@@ -56,10 +56,10 @@ class RosNode(Closing):
         rights: Rights,
     ) -> None:
         self.name = name
+        self._namespace, _, self._short_name = name.rpartition("/")
         self._packages, self._clock, self._rights = packages, clock, rights
-        self._make_logger, self._log = make_logger, make_logger(name.rpartition("/")[2])
+        self._make_logger, self._log = make_logger, make_logger(self._short_name)
         self._pddl_manager: PddlManager | None = None
-        self._namespace = name.rpartition("/")[0]
         # Numbers of requests, over all clients: the ROS middleware of the recorded runs counts the same way.
         self.request_numbers = count(1)
 
@@ -84,17 +84,13 @@ class RosNode(Closing):
 
     @cached_property
     def node(self) -> Node:
-        name = self.name.rpartition("/")[2]
         if self._clock.is_virtual:
-            return self.graph.join(name, self._log.warn)
+            return self.graph.join(self._short_name, self._log.warn)
         from cxbridge_ros2.settings import NodeSettings  # noqa: PLC0415 - likewise
 
-        settings = NodeSettings.parse({}, self._settings_folder, "the node")
-        return settings.join(name, self.definitions, self._log.warn, self._rights)
-
-    @property
-    def _settings_folder(self) -> Path:
-        return self._packages.definition_folders[0] if self._packages.definition_folders else Path()
+        base_folder = next(iter(self._packages.definition_folders), Path())
+        settings = NodeSettings.parse({}, base_folder, "the node")
+        return settings.join(self._short_name, self.definitions, self._log.warn, self._rights)
 
     def prepare_client(self, name: str, type_name: TypeName) -> str:
         """Return the full name of a service or an action for a new client, and start the server if necessary.
@@ -123,7 +119,7 @@ class RosNode(Closing):
         """Whether there may be further nodes: on a virtual clock, further nodes of this process."""
         if not self._clock.is_virtual:
             return True
-        own_nodes = {self.name.rpartition("/")[2], _PDDL_NAMESPACE.strip("/")}
+        own_nodes = {self._short_name, _PDDL_NAMESPACE.strip("/")}
         return "graph" in self.__dict__ and not own_nodes.issuperset(self.graph.nodes)
 
     def spin(self) -> None:

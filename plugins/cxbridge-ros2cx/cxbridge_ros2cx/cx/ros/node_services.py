@@ -17,7 +17,7 @@ from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError, Ros2Error
 from cxbridge.executive.host.values import FALSE
 from cxbridge.rights import Right
-from cxbridge_ros2.lifecycle import ACTIVATE, CONFIGURE, DEACTIVATE, SHUTDOWN, Lifecycle, LifecycleState
+from cxbridge_ros2.lifecycle import ACTIVATE, DEACTIVATE, Lifecycle, LifecycleState
 from cxbridge_ros2.parameters import Parameters
 from cxbridge_ros2.rosout import RosoutPublisher
 from cxbridge_ros2cx.cx.ros.handlers import wrap_handler
@@ -60,16 +60,20 @@ class NodeServices(Closing):
         self._offer_services()
         if context.has_2026_changes:
             self._close_functions[_LOGGING_SERVICE] = TopicLogging(manager).close
-        report, clock = manager.log.error, context.clock
         served_transitions: dict[str, Callable[[], bool]] = {
-            CONFIGURE: transitions[CONFIGURE],
+            **transitions,
             ACTIVATE: partial(self._activate, transitions[ACTIVATE]),
             DEACTIVATE: partial(self._deactivate, transitions[DEACTIVATE]),
-            SHUTDOWN: transitions[SHUTDOWN],
         }
-        self._lifecycle = Lifecycle(self._node, self._name, served_transitions, clock, report, state)
-        node_parameters = {name: _to_message_value(parameter.value) for name, parameter in context.parameters}
-        self._parameters = Parameters(self._node, self._name, node_parameters, clock)
+        self._lifecycle = Lifecycle(
+            self._node, self._name, served_transitions, context.clock, manager.log.error, state
+        )
+        # messages have lists in place of tuples
+        values: dict[str, Any] = {
+            name: list(parameter.value) if isinstance(parameter.value, tuple) else parameter.value
+            for name, parameter in context.parameters
+        }
+        self._parameters = Parameters(self._node, self._name, values, context.clock)
 
     def _offer_services(self) -> None:
         services: tuple[tuple[str, str, Callable[[Message], Fields]], ...] = (
@@ -91,17 +95,18 @@ class NodeServices(Closing):
                     right=Right.CONTROL,
                 )
             except Ros2Error as error:
-                hint = "name a checkout or workspace with cx_msgs with --ros2cx"
-                self._manager.log.warn(f"services for environments are not offered: {error.message}; {hint}")
+                self._manager.log.warn(
+                    f"services for environments are not offered: {error.message}; "
+                    "name a checkout or workspace with cx_msgs with --ros2cx"
+                )
                 return
 
     # --- environments -------------------------------------------------------------------------------------
 
     def _require_environment(self, request: Message, error: str = "unknown environment") -> str:
-        name: str = request["env_name"]
-        if name not in self._manager.environments:
+        if request["env_name"] not in self._manager.environments:
             raise CxbridgeError(error)
-        return name
+        return str(request["env_name"])
 
     def _list_environments(self, _request: Message) -> Fields:
         return {"envs": list(self._manager.environments)}
@@ -122,8 +127,7 @@ class NodeServices(Closing):
     # --- plug-ins -----------------------------------------------------------------------------------------
 
     def _load_plugin(self, request: Message) -> Fields:
-        name = self._require_environment(request)
-        if self._manager.request(name, request["plugin_name"]) == FALSE:
+        if self._manager.request(self._require_environment(request), request["plugin_name"]) == FALSE:
             raise CxbridgeError("error while loading plugin")
         return {}
 
@@ -236,17 +240,11 @@ class TopicLogging:
 
     def _switch_logging(self, name: str, *, is_enabled: bool) -> None:
         env = self._manager.environments.get(name)
-        if env is None:  # as in the ROS 2 CX, an unknown environment is no error
-            return
-        env.line_listeners.pop(_LISTENER_NAME, None)
-        if is_enabled:
-            env.line_listeners[_LISTENER_NAME] = partial(self._publish, env)
+        if env is not None:  # as in the ROS 2 CX, an unknown environment is no error
+            env.line_listeners.pop(_LISTENER_NAME, None)
+            if is_enabled:
+                env.line_listeners[_LISTENER_NAME] = partial(self._publish, env)
 
     def _publish(self, env: ClipsEnvironment, _level: Level, line: str) -> None:
         logical_name = env.output.logical_name if isinstance(env.output, StockOutput) else ""
         self._publisher.publish({"env_name": env.name, "logical_name": logical_name, "line": line})
-
-
-def _to_message_value(value: Any) -> Any:
-    """Return a parameter's value for messages, which have lists in place of tuples."""
-    return list(value) if isinstance(value, tuple) else value
