@@ -159,14 +159,18 @@ class SyntaxBuilder:
                 names.append(child)
                 continue
             if names:
-                texts = tuple(name.text.removeprefix("?") for name in names)
-                types = () if child is None else child.names
-                groups.append(TypedNames(texts, types, position=self.position(names[0].start)))
+                groups.append(
+                    TypedNames(
+                        tuple(name.text.removeprefix("?") for name in names),
+                        () if child is None else child.names,
+                        position=self.position(names[0].start),
+                    )
+                )
             names = []
         return tuple(groups)
 
     def of_type(self, children: Children, start: int) -> _TypeNames:
-        type_ = children[1]
+        _dash, type_ = children
         # isinstance(type_, tuple) would be true for both: a token is a named tuple
         return _TypeNames((type_.text,) if isinstance(type_, Token) else type_, start)
 

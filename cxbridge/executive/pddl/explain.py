@@ -65,8 +65,8 @@ def _expected_hint(word: str, expected: frozenset[str]) -> str:
         if kind in expected and keyword.startswith(":")
     )
     nouns = [noun for terminal, noun in _TERMINAL_NOUNS.items() if terminal in expected]
-    permitted = [*keywords, *nouns] or ["the end of the text"]
-    return did_you_mean(word, keywords, f"expected: {', '.join(permitted)}")
+    permitted = ", ".join([*keywords, *nouns]) or "the end of the text"
+    return did_you_mean(word, keywords, f"expected: {permitted}")
 
 
 def _find_unsupported_part(path: list[Group], word: str, position: Position) -> tuple[str, Position] | None:
@@ -90,9 +90,10 @@ def _groups_around(items: tuple[Item, ...], position: Position) -> list[Group]:
     """Return the groups that enclose a position, outermost first."""
     path: list[Group] = []
     while True:
-        preceding = [item for item in items if isinstance(item, Group) and item.position < position]
-        enclosing = next((group for group in reversed(preceding) if position <= group.end), None)
-        if enclosing is None:
+        enclosing = [
+            item for item in items if isinstance(item, Group) and item.position < position <= item.end
+        ]
+        if not enclosing:
             return path
-        path.append(enclosing)
-        items = enclosing.items
+        path.append(enclosing[-1])
+        items = enclosing[-1].items

@@ -40,7 +40,7 @@ from cxbridge.executive.pddl.ast import (
     pairs_of,
 )
 from cxbridge.executive.pddl.errors import semantic_error
-from cxbridge.executive.pddl.printer import format_formula
+from cxbridge.executive.pddl.printer import format_formula, format_list
 
 SlotValue = str | tuple[str, ...]
 Warn = Callable[[PddlError], None]
@@ -63,12 +63,11 @@ class FactToAssert(Struct, frozen=True):
 
     def __str__(self) -> str:
         """Return the fact in CLIPS syntax."""
-        slots = (f"({name} {_slot_text(value)})".replace(" )", ")") for name, value in self.slots.items())
-        return f"({self.template} {' '.join(slots)})"
-
-
-def _slot_text(value: SlotValue) -> str:
-    return value if isinstance(value, str) else " ".join(value)
+        slots = (
+            format_list(name, value) if isinstance(value, str) else format_list(name, *value)
+            for name, value in self.slots.items()
+        )
+        return format_list(self.template, *slots)
 
 
 def domain_facts(

@@ -40,7 +40,6 @@ _UNKNOWN_HEADS: Final = frozenset({"<=", ">=", "imply", "assign", "scale-up", "s
 _CONNECTIVES: Final = frozenset({"and", "or", "not", "when"})
 _TIMES: Final = {("at", "start"), ("at", "end"), ("over", "all")}
 _SECTION_DEPTH: Final = 2  # (define (:section ...
-_FIRST_KEY_INDEX: Final = 2  # (:action NAME :key value ...
 
 
 def remove_text_after_actions(text: SourceText) -> None:
@@ -49,9 +48,11 @@ def remove_text_after_actions(text: SourceText) -> None:
     for index, token in enumerate(tokens):
         is_action = index and tokens[index - 1].text == "(" and token.text in _ACTIONS
         if has_action and depth == 1 and (token.text != "(" or tokens[index + 1].text not in _ACTIONS):
-            # close the domain, which ends with its last action
-            end = Token("RPAR", ")", token.start)
-            text.tokens = [*tokens[:index], end, Token(END_TERMINAL, "", token.start)]
+            text.tokens = [
+                *tokens[:index],
+                Token("RPAR", ")", token.start),  # closes the domain, which ends with its last action
+                Token(END_TERMINAL, "", token.start),
+            ]
             return
         has_action = has_action or bool(is_action and depth == _SECTION_DEPTH)
         depth += {"(": 1, ")": -1}.get(token.text, 0)
@@ -85,22 +86,17 @@ def _section_rank(head: str) -> int:
 
 def _check_action(text: SourceText, action: Group) -> None:
     order = list(_ACTION_PARTS)
-    highest_rank = 0
-    present_parts = set()
-    items = iter(action.items[_FIRST_KEY_INDEX:])
-    for key, value in zip(items, items, strict=False):  # pairs of keyword and value
-        if not isinstance(key, BracketWord):
-            continue
-        rank = order.index(key.text)
-        if rank < highest_rank:
+    _action, name, *items = action.items
+    keys = [item for item in items[::2] if isinstance(item, BracketWord)]
+    values = dict(zip(keys, items[1::2], strict=True))
+    for previous, key in pairwise(keys):
+        if order.index(key.text) < order.index(previous.text):
             raise _refusal_error(text, key.position, f"{key.text} must come earlier")
-        highest_rank = rank
-        present_parts.add(_ACTION_PARTS[key.text])
+    for key, value in values.items():
         if key.text != ":parameters":
             check_formula(text, value, is_effect=key.text == ":effect")
     for part in _REQUIRED_PARTS:
-        if part not in present_parts:
-            name = action.items[1]
+        if part not in {_ACTION_PARTS[key.text] for key in keys}:
             assert isinstance(name, BracketWord)
             raise _refusal_error(text, action.position, f"action {name.text} has no {part}")
 
@@ -110,8 +106,7 @@ def check_formula(text: SourceText, formula: Item, *, is_effect: bool = False) -
 
     :raises PddlSyntaxError: if Fawkes refuses the formula.
     """
-    if not isinstance(formula, Group):
-        return
+    assert isinstance(formula, Group)  # each formula of a valid text has brackets
     reason = _refusal_reason(formula, is_effect=is_effect)
     if reason:
         raise _refusal_error(text, formula.position, reason)
@@ -159,8 +154,9 @@ def check_keyword_case(text: SourceText) -> None:
         word = token.text
         is_keyword = word.startswith(":") or (previous.text == "(" and token.kind not in ("NAME", "VARIABLE"))
         if is_keyword and word != word.lower():
-            reason = f"'{word}' must be written '{word.lower()}'"
-            raise _refusal_error(text, text.position(token.start), reason)
+            raise _refusal_error(
+                text, text.position(token.start), f"'{word}' must be written '{word.lower()}'"
+            )
 
 
 def _filter_groups(items: Sequence[Item]) -> list[Group]:

@@ -26,23 +26,24 @@ def format_formula(formula: Formula) -> str:
 
 def format_domain(domain: Domain) -> str:
     """Return a domain as PDDL text."""
-    requirements = (f":{name}" for name in domain.requirements)
-    sections = [format_list(":requirements", *requirements)]
-    if domain.types:
-        sections.append(f"(:types {format_typed(domain.types)})")
-    if domain.constants:
-        sections.append(f"(:constants {format_typed(domain.constants)})")
-    # Fawkes' parser requires the sections :requirements and :predicates
-    sections.append(_format_declarations(":predicates", domain.predicates))
-    if domain.functions:
-        sections.append(_format_declarations(":functions", domain.functions))
-    sections += map(_format_action, domain.actions)
-    return "\n  ".join([f"(define (domain {domain.name})", *sections]) + "\n)\n"
+    sections = [
+        f"(define (domain {domain.name})",
+        # Fawkes' parser requires the sections :requirements and :predicates
+        format_list(":requirements", *(f":{name}" for name in domain.requirements)),
+        f"(:types {format_typed(domain.types)})" if domain.types else "",
+        f"(:constants {format_typed(domain.constants)})" if domain.constants else "",
+        _format_declarations(":predicates", domain.predicates),
+        _format_declarations(":functions", domain.functions) if domain.functions else "",
+        *map(_format_action, domain.actions),
+    ]
+    return "\n  ".join(filter(None, sections)) + "\n)\n"
 
 
 def _format_declarations(section: str, declarations: Iterable[Declaration]) -> str:
-    texts = (format_list(declared.name, format_typed(declared.parameters, "?")) for declared in declarations)
-    return format_list(section, *texts)
+    return format_list(
+        section,
+        *(format_list(declared.name, format_typed(declared.parameters, "?")) for declared in declarations),
+    )
 
 
 def _format_action(action: ActionSchema) -> str:
@@ -66,12 +67,14 @@ def format_list(*words: str) -> str:
 
 def format_typed(typed: TypedList, prefix: str = "") -> str:
     """Return a typed list as PDDL; ``prefix`` is ``?`` for variables."""
-    texts = []
+    words: list[str] = []
     for group in typed:
-        names = " ".join(prefix + name for name in group.names)
-        type_ = group.types[0] if len(group.types) == 1 else f"(either {' '.join(group.types)})"
-        texts.append(f"{names} - {type_}" if group.types else names)
-    return " ".join(texts)
+        words += (f"{prefix}{name}" for name in group.names)
+        if group.types:
+            words += (
+                ("-", *group.types) if len(group.types) == 1 else ("-", format_list("either", *group.types))
+            )
+    return " ".join(words)
 
 
 def format_term(term: Term) -> str:

@@ -50,13 +50,17 @@ def problem_of_facts(
         )
     )
     is_temporal = any(action.durative for action in domain.actions)
-    metric = ("minimize", FunctionTerm(TOTAL_TIME, ())) if is_temporal else None
-    initial_numbers = tuple(
-        (FunctionTerm(function, tuple(map(Constant, arguments))), value)
-        for (function, arguments), value in numbers
-    )
     problem = Problem(
-        name, domain.name, typed_objects, atoms, numbers=initial_numbers, goal=goal, metric=metric
+        name,
+        domain.name,
+        typed_objects,
+        atoms,
+        numbers=tuple(
+            (FunctionTerm(function, tuple(map(Constant, arguments))), value)
+            for (function, arguments), value in numbers
+        ),
+        goal=goal,
+        metric=("minimize", FunctionTerm(TOTAL_TIME, ())) if is_temporal else None,
     )
     check_problem(domain, problem)
     return problem

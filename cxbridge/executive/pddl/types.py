@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator
 from itertools import product
 
-from cxbridge.executive.pddl.ast import ROOT_TYPE, Binding, TypedList, pairs_of
+from cxbridge.executive.pddl.ast import ROOT_TYPE, Binding, TypedList, names_of, pairs_of
 
 ObjectsOf = Callable[[tuple[str, ...]], Collection[str]]
 """Returns the objects that belong to one of the types; without types all objects."""
@@ -35,7 +35,6 @@ class TypeHierarchy:
 
 def extended_bindings(variables: TypedList, binding: Binding, objects_of: ObjectsOf) -> Iterator[Binding]:
     """Yield ``binding`` extended by each choice of objects for the variables."""
-    names = [name for group in variables for name in group.names]
     object_choices = [objects_of(group.types) for group in variables for _ in group.names]
     for choice in product(*object_choices):
-        yield {**binding, **dict(zip(names, choice, strict=True))}
+        yield {**binding, **dict(zip(names_of(variables), choice, strict=True))}

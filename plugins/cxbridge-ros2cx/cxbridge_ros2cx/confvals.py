@@ -46,16 +46,13 @@ class ParametersFeature(Feature):
             return
         for parameter in self._config.walk(EXECUTIVE_TREE):
             path = f"/{EXECUTIVE_NODE}{parameter.path.removeprefix(EXECUTIVE_TREE)}"
-            slots = _make_confval_slots(parameter)
-            if slots is not None:
-                env.assert_fact("confval", {"path": path, **slots})
+            if not parameter.is_list or parameter.items:  # an empty list gets no fact
+                env.assert_fact("confval", {"path": path, **_make_confval_slots(parameter)})
 
 
-def _make_confval_slots(parameter: ConfigValue) -> dict[str, Value] | None:
-    """Return the slots of a parameter except its path; None for an empty list, which gets no fact."""
+def _make_confval_slots(parameter: ConfigValue) -> dict[str, Value]:
+    """Return the slots of a parameter except its path."""
     if parameter.is_list:
-        if not parameter.items:
-            return None
         return {"type": Symbol("STRING"), "is-list": TRUE, "list-value": tuple(parameter.items)}
     type_name = find_scalar_type(parameter.text)
     # within a list of maps each value except TRUE and FALSE is a string

@@ -125,8 +125,8 @@ class _PlanSys2Functions(PlanningFunctions):
         except CxbridgeError as error:
             self._log.error(f"Cannot assert the plan {arguments.plan_id}: {error}")
             self._assert_feedback(arguments, "PLAN-FAILED")
-            return
-        self._assert_feedback(arguments, "PLANNED")
+        else:
+            self._assert_feedback(arguments, "PLANNED")
 
     def _assert_feedback(self, arguments: _PlanArguments, status: str) -> None:
         self.env.assert_fact(

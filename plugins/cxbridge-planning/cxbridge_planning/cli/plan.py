@@ -39,15 +39,6 @@ class _PlannerOptions:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class _ReadingOptions:
-    """The option for reading the domain."""
-
-    strict: Annotated[
-        str, typer.Option(metavar="fawkes", help="Read the domain as Fawkes' parser does (docs/planning.md).")
-    ] = ""
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class _ResultOptions:
     """The options for the output of the result."""
 
@@ -62,7 +53,6 @@ class _ResultOptions:
 def plan(
     planning: _PlannerOptions,
     results: _ResultOptions,
-    reading: _ReadingOptions,
     domain_file: Annotated[
         Path | None, typer.Argument(metavar="DOMAIN", help="The file with the PDDL domain.")
     ] = None,
@@ -72,6 +62,9 @@ def plan(
     validate: Annotated[
         Path | None, typer.Option(metavar="PLAN", help="Check this plan instead of making one.")
     ] = None,
+    strict: Annotated[
+        str, typer.Option(metavar="fawkes", help="Read the domain as Fawkes' parser does (docs/planning.md).")
+    ] = "",
     list_planners: Annotated[bool, typer.Option("--list", help="List the planners and stop.")] = False,
 ) -> int:
     """Make a plan for a PDDL problem, and print one step per line.
@@ -86,9 +79,9 @@ def plan(
         return 0
     if domain_file is None or problem_file is None:
         raise CxbridgeError("domain and problem are missing", hint="cxbridge plan domain.pddl problem.pddl")
-    if reading.strict not in ("", "fawkes"):
-        raise CxbridgeError(f"--strict {reading.strict} is unknown", hint="write --strict fawkes")
-    as_fawkes = reading.strict == "fawkes"
+    if strict not in ("", "fawkes"):
+        raise CxbridgeError(f"--strict {strict} is unknown", hint="write --strict fawkes")
+    as_fawkes = strict == "fawkes"
     if validate is not None:
         return _validate_plan(
             *_read_files(domain_file, problem_file, as_fawkes=as_fawkes), validate, as_json=results.as_json
@@ -139,8 +132,7 @@ def _make_plan(
         domain, problem = _read_files(domain_file, problem_file, as_fawkes=as_fawkes)
         # called for its errors only: an unsupported problem is bad input, not a failure of the planner
         choose_planners(planning.planner, domain, problem, options)
-        request = PlanRequest(domain, problem, planning.planner, options, planning.timeout)
-        return service.plan(request)
+        return service.plan(PlanRequest(domain, problem, planning.planner, options, planning.timeout))
 
 
 def _validate_plan(domain: Domain, problem: Problem, plan_file: Path, *, as_json: bool) -> int:
@@ -174,20 +166,20 @@ def _parse_options(texts: Iterable[str]) -> dict[str, str]:
 def _print_planners(*, as_json: bool) -> None:
     from cxbridge_planning.registry import make_planner, planner_names
 
-    rows = [(name, make_planner(name)) for name in planner_names()]
+    planners = [(name, make_planner(name)) for name in planner_names()]
     if as_json:
-        planners = [
+        properties = [
             {
                 "name": name,
                 "installed": not planner.not_installed,
                 "understands": sorted(need.value for need in planner.understands),
             }
-            for name, planner in rows
+            for name, planner in planners
         ]
-        say_json(planners, indent=2)
-        return
-    for name, planner in rows:
-        say(f"{name:14}  {planner.not_installed or 'installed'}")
+        say_json(properties, indent=2)
+    else:
+        for name, planner in planners:
+            say(f"{name:14}  {planner.not_installed or 'installed'}")
 
 
 def _result_to_json(result: PlanResult) -> dict[str, object]:

@@ -141,8 +141,10 @@ class CommandPlanner(EnginePlanner):
             return tuple(self._parse_steps(text.split(program.plan_heading, 1)[1], names))
         if program.unsolvable_output.search(text):
             return None
-        excerpt = " ".join(text.split())[-_MAX_EXCERPT:]
-        raise PlanningError(f"{self.name} ended with exit status {status} and without a plan: {excerpt}")
+        raise PlanningError(
+            f"{self.name} ended with exit status {status} and without a plan: "
+            + " ".join(text.split())[-_MAX_EXCERPT:]
+        )
 
     def _parse_steps(self, output: str, names: PlanNames) -> Iterator[PlannedAction]:
         assert self._program.step

@@ -22,8 +22,11 @@ class PlanningPlugins(Component):
 
     def __init__(self, context: Run) -> None:
         paths, config, store = context.paths, context.config, robot_memory(context).open()
-        writes_to_disk = config.get_bool("/planner/write-problem", default=False)
-        files = ProblemFiles(paths.substitutions, paths.confdir, writes_to_disk=writes_to_disk)
+        files = ProblemFiles(
+            paths.substitutions,
+            paths.confdir,
+            writes_to_disk=config.get_bool("/planner/write-problem", default=False),
+        )
         self._generator = PddlRobotMemory(context.board, context.bus, config, store, files)
         try:
             service = service_maker(context, PlannerSettings.from_config(config))(context.name)

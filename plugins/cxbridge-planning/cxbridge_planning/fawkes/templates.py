@@ -54,8 +54,7 @@ class ProblemTemplate:
     """
 
     def __init__(self, text: str, file: str = "") -> None:
-        self._file = file
-        self._text = text
+        self._text, self._file = text, file
         self.queries: dict[str, dict[str, Any]] = {}
         self.warnings: list[str] = []
         self._root = self._parse()

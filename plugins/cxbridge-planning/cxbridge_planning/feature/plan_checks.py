@@ -15,7 +15,6 @@ from typing import Final
 
 from msgspec.structs import replace
 
-from cxbridge.errors import PddlError
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 from cxbridge.executive.pddl.ast import Domain, Problem, TypedNames, names_of
@@ -91,8 +90,7 @@ class PlanChecks:
         self._plans[plan_id] = _CheckedPlan(
             request.domain, request.problem, object_names, self._change_counts.total()
         )
-        slots: dict[str, Value] = {"plan-id": Symbol(plan_id), "goal-id": Symbol(goal_id)}
-        self._env.assert_fact(PLAN_VALID, slots)
+        self._env.assert_fact(PLAN_VALID, {"plan-id": Symbol(plan_id), "goal-id": Symbol(goal_id)})
 
     def refresh(self) -> None:
         """Check the plans after changes of facts; drop the plans without a fact ``plan-valid``."""
@@ -145,24 +143,22 @@ class PlanChecks:
             known_objects = objects.of_types(())
             facts = [fact for fact in facts if all(name in known_objects for name in fact[1])]
         state = WorldState(frozenset(facts), numbers)
-        try:
-            result = check_plan(domain, plan.problem, pending, state=state, running=running, objects=objects)
-        except PddlError as error:
-            return str(error)
-        return result.failure
+        return check_plan(
+            domain, plan.problem, pending, state=state, running=running, objects=objects
+        ).failure
 
     def _objects(self, plan: _CheckedPlan) -> ObjectTable:
         """Return the present objects, cached until their facts change."""
         change_count = self._change_counts[INSTANCE]
         if plan.objects_at_change is None or plan.objects_at_change[0] != change_count:
             constants = set(names_of(plan.domain.constants))
-            groups = [
+            groups = tuple(
                 TypedNames((name,), (type_,))
                 for name, type_ in dict.fromkeys(objects_in(self._env))
                 if name not in constants and (plan.object_names is None or name in plan.object_names)
-            ]
-            problem = replace(plan.problem, objects=tuple(groups))
-            plan.objects_at_change = (change_count, ObjectTable(plan.domain, problem))
+            )
+            table = ObjectTable(plan.domain, replace(plan.problem, objects=groups))
+            plan.objects_at_change = (change_count, table)
         return plan.objects_at_change[1]
 
     def _record_failure(self, plan_id: str, failure: str) -> None:
@@ -173,23 +169,24 @@ class PlanChecks:
             if failure:
                 self._warn(f"plan '{plan_id}' is no longer valid: {failure}")
             self._env.retract(index)
-            valid = FALSE if failure else TRUE
-            self._env.assert_fact(PLAN_VALID, {**slots, "valid": valid, "message": failure})
+            self._env.assert_fact(
+                PLAN_VALID, {**slots, "valid": FALSE if failure else TRUE, "message": failure}
+            )
 
 
 def _action_number(slots: Mapping[str, Value]) -> int:
-    value = slots["id"]
-    return value if isinstance(value, int) else 0
+    number = slots["id"]
+    return number if isinstance(number, int) else 0  # rules may store any value
 
 
 def _planned_action(slots: Mapping[str, Value]) -> PlannedAction:
     """Return the action of a fact ``plan-action``."""
     start, duration, values = slots["dispatch-time"], slots["duration"], slots["param-values"]
     assert isinstance(values, tuple)
-    timed = isinstance(start, float) and start >= 0.0  # the core's default is -1.0
+    is_timed = isinstance(start, float) and start >= 0.0  # the core's default is -1.0
     return PlannedAction(
         str(slots["action-name"]),
         tuple(map(str, values)),
-        float(start) if timed and isinstance(start, float) else None,
-        float(duration) if timed and isinstance(duration, float) else None,
+        start if is_timed and isinstance(start, float) else None,
+        duration if is_timed and isinstance(duration, float) else None,
     )

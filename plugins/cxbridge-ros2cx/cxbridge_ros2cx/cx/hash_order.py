@@ -33,11 +33,9 @@ def order_by_hash(names: Iterable[str]) -> tuple[str, ...]:
 
 def _insert(order: list[str], name: str, bucket_count: int) -> None:
     """Insert a name before the names of its bucket, or at the front if the bucket is empty."""
+    buckets = [hash_string(placed_name) % bucket_count for placed_name in order]
     bucket = hash_string(name) % bucket_count
-    indices = (
-        index for index, placed_name in enumerate(order) if hash_string(placed_name) % bucket_count == bucket
-    )
-    order.insert(next(indices, 0), name)
+    order.insert(buckets.index(bucket) if bucket in buckets else 0, name)
 
 
 def hash_string(text: str) -> int:

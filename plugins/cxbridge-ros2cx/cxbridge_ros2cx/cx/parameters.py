@@ -112,18 +112,19 @@ class NodeParameters:
         :raises ConfigError: if the parameter is not a list of strings.
         """
         parameter = self._parameters.get(name)
-        if parameter is None:
-            return ()
-        values = parameter.value
+        values = () if parameter is None else parameter.value
         if not isinstance(values, tuple) or not all(isinstance(value, str) for value in values):
             raise self.make_error(name, f"must be a list of strings, not {_describe_value(values)}")
         return tuple(map(str, values))
 
     def make_error(self, name: str, fault: str, hint: str | None = None) -> ConfigError:
         """Return an error about a parameter, with its position."""
+        return self.find_mark(name).error(f"the parameter '{name}' {fault}", hint)
+
+    def find_mark(self, name: str) -> Mark:
+        """Return the position of a parameter; without such a parameter, the file."""
         parameter = self._parameters.get(name)
-        mark = Mark(str(self.file)) if parameter is None else parameter.mark
-        return mark.error(f"the parameter '{name}' {fault}", hint)
+        return Mark(str(self.file)) if parameter is None else parameter.mark
 
 
 def _find_sections(node: YamlNode, path: str) -> Iterator[tuple[str, YamlMap]]:

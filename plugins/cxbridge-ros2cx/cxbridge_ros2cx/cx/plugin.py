@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Final
 
 from msgspec import Struct
 
-from cxbridge.errors import ClipsError, ConfigError, CxbridgeError
+from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.host.values import FALSE
 from cxbridge.suggestions import did_you_mean
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.values import Value
     from cxbridge_protobuf.connections import MakeConnections
     from cxbridge_ros2cx.cx.packages import Packages
-    from cxbridge_ros2cx.cx.parameters import NodeParameters, Parameter
+    from cxbridge_ros2cx.cx.parameters import NodeParameters
     from cxbridge_ros2cx.cx.ros.node import RosNode
     from cxbridge_ros2cx.cx.stock import StockEnvironment
 
@@ -159,14 +159,11 @@ def read_class_name(plugin: str, parameters: NodeParameters) -> str:
     :raises ConfigError: if the parameters name no class.
     """
     name = f"{plugin}.plugin"
-    parameter: Parameter | None = parameters.find(name)
     text = parameters.get(name, "")
-    if parameter is None or not text:
-        raise ConfigError(
+    if not text:
+        raise parameters.find_mark(name).error(
             f"the plug-in '{plugin}' has no class: there is no parameter '{name}'",
-            file=parameters.file,
-            line=parameter.mark.line if parameter else None,
-            hint=f'write below {plugin}: plugin: "cx::..."',
+            f'write below {plugin}: plugin: "cx::..."',
         )
     return text
 

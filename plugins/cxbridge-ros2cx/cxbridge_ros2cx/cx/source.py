@@ -6,8 +6,8 @@ the node's context and manager, and lets the plug-ins load the files.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import cached_property
+from collections.abc import Sequence
+from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,9 +39,8 @@ if TYPE_CHECKING:
     from cxbridge.executive.feature import Feature, LazyFeature
     from cxbridge.executive.manager import EnvironmentManager
     from cxbridge.run.agent import Run
-    from cxbridge_protobuf.connections import Connections, MakeConnections
+    from cxbridge_protobuf.connections import MakeConnections
     from cxbridge_protobuf.local import LocalNetwork
-    from cxbridge_protobuf.types import MessageTypes
 
 # package and file that exist since pull request 33 of carologistics/clips_executive (June 2026)
 _FILE_SINCE_2026 = ("cx_msgs", "srv/ClipsCommand.srv")
@@ -107,10 +106,9 @@ class CxSource(Source):
     def read_configuration(self, file: Path) -> Configuration:
         """Return a configuration with the environment names."""
         config = Configuration()
-        spec = file.stem
-        config.set(f"{_EXECUTIVE_TREE}/spec", spec)
+        config.set(f"{_EXECUTIVE_TREE}/spec", file.stem)
         config.set(
-            f"{_EXECUTIVE_TREE}/specs/{spec}/parameters/{ENVIRONMENTS}",
+            f"{_EXECUTIVE_TREE}/specs/{file.stem}/parameters/{ENVIRONMENTS}",
             self.parameters.get_strings(ENVIRONMENTS),
         )
         return config
@@ -152,16 +150,20 @@ class CxSource(Source):
         environment: type[ClipsEnvironment],
     ) -> EnvironmentManager:
         parameters, packages = self.parameters, self.packages
-        rights = read_rights(context.config, "none")
-        ros = RosNode(parameters.name, packages, context.clock, context.bus.logger, rights)
-        node_context = NodeContext(parameters, packages, context.clock, context.bus, ros)
-        node_context.has_2026_changes = packages.has_file(*_FILE_SINCE_2026)
+        rights, is_inspection = read_rights(context.config, "none"), environment is not ClipsEnvironment
+        node_context = NodeContext(
+            parameters,
+            packages,
+            context.clock,
+            context.bus,
+            RosNode(parameters.name, packages, context.clock, context.bus.logger, rights),
+            has_2026_changes=packages.has_file(*_FILE_SINCE_2026),
+            is_inspection=is_inspection,
+        )
         if context.clock.is_virtual:
             node_context.connections = (
                 context.additions.values.get(CONNECTIONS_KEY) or _make_local_connections()
             )
-        node_context.is_inspection = environment is not ClipsEnvironment
-        is_inspection = node_context.is_inspection
         manager = CxManager(
             node_context,
             None if is_inspection else self.options.option("log_dir"),
@@ -177,8 +179,12 @@ class CxSource(Source):
     def loaded_files(self, manager: EnvironmentManager) -> list[LoadedFile] | None:
         """Return the files that the plug-ins of all environments load."""
         assert isinstance(manager, CxManager)
-        plugins = (plugin for plugin in manager.plugins.values() if isinstance(plugin, FileLoadPlugin))
-        return [file for plugin in plugins for file in plugin.loaded_files()]
+        return [
+            file
+            for plugin in manager.plugins.values()
+            if isinstance(plugin, FileLoadPlugin)
+            for file in plugin.loaded_files()
+        ]
 
     def make_executive(
         self, context: Run, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles
@@ -192,13 +198,11 @@ class CxSource(Source):
 
 def _make_local_connections() -> MakeConnections:
     """Return a factory of protobuf connections within this process, all in one network."""
-    network: list[LocalNetwork] = []  # empty before the first connection
 
-    def join(types: MessageTypes, now_us: Callable[[], int]) -> Connections:
+    @cache
+    def make_network() -> LocalNetwork:
         from cxbridge_protobuf.local import LocalNetwork  # noqa: PLC0415 - for agents with protobuf
 
-        if not network:
-            network.append(LocalNetwork())
-        return network[0].join(types, now_us)
+        return LocalNetwork()
 
-    return join
+    return lambda types, now_us: make_network().join(types, now_us)

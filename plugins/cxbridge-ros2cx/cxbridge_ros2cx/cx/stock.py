@@ -82,7 +82,7 @@ class StockEnvironment(ClipsEnvironment):
             ("exit", self._exit, 0, 1, "*"),
             ("clear", self._clear, 0, 0, "*"),
             ("load*", self._load_star, 1, 1, "*;sy"),
-            ("batch*", self._batch_star, 1, 1, "*;sy"),
+            ("batch*", self.batch, 1, 1, "*;sy"),
         ):
             EXTRA_FUNCTIONS.RemoveUDF(self.c_env, encode(name))
             self.define(name, function, minimum, maximum, types)
@@ -145,9 +145,6 @@ class StockEnvironment(ClipsEnvironment):
     def _load_star(self, file: str) -> Value:
         with self._mark_reading(Path(file)):
             return bool(lib.Load(self.c_env, encode(file)) == lib.LE_NO_ERROR)
-
-    def _batch_star(self, file: str) -> Value:
-        return self.batch(Path(file))
 
     def eval(self, expression: str) -> Value:
         """Evaluate an expression and return its value.

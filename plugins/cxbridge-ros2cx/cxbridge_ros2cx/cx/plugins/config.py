@@ -51,15 +51,12 @@ class ConfigPlugin(CxPlugin):
         """Assert a fact for each value below a prefix of a YAML file."""
         path, segments = self.split_prefix(prefix)
         try:
-            data = file.read_bytes()
+            # as in the ROS 2 CX, only the first document of the file counts
+            documents = parse_documents(file.read_bytes(), str(file))[:1]
+            for slots in self.make_slots(_find_node(documents, segments, str(file)), path):
+                env.assert_fact("confval", slots)
         except OSError as error:
             self.log.error(str(ConfigError(f"cannot read the file: {error.strerror}", file=file)))
-            return
-        try:
-            # as in the ROS 2 CX, only the first document of the file counts
-            node = _find_node(parse_documents(data, str(file))[:1], segments, str(file))
-            for slots in self.make_slots(node, path):
-                env.assert_fact("confval", slots)
         except ConfigError as error:
             self.log.error(str(error))
 
@@ -92,10 +89,10 @@ def _find_node(roots: list[YamlNode], segments: list[str], file: str) -> YamlNod
     node = roots[0] if roots else None
     for segment in segments:
         pairs = node.pairs if isinstance(node, YamlMap) else []
-        matches = [value for key, value in pairs if isinstance(key, YamlScalar) and key.text == segment]
-        if not matches:
+        values = {key.text: value for key, value in pairs if isinstance(key, YamlScalar)}
+        if segment not in values:
             raise ConfigError(f"Segment '{segment}' not found in YAML file.", file=file)
-        node = matches[-1]
+        node = values[segment]
     return node
 
 
@@ -110,9 +107,9 @@ def _make_map_slots(node: YamlNode | None, path: str, *, is_in_list: bool = Fals
         elif value.is_null:
             raise value.mark.error("NULL YAML KEY")  # the text of the ROS 2 CX, in spite of a null value
         else:
-            slots = _make_scalar_slots(value)
             # as in the ROS 2 CX, within a list the value is a STRING, but the type is the type of the scalar
-            yield {"path": f"{path}/{name}", **slots, **({"value": value.text} if is_in_list else {})}
+            text_slot: Slots = {"value": value.text} if is_in_list else {}
+            yield {"path": f"{path}/{name}", **_make_scalar_slots(value), **text_slot}
 
 
 def _make_list_slots(node: YamlList, path: str) -> Iterator[Slots]:
@@ -121,8 +118,7 @@ def _make_list_slots(node: YamlList, path: str) -> Iterator[Slots]:
     if scalars:
         yield {"path": path, "type": Symbol("STRING"), "is-list": TRUE, "list-value": scalars}
     # as in the ROS 2 CX, an index counts maps and lists, but no scalars
-    nested = [item for item in node.items if not isinstance(item, YamlScalar)]
-    for index, item in enumerate(nested):
+    for index, item in enumerate(item for item in node.items if not isinstance(item, YamlScalar)):
         if isinstance(item, YamlList):
             yield from _make_list_slots(item, f"{path}/{index}")
         else:

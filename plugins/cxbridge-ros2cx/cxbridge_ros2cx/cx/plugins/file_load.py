@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cxbridge.config.documents import Mark
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.values import Symbol
 from cxbridge.run.source import LoadedFile
@@ -58,8 +57,7 @@ class FileLoadPlugin(CxPlugin):
         """Return the files that are loaded or executed, including the clean-up files."""
         loaded_files = []
         for parameter_name, files in self._files.items():
-            parameter = self.parameters.find(self.parameter(parameter_name))
-            mark = Mark(str(self.parameters.file)) if parameter is None else parameter.mark
+            mark = self.parameters.find_mark(self.parameter(parameter_name))
             loaded_files += [LoadedFile(file, parameter_name != "load", mark) for file in files]
         return loaded_files
 
