@@ -61,7 +61,6 @@ def _read_node_template(name: str, parameter_file: Path, package_folder: Path | 
     # an invalid agent is an error before any file of the project is written
     options.check()
     source_of(options).load_configuration()
-    arguments = [str(parameter_file), *(("--ros2cx", str(package_folder)) if package_folder else ())]
     replacements = {
         "@NAME@": name,
         "@PARAMS@": str(parameter_file),
@@ -69,6 +68,8 @@ def _read_node_template(name: str, parameter_file: Path, package_folder: Path | 
         "@PARAMS_TEXT@": json.dumps(str(parameter_file)),
         "@DIR_TEXT@": json.dumps(str(package_folder or "")),
         "@DIR_JSON@": json.dumps(package_folder and str(package_folder)),
-        "@ARGUMENTS@": shlex.join(arguments),
+        "@ARGUMENTS@": shlex.join(
+            (str(parameter_file), *(("--ros2cx", str(package_folder)) if package_folder else ()))
+        ),
     }
     return read_template(_TEMPLATES / "node", replacements)

@@ -152,8 +152,15 @@ class _EnvironmentSkills:
             if skills is not None and action is not None:
                 skills.check_timeout(action)
             status, error = call.feedback
-            slots = {"skill-id": Symbol(call.skill_id), "agent-id": call.agent}
-            self._env.assert_fact(_FEEDBACK_TEMPLATE, {**slots, "status": Symbol(status), "error": error})
+            self._env.assert_fact(
+                _FEEDBACK_TEMPLATE,
+                {
+                    "skill-id": Symbol(call.skill_id),
+                    "agent-id": call.agent,
+                    "status": Symbol(status),
+                    "error": error,
+                },
+            )
             is_unsensed = skills is not None and action is not None and skills.lacks_sensors(action.executor)
             if is_unsensed and status == "S_FINAL":
                 # before the rules run: at the end of a skill they retract the fact that connects the skill

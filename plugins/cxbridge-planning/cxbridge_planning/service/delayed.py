@@ -40,6 +40,5 @@ class DelayedCall(PlanCall):
 
     def cancel(self) -> None:
         if self.result is None:
-            planner = self.request.planner
-            self._result = PlanResult(PlanStatus.CANCELLED, planner, message=CANCELLED_TEXT)
+            self._result = PlanResult(PlanStatus.CANCELLED, self.request.planner, message=CANCELLED_TEXT)
             self._call.cancel()

@@ -77,8 +77,11 @@ class CxNode(Executive):
                 DEACTIVATE: self.deactivate,
                 SHUTDOWN: self._shut_down,
             }
-            state = LifecycleState.ACTIVE if self._is_active else LifecycleState.UNCONFIGURED
-            self._services = NodeServices(self.manager, transitions, state)
+            self._services = NodeServices(
+                self.manager,
+                transitions,
+                LifecycleState.ACTIVE if self._is_active else LifecycleState.UNCONFIGURED,
+            )
 
     def activate(self) -> bool:
         """Load the plug-ins of each environment, then reset and run each environment."""

@@ -183,8 +183,7 @@ class Packages:
         return None if prefix is None else prefix.find_share_folder(package)
 
     def find_proto_files(self, class_name: str) -> list[Path]:
-        files_of_prefixes = (prefix.find_proto_files(class_name) for prefix in self.prefixes)
-        return next(filter(None, files_of_prefixes), [])
+        return next(filter(None, (prefix.find_proto_files(class_name) for prefix in self.prefixes)), [])
 
     def has_file(self, package: str, name: str) -> bool:
         prefix = self.prefix_by_package.get(package)
@@ -193,8 +192,11 @@ class Packages:
     @property
     def definition_folders(self) -> list[Path]:
         """The folders with message definitions; earlier folders hide later ones."""
-        trees = (prefix.root if isinstance(prefix, SourceTree) else prefix.path for prefix in self.prefixes)
-        return [folder for folder in trees if folder.is_dir()]
+        return [
+            folder
+            for prefix in self.prefixes
+            if (folder := prefix.root if isinstance(prefix, SourceTree) else prefix.path).is_dir()
+        ]
 
 
 def _read_option(command: CMakeCommand, name: str) -> str:

@@ -98,8 +98,13 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
             is_over, outcome = result["info"] == _DONE_INFO, _OUTCOMES.get(result["info"], "")
             if not is_over:
                 self._decision = self.agent.next_decision()
-        step_info = self._make_step_info(outcome)
-        return self._encode_observation(), float(result["reward"]), is_over, False, step_info
+        return (
+            self._encode_observation(),
+            float(result["reward"]),
+            is_over,
+            False,
+            self._make_step_info(outcome),
+        )
 
     def action_masks(self) -> NDArray[np.int8]:
         """Return 1 for each action that the free robot can execute; ``no-op`` if there are none."""

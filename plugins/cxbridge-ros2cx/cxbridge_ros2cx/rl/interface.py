@@ -176,8 +176,8 @@ class LearningAgent(Closing):
 
     def _find_mode(self) -> str | None:
         """Return TRAINING once the agent knows this mode of the learner."""
-        nodes = self._env.columns("cx-rl-node", "name", "mode")
-        return "TRAINING" if (self._name, "TRAINING") in map(tuple, nodes) else None
+        modes = map(tuple, self._env.columns("cx-rl-node", "name", "mode"))
+        return "TRAINING" if (self._name, "TRAINING") in modes else None
 
     # --- services and goals -------------------------------------------------------------------------------
 
@@ -250,8 +250,8 @@ class LearningAgent(Closing):
                     )
                     objects[type_name] = [text for text in response["objects"] if text != _NO_OBJECTS_TEXT]
             if parameters:
-                argument_tuples = product(*(objects[type_name] for type_name in parameters))
-                yield from (format_grounding(name, arguments) for arguments in argument_tuples)
+                for arguments in product(*(objects[type_name] for type_name in parameters)):
+                    yield format_grounding(name, arguments)
 
     def observations(self) -> Iterable[str]:
         """Yield the names of the current observations."""
@@ -268,13 +268,14 @@ class LearningAgent(Closing):
         spaces = self._env.columns("rl-current-action-space", "node", "state")
         if (self._name, "DONE") not in map(tuple, spaces):
             return None
-        slots = ("node", "assigned-to", "is-selected", "id", "name", "params")
         robots = self._env.columns("rl-robot", "node", "waiting", "name")
         waiting_robots = {
             name for node, is_waiting, name in robots if node == self._name and is_waiting == "TRUE"
         }
         actions_of_robots: dict[str, dict[str, str]] = {}
-        for node, robot, is_selected, action_id, name, parameters in self._env.columns("rl-action", *slots):
+        for node, robot, is_selected, action_id, name, parameters in self._env.columns(
+            "rl-action", "node", "assigned-to", "is-selected", "id", "name", "params"
+        ):
             if node == self._name and robot in waiting_robots and is_selected == "FALSE":
                 actions_of_robots.setdefault(str(robot), {})[format_grounding(name, parameters)] = str(
                     action_id

@@ -3,25 +3,19 @@
 from __future__ import annotations
 
 import shutil
-from typing import Any
 
 import pytest
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import VirtualClock
 from cxbridge.config import Configuration
-from cxbridge.events import EventBus
+from cxbridge.events import EventBus, Level
 from cxbridge.executive.host.values import TRUE
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
 from cxbridge.interfaces import InterfaceRegistry
-from cxbridge.mainloop import Hook
-from cxbridge.run import run_scenario
-from cxbridge.run.agent import Run
-from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge_ros2cx.features import make_features
 from cxbridge_ros2cx.parameters import FeatureEntry
 from tests.executive.conftest import Log
-from tests.support import ROS2CX_DIR, needs_ros2cx
 
 TEMPLATES = """
 (deftemplate blackboard-interface (slot id) (slot type) (slot uid) (slot writing))
@@ -78,55 +72,11 @@ def test_a_fact_lives_for_one_run_of_the_rules(bench):
         assert bench.facts("TestInterface") == []
 
 
-AGENT = """
-(defrule mine-open (executive-initialized) (ff-feature-loaded blackboard)
-  =>
-  (blackboard-preload "Position3DInterface")
-  (blackboard-open "TestInterface" "T")
-  (blackboard-get-info)
-  (blackboard-enable-time-read))
-"""
-
-
-@needs_ros2cx
-def test_an_agent_of_the_original_asks_for_it(tmp_path):
-    """The unchanged checkout, but for a line of its parameters that names the plugin."""
-    assert ROS2CX_DIR is not None
-    checkout = tmp_path / "checkout"
-    for package in ROS2CX_DIR.iterdir():
-        if package.is_dir() and package.name != ".git":
-            shutil.copytree(package, checkout / package.name)
-    parameters = checkout / "cx_bringup" / "params"
-    features = (parameters / "cx_params.yaml").read_text()
-    features = features.replace('"skill_execution"]', '"skill_execution", "blackboard"]')
-    features = features.replace(
-        "    mock_feature:\n", '    blackboard: {plugin: "cx::BlackboardFeature"}\n    mock_feature:\n'
-    )
-    (parameters / "cx_params.yaml").write_text(features)
-    (tmp_path / "mine.clp").write_text(AGENT)
-    (tmp_path / "mine.yaml").write_text(
-        "clips-executive: {specs: {mine: {init: {stage-1: [{name: blackboard}], "
-        "stage-3: [{name: mine, file: mine.clp}]}}}}\n"
-    )
-    options = options_from_keywords(
-        None,
-        ros2cx=checkout,
-        spec="mine",
-        config=tmp_path / "mine.yaml",
-        clips_dirs=(tmp_path,),
-        timeout=3.0,
-    )
-    seen: dict[str, Any] = {}
-
-    def attach(agent: Run) -> None:
-        def look() -> None:
-            env = agent.executive.env
-            if env.has_template("TestInterface"):
-                seen["preloaded"] = env.has_template("Position3DInterface")
-                seen["opened"] = [slots["uid"] for _, _, slots in env.facts("blackboard-interface")]
-                seen["faults"] = list(env.faults)
-
-        agent.loop.add(Hook.POST_LOOP, look)
-
-    run_scenario(options, None, attach)
-    assert seen == {"preloaded": True, "opened": ["TestInterface::T"], "faults": []}
+def test_the_functions_that_differ_from_fawkes(bench):
+    bench.env.eval('(blackboard-preload "Position3DInterface")')
+    bench.env.eval('(blackboard-open "TestInterface" "T")')
+    bench.env.eval("(blackboard-get-info)")
+    bench.env.eval("(blackboard-enable-time-read)")
+    assert bench.env.has_template("Position3DInterface")
+    assert [fact["type"] for fact in bench.facts("blackboard-interface-info")] == ["TestInterface"]
+    assert bench.log.texts(Level.ERROR) == []

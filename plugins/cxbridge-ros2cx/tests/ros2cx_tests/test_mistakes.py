@@ -9,12 +9,10 @@ from typing import Any
 
 import pytest
 
-from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge.run import run_scenario
 from cxbridge.run.agent import Run
 from cxbridge.run.program.plain_options import options_from_keywords
-from cxbridge_ros2cx.confvals import ParametersFeature
 from tests.support import ROS2CX_DIR, needs_ros2cx
 
 pytestmark = needs_ros2cx
@@ -79,11 +77,6 @@ def test_a_feature_that_cannot_be_had(checkout, name):
 def test_a_feature_that_is_named_twice(checkout):
     change(checkout, '["plansys2"', '["plansys2", "plansys2"', FEATURES)
     assert re.search(rf"{FEATURES}:4.*'plansys2' is listed twice", complaint(checkout))
-
-
-def test_a_plugin_that_is_unknown_has_file_and_line(checkout):
-    change(checkout, "cx::Plansys2Feature", "cx::Plansys3Feature", FEATURES)
-    assert re.search(rf"{FEATURES}:9.*no plugin 'cx::Plansys3Feature'", complaint(checkout))
 
 
 def test_a_file_that_no_folder_has(checkout):
@@ -180,15 +173,6 @@ def test_an_executor_that_takes_no_steps_fails_its_action_at_once(tmp_path):
     assert result.run_seconds < 5
 
 
-def test_feature_request_false_is_a_symbol():
-    """The original makes a string of it, which its init.clp takes for neither TRUE nor FALSE."""
-    config = Configuration.from_text(
-        "clips-executive: {specs: {a: {init: {stage-1: [{name: x, feature-request: false}]}}}}"
-    )
-    values = confvals(ParametersFeature(config))
-    assert values["/clips_executive/specs/a/init/stage-1/0/feature-request"] == "FALSE"
-
-
 @pytest.mark.parametrize(
     ("old", "new", "after"),
     [
@@ -201,28 +185,3 @@ def test_a_key_that_is_never_read(checkout, old, new, after):
     assert complaint(checkout) == ""
     change(checkout, f"{old}:", f"{new}:", after=after)
     assert re.search(rf"{EXECUTIVE}:\d+: '{new}' is never read; did you mean {old}", complaint(checkout))
-
-
-def confvals(feature: ParametersFeature) -> dict[str, str]:
-    """The values of all parameters, as CLIPS writes them."""
-    from cxbridge.clock import VirtualClock
-    from cxbridge.events import EventBus
-    from cxbridge.executive.manager import EnvironmentManager
-
-    manager = EnvironmentManager(EventBus(VirtualClock()), [feature])
-    try:
-        env = manager.create("executive")
-        assert ROS2CX_DIR is not None
-        env.call("path-add", f"{ROS2CX_DIR}/cx_clips/src/cx_clips/clips/")
-        manager.request("executive", feature.name)
-        env.call("config-load", "/clips_executive")
-        return {
-            str(slots["path"]): str(env.eval(f"(implode$ (create$ {index}))") and _value(slots["value"]))
-            for index, _, slots in env.facts("confval")
-        }
-    finally:
-        manager.close()
-
-
-def _value(value: object) -> str:
-    return str(value) if type(value).__name__ == "Symbol" else f'"{value}"'

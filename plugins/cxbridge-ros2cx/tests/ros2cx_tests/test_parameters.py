@@ -9,6 +9,7 @@ from cxbridge.clock import VirtualClock
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.events import EventBus
+from cxbridge.executive.host.values import Symbol
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge_ros2cx.checkout import Ros2CxCheckout
@@ -41,6 +42,7 @@ clips_executive:
               files: [x.clp, y.clp]
             - name: a
               count: 2
+              feature-request: false
 """
 
 
@@ -78,7 +80,8 @@ def facts(folder, bus):
 
 
 def test_facts_come_in_the_order_of_the_file_with_the_originals_types(facts):
-    assert facts() == [
+    rows = facts()
+    assert rows == [
         ("/clips_executive/spec", "STRING", "courier"),
         ("/clips_executive/refresh-rate", "INT", 2),
         ("/clips_executive/debug/enable", "BOOL", "TRUE"),
@@ -91,7 +94,10 @@ def test_facts_come_in_the_order_of_the_file_with_the_originals_types(facts):
         ("/clips_executive/specs/courier/init/stage-3/0/files", "STRING", ("x.clp", "y.clp")),
         ("/clips_executive/specs/courier/init/stage-3/1/name", "STRING", "a"),
         ("/clips_executive/specs/courier/init/stage-3/1/count", "INT", "2"),
+        ("/clips_executive/specs/courier/init/stage-3/1/feature-request", "BOOL", "FALSE"),
     ]
+    # the original makes a string of the last, which its init.clp takes for neither TRUE nor FALSE
+    assert all(isinstance(value, Symbol) for _, kind, value in rows if kind == "BOOL")
 
 
 @pytest.mark.parametrize(

@@ -40,29 +40,23 @@ def fired(recording: str) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("recording", "spec", "overlay", "status"),
+    ("recording", "spec", "overlay", "status", "executors"),
     [
-        ("nav2", "test-nav2", "nav2.yaml", 0),
-        ("nav2-fixed", "fixed", "fixed.yaml", 0),
-        ("two-executors", "fixed", "two-executors.yaml", 0),
-        ("no-plan", "test-nav2", "no-plan.yaml", 1),
-        ("skill", "test-skill", None, 3),  # it has no goal: it runs until its time is over
-        ("cancel", "cancel", "cancel.yaml", 3),
-        ("tree", "tree", "tree.yaml", 0),
+        ("nav2", "test-nav2", "nav2.yaml", 0, ()),
+        ("nav2-fixed", "fixed", "fixed.yaml", 0, ()),
+        ("two-executors", "fixed", "two-executors.yaml", 0, ()),
+        ("no-plan", "test-nav2", "no-plan.yaml", 1, ()),
+        ("skill", "test-skill", None, 3, ()),  # it has no goal: it runs until its time is over
+        ("cancel", "cancel", "cancel.yaml", 3, ()),
+        ("tree", "tree", "tree.yaml", 0, ()),
+        ("fail", "fixed", "fixed.yaml", 1, (f"move={DATA / 'door.py'}:Door",)),
     ],
 )
-def test_changes_are_those_of_the_recording(recording, spec, overlay, status):
-    watched = run(options(spec, overlay))
+def test_changes_are_those_of_the_recording(recording, spec, overlay, status, executors):
+    watched = run(options(spec, overlay, executors))
     assert watched.rows == recorded(RECORDINGS / recording / "transitions.txt")
     assert watched.fired == fired(recording)
     assert watched.result.status == status
-
-
-def test_an_executor_that_fails():
-    watched = run(options("fixed", "fixed.yaml", (f"move={DATA / 'door.py'}:Door",)))
-    assert watched.rows == recorded(RECORDINGS / "fail" / "transitions.txt")
-    assert watched.fired == fired("fail")
-    assert watched.result.status == 1
 
 
 def test_the_sane_mode_differs_by_what_the_broken_skills_file_does_only():
@@ -73,10 +67,3 @@ def test_the_sane_mode_differs_by_what_the_broken_skills_file_does_only():
     again = {index + 1 for index, row in enumerate(there) if row.change == "S_RUNNING -> S_IDLE"}
     assert len(flaps) == 2
     assert ours == [row for index, row in enumerate(there) if row not in flaps and index not in again]
-
-
-def test_the_messages_of_each_move():
-    watched = run(options("test-nav2"))
-    kinds = [message.message.removesuffix("Message") for message in watched.messages]
-    move = ["Request", "Response", "Confirm", *["Feedback"] * 4, "Finish"]
-    assert kinds == move * 7

@@ -31,38 +31,65 @@ AGENT = """
   (domain-fact (name at) (param-values c1 home)) (domain-fact (name something-else) (param-values 1 2)))
 """
 
+GOAL = "(at c1 shelf)"
+FEATURES = ("pddl-parser", "planner")
 CORE = ("saliences", "plan", "goal", "domain", "pddl")
 
 
-@pytest.fixture
-def manager(bus):
-    parser = PddlParserFeature()
-    planner = PlannerFeature(PlannerSettings(planner="pyperplan", timeout=60.0), parser.domain_of)
-    manager = EnvironmentManager(bus, [parser, planner])
-    yield manager
-    manager.close()
+class Agent:
+    """An environment with the features, an agent's facts and a domain."""
+
+    def __init__(
+        self, bus, clp, settings, *, domain=DOMAIN, agent=AGENT, features=("pddl-parser", "planner")
+    ):
+        parser = PddlParserFeature()
+        self.manager = EnvironmentManager(bus, [parser, PlannerFeature(settings, parser.domain_of)])
+        self.env = self.manager.create("executive")
+        for feature in features:
+            assert self.manager.request("executive", feature) == TRUE
+        for file in CORE:
+            assert self.env.batch(CORE_DIR / "cx" / f"{file}.clp")
+        self.env.load(clp(agent))
+        self.env.eval("(reset)")
+        if "pddl-parser" in features:
+            self.env.call("parse-pddl-domain", str(clp(domain, "domain.pddl")))
+
+    def loop(self):
+        self.manager.before_run("executive")
+        self.env.run()
 
 
 @pytest.fixture
-def env(manager, log, clp):
-    env = manager.create("executive")
-    for feature in ("pddl-parser", "planner"):
-        assert manager.request("executive", feature) == TRUE
-    for file in CORE:
-        assert env.batch(CORE_DIR / "cx" / f"{file}.clp")
-    env.load(clp(AGENT))
-    env.eval("(reset)")
-    env.call("parse-pddl-domain", str(clp(DOMAIN, "domain.pddl")))
-    return env
+def make_agent(bus, clp):
+    agents = []
+
+    def make(settings, **more):
+        agents.append(Agent(bus, clp, settings, **more))
+        return agents[-1]
+
+    yield make
+    for agent in agents:
+        agent.manager.close()
 
 
 @pytest.fixture
-def loop(manager, env):
-    def one():
-        manager.before_run("executive")
-        env.run()
+def agent(make_agent):
+    return make_agent(PlannerSettings(planner="pyperplan", timeout=60.0))
 
-    return one
+
+@pytest.fixture
+def manager(agent):
+    return agent.manager
+
+
+@pytest.fixture
+def env(agent, log):
+    return agent.env
+
+
+@pytest.fixture
+def loop(agent):
+    return agent.loop
 
 
 def facts(env, template):
@@ -203,28 +230,14 @@ def test_the_fact_goes_with_the_plan(env, loop):
     assert valid(env) == []
 
 
-def test_without_checks_plans_are_as_fawkes_has_them(bus, clp):
-    parser = PddlParserFeature()
-    settings = PlannerSettings(planner="pyperplan", check_plans=False)
-    manager = EnvironmentManager(bus, [parser, PlannerFeature(settings, parser.domain_of)])
-    try:
-        env = manager.create("executive")
-        for feature in ("pddl-parser", "planner"):
-            assert manager.request("executive", feature) == TRUE
-        for file in CORE:
-            assert env.batch(CORE_DIR / "cx" / f"{file}.clp")
-        env.load(clp(AGENT))
-        env.eval("(reset)")
-        env.call("parse-pddl-domain", str(clp(DOMAIN, "domain.pddl")))
-        goal(env)
-        env.call("planner-plan", "G", "(at c1 shelf)")
-        env.eval("(do-for-fact ((?f domain-fact)) (eq ?f:name at) (retract ?f))")
-        manager.before_run("executive")
-        env.run()
-        assert [each["mode"] for each in facts(env, "goal")] == ["EXPANDED"]
-        assert valid(env) == []
-    finally:
-        manager.close()
+def test_without_checks_plans_are_as_fawkes_has_them(make_agent):
+    agent = make_agent(PlannerSettings(planner="pyperplan", check_plans=False))
+    goal(agent.env)
+    agent.env.call("planner-plan", "G", "(at c1 shelf)")
+    agent.env.eval("(do-for-fact ((?f domain-fact)) (eq ?f:name at) (retract ?f))")
+    agent.loop()
+    assert [each["mode"] for each in facts(agent.env, "goal")] == ["EXPANDED"]
+    assert valid(agent.env) == []
 
 
 BAD_PROGRAMS = {
@@ -332,10 +345,20 @@ def test_numbers_stay_numbers(env, loop):
 
 
 @pytest.mark.parametrize(
-    ("formula", "message"),
-    [("(at c1", "never closed"), ("(on c1 shelf)", "Unknown predicate: on"), ("(at c9 shelf)", "c9")],
+    ("fact", "formula", "message"),
+    [
+        ("", "(at c1", "never closed"),
+        ("", "(on c1 shelf)", "Unknown predicate: on"),
+        ("", "(at c9 shelf)", "c9"),
+        ("(domain-object (name x) (type unheard-of))", GOAL, "Unknown type: x - unheard-of"),
+        ("(domain-fact (name at) (param-values c9 home))", GOAL, "c9"),
+        ("(domain-fact (name at) (param-values c1))", GOAL, "expected 2 but got 1"),
+        ("(domain-fact (name at) (param-values shelf home))", GOAL, "expects cup but got place"),
+    ],
 )
-def test_a_formula_that_makes_no_sense(env, log, formula, message):
+def test_a_goal_or_a_world_that_makes_no_sense(env, log, fact, formula, message):
+    if fact:
+        env.assert_string(fact)
     assert env.call("planner-plan", "G", formula) == "no-plan-1"
     assert any(message in text for text in log.texts(Level.ERROR))
     (call,) = facts(env, "planner-call")
@@ -353,46 +376,14 @@ def test_a_call_that_cannot_be_made_fails_its_goal(env, loop):
     assert facts(env, "planner-call") == []
 
 
-def test_an_object_of_an_unknown_type(env, log):
-    env.assert_string("(domain-object (name x) (type unheard-of))")
-    assert env.call("planner-plan", "G", "(at c1 shelf)") == "no-plan-1"
-    assert any("Unknown type: x - unheard-of" in text for text in log.texts(Level.ERROR))
-
-
 @pytest.mark.parametrize(
-    ("fact", "message"),
-    [("at c9 home", "c9"), ("at c1", "expected 2 but got 1"), ("at shelf home", "expects cup but got place")],
+    "more", [{"domain": DOMAIN[:-1]}, {"features": ["planner"]}], ids=["broken domain", "no domain"]
 )
-def test_a_fact_that_makes_no_sense(env, log, fact, message):
-    name, values = fact.split(" ", 1)
-    env.assert_string(f"(domain-fact (name {name}) (param-values {values}))")
-    assert env.call("planner-plan", "G", "(at c1 shelf)") == "no-plan-1"
-    assert any(message in text for text in log.texts(Level.ERROR))
-    assert message in facts(env, "planner-call")[0]["message"]
-
-
-def test_a_domain_that_does_not_parse(bus, log, clp):
-    parser = PddlParserFeature()
-    manager = EnvironmentManager(bus, [parser, PlannerFeature(PlannerSettings(), parser.domain_of)])
-    env = manager.create("executive")
-    for feature in ("pddl-parser", "planner"):
-        manager.request("executive", feature)
-    env.call("parse-pddl-domain", str(clp(DOMAIN[:-1], "domain.pddl")))
-    assert env.call("planner-plan", "G", "(at c1 shelf)") == "no-plan-1"
-    first, second = log.texts(Level.ERROR)
-    assert "domain.pddl" in first
-    assert "parse-pddl-domain first" in second
-    manager.close()
-
-
-def test_without_a_domain(bus, log):
-    parser = PddlParserFeature()
-    manager = EnvironmentManager(bus, [parser, PlannerFeature(PlannerSettings(), parser.domain_of)])
-    env = manager.create("executive")
-    manager.request("executive", "planner")
-    assert env.call("planner-plan", "G", "(x)") == "no-plan-1"
-    assert any("parse-pddl-domain first" in text for text in log.texts(Level.ERROR))
-    manager.close()
+def test_without_a_domain(make_agent, log, more):
+    agent = make_agent(PlannerSettings(), **more)
+    assert agent.env.call("planner-plan", "G", GOAL) == "no-plan-1"
+    assert "parse-pddl-domain first" in log.texts(Level.ERROR)[-1]
+    assert any("domain.pddl" in text for text in log.texts(Level.ERROR)) == ("domain" in more)
 
 
 def test_settings():
@@ -437,31 +428,18 @@ PLANNERS = [
 
 
 @pytest.mark.parametrize(("kind", "planner"), PLANNERS)
-def test_numeric_and_temporal_plans(kind, planner, bus, clp):
+def test_numeric_and_temporal_plans(kind, planner, make_agent):
     if missing := make_planner(planner).not_installed:
         pytest.skip(missing)
-    parser = PddlParserFeature()
-    manager = EnvironmentManager(bus, [parser, PlannerFeature(PlannerSettings(), parser.domain_of)])
-    try:
-        env = manager.create("executive")
-        for feature in ("pddl-parser", "planner"):
-            manager.request("executive", feature)
-        for file in CORE:
-            env.batch(CORE_DIR / "cx" / f"{file}.clp")
-        env.load(clp(DRIVE))
-        env.eval("(reset)")
-        env.call("parse-pddl-domain", str(clp(KINDS[kind][0], "domain.pddl")))
-        goal(env)
-        env.call("planner-plan-with", "G", "(at r1 b)", planner, 60)
-        manager.before_run("executive")
-        env.run()
-        assert [each["message"] for each in facts(env, "goal")] == [""]
-        (plan,) = facts(env, "plan")
-        (action,) = facts(env, "plan-action")
-        assert action["param-values"] == ("r1", "a", "b")
-        if kind == "temporal":
-            assert plan["type"] == "TEMPORAL"
-            assert action["dispatch-time"] == pytest.approx(0, abs=0.01)
-            assert action["duration"] == pytest.approx(3.0)
-    finally:
-        manager.close()
+    agent = make_agent(PlannerSettings(), domain=KINDS[kind][0], agent=DRIVE)
+    goal(agent.env)
+    agent.env.call("planner-plan-with", "G", "(at r1 b)", planner, 60)
+    agent.loop()
+    assert [each["message"] for each in facts(agent.env, "goal")] == [""]
+    (plan,) = facts(agent.env, "plan")
+    (action,) = facts(agent.env, "plan-action")
+    assert action["param-values"] == ("r1", "a", "b")
+    if kind == "temporal":
+        assert plan["type"] == "TEMPORAL"
+        assert action["dispatch-time"] == pytest.approx(0, abs=0.01)
+        assert action["duration"] == pytest.approx(3.0)

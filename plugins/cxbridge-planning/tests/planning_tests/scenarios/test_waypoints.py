@@ -76,12 +76,6 @@ def test_the_pose_passes_all_waypoints_in_order_and_within_the_limits(run):
     assert run.poses[-1][2] == (0.0, 0.0, pytest.approx(0.0, abs=1e-6), pytest.approx(1.0))
 
 
-def test_it_goes_the_same_way_each_time(run):
-    again = Drive()
-    assert again.poses == run.poses
-    assert again.actions == run.actions
-
-
 def test_the_command_exits_with_0(tmp_path):
     traces = [tmp_path / "a.mcap", tmp_path / "b.mcap"]
     for trace in traces:

@@ -178,8 +178,11 @@ class ManagedProblem:
         if action_definition is None:
             raise PddlError(f"the domain has no action '{action}'")
         self._check_arguments(action, arguments, action_definition.parameters)
-        bindings = dict(zip(names_of(action_definition.parameters), arguments, strict=True))
-        return action_definition.condition, action_definition.effect, bindings
+        return (
+            action_definition.condition,
+            action_definition.effect,
+            dict(zip(names_of(action_definition.parameters), arguments, strict=True)),
+        )
 
     def find_unsatisfied_conditions(self, action: str, arguments: Sequence[str]) -> list[str]:
         """Return the unsatisfied start conditions of an action.
@@ -251,8 +254,9 @@ class ManagedProblem:
         :raises PddlError: if the goal, the function or an object is unknown.
         """
         self._make_ground(name, arguments, self._function_parameters)  # a check
-        term = FunctionTerm(name, tuple(map(Constant, arguments)))
-        self.find_goal(goal).formulas.append(TermComparison("=", term, Constant(f"{value:g}")))
+        self.find_goal(goal).formulas.append(
+            TermComparison("=", FunctionTerm(name, tuple(map(Constant, arguments))), Constant(f"{value:g}"))
+        )
 
     def filter_problem(self, goal: str, name: str) -> tuple[Domain, Problem]:
         """Return the domain and the problem of a goal, with the filters of the goal applied.

@@ -42,8 +42,9 @@ class AmentIndexPlugin(CxPlugin):
             ("has-resource", self._has_resource, 2, "*;sy;sy"),
         ):
             full_name = f"ament-index-{name}"
-            logged_function = self.or_false(_refuse_empty(function), f"{full_name}: ")
-            env.define(full_name, logged_function, count, types=types)
+            env.define(
+                full_name, self.or_false(_refuse_empty(function), f"{full_name}: "), count, types=types
+            )
 
     def _get_package_prefix(self, package: str) -> Value:
         prefix = self.context.packages.prefix_by_package.get(package)

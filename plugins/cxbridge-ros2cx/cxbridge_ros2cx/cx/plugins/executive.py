@@ -98,9 +98,11 @@ def read_period_us(plugin: str, parameters: NodeParameters) -> int:
 
 def find_shortest_period_us(parameters: NodeParameters) -> int:
     """Return the shortest time between two ticks of the executive plug-ins in the parameters."""
-    periods_us = (
-        read_period_us(name.removesuffix(".plugin"), parameters)
-        for name, parameter in parameters
-        if parameter.value == CLASS_NAME and "." in name
+    return min(
+        (
+            read_period_us(name.removesuffix(".plugin"), parameters)
+            for name, parameter in parameters
+            if parameter.value == CLASS_NAME and "." in name
+        ),
+        default=MICROSECONDS // _DEFAULT_HZ,
     )
-    return min(periods_us, default=MICROSECONDS // _DEFAULT_HZ)

@@ -158,8 +158,12 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
         # an empty name means the first environment
         env = next((env for env in self._environments if name in ("", env.name)), None)
         if env is None:
-            error = f"Environment '{name}' not found." if self._environments else "No environments available."
-            return {"success": False, "message": error}
+            return {
+                "success": False,
+                "message": f"Environment '{name}' not found."
+                if self._environments
+                else "No environments available.",
+            }
         with env.lock:
             code = execute(env, encode(request["command"]))
             env.api.clear_halt()

@@ -64,8 +64,13 @@ class Tf2PoseTrackerPlugin(RosPlugin):
         self._buffer = TransformBuffer()
         self._lookups: HandleTable[_PeriodicLookup] = HandleTable("timer", _FIRST_ADDRESS)
         for topic, profile, is_static in _TOPICS:
-            receive = partial(self._receive, is_static=is_static)
-            self.ros.node.subscribe(topic, TF_MESSAGE_TYPE, receive, PROFILES[profile], right=Right.CONTROL)
+            self.ros.node.subscribe(
+                topic,
+                TF_MESSAGE_TYPE,
+                partial(self._receive, is_static=is_static),
+                PROFILES[profile],
+                right=Right.CONTROL,
+            )
 
     def _receive(self, message: Message, *, is_static: bool) -> None:
         for transform in message["transforms"]:
@@ -84,8 +89,12 @@ class Tf2PoseTrackerPlugin(RosPlugin):
         # the shortest period is a microsecond, the resolution of the clock
         if not 0 < rate_hz <= MICROSECONDS:
             raise ClipsError(f"the rate cannot be {rate_hz} Hz")
-        timer = RefreshTimer(self.context.clock, round(MICROSECONDS / rate_hz))
-        lookup = _PeriodicLookup(env, str(parent), str(child), timer)
+        lookup = _PeriodicLookup(
+            env,
+            str(parent),
+            str(child),
+            RefreshTimer(self.context.clock, round(MICROSECONDS / rate_hz)),
+        )
         lookup.address = self._lookups.add(lookup)
         return TRUE
 

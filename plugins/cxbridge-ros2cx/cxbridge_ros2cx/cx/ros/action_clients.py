@@ -90,7 +90,7 @@ class ActionClients(ClientGroup[ClientEndpoint]):
         super().__init__(plugin, prefix, type_name)
         self.names = _ROS_MSGS_NAMES if type_name is None else _GENERATED_NAMES
         self.clients = EndpointTable(
-            plugin, "action client", "Action client {name} not found in environment {env}"
+            self, "action client", "Action client {name} not found in environment {env}"
         )
         self.handles: HandleTable[SentGoal] = HandleTable("goal handle", _FIRST_HANDLE)
 
@@ -175,8 +175,13 @@ class ActionClients(ClientGroup[ClientEndpoint]):
         type_name, ros = self.resolve_type(type_text, "action"), self.plugin.ros
         client = ActionClient(ros.node, ros.prepare_client(server, type_name), str(type_name))
         endpoint = ClientEndpoint(type_name, client.close, env, client, [])
-        slots = {"server": str(server)} | self.make_type_slot(type_text)
-        self.clients.add(env, server, endpoint, f"{self.prefix}{self.names.client}", slots)
+        self.clients.add(
+            env,
+            server,
+            endpoint,
+            f"{self.prefix}{self.names.client}",
+            {"server": str(server)} | self.make_type_slot(type_text),
+        )
 
     def call(self, name: str, client: ClientEndpoint, fields: Mapping[str, Any]) -> None:
         client.ros_client.send(fields, _GoalFactWriter(self, client.env, name, client.type_name))
@@ -200,20 +205,29 @@ class ActionClients(ClientGroup[ClientEndpoint]):
             address = plugin.messages.add_received(
                 parse_type(CANCEL_GOAL_TYPE, "srv").derive("Response"), response
             )
-            slots = {"server": server, "client-goal-handle-ptr": handle, "cancel-response-ptr": address}
-            plugin.assert_fact(env, f"{prefix}cancel-response", slots)
+            plugin.assert_fact(
+                env,
+                f"{prefix}cancel-response",
+                {"server": server, "client-goal-handle-ptr": handle, "cancel-response-ptr": address},
+            )
             return
         code, goals = response["return_code"], response["goals_canceling"]
         name = _RETURN_CODES[code] if 0 <= code < len(_RETURN_CODES) else "ERROR_UNKNOWN"
-        slots = {"server": server, "return-code": Symbol(name), "num-goals": len(goals)}
-        plugin.assert_fact(env, f"{prefix}cancel-goal-response", slots)
+        plugin.assert_fact(
+            env,
+            f"{prefix}cancel-goal-response",
+            {"server": server, "return-code": Symbol(name), "num-goals": len(goals)},
+        )
         for goal in goals:
-            slots = {
-                "server": server,
-                "goal-id": str(uuid.UUID(bytes=bytes(goal["goal_id"]["uuid"]))),
-                "stamp": goal["stamp"]["sec"] + goal["stamp"]["nanosec"] / 1e9,
-            }
-            plugin.assert_fact(env, f"{prefix}cancel-goal-entry", slots)
+            plugin.assert_fact(
+                env,
+                f"{prefix}cancel-goal-entry",
+                {
+                    "server": server,
+                    "goal-id": str(uuid.UUID(bytes=bytes(goal["goal_id"]["uuid"]))),
+                    "stamp": goal["stamp"]["sec"] + goal["stamp"]["nanosec"] / 1e9,
+                },
+            )
 
 
 class _GoalFactWriter(GoalObserver):
@@ -252,12 +266,14 @@ class _GoalFactWriter(GoalObserver):
             if sent_goal.result
             else messages.create(type_name)
         )
-        slots = {
-            "goal-id": self._clients.format_goal_id(sent_goal),
-            "code": Symbol(_RESULT_CODES.get(sent_goal.status, "UNKNOWN")),
-            "result-ptr": address,
-        }
-        self._add_goal_fact("wrapped-result", slots)
+        self._add_goal_fact(
+            "wrapped-result",
+            {
+                "goal-id": self._clients.format_goal_id(sent_goal),
+                "code": Symbol(_RESULT_CODES.get(sent_goal.status, "UNKNOWN")),
+                "result-ptr": address,
+            },
+        )
 
     def on_cancel_response(self, sent_goal: SentGoal, response: Message) -> None:  # noqa: ARG002
         self._clients.assert_cancel_response(self._env, self._server, self._handle, response)

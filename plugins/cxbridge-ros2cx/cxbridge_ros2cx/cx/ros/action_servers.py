@@ -43,7 +43,7 @@ class ActionServers(EndpointGroup):
     def __init__(self, plugin: RosPlugin, prefix: str, type_name: TypeName) -> None:
         super().__init__(plugin, prefix, type_name)
         self._servers: EndpointTable[_ActionServerEndpoint] = EndpointTable(
-            plugin, "server", "Server {name} not found in environment {env}"
+            self, "server", "Server {name} not found in environment {env}"
         )
         self.handles: HandleTable[ServedGoal] = HandleTable("goal handle or result pointer", _FIRST_HANDLE)
 
@@ -90,8 +90,13 @@ class ActionServers(EndpointGroup):
             self.plugin.context.clock,
             right=Right.CONTROL,
         )
-        endpoint = _ActionServerEndpoint(self.type_name, goal_server.close, handler)
-        self._servers.add(env, server, endpoint, f"{self.prefix}server", {"name": str(server)})
+        self._servers.add(
+            env,
+            server,
+            _ActionServerEndpoint(self.type_name, goal_server.close, handler),
+            f"{self.prefix}server",
+            {"name": str(server)},
+        )
 
     def find_handler(self, env: ClipsEnvironment, server: str) -> GoalHandler | None:
         """Return the handler of an environment's server; None if there is no such server."""
@@ -129,9 +134,6 @@ class ActionServers(EndpointGroup):
 
     def _publish_feedback(self, address: ExternalAddress, feedback: ExternalAddress) -> None:
         self.handles.find(address).publish_feedback(self._find_fields(feedback, "Feedback"))
-
-    def close(self, env: ClipsEnvironment) -> None:
-        self._servers.close(env)
 
 
 class _DeffunctionGoalHandler(GoalHandler):

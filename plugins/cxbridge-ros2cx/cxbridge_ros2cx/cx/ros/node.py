@@ -89,8 +89,9 @@ class RosNode(Closing):
         from cxbridge_ros2.settings import NodeSettings  # noqa: PLC0415 - likewise
 
         base_folder = next(iter(self._packages.definition_folders), Path())
-        settings = NodeSettings.parse({}, base_folder, "the node")
-        return settings.join(self._short_name, self.definitions, self._log.warn, self._rights)
+        return NodeSettings.parse({}, base_folder, "the node").join(
+            self._short_name, self.definitions, self._log.warn, self._rights
+        )
 
     def prepare_client(self, name: str, type_name: TypeName) -> str:
         """Return the full name of a service or an action for a new client, and start the server if necessary.

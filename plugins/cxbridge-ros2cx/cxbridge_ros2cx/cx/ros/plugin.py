@@ -188,16 +188,19 @@ EndpointT = TypeVar("EndpointT", bound=Endpoint)
 
 
 class EndpointTable(Generic[EndpointT]):
-    """The endpoints of a kind by environment and name.
+    """The endpoints of a kind by environment and name; their group closes them.
 
     :param noun: the noun for an endpoint in log lines.
     :param unknown_text: the log line about an unknown name, with ``{name}`` and ``{env}``.
     :param keeps_facts: whether the fact of a closed endpoint stays, as in some plug-ins of the ROS 2 CX.
     """
 
-    def __init__(self, plugin: RosPlugin, noun: str, unknown_text: str, *, keeps_facts: bool = False) -> None:
-        self._plugin, self._noun, self._unknown_text = plugin, noun, unknown_text
+    def __init__(
+        self, group: EndpointGroup, noun: str, unknown_text: str, *, keeps_facts: bool = False
+    ) -> None:
+        self._plugin, self._noun, self._unknown_text = group.plugin, noun, unknown_text
         self._keeps_facts = keeps_facts
+        group.tables.append(self)
         # endpoints and the indices of their facts by environment and name; None: CLIPS has refused the fact
         self._endpoints: dict[tuple[str, str], EndpointT] = {}
         self._facts: dict[tuple[str, str], int | None] = {}
@@ -249,14 +252,16 @@ class EndpointGroup(ABC):
 
     def __init__(self, plugin: RosPlugin, prefix: str, type_name: TypeName | None = None) -> None:
         self.plugin, self.prefix, self.type_name = plugin, prefix, type_name
+        self.tables: list[EndpointTable[Any]] = []
 
     @abstractmethod
     def define(self, env: ClipsEnvironment) -> None:
         """Define functions and templates in an environment."""
 
-    @abstractmethod
     def close(self, env: ClipsEnvironment) -> None:
         """Close the endpoints of an environment."""
+        for table in self.tables:
+            table.close(env)
 
     def resolve_type(self, type_text: str | None, kind: str = "msg") -> TypeName:
         """Return the type of a new endpoint: the plug-in's type, or the type in a function's argument."""
@@ -336,6 +341,3 @@ class ClientGroup(EndpointGroup, Generic[ClientT]):
     @abstractmethod
     def call(self, name: str, client: ClientT, fields: Mapping[str, Any]) -> object:
         """Send a message to the server."""
-
-    def close(self, env: ClipsEnvironment) -> None:
-        self.clients.close(env)

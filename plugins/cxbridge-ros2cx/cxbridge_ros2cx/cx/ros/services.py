@@ -47,7 +47,7 @@ class ServiceClients(ClientGroup[_ServiceClient]):
 
     def __init__(self, plugin: RosPlugin, prefix: str, type_name: TypeName | None = None) -> None:
         super().__init__(plugin, prefix, type_name)
-        self.clients = EndpointTable(plugin, "client", "Client {name} not found in environment {env}")
+        self.clients = EndpointTable(self, "client", "Client {name} not found in environment {env}")
         # generated plug-ins number their requests since pull request 33 of carologistics/clips_executive
         # (June 2026)
         self._has_request_ids = type_name is None or plugin.context.has_2026_changes
@@ -60,8 +60,9 @@ class ServiceClients(ClientGroup[_ServiceClient]):
         else:
             response_slots = {"service": STRING, "msg_ptr": ADDRESS}
             response_slots |= {"request_id": INTEGER} if self._has_request_ids else {}
-        client_slots = {"service": STRING, "type": STRING} if is_generic else {"service": STRING}
-        plugin.define_template(env, f"{prefix}client", **client_slots)
+        plugin.define_template(
+            env, f"{prefix}client", service=STRING, **({"type": STRING} if is_generic else {})
+        )
         plugin.define_template(env, f"{prefix}response", **response_slots)
         send = partial(self._send_request if self._has_request_ids else self.send, env)
         functions: list[FunctionDefinition] = [
@@ -83,8 +84,13 @@ class ServiceClients(ClientGroup[_ServiceClient]):
         type_name, ros = self.resolve_type(type_text, "srv"), self.plugin.ros
         client = ros.node.create_client(ros.prepare_client(service, type_name), str(type_name))
         endpoint = _ServiceClient(type_name, client.close, env, client, [], time.monotonic())
-        slots = {"service": str(service)} | self.make_type_slot(type_text)
-        self.clients.add(env, service, endpoint, f"{self.prefix}client", slots)
+        self.clients.add(
+            env,
+            service,
+            endpoint,
+            f"{self.prefix}client",
+            {"service": str(service)} | self.make_type_slot(type_text),
+        )
 
     def _send_request(self, env: ClipsEnvironment, message: ExternalAddress, service: str) -> Value:
         """Send a request; return its number, or FALSE without a server."""
@@ -127,7 +133,7 @@ class ServiceServers(EndpointGroup):
     def __init__(self, plugin: RosPlugin, prefix: str, type_name: TypeName | None = None) -> None:
         super().__init__(plugin, prefix, type_name)
         self._servers: EndpointTable[Endpoint] = EndpointTable(
-            plugin,
+            self,
             "service",
             "Service {name} not found in environment {env}",
             keeps_facts=type_name is not None,
@@ -135,9 +141,8 @@ class ServiceServers(EndpointGroup):
         self._name_slot = "service" if type_name is None else "name"
 
     def define(self, env: ClipsEnvironment) -> None:
-        slots = {self._name_slot: STRING} | ({"type": STRING} if self.type_name is None else {})
-        self.plugin.define_template(env, f"{self.prefix}service", **slots)
-        types = "sy;sy" if self.type_name is None else "sy"
+        types, type_slot = ("sy;sy", {"type": STRING}) if self.type_name is None else ("sy", {})
+        self.plugin.define_template(env, f"{self.prefix}service", **{self._name_slot: STRING}, **type_slot)
         self.plugin.define_functions(
             env,
             self.prefix,
@@ -158,8 +163,13 @@ class ServiceServers(EndpointGroup):
             partial(self._handle_request, env, str(service), type_name),
             right=Right.CONTROL,
         )
-        slots = {self._name_slot: str(service)} | self.make_type_slot(type_text)
-        self._servers.add(env, service, Endpoint(type_name, close), f"{self.prefix}service", slots)
+        self._servers.add(
+            env,
+            service,
+            Endpoint(type_name, close),
+            f"{self.prefix}service",
+            {self._name_slot: str(service)} | self.make_type_slot(type_text),
+        )
 
     def _handle_request(
         self, env: ClipsEnvironment, service: str, type_name: TypeName, request: Message, reply: SendResponse
@@ -185,6 +195,3 @@ class ServiceServers(EndpointGroup):
             reply({})  # default values: without any response the client would wait forever
         for address in (request_address, response_address):
             messages.destroy(address)
-
-    def close(self, env: ClipsEnvironment) -> None:
-        self._servers.close(env)

@@ -34,10 +34,10 @@ class Topics(EndpointGroup):
     def __init__(self, plugin: RosPlugin, prefix: str, type_name: TypeName | None = None) -> None:
         super().__init__(plugin, prefix, type_name)
         self._subscriptions: EndpointTable[Endpoint] = EndpointTable(
-            plugin, "subscription", "No subscription of {name} found to destroy, ignoring"
+            self, "subscription", "No subscription of {name} found to destroy, ignoring"
         )
         self._publishers: EndpointTable[_PublisherEndpoint] = EndpointTable(
-            plugin,
+            self,
             "publishers",
             "Publisher {name} not found in environment {env}",
             keeps_facts=type_name is not None,
@@ -69,9 +69,13 @@ class Topics(EndpointGroup):
         publisher = self.plugin.ros.node.create_publisher(self.plugin.ros.full_name(topic), str(type_name))
         if previous_endpoint is not None:  # as in the ROS 2 CX, a generated plug-in replaces its publisher
             previous_endpoint.close()
-        endpoint = _PublisherEndpoint(type_name, publisher.close, publisher)
-        slots = {"topic": str(topic)} | self.make_type_slot(type_text)
-        self._publishers.add(env, topic, endpoint, f"{self.prefix}publisher", slots)
+        self._publishers.add(
+            env,
+            topic,
+            _PublisherEndpoint(type_name, publisher.close, publisher),
+            f"{self.prefix}publisher",
+            {"topic": str(topic)} | self.make_type_slot(type_text),
+        )
 
     def _publish(self, env: ClipsEnvironment, message: ExternalAddress, topic: str) -> None:
         endpoint = self._publishers.get(env, topic)
@@ -98,16 +102,19 @@ class Topics(EndpointGroup):
             partial(self._assert_message, env, str(topic), type_name),
             right=Right.CONTROL,
         )
-        slots = {"topic": str(topic)} | self.make_type_slot(type_text)
-        endpoint = Endpoint(type_name, close)
-        self._subscriptions.add(env, topic, endpoint, f"{self.prefix}subscription", slots)
+        self._subscriptions.add(
+            env,
+            topic,
+            Endpoint(type_name, close),
+            f"{self.prefix}subscription",
+            {"topic": str(topic)} | self.make_type_slot(type_text),
+        )
 
     def _assert_message(
         self, env: ClipsEnvironment, topic: str, type_name: TypeName, message: Message
     ) -> None:
-        address = self.plugin.messages.add_received(type_name, message)
-        self.plugin.assert_fact(env, f"{self.prefix}message", {"topic": topic, "msg-ptr": address})
-
-    def close(self, env: ClipsEnvironment) -> None:
-        self._subscriptions.close(env)
-        self._publishers.close(env)
+        self.plugin.assert_fact(
+            env,
+            f"{self.prefix}message",
+            {"topic": topic, "msg-ptr": self.plugin.messages.add_received(type_name, message)},
+        )
