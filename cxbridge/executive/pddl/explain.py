@@ -44,7 +44,7 @@ def unexpected_token_error(text: SourceText, symbol: str, unexpected: Unexpected
         name, position = unsupported
         message, hint = unsupported_texts(name)
         return syntax_error(message, position, text.file, hint)
-    kind = _define_kind(items)
+    kind = _find_defined_kind(items)
     if kind in ("domain", "problem") and symbol in ("domain", "problem") and kind != symbol:
         message = f"this is not a {symbol}, but a {kind}"
         return syntax_error(message, position, text.file, "are the files in the other order?")
@@ -71,15 +71,14 @@ def _expected_hint(word: str, expected: frozenset[str]) -> str:
 
 def _find_unsupported_part(path: list[Group], word: str, position: Position) -> tuple[str, Position] | None:
     """Return name and position of the outermost unsupported section or formula around a token."""
-    for depth, group in enumerate(path):
-        name = unsupported_section(group.head) or (depth > 0 and unsupported_formula(group.head))
-        if name:
+    for group in path:
+        if name := unsupported_section(group.head) or unsupported_formula(group.head):
             return name, group.position
     name = unsupported_section(word)  # :derived without its bracket
     return (name, position) if name else None
 
 
-def _define_kind(items: tuple[Item, ...]) -> str:
+def _find_defined_kind(items: tuple[Item, ...]) -> str:
     """Return the word in ``(define (WORD NAME)``; empty without such a word."""
     define = items[0] if items else None
     header = define.items[1] if isinstance(define, Group) and len(define.items) > 1 else None

@@ -48,13 +48,13 @@ class CommandPlanner(EnginePlanner):
         self._program: PlannerProgram = PROGRAMS[name]
         super().__init__(name, self._program, improve)
         self._options = shlex.split(options or self._program.default_options)
-        self._own_program = program
+        self._user_program = program
 
     @property
     def not_installed(self) -> str:
         """The reason why the program cannot be called; empty if it can."""
-        hint = self._program.install_hint(self._own_program)
-        return f"{self.name} is not installed: {hint}" if hint else ""
+        missing_text = self._program.explain_missing(self._user_program)
+        return f"{self.name} is not installed: {missing_text}" if missing_text else ""
 
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
         """Return a plan; None if the program proves that none exists.
@@ -106,7 +106,7 @@ class CommandPlanner(EnginePlanner):
         :raises PlanningError: if the program cannot be started.
         """
         words = [argument.format(**placeholder_values) for argument in arguments]
-        command = [*self._program.command(self._own_program), *words, *self._options]
+        command = [*self._program.command(self._user_program), *words, *self._options]
         try:
             process = subprocess.run(  # noqa: S603 - no shell, and the program that the user chose
                 command, cwd=folder, capture_output=True, check=False, stdin=subprocess.DEVNULL

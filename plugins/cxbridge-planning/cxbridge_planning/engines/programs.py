@@ -26,6 +26,8 @@ _PYTHON: Final = "python"
 _DRIVER: Final = "import sys; sys.path.insert(0, sys.argv.pop(1)); from driver.main import main; main()"
 
 _NO_OUTPUT: Final = re.compile(r"(?!)")  # matches nothing
+# Fast Downward's texts, and its exit codes for problems that its translator or its search finds unsolvable
+_FD_UNSOLVABLE: Final = re.compile("without finding a solution|unsolvable|search exit code: 1[0-2]")
 
 
 class PlannerProgram(Engine, frozen=True):
@@ -60,23 +62,25 @@ class PlannerProgram(Engine, frozen=True):
     module: str = ""
     default_options: str = ""
 
-    def install_hint(self, own_program: str) -> str:
-        """Return how to install a missing program; empty if the program is installed.
+    def explain_missing(self, user_program: str) -> str:
+        """Return what is missing: the command that installs a package, or a sentence about the PATH.
 
-        :param own_program: the program of the user's options; empty for the usual one.
+        Empty if the program is installed.
+
+        :param user_program: the program of the user's options; empty for the usual one.
         """
-        if self.package and not own_program and find_spec(self.module) is None:
+        if self.package and not user_program and find_spec(self.module) is None:
             return pip_command(self.package)
-        program = self.command(own_program)[0]
+        program = self.command(user_program)[0]
         return "" if shutil.which(program) else f"there is no program '{program}' on the PATH"
 
-    def command(self, own_program: str) -> list[str]:
+    def command(self, user_program: str) -> list[str]:
         """Return the command without its arguments.
 
-        :param own_program: the program of the user's options; empty for the usual one.
+        :param user_program: the program of the user's options; empty for the usual one.
         """
-        if own_program:
-            return [own_program]
+        if user_program:
+            return [user_program]
         spec = find_spec(self.module) if self.module else None
         folder = "" if spec is None or spec.origin is None else str(Path(spec.origin).parent)
         words = [word.format(folder=folder) for word in self.words if word != _PYTHON]
@@ -87,6 +91,10 @@ _NUMERIC: Final = frozenset({Need.COSTS, Need.NUMERIC_CHANGES, Need.NUMBERS, Nee
 _POPF_NEEDS: Final = _NUMERIC | {Need.HIERARCHY, Need.TIME, Need.EQUALITY}
 _TASK_FILES: Final = ("{domain}", "{problem}")
 _TASK_OPTIONS: Final = ("-o", "{domain}", "-f", "{problem}")
+# as in the package up-enhsp: the first plan of a greedy search, and no makespan (-npm) between the steps
+_ENHSP_ARGUMENTS: Final = (*_TASK_OPTIONS, "-sp", "{plan}", "-npm", "-h", "hadd", "-s", "gbfs")
+# any fixed seed makes a local search repeatable
+_LPG_ARGUMENTS: Final = (*_TASK_OPTIONS, "-seed", "2004", "-out", "{plan}")
 
 # The programs by name; `ff`, `fd` and `popf` are names from Fawkes' configuration.
 PROGRAMS: Final = {
@@ -94,7 +102,7 @@ PROGRAMS: Final = {
         (_PYTHON, "-c", _DRIVER, "{folder}/downward"),
         ("--plan-file", "{plan}", "--alias", "lama-first", *_TASK_FILES),  # the first iteration of LAMA
         understands=CLASSICAL | {Need.COSTS},
-        unsolvable_output=re.compile("without finding a solution|unsolvable|search exit code: 1[0-2]"),
+        unsolvable_output=_FD_UNSOLVABLE,
         improving_arguments=(
             *("--plan-file", "{plan}", "--search-time-limit", "{improve}"),
             *("--alias", "seq-sat-lama-2011", *_TASK_FILES),
@@ -104,15 +112,12 @@ PROGRAMS: Final = {
     ),
     "enhsp": PlannerProgram(
         ("java", "-jar", "{folder}/ENHSP/enhsp.jar"),
-        (*_TASK_OPTIONS, "-sp", "{plan}", "-npm", "-h", "hadd", "-s", "gbfs"),
+        _ENHSP_ARGUMENTS,
         understands=CLASSICAL | _NUMERIC,
         unsolvable_output=re.compile(
             "Problem unsolvable|Problem Detected as Unsolvable|Unsolvable Problem", re.IGNORECASE
         ),
-        improving_arguments=(
-            *(*_TASK_OPTIONS, "-sp", "{plan}", "-npm", "-h", "hadd", "-s", "gbfs"),
-            *("-anytime", "-timeout", "{improve}"),
-        ),
+        improving_arguments=(*_ENHSP_ARGUMENTS, "-anytime", "-timeout", "{improve}"),
         # ENHSP wrongly reports settlers (IPC 2002) as unsolvable
         proves=False,
         package="up-enhsp",
@@ -120,24 +125,15 @@ PROGRAMS: Final = {
     ),
     "lpg": PlannerProgram(
         ("{folder}/lpg",),
-        (*_TASK_OPTIONS, "-n", "1", "-seed", "2004", "-out", "{plan}"),
+        (*_LPG_ARGUMENTS, "-n", "1"),
         understands=(CLASSICAL - {Need.CONDITIONAL_EFFECTS}) | _NUMERIC | {Need.TIME},
         # a local search detects unreachable goals only, and proves nothing else
         unsolvable_output=re.compile(
             "goals of the problem are not reachable|Goals not reachable", re.IGNORECASE
         ),
         no_plan_text="no solution",
-        improving_arguments=(
-            *_TASK_OPTIONS,
-            "-n",
-            "100",
-            "-cputime",
-            "{improve}",
-            "-seed",
-            "2004",
-            "-out",
-            "{plan}",
-        ),
+        # -n is a number of plans that the time never suffices for
+        improving_arguments=(*_LPG_ARGUMENTS, "-n", "100", "-cputime", "{improve}"),
         has_times=True,
         proves=False,
         package="up-lpg",
@@ -156,7 +152,7 @@ PROGRAMS: Final = {
         ("fast-downward",),
         _TASK_FILES,
         understands=CLASSICAL | {Need.COSTS},
-        unsolvable_output=re.compile("without finding a solution|unsolvable"),
+        unsolvable_output=_FD_UNSOLVABLE,
         step=_FD_STEP,
         plan_heading="Solution found",
         default_options='--search "lazy_greedy([ff()], preferred=[ff()])"',

@@ -43,8 +43,8 @@ class KnownWorld(NamedTuple):
     numbers: list[tuple[Ground, float]]
 
     def restricted_to(self, names: Container[str]) -> KnownWorld:
-        """Return the state without the objects that lack in ``names``, and without all about them."""
-        # the check of a problem refuses facts about objects that the problem lacks
+        """Return the state of some objects, with the facts and numbers that are only about them."""
+        # a problem with facts about further objects would be refused
         return KnownWorld(
             [(name, type_) for name, type_ in self.objects if name in names],
             [(name, values) for name, values in self.facts if all(value in names for value in values)],

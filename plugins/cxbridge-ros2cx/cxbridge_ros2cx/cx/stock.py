@@ -71,11 +71,12 @@ class StockOutput(OutputRouter):
 
 
 class StockEnvironment(ClipsEnvironment):
-    """An environment without the shims that imitate CLIPS 6.30, and without Fawkes' functions."""
+    """An environment without the functions that imitate CLIPS 6.30, and without those of Fawkes."""
 
     output_router: ClassVar[type[OutputRouter]] = StockOutput
 
     def _apply_shims(self) -> None:
+        """Replace the functions of CLIPS that end the process, and those whose effects the host follows."""
         self._clips630_functions = Clips630Functions(self.c_env, self.udfs, self.build_unrecorded)
         self._open_files: list[Path] = []
         for name, function, minimum, maximum, types in (
@@ -87,6 +88,7 @@ class StockEnvironment(ClipsEnvironment):
             EXTRA_FUNCTIONS.RemoveUDF(self.c_env, encode(name))
             self.define(name, function, minimum, maximum, types)
         self.define("cx-shutdown", self._quit)
+        # CLIPS watches compilations from the start, a node only the items in its parameters
         EXTRA_FUNCTIONS.UnwatchString(self.c_env, b"all")
 
     def _build_clips630_functions(self) -> None:
@@ -143,6 +145,7 @@ class StockEnvironment(ClipsEnvironment):
             self._open_files.pop()
 
     def _load_star(self, file: str) -> Value:
+        """Load a file for rules; return whether it has no error, as CLIPS' function ``load*`` does."""
         with self._mark_reading(Path(file)):
             return bool(lib.Load(self.c_env, encode(file)) == lib.LE_NO_ERROR)
 

@@ -209,12 +209,18 @@ class PddlManager(GoalHandler, Closing):
         name = action["pddl_instance"]
         fluents, functions = [], []
         for change in self._find_problem(name).list_action_changes(action["name"], action["args"]):
-            fluent, time = _make_fluent(name, change.ground), {"time_point": change.time_point}
+            fluent, time_point = _make_fluent(name, change.ground), change.time_point
             if change.operator:
-                operation = {"operator_type": change.operator, "value": change.value}
-                functions.append({"function": fluent, **time, **operation})
+                functions.append(
+                    {
+                        "function": fluent,
+                        "time_point": time_point,
+                        "operator_type": change.operator,
+                        "value": change.value,
+                    }
+                )
             else:
-                fluents.append({"fluent": fluent, **time, "value": bool(change.value)})
+                fluents.append({"fluent": fluent, "time_point": time_point, "value": bool(change.value)})
         return {"fluent_effects": fluents, "function_effects": functions}
 
     # --- goals --------------------------------------------------------------------------------------------
