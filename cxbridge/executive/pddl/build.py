@@ -136,12 +136,11 @@ class SyntaxBuilder:
                     child.start,
                     "write - number",
                 )
+        # a bare name is a function without brackets
         return tuple(
             child
             if isinstance(child, Declaration)
-            else Declaration(
-                child.text, (), position=self.position(child.start)
-            )  # a function without brackets
+            else Declaration(child.text, (), position=self.position(child.start))
             for child in children
             if not isinstance(child, _TypeNames)
         )
