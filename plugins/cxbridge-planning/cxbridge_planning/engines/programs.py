@@ -63,7 +63,7 @@ class PlannerProgram(Engine, frozen=True):
     default_options: str = ""
 
     def explain_missing(self, user_program: str) -> str:
-        """Return what is missing: the command that installs a package, or a sentence about the PATH.
+        """Return the command that installs a missing package, or a sentence about a program not on the PATH.
 
         Empty if the program is installed.
 
