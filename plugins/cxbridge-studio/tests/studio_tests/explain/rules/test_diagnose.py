@@ -6,6 +6,7 @@ import pytest
 
 from cxbridge.executive.host.values import Symbol
 from cxbridge_studio.explain.rules.diagnose import diagnose
+from cxbridge_studio.explain.rules.diagnosis import Count
 from cxbridge_studio.explain.rules.environment import take_snapshot
 from studio_tests.explain.worlds import diagnosis_of, numbers, world
 
@@ -21,8 +22,7 @@ def test_a_condition_that_matches():
     assert numbers(found) == [(3, 3), (None, 2)]
     assert found.failing == 0
     assert found.failure is None
-    assert found.matches is not None
-    assert found.matches.number == 2
+    assert found.matches == Count(2)
     assert sorted(found.bases) == ["f-1,f-2", "f-1,f-3"]
 
 
@@ -114,8 +114,7 @@ def test_a_function_that_queries_facts_sees_them():
         "(robot (name g2))",
         *GOALS,
     )
-    assert found.matches is not None
-    assert found.matches.number == 1
+    assert found.matches == Count(1)
 
 
 def test_fact_indices_in_a_condition_are_those_of_the_run():
