@@ -60,8 +60,9 @@ def play_seeds(job: SweepJob, seeds: Sequence[int], process_count: int) -> Itera
     :param job: the common part of all runs.
     :raises CxbridgeError: if the scenario or the world is invalid, or does not load.
     """
-    size = max(1, min(_MAX_CHUNK_SEEDS, len(seeds) // (2 * process_count)))
-    chunks = deque(list(seeds[start : start + size]) for start in range(0, len(seeds), size))
+    chunk_size = max(1, min(_MAX_CHUNK_SEEDS, len(seeds) // (2 * process_count)))
+    starts = range(0, len(seeds), chunk_size)
+    chunks = deque(list(seeds[start : start + chunk_size]) for start in starts)
     deaths: Counter[int | None] = Counter()  # by the seed that the worker played
     workers: list[WorkerProcess] = []
     with ExitStack() as stack:
@@ -75,7 +76,8 @@ def play_seeds(job: SweepJob, seeds: Sequence[int], process_count: int) -> Itera
                     message = worker.connection.recv()
                 except (EOFError, OSError):
                     workers.remove(worker)
-                    yield from _handle_death(worker, deaths)
+                    if worker.seeds:  # a worker without seeds is not replaced
+                        yield from _handle_death(worker, deaths)
                     if worker.seeds:
                         chunks.append(worker.seeds)
                     continue
@@ -83,15 +85,15 @@ def play_seeds(job: SweepJob, seeds: Sequence[int], process_count: int) -> Itera
                     raise message
                 if message is None:
                     worker.is_loaded = True
-                    continue
-                worker.seeds.remove(message.seed)
-                if chunks and not worker.seeds:
-                    worker.give_seeds(chunks.popleft())
-                yield message
+                else:
+                    worker.seeds.remove(message.seed)
+                    if chunks and not worker.seeds:
+                        worker.give_seeds(chunks.popleft())
+                    yield message
 
 
 def _handle_death(worker: WorkerProcess, deaths: Counter[int | None]) -> Iterator[RunRow]:
-    """Count the death of a worker; yield the row of its seed if the seed has killed too many workers.
+    """Count the death of a worker with seeds; yield the row of a seed that has killed too many workers.
 
     :param deaths: the number of deaths so far by the seed that the worker played.
     :raises CxbridgeError: if too many workers have died before they had loaded the scenario.
@@ -99,7 +101,7 @@ def _handle_death(worker: WorkerProcess, deaths: Counter[int | None]) -> Iterato
     worker.process.join()
     ending = describe_exit(worker.process.exitcode)
     # A worker plays its seeds in order, so that the first remaining seed has killed the worker.
-    cause = worker.seeds[0] if worker.is_loaded and worker.seeds else _LOADING_KEY
+    cause = worker.seeds[0] if worker.is_loaded else _LOADING_KEY
     deaths[cause] += 1
     if deaths[cause] < MAX_DEATHS:
         return

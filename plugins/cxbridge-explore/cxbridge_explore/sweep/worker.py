@@ -66,7 +66,7 @@ class SeedForkChooser:
             if child_pid == 0:
                 self._become_run(seed)
                 return
-            self._row_sender.close()  # so that only the child has it open, and its end ends the pipe
+            self._row_sender.close()  # so that the pipe ends when the child ends
             with row_receiver:
                 try:
                     row = row_receiver.recv()
