@@ -16,8 +16,8 @@ from cxbridge_explore.counterexample_playing import (
     NthChoices,
     NthChooser,
     PlayedRun,
+    find_unusual_choices,
     play_run,
-    unusual_choices,
 )
 from cxbridge_explore.counterexample_pytest import make_identifier, make_test_text
 from cxbridge_explore.properties.monitor import Property, Violation
@@ -53,11 +53,11 @@ class Counterexample:
         }
 
 
-def describe_run(unusual: Sequence[Choice], violation: Violation) -> str:
+def describe_run(choices: Sequence[Choice], violation: Violation) -> str:
     """Describe the unusual choices of a run and the violation in a sentence."""
     events = ", and ".join(
         f"{choice.point.subject} {choice.taken_option.name} at {choice.point.seconds:.2f} s"
-        for choice in unusual
+        for choice in choices
     )
     return f"{events or 'without any fault'}: {violation.message} (at {violation.seconds:.2f} s)"
 
@@ -78,7 +78,7 @@ def shrink(choices: NthChoices, play: Callable[[NthChoices], PlayedRun]) -> Play
         if violating_runs:
             return min(
                 violating_runs,
-                key=lambda run: (len(unusual_choices(run.choices)), run.violations[0].seconds),
+                key=lambda run: (len(find_unusual_choices(run.choices)), run.violations[0].seconds),
             )
     return None
 
@@ -102,32 +102,32 @@ def write_counterexample(
     """
     violated = [property_ for property_ in properties if property_.name == name]
     play = partial(play_run, options, violated, world=world, make_assembly=make_assembly)
-    choices = unusual_choices(play(PathChooser(path)).choices)
-    shortest_run = shrink(choices, lambda subset: play(NthChooser(subset)))
+    nth_choices = find_unusual_choices(play(PathChooser(path)).choices)
+    shortest_run = shrink(nth_choices, lambda subset: play(NthChooser(subset)))
     if shortest_run is None:
         raise CxbridgeError(
             f"'{name}' is not violated on this path", hint="the agent may have changed since the exploration"
         )
     (violation,) = shortest_run.violations
-    unusual = tuple(choice for choice in shortest_run.choices if choice.option_index != USUAL)
-    description = describe_run(unusual, violation)
+    choices = tuple(choice for choice in shortest_run.choices if choice.option_index != USUAL)
+    description = describe_run(choices, violation)
     stem = make_identifier(name)
     recording = folder / f"{stem}.mcap"
     make_parent_folder(recording)
     # played once more, since only one of the many tried runs is worth a recording
-    play(NthChooser(unusual_choices(shortest_run.choices)), recording)
+    play(NthChooser(find_unusual_choices(shortest_run.choices)), recording)
     test = None
     if make_assembly is make_scenario:  # the fixture `cx` of a test runs only scenarios
         test = _write_test(options, shortest_run, violated[0], description, folder / f"test_{stem}.py")
-    return Counterexample(violation.message, unusual, recording, test, description)
+    return Counterexample(violation.message, choices, recording, test, description)
 
 
 def _write_test(
-    options: RunOptions, played: PlayedRun, violated: Property, description: str, file: Path
+    options: RunOptions, run: PlayedRun, violated_property: Property, description: str, file: Path
 ) -> Path | None:
     """Write the test and return its file; None if a test cannot script the run."""
     try:
-        text = make_test_text(options, played, violated, description, file.parent)
+        text = make_test_text(options, run, violated_property, description, file.parent)
     except CxbridgeError:
         return None
     write_file(file, text)

@@ -22,16 +22,16 @@ from cxbridge_explore.worlds.skills import SkillResult
 NthChoices = Mapping[tuple[str, int], str]
 
 
-def unusual_choices(choices: Sequence[Choice]) -> NthChoices:
+def find_unusual_choices(choices: Sequence[Choice]) -> NthChoices:
     """Return the unusual choices of a run."""
     counts: Counter[str] = Counter()
-    unusual = {}
+    unusual_options = {}
     for choice in choices:
         subject = choice.point.subject
         if choice.option_index != USUAL:
-            unusual[subject, counts[subject]] = choice.taken_option.name
+            unusual_options[subject, counts[subject]] = choice.taken_option.name
         counts[subject] += 1
-    return unusual
+    return unusual_options
 
 
 class NthChooser:

@@ -37,7 +37,7 @@ _NON_WORD_CHARACTERS: Final = re.compile(r"\W+")
 
 
 def make_test_text(
-    options: RunOptions, played: PlayedRun, violated: Property, description: str, folder: Path
+    options: RunOptions, run: PlayedRun, violated_property: Property, description: str, folder: Path
 ) -> str:
     """Return the text of a test file.
 
@@ -45,7 +45,7 @@ def make_test_text(
     :param folder: the folder of the file, to which the paths in the test are relative.
     :raises CxbridgeError: if the fixture cannot script a choice.
     """
-    script = list(_make_script_lines(played))
+    script = list(_make_script_lines(run))
     has_usual = any(".does(usual" in line for line in script)
     usual = ["def usual(call):", "    return None  # the usual result", "", ""] if has_usual else []
     option_arguments = "".join(f", {key}={value!r}" for key, value in _find_option_arguments(options, folder))
@@ -54,28 +54,28 @@ def make_test_text(
         "",
         "",
         *usual,
-        f"def test_{make_identifier(violated.name)}(cx):",
+        f"def test_{make_identifier(violated_property.name)}(cx):",
         f'    """{_escape_docstring(description)}"""',
         f"    run = cx.run({_to_literal(options.scenario, folder)!r}{option_arguments})",
         *(f"    {line}" for line in script),
-        f"    run.assert_properties({violated.source!r}, timeout={options.timeout:g})",
+        f"    run.assert_properties({violated_property.source!r}, timeout={options.timeout:g})",
         "",
     ]
     return "\n".join(lines)
 
 
-def _make_script_lines(played: PlayedRun) -> Iterator[str]:
+def _make_script_lines(run: PlayedRun) -> Iterator[str]:
     """Yield the lines that script the results of skills.
 
     :raises CxbridgeError: if the fixture cannot script a choice.
     """
-    if played.agent_count > 1:
+    if run.agent_count > 1:
         raise CxbridgeError("a test runs only one agent")
-    for choice in played.choices:
+    for choice in run.choices:
         if choice.option_index != USUAL and choice.point.kind not in _SCRIPTABLE_KINDS:
             raise CxbridgeError(f"a test cannot script {choice.point.subject}")
     outcomes_by_selection: dict[str, list[Outcome | None]] = {}
-    for call, outcome in played.results:
+    for call, outcome in run.results:
         args = [f"{key}={value!r}" for key, value in call.args.items() if isinstance(key, str)]
         outcomes_by_selection.setdefault(f"run.skills({', '.join((repr(call.name), *args))})", []).append(
             outcome
@@ -84,7 +84,7 @@ def _make_script_lines(played: PlayedRun) -> Iterator[str]:
         while outcomes and outcomes[-1] is None:  # after its last entry, a script gives the usual outcome
             outcomes.pop()
         if outcomes:
-            yield selection + "".join(_make_outcome_calls(outcomes, uses_skill_board=played.uses_skill_board))
+            yield selection + "".join(_make_outcome_calls(outcomes, uses_skill_board=run.uses_skill_board))
 
 
 def _make_outcome_calls(outcomes: Sequence[Outcome | None], *, uses_skill_board: bool) -> Iterator[str]:

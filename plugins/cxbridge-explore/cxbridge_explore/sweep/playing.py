@@ -45,15 +45,15 @@ def play_seed(job: SweepJob, seed: int, chooser: Chooser) -> RunRow:
         result = run.play()
         call_count = len(run.skill_results)
     verdict = result.verdict
-    unusual = [choice for choice in result.choices if choice.option_index]
+    unusual_choices = [choice for choice in result.choices if choice.option_index]
     return RunRow(
         seed,
         verdict.word,
         verdict.reason,
         makespan=verdict.run_seconds,
         calls=call_count,
-        faults=sum(choice.taken_option.faults for choice in unusual),
+        faults=sum(choice.taken_option.faults for choice in unusual_choices),
         goals=goal_counter.counts_by_class(),
-        choices=[choice.as_dict() for choice in unusual],
+        choices=[choice.as_dict() for choice in unusual_choices],
         cpu_seconds=time.process_time() - start_s,
     )
