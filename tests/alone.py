@@ -77,7 +77,11 @@ def closure(requirements: Iterable[str]) -> tuple[set[str], set[str]]:
             continue
         known.add(name)
         more = declared(name) if known is ours else importlib.metadata.requires(name) or []
-        waiting += [(Requirement(text), each) for text in more for each in (requirement.extras or {""})]
+        waiting += [
+            (Requirement(text), needed_extra)
+            for text in more
+            for needed_extra in (requirement.extras or {""})
+        ]
     return ours, others
 
 
@@ -101,8 +105,8 @@ def make_environment(folder: Path, name: str, wheels: Path, tools: Iterable[str]
         for entry in entries(package):
             if entry.exists() and not (site / entry.name).exists():
                 (site / entry.name).symlink_to(entry)
-    for each in ours:
-        (wheel,) = wheels.glob(f"{each.replace('-', '_')}-*.whl")
+    for distribution in ours:
+        (wheel,) = wheels.glob(f"{distribution.replace('-', '_')}-*.whl")
         with zipfile.ZipFile(wheel) as archive:
             archive.extractall(site)
     write_scripts(folder / "bin", site)
@@ -133,14 +137,14 @@ def lay_out(folder: Path, name: str) -> Path:
     for entry in ROOT.iterdir():
         if entry.name not in SOURCES and not entry.name.startswith(".git"):
             (folder / entry.name).symlink_to(entry)
-    for each in OF_THE_CHECKOUT:
-        (folder / "tests" / f"test_{each}.py").unlink()
-    for each in ours - {CORE}:
-        here = folder / "plugins" / each
+    for module in OF_THE_CHECKOUT:
+        (folder / "tests" / f"test_{module}.py").unlink()
+    for distribution in ours - {CORE}:
+        here = folder / "plugins" / distribution
         shutil.copytree(
-            folder_of(each) / "tests", here / "tests", ignore=shutil.ignore_patterns("__pycache__")
+            folder_of(distribution) / "tests", here / "tests", ignore=shutil.ignore_patterns("__pycache__")
         )
-        shutil.copy(folder_of(each) / "pyproject.toml", here)
+        shutil.copy(folder_of(distribution) / "pyproject.toml", here)
     return folder / "tests" if name == CORE else folder / "plugins" / name / "tests"
 
 
@@ -152,8 +156,8 @@ def main(name: str, *arguments: str) -> int:
         (folder / "wheels").mkdir()
         if name in TESTED_WITH_PLANNERS:
             tools.append(PLANNERS)
-        for each in closure([name, *tools])[0]:
-            build_wheel(each, folder / "wheels")
+        for distribution in closure([name, *tools])[0]:
+            build_wheel(distribution, folder / "wheels")
         python = make_environment(folder / "venv", name, folder / "wheels", tools)
         here = folder / "checkout"
         here.mkdir()

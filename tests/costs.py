@@ -67,8 +67,8 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
 
 
 def _reports(reporter: pytest.TerminalReporter) -> Iterator[pytest.TestReport]:
-    for each in reporter.stats.values():
-        for report in each:
+    for reports in reporter.stats.values():
+        for report in reports:
             if isinstance(report, pytest.TestReport):
                 yield report
 

@@ -75,7 +75,7 @@ class Nursery:
         """
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as errors:
             with Path(os.devnull).open("rb") as nothing:
-                streams = [each.fileno() for each in (nothing, out, errors)]
+                streams = [stream.fileno() for stream in (nothing, out, errors)]
                 forked = self._fork(arguments, folder, streams, program, environment=environment)
             with forked:
                 status = forked.wait(timeout)
@@ -101,8 +101,8 @@ class Nursery:
         try:
             forked = self._fork(arguments, folder, [its_in, its_out, its_errors], program, session=session)
         finally:
-            for each in (its_in, its_out, its_errors):
-                os.close(each)
+            for stream in (its_in, its_out, its_errors):
+                os.close(stream)
         return Piped(forked, os.fdopen(stdin, "wb"), os.fdopen(stdout, "rb"), os.fdopen(stderr, "rb"))
 
     def _fork(
@@ -254,8 +254,8 @@ class _Serving:
         if process == 0:
             signal.signal(signal.SIGCHLD, signal.SIG_DFL)
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGCHLD})
-            for each in (self._requests, asker, *self._askers.values()):
-                each.close()
+            for connection in (self._requests, asker, *self._askers.values()):
+                connection.close()
             _become(request, streams)
             return True
         for stream in streams:
@@ -323,7 +323,7 @@ def main(number: int) -> None:
     if _Serving(socket.socket(fileno=number)).serve():
         name = sys.argv[0]
         own = {"cxbridge": run, "pytest": pytest.console_main}
-        sys.path += [each for each in TEST_FOLDERS if each not in sys.path]
+        sys.path += [test_folder for test_folder in TEST_FOLDERS if test_folder not in sys.path]
         end.run(own[name] if name in own else importlib.import_module(name).main)
 
 

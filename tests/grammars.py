@@ -32,15 +32,21 @@ def make_tables() -> Tables:
     lark = Lark(text, parser="lalr", lexer=NoLexer, start=list(START_SYMBOLS), strict=True)
     rules = tuple(map(_rule, lark.rules))
     starts, states = _states(lark)
-    words = [each for each in lark.terminals if each.name not in lark.ignore_tokens]
-    texts = {each.name: each.pattern.value for each in words if isinstance(each.pattern, PatternStr)}
-    patterns = {each.name: each for each in words if each.name not in texts}
-    (comment,) = (each.pattern.value for each in lark.terminals if each.name == "COMMENT")
+    words = [terminal for terminal in lark.terminals if terminal.name not in lark.ignore_tokens]
+    texts = {
+        terminal.name: terminal.pattern.value
+        for terminal in words
+        if isinstance(terminal.pattern, PatternStr)
+    }
+    patterns = {terminal.name: terminal for terminal in words if terminal.name not in texts}
+    (comment,) = (terminal.pattern.value for terminal in lark.terminals if terminal.name == "COMMENT")
     return Tables(
         comment=comment,
-        cuts={name: each.pattern.to_regexp() for name, each in patterns.items() if each.priority},
+        cuts={name: terminal.pattern.to_regexp() for name, terminal in patterns.items() if terminal.priority},
         keywords={text: name for name, text in texts.items()},
-        words={name: each.pattern.to_regexp() for name, each in patterns.items() if not each.priority},
+        words={
+            name: terminal.pattern.to_regexp() for name, terminal in patterns.items() if not terminal.priority
+        },
         rules=rules,
         starts=starts,
         states=_without_detours(states, rules),
@@ -50,8 +56,8 @@ def make_tables() -> Tables:
 def _rule(rule: Any) -> Rule:
     """Return a rule of lark. Strings in the grammar have no value, and lists are helpers of lark's."""
     symbols = list(enumerate(rule.expansion))
-    kept = tuple(place for place, each in symbols if not (each.is_term and each.filter_out))
-    spread = tuple(place for place, each in symbols if not each.is_term and each.name.startswith("__"))
+    kept = tuple(place for place, symbol in symbols if not (symbol.is_term and symbol.filter_out))
+    spread = tuple(place for place, symbol in symbols if not symbol.is_term and symbol.name.startswith("__"))
     result = rule.origin.name
     is_plain = result.startswith("_") or (rule.options.expand1 and not rule.alias)
     return Rule(result, len(rule.expansion), kept, spread, "" if is_plain else rule.alias or result)
@@ -99,9 +105,9 @@ def format_tables(tables: Tables) -> str:
             parts.append(f'"{name}":{_json(value)}')
             continue
         items = (
-            [f"{_json(key)}:{_json(each)}" for key, each in value.items()]
+            [f"{_json(key)}:{_json(item)}" for key, item in value.items()]
             if isinstance(value, dict)
-            else [_json(each) for each in value]
+            else [_json(item) for item in value]
         )
         first, last = "{}" if isinstance(value, dict) else "[]"
         parts.append(f'"{name}":{first}\n' + ",\n".join(items) + f"\n{last}")
@@ -111,7 +117,9 @@ def format_tables(tables: Tables) -> str:
 def make_terminals() -> dict[str, str]:
     """Return the regular expressions of the terminals of ``templates.lark``. Needs lark."""
     return {
-        each.name: each.pattern.to_regexp() for each in template_parser().terminals if each.name in _TERMINALS
+        terminal.name: terminal.pattern.to_regexp()
+        for terminal in template_parser().terminals
+        if terminal.name in _TERMINALS
     }
 
 

@@ -41,7 +41,7 @@ class Started:
         ignore: int | None = None,
     ) -> None:
         self.arguments: Final = [
-            os.fspath(each) if isinstance(each, Path) else str(each) for each in arguments
+            os.fspath(argument) if isinstance(argument, Path) else str(argument) for argument in arguments
         ]
         self._out: IO[str] | None = None
         self._errors: IO[str] | None = None
@@ -98,7 +98,7 @@ class Started:
         def read(index: int, stream: IO[str]) -> None:
             texts[index] = stream.read()
 
-        streams = [each if each and not each.closed else None for each in (self._out, self._errors)]
+        streams = [stream if stream and not stream.closed else None for stream in (self._out, self._errors)]
         readers = [
             threading.Thread(target=read, args=(index, stream), daemon=True)
             for index, stream in enumerate(streams)

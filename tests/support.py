@@ -98,7 +98,7 @@ def _find_plugin(name: str) -> ModuleSpec | None:
 
 _FOUND = [find_spec("cxbridge"), *map(_find_plugin, PLUGIN_NAMES)]
 
-PACKAGES = tuple(Path(each.origin).parent for each in _FOUND if each is not None and each.origin)
+PACKAGES = tuple(Path(spec.origin).parent for spec in _FOUND if spec is not None and spec.origin)
 """The packages of cxbridge and of the plug-ins of this repository that are installed, wherever these are."""
 
 WHOLE = all(_FOUND)

@@ -210,7 +210,9 @@ def test_the_core_imports_no_plug_in():
 @pytest.mark.parametrize("name", PLUGINS)
 def test_a_plug_in_imports_only_plug_ins_that_it_declares(name):
     project = tomllib.loads((PLUGINS[name].parent / "pyproject.toml").read_text())["project"]
-    declared = {re.split(r"[=<>]", each)[0].replace("-", "_") for each in project["dependencies"]}
+    declared = {
+        re.split(r"[=<>]", requirement)[0].replace("-", "_") for requirement in project["dependencies"]
+    }
     imported = imported_packages(PLUGINS[name].rglob("*.py")) & PLUGINS.keys()
     assert imported - {name} - declared == set()
     assert f"cxbridge=={__version__}" in project["dependencies"]
@@ -266,18 +268,20 @@ def test_a_class_with_getattr_reads_only_attributes_that_it_has():
     for module, path in module_files().items():
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.ClassDef) and "__getattr__" in {
-                getattr(each, "name", "") for each in node.body
+                getattr(member, "name", "") for member in node.body
             }:
                 own = [
-                    each
-                    for each in ast.walk(node)
-                    if isinstance(each, ast.Attribute) and ast.unparse(each.value) == "self"
+                    attribute
+                    for attribute in ast.walk(node)
+                    if isinstance(attribute, ast.Attribute) and ast.unparse(attribute.value) == "self"
                 ]
                 found = resolve_name(f"{module.removesuffix('.__init__')}:{node.name}")
                 known = {*dir(found), *found.__annotations__} | {
-                    each.attr for each in own if isinstance(each.ctx, ast.Store)
+                    attribute.attr for attribute in own if isinstance(attribute.ctx, ast.Store)
                 }
-                assert {each.attr for each in own if isinstance(each.ctx, ast.Load)} <= known, (
+                assert {
+                    attribute.attr for attribute in own if isinstance(attribute.ctx, ast.Load)
+                } <= known, (
                     path,
                     node.name,
                 )

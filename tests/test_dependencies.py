@@ -21,7 +21,11 @@ DEPENDENCIES = [
     for project in PROJECTS
     for requirement in (
         *project["dependencies"],
-        *(each for extra in project.get("optional-dependencies", {}).values() for each in extra),
+        *(
+            requirement
+            for extra in project.get("optional-dependencies", {}).values()
+            for requirement in extra
+        ),
     )
     if re.split(r"[\[=<>]", requirement)[0] not in OURS
 ]
@@ -32,7 +36,7 @@ TABLE = dict(
 
 
 def test_the_page_names_the_licence_of_every_dependency_and_no_other():
-    assert set(TABLE) == {canonicalize_name(Requirement(each).name) for each in DEPENDENCIES}
+    assert set(TABLE) == {canonicalize_name(Requirement(requirement).name) for requirement in DEPENDENCIES}
 
 
 def locked(file):
@@ -85,8 +89,8 @@ def test_locked_versions_fit_the_project_and_have_hashes(file):
         )
         if re.split(r"[\[=<>]", requirement)[0] not in OURS
     ]
-    for each in wanted:
-        assert versions[canonicalize_name(each.name)] in each.specifier, each
+    for requirement in wanted:
+        assert versions[canonicalize_name(requirement.name)] in requirement.specifier, requirement
 
 
 @pytest.mark.parametrize("file", ["dev.txt", "run.txt", "container.txt", "build.txt"])

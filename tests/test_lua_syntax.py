@@ -19,19 +19,21 @@ _RUNTIME = re.compile(r"LuaRuntime\((?!\s*encoding=\"latin-1\")")
 def test_a_message_that_cuts_a_character_in_two_is_readable(length: int):
     """Lua quotes the first part of a text, and counts bytes."""
     for text in ("é" * length, f"a{'é' * length}", f"say{{text='{'é' * length}"):
-        told = find_syntax_error(text)
-        assert told.startswith("the skill string is not valid Lua: ")
-        told.encode()
+        message = find_syntax_error(text)
+        assert message.startswith("the skill string is not valid Lua: ")
+        message.encode()
 
 
 @given(st.text(st.characters(exclude_categories=()) | st.sampled_from("é\udcc3\0\x1b{}()'\"[]=#-\\")))
 def test_every_text_is_lua_or_has_a_reason(text: str):
     data = text.encode("utf-8", "surrogatepass")
     skill_string = data.decode("utf-8", "surrogateescape")
-    told = ErrorTracker(1, "the error before").current_error(2, skill_string, "the error before", failed=True)
-    told.encode()
+    message = ErrorTracker(1, "the error before").current_error(
+        2, skill_string, "the error before", failed=True
+    )
+    message.encode()
     assert bool(find_syntax_error(skill_string)) == (LuaCompiler().find_error(data) is not None)
-    assert told == (find_syntax_error(skill_string) or "the error before")
+    assert message == (find_syntax_error(skill_string) or "the error before")
 
 
 def test_precompiled_lua_is_not_read():

@@ -109,7 +109,7 @@ def test_a_client_of_the_web_server_follows_it(events: list[Event]) -> None:
             found = [next(following)[2] for _ in events]
         assert client.get("/api/cxbridge/events?kinds=batteries").status == 400
     assert found[0] == {"kind": "battery", "time_us": 1_000_000, "robot": "r1", "charge": 0.75, "cells": 6}
-    assert [each["charge"] for each in found] == [0.75, 1e-05, 0.5]
+    assert [event["charge"] for event in found] == [0.75, 1e-05, 0.5]
 
 
 def test_it_leaves_nothing_behind() -> None:

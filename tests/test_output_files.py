@@ -50,8 +50,8 @@ def writes(file: Path) -> bool:
         if isinstance(call.func, ast.Attribute) and getattr(call.func.value, "id", "") in new_files:
             continue
         name = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
-        modes = [each.value for each in call.args if isinstance(each, ast.Constant)]
-        opens = any(isinstance(each, str) and each[:1] in ("w", "x") and len(each) <= 2 for each in modes)
+        modes = [argument.value for argument in call.args if isinstance(argument, ast.Constant)]
+        opens = any(isinstance(mode, str) and mode[:1] in ("w", "x") and len(mode) <= 2 for mode in modes)
         if name in ("write_text", "write_bytes") or (name == "open" and opens):
             return True
     return False

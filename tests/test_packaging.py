@@ -135,9 +135,9 @@ def wheels(tmp_path_factory):
     built: set[str] = set()
 
     def build(name):
-        for each in alone.closure([name])[0] - built:
-            alone.build_wheel(each, folder)
-            built.add(each)
+        for distribution in alone.closure([name])[0] - built:
+            alone.build_wheel(distribution, folder)
+            built.add(distribution)
         return folder
 
     return build
@@ -193,7 +193,9 @@ def test_each_wheel_works_with_what_it_declares(name, wheels, tmp_path):
 
 def test_each_distribution_is_tried_and_in_the_readme():
     assert (
-        sorted(SMOKE) == alone.distributions() == ["cxbridge", *(f"cxbridge-{each}" for each in PLUGIN_NAMES)]
+        sorted(SMOKE)
+        == alone.distributions()
+        == ["cxbridge", *(f"cxbridge-{plugin}" for plugin in PLUGIN_NAMES)]
     )
     rows = re.findall(r"^\| `(cxbridge[\w-]*)` \|", (ROOT / "README.md").read_text(), re.MULTILINE)
     assert sorted(rows) == alone.distributions()
@@ -205,8 +207,8 @@ def test_all_distributions_have_one_version():
         tomllib.loads((alone.folder_of(name) / "pyproject.toml").read_text())["project"]
         for name in alone.distributions()
     ]
-    assert {each["version"] for each in projects} == {__version__}
-    ours = {line for each in projects for line in each["dependencies"] if line.startswith("cxbridge")}
+    assert {project["version"] for project in projects} == {__version__}
+    ours = {line for project in projects for line in project["dependencies"] if line.startswith("cxbridge")}
     assert {line.partition("==")[2] for line in ours} == {__version__}
 
 

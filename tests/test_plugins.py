@@ -67,7 +67,7 @@ def alone(monkeypatch):
 
 
 def test_the_example_has_each_hook(greeter):
-    (plugin,) = (each for each in installed_plugins() if each.name == "greeter")
+    (plugin,) = (plugin for plugin in installed_plugins() if plugin.name == "greeter")
     assert (plugin.error, plugin.package) == (None, "greeter 1.0")
     assert plugin.rows.keys() == HOOKS
     assert {row.origin for rows in plugin.rows.values() for row in rows} == {"greeter (greeter 1.0)"}
@@ -221,7 +221,7 @@ def test_its_own_table(greeter, tmp_path, monkeypatch):
 
 
 def test_its_explainer(greeter, monkeypatch, tmp_path):
-    only = tuple(each for each in installed_plugins() if each.name == "greeter")
+    only = tuple(plugin for plugin in installed_plugins() if plugin.name == "greeter")
     monkeypatch.setattr(plugins, "installed_plugins", lambda: only)
     assert read_run(recording(tmp_path)).why("MINI") == "MINI of run.mcap: the guests were polite"
     options = RunOptions(scenario=tmp_path / "s")
@@ -258,7 +258,7 @@ def test_a_run_imports_only_the_tables(greeter, tmp_path):
 )
 def test_a_broken_plug_in_is_reported_and_left_out(broken, tables, message, tmp_path, capsys):
     broken(tables)
-    (plugin,) = (each for each in installed_plugins() if each.name == "broken")
+    (plugin,) = (plugin for plugin in installed_plugins() if plugin.name == "broken")
     assert message in str(plugin.error)
     assert not plugin.rows
     assert any(message in line for line in said(write_scenario(tmp_path / "s")))
@@ -269,7 +269,7 @@ def test_a_broken_plug_in_is_reported_and_left_out(broken, tables, message, tmp_
 def test_two_plug_ins_of_a_name_are_an_error_with_both_packages(broken):
     broken("API = 1")
     broken("API = 1", "other", "broken = other.plugin")
-    (plugin,) = (each for each in installed_plugins() if each.name == "broken")
+    (plugin,) = (plugin for plugin in installed_plugins() if plugin.name == "broken")
     assert "of broken 1.0 and other 1.0" in str(plugin.error)
 
 
@@ -427,7 +427,7 @@ def test_what_belongs_to_an_absent_plug_in_names_its_package(
         scenario_file.write_text(
             scenario_file.read_text().replace("[mini.clp,", f'[mini.clp, "{file_name}",')
         )
-    status = invoke([str(places.get(each, each)) for each in arguments])
+    status = invoke([str(places.get(argument, argument)) for argument in arguments])
     assert status == (0 if arguments[-1] in ("ROS2", "WAITING") else 2)
     assert f"belongs to the plug-in {package}: " in capsys.readouterr().err
 

@@ -80,22 +80,22 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Scene:
 
 
 def text_of(fields: Mapping[str, str]) -> str:
-    return "{" + ",".join(f"{json.dumps(key)}:{each}" for key, each in fields.items()) + "}"
+    return "{" + ",".join(f"{json.dumps(key)}:{field_text}" for key, field_text in fields.items()) + "}"
 
 
 def with_value(text: str, value: str | None) -> Iterator[str]:
     """Yield a JSON object once for each field, with a value in its place; None: without it."""
     whole = json.loads(text)
-    plain = {key: json.dumps(each) for key, each in whole.items()}
-    for name, each in whole.items():
+    plain = {key: json.dumps(field_value) for key, field_value in whole.items()}
+    for name, field_value in whole.items():
         rest = {key: part for key, part in plain.items() if key != name}
         yield text_of(rest if value is None else {**plain, name: value})
-        if isinstance(each, dict) and each:
+        if isinstance(field_value, dict) and field_value:
             yield from (text_of({**plain, name: inner}) for inner in with_value(plain[name], value))
-        if isinstance(each, list) and value is not None:
-            yield text_of({**plain, name: f"[{value},{plain[name][1:]}" if each else f"[{value}]"})
-        if isinstance(each, str) and re.search(r"\d", each):
-            yield text_of({**plain, name: json.dumps(re.sub(r"\d+", "9" * 5000, each))})
+        if isinstance(field_value, list) and value is not None:
+            yield text_of({**plain, name: f"[{value},{plain[name][1:]}" if field_value else f"[{value}]"})
+        if isinstance(field_value, str) and re.search(r"\d", field_value):
+            yield text_of({**plain, name: json.dumps(re.sub(r"\d+", "9" * 5000, field_value))})
 
 
 DECODERS = {f"cxbridge.{kind.__name__}": make_decoder(kind) for kind in EVENT_TYPES.values()}
@@ -118,19 +118,21 @@ def crafted(source: Path, target: Path, where: str, value: str | None) -> Path:
         assert summary is not None
         writer.start(profile=reader.get_header().profile)
         schemas = {
-            number: writer.register_schema(each.name, each.encoding, each.data)
-            for number, each in summary.schemas.items()
+            number: writer.register_schema(schema.name, schema.encoding, schema.data)
+            for number, schema in summary.schemas.items()
         }
         channels = {
             number: writer.register_channel(
-                each.topic, each.message_encoding, schemas.get(each.schema_id, 0), each.metadata
+                channel.topic, channel.message_encoding, schemas.get(channel.schema_id, 0), channel.metadata
             )
-            for number, each in summary.channels.items()
+            for number, channel in summary.channels.items()
         }
-        for each in reader.iter_attachments():
-            odd = where == "attachments" and each.name.endswith(".json")
-            data = (value or "").encode("utf-8", "surrogatepass") if odd else each.data
-            writer.add_attachment(each.create_time, each.log_time, each.name, each.media_type, data)
+        for attachment in reader.iter_attachments():
+            odd = where == "attachments" and attachment.name.endswith(".json")
+            data = (value or "").encode("utf-8", "surrogatepass") if odd else attachment.data
+            writer.add_attachment(
+                attachment.create_time, attachment.log_time, attachment.name, attachment.media_type, data
+            )
         for record in reader.iter_metadata():
             odd = where == "metadata"
             fields = dict.fromkeys(record.metadata, (value or "")[:6000]) if odd else dict(record.metadata)
@@ -180,9 +182,9 @@ def test_a_command_that_looks_at_a_crafted_recording_tells_an_error(
             invoke(arguments)
         except Exception as error:  # noqa: BLE001 - the list of them is the result
             wrong[words] = f"{type(error).__name__}: {str(error)[:200]}"
-        told = capsys.readouterr()
-        if "Traceback" in told.err:
-            wrong[words] = told.err[-1000:]
+        output = capsys.readouterr()
+        if "Traceback" in output.err:
+            wrong[words] = output.err[-1000:]
     assert wrong == {}
 
 

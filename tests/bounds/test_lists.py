@@ -30,7 +30,7 @@ def is_unlimited(node: ast.AST) -> bool:
     if not isinstance(node, ast.Call):
         return False
     name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-    return name in QUEUES and not any(each.arg == "maxlen" for each in node.keywords)
+    return name in QUEUES and not any(keyword.arg == "maxlen" for keyword in node.keywords)
 
 
 @needs_all_plugins

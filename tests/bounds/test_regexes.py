@@ -63,8 +63,8 @@ def tree_of(path: str) -> ast.Module:
 def methods_by_name(path: str = "") -> dict[str, set[str]]:
     """Return the names of methods that are called on each name of a file; empty: of the package."""
     found: dict[str, set[str]] = {}
-    for each in [path] if path else map(str, module_files().values()):
-        for node in ast.walk(tree_of(each)):
+    for file in [path] if path else map(str, module_files().values()):
+        for node in ast.walk(tree_of(file)):
             if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
                 found.setdefault(node.value.id, set()).add(node.attr)
     return found
@@ -133,7 +133,7 @@ def slow(
 def test_no_expression_of_the_package_backtracks_without_a_bound():
     found = [*compiled(), *literals()]
     assert len(found) > 150
-    tried = {each: slow(*each) for each in share(found, 80)}
+    tried = {expression: slow(*expression) for expression in share(found, 80)}
     assert {expression: text for expression, text in tried.items() if text} == {}
 
 
@@ -191,8 +191,8 @@ def is_quadratic(pattern: Any, flags: int, methods: tuple[str, ...] = (WHOLE, PA
 
 def test_expressions_for_data_take_time_that_grows_with_the_length():
     known = {pattern for patterns in QUADRATIC.values() for pattern in patterns}
-    tried = share((each for each in (*compiled(), *literals()) if each[0] not in known), 80)
-    assert [each for each in tried if is_quadratic(*each)] == []
+    tried = share((expression for expression in (*compiled(), *literals()) if expression[0] not in known), 80)
+    assert [expression for expression in tried if is_quadratic(*expression)] == []
 
 
 @pytest.mark.parametrize("pattern", [r"(?:\d+\.?\d*|\.\d+)(?:e\d+)?", r"=[^']*\s*"])

@@ -21,10 +21,10 @@ class Obey(Listener):
 
     def __init__(self, status):
         self.status = status
-        self.told: list[str] = []
+        self.received_types: list[str] = []
 
     def message_received(self, interface, message):
-        self.told.append(message.type)
+        self.received_types.append(message.type)
         self.status.acknowledge(message.id)
         self.status.publish("RUNNING", [])
         return False
@@ -78,7 +78,7 @@ def test_commands(board, status, what):
     obey = Obey(status)
     board.register_listener(obey, status._daemon_interface, EventKind.MESSAGE_RECEIVED)
     assert invoke(["daemon", what]) == 0
-    assert obey.told == [f"{what.capitalize()}Message"]
+    assert obey.received_types == [f"{what.capitalize()}Message"]
 
 
 def test_a_daemon_that_does_not_answer_is_status_3(status, monkeypatch, capsys):

@@ -229,7 +229,7 @@ def test_a_misspelt_choice_is_an_error(choice, ask, monkeypatch):
     (ROOT / "out").mkdir(exist_ok=True)  # where examples write
     command = COMMANDS[tuple(choice[0].split())]
     (example,) = re.findall(r"Example:\n  cxbridge (.+)", command.epilog or "")
-    parameter = next(each for each in command.params if each.name == choice[1])
+    parameter = next(option for option in command.params if option.name == choice[1])
     status, _, error = ask(f"{example} {parameter.opts[0]} zebra")
     assert status == 2
     assert "zebra" in error

@@ -113,7 +113,7 @@ def test_an_agent_of_fawkes_stays_where_it_is(here, capsys):
     assert invoke(["run", *where, "-q"]) == 0
     capsys.readouterr()
     invoke(["check", *where, "--json"])
-    assert not [each for each in json.loads(capsys.readouterr().out) if "talker" in each["file"]]
+    assert not [finding for finding in json.loads(capsys.readouterr().out) if "talker" in finding["file"]]
     passes_its_test(project)
     launches(project)
 

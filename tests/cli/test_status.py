@@ -60,9 +60,9 @@ def wrapped(outer, inner):
 def test_each_error_has_its_status(monkeypatch, capsys, error, status, said):
     monkeypatch.setattr(program, "app", failing(error))
     assert program.invoke([]) == status
-    told = capsys.readouterr().err
-    assert said in told
-    assert "stdout" not in told
+    errors = capsys.readouterr().err
+    assert said in errors
+    assert "stdout" not in errors
 
 
 def test_a_fault_of_ours_is_4_and_shows_where(monkeypatch, capsys):
@@ -70,9 +70,9 @@ def test_a_fault_of_ours_is_4_and_shows_where(monkeypatch, capsys):
     with pytest.raises(SystemExit) as ended:
         program.main([])
     assert ended.value.code == 4
-    told = capsys.readouterr().err
-    assert "Traceback" in told
-    assert "cxbridge: an internal error of cxbridge: ZeroDivisionError: oh" in told
+    errors = capsys.readouterr().err
+    assert "Traceback" in errors
+    assert "cxbridge: an internal error of cxbridge: ZeroDivisionError: oh" in errors
 
 
 @pytest.mark.skipif(not FULL_DISK.exists(), reason="the system has no /dev/full")
@@ -80,9 +80,9 @@ def test_a_fault_of_ours_is_4_and_shows_where(monkeypatch, capsys):
 def test_a_full_disk_below_stdout_is_told_as_that(command):
     with FULL_DISK.open("w") as full:
         process = Started(*command.split(), stdout=full)
-    _, told = process.communicate()
-    assert "cannot write to stdout: No space left on device" in told
-    assert (process.returncode, "Traceback" in told) == (2, False)
+    _, errors = process.communicate()
+    assert "cannot write to stdout: No space left on device" in errors
+    assert (process.returncode, "Traceback" in errors) == (2, False)
 
 
 @pytest.mark.parametrize(

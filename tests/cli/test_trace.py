@@ -92,7 +92,7 @@ def test_mistakes(
 ) -> None:
     (tmp_path / "bad").write_bytes(bytes(range(256)))
     paths = {"RUN": str(run), "BAD": str(tmp_path / "bad")}
-    assert invoke(["trace", *(paths.get(each, each) for each in arguments)]) == 2
+    assert invoke(["trace", *(paths.get(argument, argument) for argument in arguments)]) == 2
     captured = capsys.readouterr()
     assert message in captured.err
     assert not captured.out

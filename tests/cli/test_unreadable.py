@@ -16,7 +16,10 @@ __all__ = ["dark"]  # a fixture
 
 @pytest.mark.parametrize(
     "command",
-    ["run", *(pytest.param(each, marks=needs_plugin("studio")) for each in ("check", "why mini-begin"))],
+    [
+        "run",
+        *(pytest.param(command, marks=needs_plugin("studio")) for command in ("check", "why mini-begin")),
+    ],
 )
 def test_a_configuration_in_a_folder_that_may_not_be_searched(
     command: str, dark: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]

@@ -137,7 +137,8 @@ def test_pause_resume_reset_and_shutdown_by_messages(tmp_path):
                 "speech": "INACTIVE",
                 "skiller": "INACTIVE",
             }
-            assert read_status(board)["state"] == "PAUSED"
+            status = read_status(board)
+            assert (status["state"], status["error"]) == ("PAUSED", "")
             assert send_command(board, "Resume", WAIT_S)
             assert read_status(board)["state"] == "RUNNING"
             reader = board.open_for_reading(SkillerInterface, "Skiller", owner="test")
@@ -223,7 +224,7 @@ def test_a_daemon_that_starts_again_keeps_what_it_recorded_before(tmp_path):
         ):
             pass
     for file in named.values():
-        runs = [open_run(each) for each in tmp_path.glob(f"run*{file.suffix}")]
+        runs = [open_run(path) for path in tmp_path.glob(f"run*{file.suffix}")]
         assert len(runs) == 2
         assert all(list(run) for run in runs)
 

@@ -113,7 +113,7 @@ def right_of_request(method: str, path: str, rights: Rights | None = None) -> Ri
     """The right that a request needs; one that nobody has described needs the highest."""
     from cxbridge_web.endpoint import Endpoint
 
-    known = {(each.method, each.path): each for each in endpoints()}
+    known = {(endpoint.method, endpoint.path): endpoint for endpoint in endpoints()}
     unknown = Endpoint(method=method, path=path, handler=lambda _call: None, summary="")
     return known.get((method, path), unknown).needed_right(rights or Rights())
 
@@ -122,7 +122,9 @@ def right_of_request(method: str, path: str, rights: Rights | None = None) -> Ri
 @needs_plugin("web")
 def test_every_request_over_http_has_its_right():
     assert len(endpoints()) > 60
-    needed = {f"{each.method} {each.path}": each.needed_right(Rights()) for each in endpoints()}
+    needed = {
+        f"{endpoint.method} {endpoint.path}": endpoint.needed_right(Rights()) for endpoint in endpoints()
+    }
     assert {way: right for way, right in needed.items() if right is not Right.LOOK} == REST
     assert all(right is not Right.LOOK for way, right in needed.items() if not way.startswith("GET "))
 

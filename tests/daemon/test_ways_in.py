@@ -124,7 +124,8 @@ def test_each_sender_of_skill_strings_is_known():
         if name == "SkillerCall"
         or (
             name in ("create_message", "_send")
-            and [each.value for each in call.args if isinstance(each, ast.Constant)] == ["ExecSkillMessage"]
+            and [argument.value for argument in call.args if isinstance(argument, ast.Constant)]
+            == ["ExecSkillMessage"]
         )
     }
     assert found == set(SENDS_SKILL_STRINGS)
@@ -154,8 +155,8 @@ def test_the_loopback_is_the_same_for_all_servers(host: str, expected: bool):
 @pytest.mark.parametrize(
     ("endpoint", "expected"),
     [
-        *((each, True) for each in ("ipc:///tmp/x", "tcp://127.0.0.1:*", "tcp://[::1]:1911")),
-        *((each, False) for each in ("ipc://@x", "ipc://@", "tcp://*:1911", "tcp://eth0:1", "tcp://[::1")),
+        *((url, True) for url in ("ipc:///tmp/x", "tcp://127.0.0.1:*", "tcp://[::1]:1911")),
+        *((url, False) for url in ("ipc://@x", "ipc://@", "tcp://*:1911", "tcp://eth0:1", "tcp://[::1")),
     ],
 )
 def test_an_endpoint_is_private_or_needs_keys(endpoint: str, expected: bool):

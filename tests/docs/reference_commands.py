@@ -41,7 +41,7 @@ def lines() -> Iterator[str]:
     for path, command in commands:
         own = [(option, default) for option, default in _options(command) if option not in common - of_run]
         as_run = [option for option, _ in own if path != ("run",) and option in of_run]
-        yield from _section(path, command, [each for each in own if each[0] not in as_run], as_run)
+        yield from _section(path, command, [row for row in own if row[0] not in as_run], as_run)
 
 
 def _commands(command: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:

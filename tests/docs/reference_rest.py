@@ -41,13 +41,17 @@ def models() -> Iterator[str]:
         fields = schema.get("properties", {})
         silent = {"kind", "apiVersion"} if "apiVersion" in fields else set()
         required = schema.get("required", ())
-        shown = (_field(each, kind, each in required) for each, kind in fields.items() if each not in silent)
+        shown = (
+            _field(field, kind, field in required) for field, kind in fields.items() if field not in silent
+        )
         yield f"| `{name}` | {', '.join(shown)} |"
 
 
 def _field(name: str, schema: Mapping[str, Any], required: bool) -> str:
     kind = schema.get("items", schema)
-    of = " or ".join(each["$ref"].rpartition("/")[2] for each in kind.get("anyOf", [kind]) if "$ref" in each)
+    of = " or ".join(
+        choice["$ref"].rpartition("/")[2] for choice in kind.get("anyOf", [kind]) if "$ref" in choice
+    )
     values = "|".join(map(str, kind.get("enum", ())))
     notes = "; ".join(
         filter(None, (of, values and f"`{_cell(values)}`", _cell(schema.get("description", ""))))
@@ -57,7 +61,7 @@ def _field(name: str, schema: Mapping[str, Any], required: bool) -> str:
 
 
 def _inputs(operation: Mapping[str, Any]) -> str:
-    names = [each["name"] for each in operation["parameters"] if each["in"] == "query"]
+    names = [parameter["name"] for parameter in operation["parameters"] if parameter["in"] == "query"]
     query = ", ".join(f"`{name}`" for name in names if name != "pretty")
     body = _reference(operation.get("requestBody", {}).get("content", {}))
     return "".join([f" with {body}" if body else "", f"; query {query}" if query else ""])

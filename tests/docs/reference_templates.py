@@ -41,7 +41,7 @@ def _values(slot: clips.TemplateSlot) -> str:
     allowed = slot.allowed_values  # the symbol FALSE without allowed values
     if isinstance(allowed, tuple):
         return ", ".join(map(str, allowed))
-    types = [each.lower() for each in slot.types]
+    types = [slot_type.lower() for slot_type in slot.types]
     kind = "" if len(types) > len(("float", "integer", "symbol")) else " or ".join(types)
     if slot.multifield:
         return f"any number of {f'{kind}s' if kind else 'values'}"
@@ -53,5 +53,5 @@ def _default(slot: clips.TemplateSlot) -> str:
         return "required"
     default = slot.default_value
     if isinstance(default, tuple):
-        return " ".join(f"`{each}`" for each in default)
+        return " ".join(f"`{value}`" for value in default)
     return f'`"{default}"`' if type(default) is str else f"`{default}`"

@@ -101,10 +101,9 @@ def test_what_there_is_not_is_noticed(line):
 
 
 def test_commands_md_tells_the_status_of_every_error():
-    told = nursery().run([], program="tests.docs.statuses")
-    statuses = [tuple(each) for each in json.loads(told.stdout)]
+    statuses = [tuple(row) for row in json.loads(nursery().run([], program="tests.docs.statuses").stdout)]
     assert ("CxbridgeError", 2) in statuses
     assert len(statuses) > 20
-    special = [each for each in statuses if each[1] != CxbridgeError.exit_status]
+    special = [row for row in statuses if row[1] != CxbridgeError.exit_status]
     assert special
     assert [(name, status) for name, status in special if f"`{name}`, {status}:" not in PAGE] == []

@@ -103,7 +103,7 @@ def test_a_page_works_as_written(page, tmp_path, ipc, monkeypatch, capfd):
 def test_links_lead_somewhere():
     links = [(page, target) for page in PAGES for target in LINK.findall(page.read_text())]
     assert links
-    assert [each for each in links if "://" not in each[1] and not (each[0].parent / each[1]).exists()] == []
+    assert [link for link in links if "://" not in link[1] and not (link[0].parent / link[1]).exists()] == []
 
 
 def test_readme_begins_with_the_two_commands():

@@ -68,7 +68,7 @@ ATTACKS = (
 HOSTILE = " ".join(ATTACKS)
 SHORT = "\x1b]52;c;QQ==\x07\x9bm\n\r\u202e"
 """For names, which have 31 bytes."""
-UNICODE = "".join(each for each in HOSTILE if not 0xD800 <= ord(each) < 0xE000)
+UNICODE = "".join(character for character in HOSTILE if not 0xD800 <= ord(character) < 0xE000)
 MODES = ("FORMULATED", "SELECTED", "DISPATCHED", "FINISHED")
 UNSAFE_TEXT = frozenset(map(chr, UNSAFE_CODE_POINTS))
 
@@ -80,7 +80,7 @@ def check(output: bytes, *, own_lines: bool = False) -> str:
     """
     text = output.decode("utf-8", "surrogateescape")
     found = UNSAFE_TEXT & set(text)
-    assert not found, (sorted(hex(ord(each)) for each in found), text[-2000:])
+    assert not found, (sorted(hex(ord(character)) for character in found), text[-2000:])
     assert own_lines or not [line for line in text.split("\n") if line.startswith("E 12:00")], text
     return text
 
@@ -338,7 +338,9 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
 def test_every_command_is_driven_with_options_that_it_has() -> None:
     assert COMMANDS.keys() == DRIVEN.keys()
     for words, rows in DRIVEN.items():
-        options = {name for each in COMMANDS[words].params for name in (*each.opts, *each.secondary_opts)}
+        options = {
+            name for option in COMMANDS[words].params for name in (*option.opts, *option.secondary_opts)
+        }
         driven = {word.partition("=")[0] for row in rows for word in row if word.startswith("--")}
         assert driven <= options, words
 
@@ -348,7 +350,7 @@ def test_no_command_prints_what_a_terminal_obeys(
     words: tuple[str, ...], place: dict[str, Path | str], cxbridge: Callable[..., str]
 ) -> None:
     for arguments in DRIVEN[words]:
-        filled = (re.sub(r"\{(\w+)\}", lambda name: str(place[name[1]]), each) for each in arguments)
+        filled = (re.sub(r"\{(\w+)\}", lambda name: str(place[name[1]]), argument) for argument in arguments)
         cxbridge(*words, *filled)
 
 
@@ -426,7 +428,7 @@ SIGNS = (b"\x1b]52", b"\x1b]8;", b"\x1b[31mred", b"\x1b]0;", "\x9b".encode(), "\
 def test_no_screen_passes_it_on(
     arguments: tuple[str, ...], until: bytes, place: dict[str, Path | str]
 ) -> None:
-    filled = [re.sub(r"\{(\w+)\}", lambda name: str(place[name[1]]), each) for each in arguments]
+    filled = [re.sub(r"\{(\w+)\}", lambda name: str(place[name[1]]), argument) for argument in arguments]
     output = on_a_terminal(*filled, until=until)
     assert output
     if until:
@@ -450,8 +452,8 @@ def test_text_recordings_have_one_entry_a_line_and_are_read_back(
     cxbridge("trace", "convert", source, path, "--to", to)
     check(path.read_bytes())
     kinds = (GoalTransition, SkillStatus) if to == "transitions" else (LogLine, FactChange)
-    again = [replace(each, time_us=0) for each in open_run(path)]
-    assert again == [replace(each, time_us=0) for each in whole if isinstance(each, kinds)]
+    again = [replace(event, time_us=0) for event in open_run(path)]
+    assert again == [replace(event, time_us=0) for event in whole if isinstance(event, kinds)]
 
 
 def test_reports_of_a_comparison_hold_nothing_of_it(
@@ -469,8 +471,8 @@ def test_the_manager_of_services_is_told_one_status(tmp_path: Path) -> None:
     with receiver:
         receiver.bind(str(tmp_path / "notify"))
         Notifier(str(tmp_path / "notify")).report_ready(f"serving\nMAINPID=1\n{TEXT}")
-        told = check(receiver.recv(65536))
-    assert [line.partition("=")[0] for line in told.splitlines()] == ["READY", "STATUS"]
+        notification = check(receiver.recv(65536))
+    assert [line.partition("=")[0] for line in notification.splitlines()] == ["READY", "STATUS"]
 
 
 def test_fawkes_viewers_get_no_escape_sequence() -> None:

@@ -124,8 +124,8 @@ def test_a_goal_that_is_dropped_while_its_skill_runs_leaves_no_run_behind(tmp_pa
 def test_a_run_waits_until_the_skiller_has_stopped_what_nobody_wants(tmp_path, core):
     """With the built-in core it ended while rules still saw the skill run."""
     run_until_the_goal_is_dropped(tmp_path, core, trace=tmp_path / "run.mcap")
-    told = [event.status for event in open_run(tmp_path / "run.mcap") if isinstance(event, SkillStatus)]
-    assert told[-2:] == ["S_RUNNING", "S_INACTIVE"]
+    statuses = [event.status for event in open_run(tmp_path / "run.mcap") if isinstance(event, SkillStatus)]
+    assert statuses[-2:] == ["S_RUNNING", "S_INACTIVE"]
 
 
 def test_a_second_configuration_is_laid_over_the_first(tmp_path):
@@ -216,7 +216,7 @@ def test_broken_constructs_are_status_2_each_with_its_place(tmp_path):
     error = bad(scenario)
     assert isinstance(error, BrokenAgentError)
     line = AGENT.count("\n") + 2
-    places = [(each.file, each.line) for each in error.mistakes]
+    places = [(mistake.file, mistake.line) for mistake in error.mistakes]
     assert places == [(str(scenario / "mini.clp"), line), (str(scenario / "mini.clp"), line + 1)]
     assert str(error).splitlines()[-1] == "2 mistakes, the agent was not started"
 
@@ -237,7 +237,7 @@ def test_a_broken_file_that_is_loaded_while_the_initialisation_waits_is_status_2
         config.read_text().replace("- name: agent", "- name: agent\n            wait-for: later")
     )
     error = bad(scenario)
-    assert [(each.file, each.line) for each in error.mistakes] == [(str(later), 1)]
+    assert [(mistake.file, mistake.line) for mistake in error.mistakes] == [(str(later), 1)]
     assert error.message == "1 mistake, the agent was not started"
 
 
@@ -254,7 +254,7 @@ def test_a_file_that_a_spec_of_a_checkout_names_must_be_there(tmp_path, strict, 
         return
     with pytest.raises(BrokenAgentError) as caught:
         run_scenario(options)
-    mistake = next(each for each in caught.value.mistakes if "no-such-file" in each.message)
+    mistake = next(mistake for mistake in caught.value.mistakes if "no-such-file" in mistake.message)
     assert (mistake.file, mistake.line) == (str(over), 2)
 
 

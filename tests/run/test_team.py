@@ -60,9 +60,9 @@ cxbridge:
     result, _ = run(write(tmp_path, more))
     assert (result.status, result.reason) == (1, "ann: G ended FAILED")
     assert {name: agent.status for name, agent in result.agents.items()} == {"ann": 1, "ben": 0}
-    told = result.to_json()
-    assert [goal["outcome"] for goal in told["agents"]["ben"]["goals"]] == ["COMPLETED"]
-    assert told["goals"] == []
+    report = result.to_json()
+    assert [goal["outcome"] for goal in report["agents"]["ben"]["goals"]] == ["COMPLETED"]
+    assert report["goals"] == []
     told_people = result.summary().splitlines()
     assert told_people[:2] == ["ann", "  G (MINI): FAILED  [ACTION-FAILED]"]
     assert told_people[2:4] == ["ben", "  G (MINI): COMPLETED"]

@@ -47,7 +47,7 @@ class World:
         for construct in constructs:
             self.env.build(construct)
         self.env.assert_string("(x)")
-        self.told: list[Stall] = []
+        self.stalls: list[Stall] = []
         self.heard = threading.Event()
         self.over = threading.Event()
         self.loop = MainLoop(RealClock(), 10_000)
@@ -62,7 +62,7 @@ class World:
         if stall is None:
             self.over.set()
         else:
-            self.told.append(stall)
+            self.stalls.append(stall)
             self.heard.set()
 
     def work(self):
@@ -95,14 +95,14 @@ def watched(*constructs):
 def test_the_rule_is_named(constructs, what):
     with watched(*constructs) as world:
         assert world.heard.wait(WAIT_S)
-        assert world.told[0].activity.startswith(what)
-        assert world.told[0].in_rules == ("sleep-for" not in what)
+        assert world.stalls[0].activity.startswith(what)
+        assert world.stalls[0].in_rules == ("sleep-for" not in what)
 
 
 def test_a_stall_is_told_again_when_its_duration_has_doubled():
     with watched("(defrule a (x) => (while TRUE (bind ?y 1)))") as world:
-        assert until(lambda: len(world.told) > 1)
-    first_s, second_s = (stall.seconds for stall in world.told[:2])
+        assert until(lambda: len(world.stalls) > 1)
+    first_s, second_s = (stall.seconds for stall in world.stalls[:2])
     assert 2 * first_s <= second_s
 
 
@@ -242,17 +242,17 @@ def test_a_skill_string_inside_a_function_of_c_is_named_and_fails_once_the_funct
     folder = write_skill_space(tmp_path / "lua", "stuck", say=STUCK)
     rig = Rig()
     skiller = rig.lua([folder], space="stuck")
-    told: list[str] = []
+    texts: list[str] = []
     reader = rig.board.open_for_reading("SkillerInterface", "Skiller", owner="test")
     reader.msgq_enqueue(reader.ExecSkillMessage("say{}"))  # type: ignore[attr-defined]
     loop = MainLoop(RealClock(), 10_000)
     loop.add(Hook.SKILL, skiller.loop)
-    watchdog = Watchdog(loop, dict, lambda stall: told.append(str(stall)) if stall else None, LIMIT_S)
+    watchdog = Watchdog(loop, dict, lambda stall: texts.append(str(stall)) if stall else None, LIMIT_S)
     watchdog.start()
     loop.run(lambda: rig.status == "S_FAILED")
     watchdog.stop()
-    assert told
-    assert told[0].startswith("skill say{} does not end")
+    assert texts
+    assert texts[0].startswith("skill say{} does not end")
     assert "endless loop?" in rig.state.error
 
 

@@ -102,8 +102,8 @@ def golden(tmp_path_factory) -> Path:
     write_golden(folder / "times", transitions, 0)
     write_golden(folder / "values", transitions)
     with TransitionsWriter(folder / "old") as writer:
-        for each in transitions:
-            writer.write(each)
+        for transition in transitions:
+            writer.write(transition)
     return folder
 
 

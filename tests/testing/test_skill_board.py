@@ -21,7 +21,11 @@ def run():
 
 
 def failures(run: AgentRun) -> list[SkillStatus]:
-    return [each for each in run.transitions if isinstance(each, SkillStatus) and each.status == "S_FAILED"]
+    return [
+        transition
+        for transition in run.transitions
+        if isinstance(transition, SkillStatus) and transition.status == "S_FAILED"
+    ]
 
 
 def error_of_first_failure(run: AgentRun) -> str:
@@ -69,7 +73,7 @@ def test_a_function_may_leave_a_call_to_its_executor(run):
 
     run.skills("inspect").does(answer)
     run.until(lambda: len(seen) == 4)
-    actions = [each for each in run.actions("inspect") if each.state == "FINAL"]
+    actions = [action for action in run.actions("inspect") if action.state == "FINAL"]
     assert len(actions) >= 3
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,9 @@ from cxbridge.daemon.operations.operation import (
     OperationContext,
     ParameterError,
 )
-from cxbridge.daemon.operations.table import verbs
+from cxbridge.daemon.operations.table import OPERATION_MODULES, _load_operations, verbs
 from cxbridge.errors import CxbridgeError
+from cxbridge.plugins import PluginError
 from cxbridge.rights import ALL_RIGHTS, Right
 from tests.plugins import example, forget, install
 
@@ -31,6 +33,12 @@ def _added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 @pytest.mark.usefixtures("added")
 def test_a_new_operation_is_one_row() -> None:
     assert verbs()["count-words"] is Right.CONTROL
+
+
+def test_two_operations_of_one_name_are_an_error() -> None:
+    rows = OPERATION_MODULES.rows
+    with pytest.raises(PluginError, match="two operations are called"):
+        _load_operations((*rows, *map(copy, rows)))
 
 
 # -- parameters

@@ -26,7 +26,7 @@ def ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     ours.close()
 
 
-def told(text: str, reference: Outcome, outcome: Outcome) -> str:
+def describe_difference(text: str, reference: Outcome, outcome: Outcome) -> str:
     lines = [
         f"  {aspect}: {getattr(reference, aspect)!r}, ours: {getattr(outcome, aspect)!r}"
         for aspect in reference.differences(outcome)
@@ -47,7 +47,7 @@ def test_every_function_does_as_in_6_30(seed: int, ours: Ours, tmp_path: Path) -
             outcome = ours.outcome(start, text)
             differing = reference.differences(outcome)
             if differing and not find(text, reference, outcome):
-                new.append(told(text, reference, outcome))
+                new.append(describe_difference(text, reference, outcome))
     assert not new, f"{len(new)} new differences, e.g.\n" + "\n".join(new[:20])
 
 
@@ -119,7 +119,7 @@ MENDED = (
 def test_what_was_mended_is_as_in_6_30(ours: Ours, tmp_path: Path) -> None:
     for text, reference in zip(MENDED, engines.run_6_30(MENDED, tmp_path), strict=True):
         outcome = ours.outcome(0, text)
-        assert not reference.differences(outcome), told(text, reference, outcome)
+        assert not reference.differences(outcome), describe_difference(text, reference, outcome)
 
 
 def test_it_is_no_crash_where_6_30_crashes(ours: Ours) -> None:

@@ -289,9 +289,9 @@ def test_skills_can_be_tried_by_hand(skills: Skills) -> None:
     skills.loop(loops=12)
     assert [skills.state(n) for n in (1, 2)] == ["EXECUTION-SUCCEEDED"] * 2
     assert [values for _, _, values in skills.mapped] == [("Hello world", "true"), ("Good bye", "true")]
-    told = [text for text in skills.bench.texts("I") if text.startswith("Action 1 is now")]
+    lines = [text for text in skills.bench.texts("I") if text.startswith("Action 1 is now")]
     states = ["PENDING", "WAITING", "RUNNING", "EXECUTION-SUCCEEDED"]
-    assert [text.split()[-1] for text in told[-4:]] == states
+    assert [text.split()[-1] for text in lines[-4:]] == states
 
 
 def test_of_actions_that_wait_for_a_skiller_the_first_goes_first() -> None:

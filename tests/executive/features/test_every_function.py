@@ -137,7 +137,7 @@ class World:
         self.executive = Executive(self.manager, config, mapper, CoreFiles())
         self.env = self.executive.env
         self.executive.init()
-        for feature in (*FEATURES, *(each.name for each in self.added)):
+        for feature in (*FEATURES, *(added_feature.name for added_feature in self.added)):
             assert self.manager.request(ENVIRONMENT, feature) == "TRUE"
         for file in ("plan", "goal", "domain"):
             assert self.env.batch(CORE_DIR / "cx" / f"{file}.clp")

@@ -37,13 +37,13 @@ def nav(bus, graph, log):
     manager.close()
 
 
-def told(env, template):
+def slots_of(env, template):
     return [slots for _, _, slots in env.facts(template)]
 
 
 def test_the_facts(nav):
-    assert told(nav, "navgraph") == [{"name": "House"}]
-    hall, kitchen, bath = told(nav, "navgraph-node")
+    assert slots_of(nav, "navgraph") == [{"name": "House"}]
+    hall, kitchen, bath = slots_of(nav, "navgraph-node")
     assert hall == {
         "name": "hall",
         "pos": (0.0, 0.0),
@@ -51,7 +51,7 @@ def test_the_facts(nav):
     }
     assert kitchen == {"name": "kitchen", "pos": (4.0, 0.0), "properties": ("speed", "1.5")}
     assert bath["properties"] == ("speed", "0.5")
-    edges = told(nav, "navgraph-edge")
+    edges = slots_of(nav, "navgraph-edge")
     assert edges[0] == {
         "from": "hall",
         "to": "kitchen",
@@ -68,7 +68,7 @@ def test_a_loop_without_a_change_tells_nothing(bus, graph):
     assert [index for index, _, _ in env.facts("navgraph-node")] == before
     graph.add_node(NavGraphNode("attic", 0, 9))
     manager.before_run("executive")
-    assert "attic" in {node["name"] for node in told(env, "navgraph-node")}
+    assert "attic" in {node["name"] for node in slots_of(env, "navgraph-node")}
     manager.close()
 
 
@@ -77,7 +77,7 @@ def test_a_graph_that_cannot_be_read(bus, log):
         raise NavGraphError('there is no "House"')
 
     manager, env = made(bus, fail)
-    (fact,) = told(env, "navgraph-load-fail")
+    (fact,) = slots_of(env, "navgraph-load-fail")
     assert fact["implied"] == ('there is no "House"',)
     assert log.texts(Level.WARN) == ['Failed to assert navgraph: there is no "House"']
     env.call("navgraph-block-edge", "a", "b")

@@ -81,8 +81,10 @@ def test_a_number_without_a_value_is_an_error_and_the_action_ends(start, log):
     env.eval("(do-for-fact ((?a plan-action)) TRUE (modify ?a (state EXECUTION-SUCCEEDED)))")
     env.run()
     assert action(env)["state"] == "FINAL"
-    told = "action move on numbers cannot be applied: (moved) has no value"
-    assert any(told in text for text in log.texts(Level.ERROR))
+    assert any(
+        "action move on numbers cannot be applied: (moved) has no value" in text
+        for text in log.texts(Level.ERROR)
+    )
 
 
 def test_numbers_cost_nothing_where_the_domain_has_none(bus, clp):

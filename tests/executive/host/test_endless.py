@@ -167,8 +167,8 @@ def impatient(monkeypatch):
 
 
 def build(env, rules, facts):
-    for each in rules:
-        env.build(each)
+    for rule in rules:
+        env.build(rule)
     for fact in facts:
         assert env.assert_string(fact) is not None
 

@@ -32,13 +32,13 @@ def parameters(name: str) -> list[str]:
 
 @pytest.mark.parametrize("name", CLIPS630_NAMES)
 def test_each_is_known_in_a_module_that_imports_nothing(alone, name):
-    arguments = " ".join("(create$ 1)" for each in parameters(name) if not each.startswith("$"))
+    arguments = " ".join("(create$ 1)" for parameter in parameters(name) if not parameter.startswith("$"))
     alone.build(f"(deffunction calls () ({name} {arguments}))")
 
 
 @pytest.mark.parametrize("name", CLIPS630_NAMES)
 def test_a_wrong_number_of_arguments_is_refused_by_the_name_that_is_written(alone, name):
-    least = sum(not each.startswith("$") for each in parameters(name))
+    least = sum(not parameter.startswith("$") for parameter in parameters(name))
     if least < len(parameters(name)) and least == 0:
         return  # any number will do
     with pytest.raises(ClipsError, match=rf"'{re.escape(name)}' expected"):

@@ -18,7 +18,7 @@ patient = settings(max_examples=many(100, 25), deadline=None, suppress_health_ch
 
 
 def shape(item: BracketWord | Group) -> object:
-    return item.text if isinstance(item, BracketWord) else [shape(each) for each in item.items]
+    return item.text if isinstance(item, BracketWord) else [shape(child) for child in item.items]
 
 
 @pytest.mark.parametrize(

@@ -160,9 +160,9 @@ def test_parts_of_problems_that_are_not_supported_are_named(name: str, change: t
     line = PROBLEM[: PROBLEM.index(old)].count("\n") + 1
     with pytest.raises(PddlError) as caught:
         parse_problem(PROBLEM.replace(old, new, 1), GARDEN, "spring.pddl")
-    told = f"{caught.value.message} {caught.value.hint}"
-    assert name.strip() in told
-    assert "not supported" in told
+    text = f"{caught.value.message} {caught.value.hint}"
+    assert name.strip() in text
+    assert "not supported" in text
     assert (caught.value.file, caught.value.line) == ("spring.pddl", line)
 
 

@@ -114,13 +114,13 @@ def test_signs_of_effects() -> None:
 
 
 def test_changes_of_numbers_have_no_fact_and_are_lost_in_fawkes() -> None:
-    told: list[PddlError] = []
+    warnings: list[PddlError] = []
     parsed = parse_domain(domain(action(effect="(and (ready) (increase (total-cost) 1))")))
     for fawkes_compat in (False, True):
-        rows = domain_facts(parsed, fawkes_compat=fawkes_compat, warn=told.append)
+        rows = domain_facts(parsed, fawkes_compat=fawkes_compat, warn=warnings.append)
         assert [row.slots["predicate"] for row in rows if row.template == "domain-effect"] == ["ready"]
-    assert [(error.line, error.column) for error in told] == [(10, 22)]
-    assert "Fawkes has no fact for 'increase'" in told[0].message
+    assert [(error.line, error.column) for error in warnings] == [(10, 22)]
+    assert "Fawkes has no fact for 'increase'" in warnings[0].message
 
 
 def test_comparisons_of_numbers_have_the_variables_as_parameters() -> None:
@@ -143,11 +143,11 @@ def test_comparisons_of_numbers_are_refused_in_fawkes() -> None:
 def test_odd_effects_are_refused_and_lost_in_fawkes(effect: str) -> None:
     with pytest.raises(PddlError, match="cannot be expressed as facts"):
         effect_facts(effect)
-    told: list[PddlError] = []
+    warnings: list[PddlError] = []
     parsed = parse_domain(domain(action(effect=f"(and {effect} (ready))")))
-    rows = domain_facts(parsed, fawkes_compat=True, warn=told.append)
+    rows = domain_facts(parsed, fawkes_compat=True, warn=warnings.append)
     assert [row.slots["predicate"] for row in rows if row.template == "domain-effect"] == ["ready"]
-    assert len(told) == 1
+    assert len(warnings) == 1
 
 
 UNTYPED = domain(
@@ -163,10 +163,10 @@ def test_untyped_parameters_are_lost_in_fawkes() -> None:
         "(domain-predicate (name p) (param-names x) (param-types))",
     ]
     assert kept[2] == "(domain-operator-parameter (name x) (operator go))"
-    told: list[PddlError] = []
-    lost = [str(row) for row in domain_facts(parse_domain(UNTYPED), fawkes_compat=True, warn=told.append)]
+    warnings: list[PddlError] = []
+    lost = [str(row) for row in domain_facts(parse_domain(UNTYPED), fawkes_compat=True, warn=warnings.append)]
     assert lost == kept[:2] + kept[3:]
-    assert len(told) == 1
+    assert len(warnings) == 1
 
 
 def test_either_multiplies_parameters_in_fawkes() -> None:

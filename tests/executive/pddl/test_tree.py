@@ -19,7 +19,7 @@ def test_every_formula_names_the_fields_that_hold_formulas_and_terms(kind: type[
 
 def test_walk_yields_each_formula_before_its_parts() -> None:
     formula = parse_formula("(imply (not (a)) (forall (?x) (or (b ?x) (= ?x k))))")
-    texts = [format_formula(each) for each in formula.walk()]
+    texts = [format_formula(part) for part in formula.walk()]
     assert texts[1:4] == ["(not (a))", "(a)", "(forall (?x) (or (b ?x) (= ?x k)))"]
     assert texts[5:] == ["(b ?x)", "(= ?x k)"]
 
@@ -39,5 +39,5 @@ def test_map_terms_reaches_terms_within_terms() -> None:
 def test_positions_stay() -> None:
     formula = parse_formula("(and\n (p ?x))")
     changed = formula.map_terms(lambda _term: Constant("k"))
-    assert [each.position for each in changed.walk()] == [(1, 1), (2, 2)]
+    assert [part.position for part in changed.walk()] == [(1, 1), (2, 2)]
     assert TypedNames(("x",)) not in changed.children

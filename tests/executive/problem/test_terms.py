@@ -28,7 +28,7 @@ def test_a_constant_in_a_domain_of_facts(env, name: str):
         assert env.batch(CORE_DIR / "cx" / f"{file}.clp")
     _assert_facts(env, domain_facts(parse_domain(text)))
     formulas, atoms = (
-        [slots for _, _, slots in env.facts(each)] for each in ("pddl-formula", "pddl-predicate")
+        [slots for _, _, slots in env.facts(template)] for template in ("pddl-formula", "pddl-predicate")
     )
     made = Conditions(formulas, atoms).operator_condition("go")
     assert made is not None

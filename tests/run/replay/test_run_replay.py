@@ -289,11 +289,11 @@ def test_what_cannot_go_with_it(options: dict[str, str], mini: Path) -> None:
 
 def test_the_command_tells_in_json(mini: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert invoke(["run", str(mini.parent), "--replay", str(mini), "--json", "-q"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert (told["status"], told["result"]) == (0, "the same")
-    assert told["replay"]["same"] is True
-    assert told["replay"]["divergence"] is None
-    assert told["replay"]["comparison"]["same"] is True
+    report = json.loads(capsys.readouterr().out)
+    assert (report["status"], report["result"]) == (0, "the same")
+    assert report["replay"]["same"] is True
+    assert report["replay"]["divergence"] is None
+    assert report["replay"]["comparison"]["same"] is True
     assert invoke(["run", "--replay", str(mini), "--replay-order", "odd"]) == 2
 
 

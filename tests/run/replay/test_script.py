@@ -31,10 +31,10 @@ def script(*writes: tuple[str, int, str, str]) -> SkillerScript:
     )
 
 
-def told(found: SkillerScript) -> list[tuple[CommandKind, str, list[Any]]]:
+def describe_commands(found: SkillerScript) -> list[tuple[CommandKind, str, list[Any]]]:
     return [
-        (each.kind, each.text, [(after, values["status"]) for after, values in each.later_writes])
-        for each in found.commands
+        (command.kind, command.text, [(after, values["status"]) for after, values in command.later_writes])
+        for command in found.commands
     ]
 
 
@@ -47,7 +47,7 @@ def test_control_then_skills_with_what_became_of_them() -> None:
         ("b{}", 3, "S_FAILED", "us"),
         ("b{}", 3, "S_FAILED", ""),
     )
-    assert told(found) == [
+    assert describe_commands(found) == [
         (CommandKind.CONTROL, "", []),
         (CommandKind.EXEC, "a{}", [(1000, "S_FINAL")]),
         (CommandKind.EXEC, "b{}", [(1000, "S_FAILED")]),
@@ -56,7 +56,7 @@ def test_control_then_skills_with_what_became_of_them() -> None:
 
 def test_what_is_left_of_an_earlier_run_is_no_command() -> None:
     found = script(("old{}", 9, "S_FINAL", "us"), ("a{}", 2, "S_RUNNING", "us"))
-    assert told(found) == [(CommandKind.CONTROL, "old{}", []), (CommandKind.EXEC, "a{}", [])]
+    assert describe_commands(found) == [(CommandKind.CONTROL, "old{}", []), (CommandKind.EXEC, "a{}", [])]
     assert [values["status"] for _, values in script(("old{}", 9, "S_FINAL", "")).initial_writes] == [
         "S_FINAL"
     ]
@@ -74,10 +74,10 @@ def test_what_is_left_of_an_earlier_run_is_no_command() -> None:
 )
 def test_no_write_is_lost_but_those_that_end_control(writes: list[tuple[str, int, str, str]]) -> None:
     found = script(*writes)
-    kept = len(found.initial_writes) + sum(1 + len(each.later_writes) for each in found.commands)
+    kept = len(found.initial_writes) + sum(1 + len(command.later_writes) for command in found.commands)
     ends = sum(one[3] != other[3] for one, other in zip([("", 0, "", ""), *writes], writes, strict=False))
     assert len(writes) - ends <= kept <= len(writes)
-    times = [each.time_us for each in found.commands]
+    times = [command.time_us for command in found.commands]
     assert times == sorted(times)
 
 

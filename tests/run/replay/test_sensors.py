@@ -140,10 +140,10 @@ def test_an_unknown_type_is_left_out_with_a_warning(recording: Path, tmp_path: P
             return replace(event, uid="OddInterface::o")
         return event
 
-    told: list[Any] = []
+    events: list[Any] = []
     result = run_scenario(
         RunOptions(scenario=recording.parent, replay=(rewrite(recording, change, "odd.mcap"),)),
-        console=told.append,
+        console=events.append,
     )
     assert result.status == 0
-    assert any("OddInterface::o is not replayed" in event.text for event in told)
+    assert any("OddInterface::o is not replayed" in event.text for event in events)

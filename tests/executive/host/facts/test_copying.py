@@ -38,11 +38,11 @@ def test_a_copy_is_what_the_environment_tells(env):
     env.assert_string("(empty)")
     copy = copied(env)
     names = {name: template.names for name, template in copy.templates.items()}
-    told = [
+    facts = [
         (row.index, row.template, dict(zip(names[row.template], row.values, strict=True)))
         for row in copy.rows
     ]
-    assert told == list(env.facts())
+    assert facts == list(env.facts())
     assert [type(value) for row in copy.rows[1:2] for value in row.values] == [
         type(value) for _, _, slots in list(env.facts())[1:2] for value in slots.values()
     ]
