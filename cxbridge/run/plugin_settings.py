@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import ClassVar, Final, Self
 
 from cxbridge.config import Configuration
+from cxbridge.listening import LOOPBACK, is_loopback
 from cxbridge.plugins import Table
 
 
@@ -17,6 +18,9 @@ class PluginSettings:
 
     SECTION: ClassVar[str] = ""
     """The section of the configuration, e.g. ``/cxbridge/web``."""
+
+    host: str = LOOPBACK
+    """The address at which the servers listen, if the settings have one."""
 
     in_runs: ClassVar[bool] = False
     """Whether runs start servers with these settings, in addition to daemons."""
@@ -32,7 +36,7 @@ class PluginSettings:
     @property
     def is_local(self) -> bool:
         """Whether the servers accept only clients of this machine."""
-        return True
+        return is_loopback(self.host)
 
 
 SETTINGS: Final[Table[type[PluginSettings]]] = Table(

@@ -43,6 +43,4 @@ class FawkesOptions(PluginOptions):
             "port": self.fawkes_port,
             "allow": list(self.fawkes_allow) or None,
         }
-        for name, value in values.items():
-            if value is not None:
-                yield f"fawkes/{name}", value
+        return [(f"fawkes/{name}", value) for name, value in values.items() if value is not None]

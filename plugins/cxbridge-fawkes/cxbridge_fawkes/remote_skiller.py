@@ -53,9 +53,14 @@ class RemoteSkiller:
         self._was_found = False
         self._loss_reason = ""
         self._remote = connect(url)
-        names = (url, "here")
         self._gateway = Gateway(
-            self._remote, board, MIRRORED_TYPES, bus=bus, names=names, hide_past=True, on_end=self._note_end
+            self._remote,
+            board,
+            MIRRORED_TYPES,
+            bus=bus,
+            names=(url, "here"),
+            hide_past=True,
+            on_end=self._note_end,
         )
         self._gateway.start()
         if patience_s:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from cxbridge.config import Configuration
-from cxbridge.listening import LOOPBACK, is_loopback
+from cxbridge.listening import LOOPBACK
 from cxbridge.run.plugin_settings import PluginSettings
 from cxbridge_fawkes.network.sockets import DEFAULT_PORT
 
@@ -35,7 +35,3 @@ class FawkesSettings(PluginSettings):
             port=config.get_uint(f"{cls.SECTION}/port", default=DEFAULT_PORT),
             allow=tuple(config.get_strings(f"{cls.SECTION}/allow", default=[])),
         )
-
-    @property
-    def is_local(self) -> bool:
-        return is_loopback(self.host)

@@ -58,8 +58,7 @@ class Api:
         except ClientDisconnect:
             return
         except ApiError as error:
-            content = Text(error.text) if error.model is None else error.model
-            response = _make_response(content, error.status, is_pretty=is_pretty)
+            response = _make_response(error.model or Text(error.text), error.status, is_pretty=is_pretty)
         await response(scope, receive, send)
 
     async def _handle_request(self, request: Request, *, is_pretty: bool) -> Response:
@@ -114,8 +113,7 @@ class Api:
             raise ApiError(503, "Too many requests are waiting already")
         self._waiting_count += 1
         try:
-            loop = asyncio.get_running_loop()
-            return await loop.run_in_executor(self._threads, handler, call)
+            return await asyncio.get_running_loop().run_in_executor(self._threads, handler, call)
         finally:
             self._waiting_count -= 1
 
@@ -176,8 +174,12 @@ async def read_json_object(request: Request) -> dict[str, Any]:
 
 def _make_response(content: Any, status: int, *, is_pretty: bool) -> Response:
     if isinstance(content, Text):
-        text = content.encode("utf-8", "replace")
-        return Response(text, status, headers=_NO_CACHE, media_type="text/plain; charset=utf-8")
+        return Response(
+            content.encode("utf-8", "replace"),
+            status,
+            headers=_NO_CACHE,
+            media_type="text/plain; charset=utf-8",
+        )
     return Response(
         to_json(content, is_pretty=is_pretty), status, headers=_NO_CACHE, media_type="application/json"
     )

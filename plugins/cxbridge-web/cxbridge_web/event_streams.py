@@ -76,8 +76,9 @@ class EventStreams:
             await PlainTextResponse(str(error), 400)(scope, receive, send)
             return
         if self.client_count >= MAX_CLIENTS:
-            refusal = PlainTextResponse("Too many clients are following the events already", 503)
-            await refusal(scope, receive, send)
+            await PlainTextResponse("Too many clients are following the events already", 503)(
+                scope, receive, send
+            )
             return
         self.client_count += 1
         self._collector.change_requests(kinds, add=True)

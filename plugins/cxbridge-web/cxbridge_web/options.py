@@ -7,7 +7,7 @@ import sys
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, ClassVar, Final
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, cast
 
 import typer
 
@@ -61,8 +61,7 @@ class WatchOptions(PluginOptions):
     @property
     def port_text(self) -> str | None:
         """The value of the option, which the field of its name has; None without the option."""
-        text: str | None = getattr(self, self.name.removeprefix("--"))
-        return text
+        return cast("str | None", getattr(self, self.name.removeprefix("--")))
 
     @property
     def is_on(self) -> bool:

@@ -8,7 +8,7 @@ from typing import ClassVar, Final, Self
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
-from cxbridge.listening import LOOPBACK, check_server_address, is_loopback
+from cxbridge.listening import LOOPBACK, check_server_address
 from cxbridge.run.plugin_settings import PluginSettings
 from cxbridge_web.tls import check_pair
 
@@ -60,11 +60,6 @@ class WebSettings(PluginSettings):
         )
         settings.check()
         return settings
-
-    @property
-    def is_local(self) -> bool:
-        """Whether only clients of this machine can connect."""
-        return is_loopback(self.host)
 
     def check(self) -> None:
         """Raise :class:`ConfigError` if settings are invalid, conflict or are unsafe."""

@@ -6,6 +6,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -57,22 +58,16 @@ AGENT = """
 
 
 class Wire(threading.Thread):
-    """Carries bytes between clients and the robot. It stands still as if the robot's process did."""
+    """Carries bytes between clients and the robot; closed, it stands still as if the robot's process did."""
 
     def __init__(self, there: int) -> None:
         super().__init__(daemon=True)
         self._there = there
-        self._open = threading.Event()
-        self._open.set()
+        self.is_open = threading.Event()
+        self.is_open.set()
         self._listening = socket.create_server(("127.0.0.1", 0))
         self.port = self._listening.getsockname()[1]
         self.start()
-
-    def stand_still(self) -> None:
-        self._open.clear()
-
-    def go_on(self) -> None:
-        self._open.set()
 
     def run(self) -> None:
         with suppress(OSError):
@@ -81,7 +76,7 @@ class Wire(threading.Thread):
                 threading.Thread(target=self._connect, args=(client,), daemon=True).start()
 
     def _connect(self, client: socket.socket) -> None:
-        self._open.wait()
+        self.is_open.wait()
         try:
             robot = socket.create_connection(("127.0.0.1", self._there))
         except OSError:
@@ -93,14 +88,14 @@ class Wire(threading.Thread):
     def _carry(self, source: socket.socket, sink: socket.socket) -> None:
         with suppress(OSError):
             while data := source.recv(65536):
-                self._open.wait()
+                self.is_open.wait()
                 sink.sendall(data)
         with suppress(OSError):
             sink.shutdown(socket.SHUT_RDWR)
         source.close()  # the other direction closes the sink
 
     def close(self) -> None:
-        self._open.set()
+        self.is_open.set()
         self._listening.close()
 
 
@@ -176,9 +171,9 @@ class Robot:
         self._frozen.clear()
 
     def stand_still(self, seconds: float) -> None:
-        self.wire.stand_still()
+        self.wire.is_open.clear()
         time.sleep(seconds)
-        self.wire.go_on()
+        self.wire.is_open.set()
         self._frozen.clear()
 
     def reload(self) -> None:
@@ -204,23 +199,17 @@ class Robot:
 @contextmanager
 def through_a_gateway(folder: Path, url: str) -> Iterator[str]:
     """Yield the URL of another blackboard, to which a gateway mirrors the Skiller at ``url``."""
-    ready, stops = threading.Event(), []
-
-    def on_ready(stop: Callable[[], None]) -> None:
-        stops.append(stop)
-        ready.set()
-
+    stop: Future[Callable[[], None]] = Future()
     with ExitStack() as stack:
         board = stack.enter_context(LocalBlackBoard(InterfaceRegistry(), RealClock()))
         server = stack.enter_context(ZmqBlackBoardServer(board, [f"ipc://{folder}/middle"]))
         here = server.endpoints[0]
         thread = threading.Thread(
-            target=run_gateway, args=((here, url), ["SkillerInterface"]), kwargs={"on_ready": on_ready}
+            target=run_gateway, args=((here, url), ["SkillerInterface"]), kwargs={"on_ready": stop.set_result}
         )
         thread.start()
         stack.callback(thread.join, WAIT_S)
-        assert ready.wait(WAIT_S)
-        stack.callback(stops[0])
+        stack.callback(stop.result(WAIT_S))
         eventually(lambda: any(info.has_writer for info in board.list_all()))
         yield here
 

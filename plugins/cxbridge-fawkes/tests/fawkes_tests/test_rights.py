@@ -14,7 +14,7 @@ from cxbridge_fawkes.network.messages import blackboard as bb
 from cxbridge_fawkes.network.messages.blackboard import BoardKind
 from cxbridge_fawkes.network.messages.configuration import CHANGING_KINDS, ConfigKind
 from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
-from fawkes_tests.network.raw import RawClient, raw_client
+from fawkes_tests.network.raw import RawClient
 from tests.daemon.test_daemon import settings
 from tests.daemon.test_rights import served
 
@@ -48,7 +48,7 @@ def test_without_control_a_frame_of_fawkes_protocol_changes_nothing(tmp_path):
     """With a bare socket: the client that we have would be too polite."""
     with served(tmp_path, remote_control=False) as (daemon, _lines, _marker):
         registry = InterfaceRegistry()
-        with raw_client(port_of(daemon)) as client:
+        with RawClient(port_of(daemon)) as client:
             daemon_class = registry.get("DaemonInterface")
             for kind, interface_id in (("TestInterface", "mine"), ("DaemonInterface", "other")):
                 hash_ = registry.get(kind).SCHEMA.hash

@@ -11,7 +11,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from functools import partial
+from typing import Any
 from uuid import uuid4
 
 import pytest
@@ -83,6 +83,15 @@ class Seen(Listener):
             assert self.news.wait_for(lambda: (interface.read(), condition())[1], WAIT_S), self.states
 
 
+def take_control(board: LocalBlackBoard, seen: Seen) -> Any:
+    """Return an agent's instance that has control of the Skiller, and whose changes ``seen`` hears."""
+    agent = board.open_for_reading(SkillerInterface, "Skiller", owner="agent")
+    board.register_listener(seen, agent, EventKind.DATA_CHANGED)
+    agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
+    seen.wait_for(agent, lambda: agent.exclusive_controller == str(agent.serial))
+    return agent
+
+
 @pytest.mark.parametrize("state", share(STATES, 2))
 @pytest.mark.parametrize("transport", TRANSPORTS)
 def test_a_run_sees_an_idle_skiller_and_then_its_own_skill(transport, state, tmp_path):
@@ -100,10 +109,7 @@ def check_run_side(skiller: UsedSkiller, url: str, skill: str) -> None:
         remote = RemoteSkiller(url, board, bus, lambda url: open_blackboard(url, registry, clock, bus))
         try:
             seen = Seen()
-            agent = board.open_for_reading(SkillerInterface, "Skiller", owner="agent")
-            board.register_listener(seen, agent, EventKind.DATA_CHANGED)
-            agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
-            seen.wait_for(agent, lambda: agent.exclusive_controller == str(agent.serial))
+            agent = take_control(board, seen)
             sent = agent.msgq_enqueue(SkillerInterface.ExecSkillMessage(skill_string=skill))
             seen.wait_for(agent, lambda: (agent.msgid, agent.status) == (sent, agent.S_FINAL))
         finally:
@@ -113,10 +119,6 @@ def check_run_side(skiller: UsedSkiller, url: str, skill: str) -> None:
     assert ours[-1] == ("S_FINAL", skill, sent)
     assert ours[:-1] in ([], [("S_RUNNING", skill, sent)])
     assert [state for state in seen.states if state not in ours] in ([], [("S_INACTIVE", "", 0)])
-
-
-def _note(told: list[tuple[str, str]], status: str, error: str) -> None:
-    told.append((status, error))
 
 
 def wait_free(board) -> None:
@@ -130,6 +132,7 @@ def wait_free(board) -> None:
 @pytest.mark.parametrize("transport", TRANSPORTS)
 def test_a_skill_call_waits_for_its_own_skill(transport, state, tmp_path):
     clock = RealClock()
+    told: list[tuple[str, str]] = []
     for last_id in IDS:
         with (
             UsedSkiller(state, last_id) as skiller,
@@ -137,8 +140,8 @@ def test_a_skill_call_waits_for_its_own_skill(transport, state, tmp_path):
             open_blackboard(url, InterfaceRegistry(), clock, EventBus(clock)) as board,
         ):
             for _ in range(2):  # the second follows its own like
-                told: list[tuple[str, str]] = []
-                with SkillerCall(board, on_status=partial(_note, told)) as call:
+                told.clear()
+                with SkillerCall(board, on_status=lambda *state: told.append(state)) as call:
                     assert call.execute(OTHERS_SKILL, WAIT_S).outcome is CallOutcome.FINAL
                 assert told in ([("S_RUNNING", ""), ("S_FINAL", "")], [("S_FINAL", "")])
                 wait_free(board)
@@ -159,11 +162,7 @@ def test_control_of_a_run_that_was_killed_is_free(transport, tmp_path):
             return links[-1]
 
         RemoteSkiller(url, board, bus, connect)
-        seen = Seen()
-        agent = board.open_for_reading(SkillerInterface, "Skiller", owner="agent")
-        board.register_listener(seen, agent, EventKind.DATA_CHANGED)
-        agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
-        seen.wait_for(agent, lambda: agent.exclusive_controller == str(agent.serial))
+        take_control(board, Seen())
         links[0].shutdown()  # as when the process dies: nothing is said
         with open_blackboard(url, InterfaceRegistry(), clock, bus) as other, SkillerCall(other) as call:
             while call.execute(OTHERS_SKILL, WAIT_S).outcome is not CallOutcome.FINAL:

@@ -265,7 +265,7 @@ def test_each_way_in_asks_the_table(name: str, domain: int, tmp_path: Path):
 def check_skill_strings(ask: Asking, highest: Right, folder: Path) -> None:
     """Skill strings are programs over ZeroMQ and Fawkes' port, too."""
     from cxbridge_fawkes.network.messages import blackboard as bb
-    from fawkes_tests.network.raw import raw_client
+    from fawkes_tests.network.raw import RawClient
 
     may = highest is Right.PROGRAMS
     registry = InterfaceRegistry()
@@ -277,7 +277,7 @@ def check_skill_strings(ask: Asking, highest: Right, folder: Path) -> None:
         with nullcontext() if may else pytest.raises(CxbridgeError, match="refused"):
             skiller.msgq_enqueue(message)
         port = int(next(url for url in ask.daemon.endpoints if url.startswith("fawkes")).rpartition(":")[2])
-        client = stack.enter_context(raw_client(port))
+        client = stack.enter_context(RawClient(port))
         of_skiller = registry.get("SkillerInterface")
         opened = client.ask(bb.Open("SkillerInterface", "Skiller", of_skiller.SCHEMA.hash, writing=False))
         assert isinstance(opened, bb.OpenSuccess)

@@ -60,8 +60,7 @@ def make_foxglove_messages(event: Event) -> Iterator[FoxgloveMessage]:
             f"/foxglove/navgraph/{event.graph}", "SceneUpdate", make_navgraph_scene(event), event.graph
         )
     elif isinstance(event, InterfaceWrite):
-        interface_type = event.uid.partition("::")[0]
-        make_message = _MESSAGE_MAKERS.get(interface_type)
+        make_message = _MESSAGE_MAKERS.get(event.uid.partition("::")[0])
         message = None if make_message is None else make_message(event)
         if message is not None:
             yield message
@@ -116,6 +115,7 @@ def _make_transform(event: InterfaceWrite) -> FoxgloveMessage | None:
     return FoxgloveMessage(TRANSFORM_TOPIC, "FrameTransform", data, child)
 
 
+# The functions that make the messages of interfaces by type.
 _MESSAGE_MAKERS: Final[dict[str, Callable[[InterfaceWrite], FoxgloveMessage | None]]] = {
     "Position3DInterface": _make_position,
     "TransformInterface": _make_transform,

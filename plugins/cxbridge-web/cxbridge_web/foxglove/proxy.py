@@ -61,15 +61,13 @@ class FoxgloveProxy(Closing):
         listening_socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.port: int = listening_socket.getsockname()[1]
         self._thread = LoopThread("foxglove proxy")
-        self._server = self._thread.spawn(self._start_server(listening_socket)).result(_START_TIMEOUT_S)
+        starting = asyncio.start_server(self._accept, sock=listening_socket, limit=_MAX_HEAD_BYTES)
+        self._server = self._thread.spawn(starting).result(_START_TIMEOUT_S)
 
     def close(self) -> None:
         """Close all connections and stop listening."""
         self._thread.call(self._server.close)
         self._thread.close()
-
-    async def _start_server(self, listening_socket: socket.socket) -> asyncio.Server:
-        return await asyncio.start_server(self._accept, sock=listening_socket, limit=_MAX_HEAD_BYTES)
 
     async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._connection_count += 1

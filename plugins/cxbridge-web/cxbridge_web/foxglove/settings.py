@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Final, Self
 
 from cxbridge.config import Configuration
-from cxbridge.listening import LOOPBACK, check_server_address, is_loopback
+from cxbridge.listening import LOOPBACK, check_server_address
 from cxbridge.run.plugin_settings import PluginSettings
 from cxbridge_web import FOXGLOVE_PORT
 
@@ -54,17 +54,12 @@ class FoxgloveSettings(PluginSettings):
         settings.check()
         return settings
 
-    @property
-    def is_local(self) -> bool:
-        """Whether only clients of this machine can connect."""
-        return is_loopback(self.host)
-
     def check(self) -> None:
         """Raise :class:`ConfigError` if the host is public without ``insecure``."""
         check_server_address(
             "the Foxglove server",
             self.host,
-            is_local=is_loopback(self.host),
+            is_local=self.is_local,
             is_restricted=self.insecure,
             hint="use host: 127.0.0.1 and a tunnel (ssh -L), or set cxbridge/foxglove/insecure: true",
         )

@@ -27,24 +27,16 @@ def _served():
         yield daemon, client
 
 
-def connect(client):
-    return socket.create_connection(("127.0.0.1", int(client.url.rpartition(":")[2])), WAIT_S)
-
-
 def talk(client, request):
     """Send bytes and return all that comes until the server ends the connection."""
-    with connect(client) as peer:
+    answer = b""
+    with socket.create_connection(("127.0.0.1", int(client.url.rpartition(":")[2])), WAIT_S) as peer:
         with suppress(ConnectionError):  # it may have ended after its answer
             peer.sendall(request)
-        return rest_of(peer)
-
-
-def rest_of(peer):
-    parts = []
-    with suppress(ConnectionError):  # the end, when more was sent than was wanted
-        while part := peer.recv(65536):
-            parts.append(part)
-    return b"".join(parts)
+        with suppress(ConnectionError):  # the end, when more was sent than was wanted
+            while part := peer.recv(65536):
+                answer += part
+    return answer
 
 
 def with_body(body):

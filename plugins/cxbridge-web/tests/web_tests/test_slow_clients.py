@@ -17,6 +17,7 @@ from cxbridge_web.event_streams import EventStreams
 from tests.daemon.test_daemon import WAIT_S
 from web_tests.support import read_events, serving
 
+HOST: Any = SimpleNamespace(bus=SimpleNamespace(clock=SimpleNamespace(now_us=lambda: 1)))
 LINE = LogLine(1, Level.INFO, "C", "x" * 1000)
 
 
@@ -47,11 +48,10 @@ def scope() -> dict[str, Any]:
 def test_a_client_that_stands_still_holds_one_bunch_and_is_told_what_is_gone():
     """The stream waits for the connection; events during the wait are kept as long as there is room."""
     collector, buffer = EventCollector(), EventBuffer(max_events=100)
-    host = SimpleNamespace(bus=SimpleNamespace(clock=SimpleNamespace(now_us=lambda: 1)))
     sent: list[bytes] = []
 
     async def scenario() -> None:
-        streams = EventStreams(host, collector, buffer)  # type: ignore[arg-type]
+        streams = EventStreams(HOST, collector, buffer)  # type: ignore[arg-type]
         let_go, first = asyncio.Event(), asyncio.Event()
 
         async def send(message: Any) -> None:
@@ -114,12 +114,11 @@ def test_the_loop_goes_on_though_a_client_does_not_read():
 
 def test_a_stream_says_that_it_lives(monkeypatch):
     collector = EventCollector()
-    host = SimpleNamespace(bus=SimpleNamespace(clock=SimpleNamespace(now_us=lambda: 1)))
     alive = asyncio.Event()
     monkeypatch.setattr(event_streams, "KEEP_ALIVE_S", 0.01)
 
     async def scenario() -> None:
-        streams = EventStreams(host, collector)  # type: ignore[arg-type]
+        streams = EventStreams(HOST, collector)  # type: ignore[arg-type]
 
         async def send(message: Any) -> None:
             if message.get("body") == b": alive\n\n":

@@ -7,6 +7,7 @@ import pytest
 from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard
 from cxbridge.blackboard.errors import QueueFullError
 from cxbridge.clock import VirtualClock
+from cxbridge.closing import Closing
 from cxbridge.events import EventBus, LogLine
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.interfaces.classes import make_interface_class
@@ -17,7 +18,7 @@ SKILLER = "SkillerInterface::*"
 WAIT_S = 10
 
 
-class Rig:
+class Rig(Closing):
     """Two boards, a gateway that works when the test lets it, and its log."""
 
     def __init__(self, *patterns: str) -> None:
@@ -31,10 +32,7 @@ class Rig:
             self.left, self.right, patterns or (SKILLER,), bus=self.bus, sweep_period_s=3600
         )
 
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
+    def close(self):
         self.gateway.close()
         assert [
             info.readers
@@ -63,6 +61,11 @@ class Rig:
         agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
         self.gateway.loop()
         return skiller.msgq_pop().source_id
+
+    def write(self, skiller):
+        """Write the values of a Skiller, and let the gateway mirror them."""
+        skiller.write()
+        self.gateway.loop()
 
     def look_again(self):
         self.gateway.request_sweep()
@@ -95,8 +98,7 @@ def test_data_go_from_the_writer_to_the_other_board_with_their_time_stamp(rig, s
     assert agent.read()
     assert (agent.skill_string, agent.timestamp_us) == ("say{}", skiller.timestamp_us)
     skiller.status = SkillerInterface.S_RUNNING
-    skiller.write()
-    rig.gateway.loop()
+    rig.write(skiller)
     assert agent.read()
     assert agent.status == SkillerInterface.S_RUNNING
 
@@ -126,8 +128,7 @@ def test_every_write_is_mirrored_in_order_and_changes_are_told_as_such(rig):
     for number in (1, 2, 2, 3):
         rig.clock.sleep_until(rig.clock.now_us() + 1)
         skiller.msgid = number
-        skiller.write()
-    rig.gateway.loop()
+        rig.write(skiller)
     assert notes.heard == [
         ("refreshed", 1),
         ("changed", 1),
@@ -196,8 +197,7 @@ def test_a_sender_that_came_before_the_writer_gets_answers_under_the_ids_it_know
     assert asked == 2
     assert message.id == 1
     skiller.msgid = message.id
-    skiller.write()
-    rig.gateway.loop()
+    rig.write(skiller)
     agent.read()
     assert agent.msgid == asked
 
@@ -224,8 +224,7 @@ def test_control_that_a_sender_has_is_given_back_when_it_leaves(rig):
     skiller, agent = rig.connected()
     source = rig.let_acquire(skiller, agent)
     skiller.exclusive_controller = str(source)
-    skiller.write()
-    rig.gateway.loop()
+    rig.write(skiller)
     agent.read()
     assert agent.exclusive_controller == str(agent.serial)
     agent.close()
@@ -267,8 +266,7 @@ def test_a_writer_that_is_lost_leaves_nobody_in_control_and_nothing_running(rig,
     skiller, agent = rig.connected()
     skiller.exclusive_controller = str(rig.let_acquire(skiller, agent))
     skiller.skill_string, skiller.status = "go{}", shown
-    skiller.write()
-    rig.gateway.loop()
+    rig.write(skiller)
     (skiller if loser == "writer" else rig.gateway).close()
     if loser == "writer":
         rig.gateway.loop()
@@ -286,8 +284,7 @@ def test_control_that_somebody_else_has_is_left_alone(rig):
     skiller, agent = rig.connected()
     rig.let_acquire(skiller, agent)
     skiller.exclusive_controller = "somebody else"
-    skiller.write()
-    rig.gateway.loop()
+    rig.write(skiller)
     agent.close()
     rig.gateway.loop()
     assert skiller.msgq_empty()
@@ -319,8 +316,7 @@ def test_a_skill_string_that_a_fawkes_cannot_compile_has_not_the_error_of_the_on
     for message_id, skill_string in ((7, "go{}"), (8, text), (9, text)):
         skiller.skill_string, skiller.msgid = skill_string, message_id
         skiller.status, skiller.error = "S_FAILED", before
-        skiller.write()
-        rig.gateway.loop()
+        rig.write(skiller)
         agent.read()
         assert agent.msgid == message_id
         assert (agent.error == before) == (is_own or skill_string == "go{}")

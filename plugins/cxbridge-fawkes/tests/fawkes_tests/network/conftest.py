@@ -37,9 +37,7 @@ class Site:
         return self._stack.enter_context(self.server)
 
     def raw(self) -> RawClient:
-        client = RawClient(self.server.port)
-        self._stack.callback(client.close)
-        return client
+        return self._stack.enter_context(RawClient(self.server.port))
 
     def client(self, **options: Any) -> FawkesBlackBoard:
         url = f"fawkes://127.0.0.1:{self.server.port}"

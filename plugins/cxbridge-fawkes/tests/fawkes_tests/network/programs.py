@@ -133,9 +133,7 @@ def connect(host: str, port: str) -> FawkesBlackBoard:
 
 def client(host: str, port: str) -> None:
     """Read the served interfaces, write another one, control the Skiller on request."""
-    with FawkesBlackBoard(
-        f"fawkes://{host}:{port}", default_registry(), RealClock(), timeout=TIMEOUT
-    ) as board:
+    with connect(host, port) as board:
         reader: Any = board.open_for_reading("TestInterface", "served")
         writer: Any = board.open_for_writing("TestInterface", "written")
         skiller: Any = board.open_for_reading("SkillerInterface", "Skiller")
@@ -161,9 +159,7 @@ def client(host: str, port: str) -> None:
 
 def silent(host: str, port: str) -> None:
     """Write an interface without a value, and take no message."""
-    with FawkesBlackBoard(
-        f"fawkes://{host}:{port}", default_registry(), RealClock(), timeout=TIMEOUT
-    ) as board:
+    with connect(host, port) as board:
         board.open_for_writing("TestInterface", "silent")
         obey(int(port), {})
 

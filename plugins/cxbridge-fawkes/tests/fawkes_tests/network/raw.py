@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 import socket
 from collections import deque
-from collections.abc import Iterator
 
+from cxbridge.closing import Closing
 from cxbridge_fawkes.network.messages import codec
 from cxbridge_fawkes.network.messages.blackboard import BlackBoardMessage
 from cxbridge_fawkes.network.messages.codec import limit_to_client
@@ -16,7 +16,7 @@ TIMEOUT = 20.0
 """Seconds: generous, for machines under load."""
 
 
-class RawClient:
+class RawClient(Closing):
     """A bare socket that speaks in frames."""
 
     def __init__(self, port: int) -> None:
@@ -53,12 +53,3 @@ class RawClient:
             while self.sock.recv(65536):
                 pass
         return True
-
-
-@contextlib.contextmanager
-def raw_client(port: int) -> Iterator[RawClient]:
-    client = RawClient(port)
-    try:
-        yield client
-    finally:
-        client.close()

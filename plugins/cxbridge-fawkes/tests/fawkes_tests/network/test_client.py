@@ -430,17 +430,10 @@ def test_writes_are_told_to_the_bus_once(served):
 # -- order
 
 
-@pytest.fixture
-def told(served) -> tuple[FawkesBlackBoard, Recorder]:
-    """Return a client, and what hears of all interfaces there."""
+def test_the_end_of_an_instance_is_told_before_that_of_its_interface(served, monkeypatch):
+    """The server was quicker than the closing thread: "destroyed" came before "-reader", now and then."""
     board, recorder = served.client(), Recorder()
     board.register_observer(recorder)
-    return board, recorder
-
-
-def test_the_end_of_an_instance_is_told_before_that_of_its_interface(told, monkeypatch):
-    """The server was quicker than the closing thread: "destroyed" came before "-reader", now and then."""
-    board, recorder = told
     reader = board.open_for_reading(SampleInterface, "a")
     board.register_listener(recorder, reader)
     board.flush()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import resource
 import socket
 from collections.abc import Iterator
-from contextlib import ExitStack, closing
+from contextlib import ExitStack
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
@@ -75,7 +75,7 @@ def test_a_thousand_connections_cost_little_and_leave_nothing(many_files, server
         good: Any = board.open_for_reading("TestInterface", "served")
         files, before, memory = open_files(pid), server.ask("list"), resident(pid)
         with ExitStack() as stack:
-            crowd = [stack.enter_context(closing(RawClient(server.port))) for _ in range(CONNECTIONS)]
+            crowd = [stack.enter_context(RawClient(server.port)) for _ in range(CONNECTIONS)]
             for number, one in enumerate(crowd):
                 if number % 3 == 0:  # reads; the rest says nothing, or half of a frame
                     one.send(bb.Open("TestInterface", f"{number % 30}", HASH, writing=False).to_bytes())

@@ -22,6 +22,10 @@ def changed(number: int) -> bytes:
     return pack_data_frame(SERIAL, block(number), changed=True)
 
 
+def take_all(outbox: Outbox) -> bytes:
+    return b"".join(iter(outbox.take_frames, b""))
+
+
 @pytest.mark.parametrize("room", [0, 1, len(refreshed(1)), 10_000])
 def test_a_write_between_whose_frames_the_outbox_fills_is_sent_once(room: int) -> None:
     """CHANGED came after the limit, and brought a second REFRESHED of the same write with it."""
@@ -30,11 +34,9 @@ def test_a_write_between_whose_frames_the_outbox_fills_is_sent_once(room: int) -
     for number in (1, 2):
         outbox.put_data(SERIAL, block(number), changed=False)
         outbox.put_data(SERIAL, block(number), changed=True)
-    sent = bytearray()
-    while outbox:
-        sent += outbox.take_frames()
+    sent = take_all(outbox)
     pairs = refreshed(1) + changed(1), refreshed(2) + changed(2)
-    assert bytes(sent[CONFLATE_FROM - room :]) in (pairs[0] + pairs[1], pairs[1])
+    assert sent[CONFLATE_FROM - room :] in (pairs[0] + pairs[1], pairs[1])
     assert outbox.queued_bytes == 0
 
 
@@ -43,15 +45,13 @@ def test_a_write_that_leaves_between_its_frames_is_sent_once(taken_after: int) -
     """CHANGED of older data took the newest along, whose own CHANGED then came as one more write."""
     outbox = Outbox()
     outbox.put_frames(bytes(CONFLATE_FROM))
-    sent = bytearray()
+    sent = b""
     steps = [(number, differs) for number in (1, 2, 3) for differs in (False, True)]
     for count, (number, differs) in enumerate(steps, 1):
         outbox.put_data(SERIAL, block(number), changed=differs)
-        while count == taken_after and outbox:
-            sent += outbox.take_frames()
-    while outbox:
-        sent += outbox.take_frames()
-    rest = bytes(sent[CONFLATE_FROM:])
+        if count == taken_after:
+            sent = take_all(outbox)
+    rest = (sent + take_all(outbox))[CONFLATE_FROM:]
     expected = b""
     for number in (1, 2, 3):
         if refreshed(number) in rest:
@@ -66,9 +66,7 @@ def test_data_that_did_not_change_do_not_swallow_a_later_change() -> None:
     outbox.put_data(SERIAL, block(1), changed=False)
     outbox.put_data(SERIAL, block(1), changed=True)
     outbox.put_data(SERIAL, block(2), changed=False)
-    sent = bytearray()
-    while outbox:
-        sent += outbox.take_frames()
+    sent = take_all(outbox)
     assert sent.endswith(refreshed(2) + changed(2))
     outbox.put_data(SERIAL, block(2), changed=False)
     outbox.put_data(SERIAL, block(3), changed=True)

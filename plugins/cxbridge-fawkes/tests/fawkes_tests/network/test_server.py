@@ -19,7 +19,7 @@ from cxbridge_fawkes.network.messages import blackboard as bb
 from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
 from cxbridge_fawkes.network.server import FawkesServer
 from cxbridge_fawkes.network.session import NetworkHandler
-from fawkes_tests.network.raw import TIMEOUT, RawClient, raw_client
+from fawkes_tests.network.raw import TIMEOUT, RawClient
 from tests.blackboard.samples import SAMPLE_SCHEMA, SampleInterface
 from tests.blackboard.zmq.support import eventually
 from tests.support import many
@@ -39,7 +39,7 @@ def opened(client: RawClient, question: bb.Open) -> bb.OpenSuccess:
 
 
 def serves(port: int) -> bool:
-    with raw_client(port) as client:
+    with RawClient(port) as client:
         return isinstance(client.ask(bb.ListMatching("x", "x")), bb.InterfaceList)
 
 
@@ -169,7 +169,7 @@ def test_an_announcement_of_too_many_bytes_ends_the_connection(served, size):
 )
 @given(noise=st.binary(min_size=1, max_size=300))
 def test_random_bytes_harm_nobody(served, noise):
-    with raw_client(served.server.port) as client:
+    with RawClient(served.server.port) as client:
         client.send(noise)
     assert serves(served.server.port)
 
