@@ -27,10 +27,11 @@ class Run:
     """Runs parameters.
 
     :ivar lines: the lines of the log of the environment ``one``.
+    :ivar warnings: the warnings that were reported.
     """
 
     def __init__(self, folder):
-        self.folder = folder
+        self.folder, self.warnings = folder, []
         self.lines: list[str] = []
 
     def __call__(self, text, program="", *, strict=None, seconds=1.0, ros2cx=None, peer=None):
@@ -43,6 +44,8 @@ class Run:
         def console(event):
             if isinstance(event, LogLine) and event.level is Level.ERROR and event.text:
                 errors.append(event.text.replace(str(self.folder), "T"))
+            elif isinstance(event, LogLine) and event.level is Level.WARN:
+                self.warnings.append(event.text)
 
         def attach(assembly):
             if peer is not None:
@@ -179,9 +182,11 @@ FIBONACCI = "example_interfaces/action/Fibonacci"
 def test_a_wrong_call_ends_the_rule_only(run, action, message):
     rules = f"(defrule wrong (declare (salience 1)) => {action} (printout t not-reached crlf))"
     result, errors = run(FILES, f"{rules} (defrule right (time ?) => (printout t right crlf))")
-    assert any(message in error for error in errors)
-    assert any("PRCCODE4" in error for error in errors)
+    assert all(any(text in error for error in errors) for text in (message, "PRCCODE4"))
     assert (result.status, result.firings) == (1, 21)
+    assert any("open a action client, cleaning up" in text for text in run.warnings) == (
+        "create-action-client" in action
+    )
 
 
 @pytest.mark.parametrize(
