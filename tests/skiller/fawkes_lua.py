@@ -1,11 +1,11 @@
-"""Fawkes' own Lua files in a bare Lua 5.1: what they draw, ours must draw. For tests with FAWKES_DIR."""
+"""Fawkes' own Lua files in a bare Lua 5.1, an oracle for the drawings of skills (needs FAWKES_DIR)."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
 
-# What Fawkes' C++ side gives its Lua, as far as machines without interfaces need it.
+# The parts of Fawkes' C++ side that machines without interfaces need.
 _WORLD = """
 local lua_dir, skill_file = ...
 package.path = lua_dir .. "/?.lua;" .. lua_dir .. "/?/init.lua"
@@ -77,6 +77,6 @@ class FawkesLua:
         return text
 
     def dependencies(self) -> str:
-        """Return the graph of who uses whom."""
+        """Return the graph of the dependencies between skills."""
         text: str = self._oracle.dependencies()
         return text

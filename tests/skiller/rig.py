@@ -1,4 +1,4 @@
-"""A blackboard with a Skiller on it, and somebody who commands it: what the tests of the Skiller share."""
+"""A blackboard with a Skiller and a client that commands the Skiller."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cxbridge.skiller.lua.limits import Limits
 from cxbridge.skiller.make import make_lua_skiller
 from cxbridge.skiller.skiller import Skiller
 
-# Skills for tests: one is final in its third loop, one fails, one is done at once.
+# Skills for tests: ``count`` is final in its third loop, ``fail`` fails, ``done`` is final at once.
 SKILLS = {
     "space": """
 require("fawkes.modinit")
@@ -64,7 +64,7 @@ function reset() end
 
 
 def write_skills(folder: Path, skills: dict[str, str]) -> Path:
-    """Write skill files into a folder, which is returned."""
+    """Write skill files into a folder; return the folder."""
     for name, text in skills.items():
         path = folder / f"{name}.lua"
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -73,7 +73,7 @@ def write_skills(folder: Path, skills: dict[str, str]) -> Path:
 
 
 class Rig:
-    """Everything that a test needs; ``events`` has the log lines and writes since the last :meth:`forget`."""
+    """A blackboard with backends; ``events`` has the log lines and writes since the last :meth:`forget`."""
 
     def __init__(self, interface_dirs: Sequence[Path] = ()) -> None:
         self.clock = VirtualClock()
@@ -93,7 +93,7 @@ class Rig:
         limits: Limits | None = None,
         **more: Any,
     ) -> Skiller:
-        """Put a Lua Skiller on the board."""
+        """Add a Lua Skiller."""
         skiller = make_lua_skiller(
             self.board, self.clock, self.bus, folders=folders, space=space, mode=mode, limits=limits, **more
         )
@@ -101,7 +101,7 @@ class Rig:
         return skiller
 
     def add(self, backend: Any) -> Any:
-        """Let a backend take part in the loops."""
+        """Add a backend, which runs in each loop."""
         self.backends.append(backend)
         return backend
 
@@ -133,18 +133,18 @@ class Rig:
 
     @property
     def state(self) -> Any:
-        """The interface as it is now."""
+        """The interface after a read."""
         self.commander.read()
         return self.commander
 
     @property
     def status(self) -> str:
-        """The status as it is now."""
+        """The current status."""
         name: str = self.state.status.name
         return name
 
     def forget(self) -> None:
-        """Forget the events so far."""
+        """Clear the recorded events."""
         self.events.clear()
 
     def logged(self, level: Level) -> list[str]:

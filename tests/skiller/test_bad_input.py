@@ -1,4 +1,4 @@
-"""Bad input that a Skiller meets: from PDDL objects, from messages, from recorded bytes."""
+"""Bad input to a Skiller: from PDDL objects, messages and recorded bytes."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ TEMPLATES = ["tell{what=?(p)s}", 'tell{what="?(p)y"}', "tell{what='?(p)y'}"]
 
 @pytest.fixture
 def rig(tmp_path: Path) -> Rig:
-    made = Rig()
-    made.lua([write_skills(tmp_path, SKILLS)], space="space")
-    return made
+    rig = Rig()
+    rig.lua([write_skills(tmp_path, SKILLS)], space="space")
+    return rig
 
 
 @pytest.mark.parametrize("template", TEMPLATES)
@@ -39,21 +39,21 @@ def test_quotes_and_newlines_in_parameters_run_no_lua(rig: Rig, template: str, v
     rig.exec(mapped.text)
     assert rig.status == "S_FINAL"
     assert rig.logged(Level.ERROR) == []
-    # to the byte what the object was called; printing ends at a NUL, as C does
+    # the log has the exact bytes of the object's name; printing ends at NUL, as in C
     assert f"{value} 1" in rig.logged(Level.INFO) or "\0" in value
 
 
 @pytest.mark.parametrize("value", NASTY)
-def test_a_bare_parameter_that_is_no_word_makes_no_skill_string(value: str):
+def test_bare_parameter_with_code_makes_no_skill_string(value: str):
     mapped = ActionSkillMapping({"act": "tell{what=?(p)y}"}).map("act", {"p": value})
     assert mapped.text == ""
     assert mapped.messages[0][0] is Level.ERROR
 
 
-def test_in_fawkes_mode_a_parameter_does_run_lua(rig: Rig, tmp_path: Path):
+def test_parameter_runs_lua_in_fawkes_mode(rig: Rig, tmp_path: Path):
     mapped = ActionSkillMapping({"act": TEMPLATES[0]}, mode="fawkes").map("act", {"p": NASTY[0]})
     rig.exec(mapped.text)
-    assert "injected" not in rig.logged(Level.ERROR)  # where skill strings are data even this is harmless
+    assert "injected" not in rig.logged(Level.ERROR)  # strict mode takes the skill string as data
     fawkes = Rig()
     fawkes.lua([write_skills(tmp_path, SKILLS)], space="space", mode="fawkes")
     fawkes.exec(mapped.text)
@@ -61,13 +61,13 @@ def test_in_fawkes_mode_a_parameter_does_run_lua(rig: Rig, tmp_path: Path):
 
 
 @pytest.mark.parametrize("value", ["\udcff\udcfe", "caf\udce9"])
-def test_a_parameter_that_is_no_utf8_stays_as_it_is(value: str):
-    """Such bytes are surrogates in our texts."""
+def test_parameter_outside_utf8_is_unchanged(value: str):
+    """Surrogates stand for such bytes."""
     mapped = ActionSkillMapping({"act": "tell{what=?(p)s}"}).map("act", {"p": value})
     assert mapped.text == f'tell{{what="{value}"}}'
 
 
-def raw(rig: Rig, text: bytes) -> Any:
+def send_bytes(rig: Rig, text: bytes) -> Any:
     message = rig.commander.MESSAGES["ExecSkillMessage"]()
     chunk = bytearray(message.to_bytes())
     offset = message.field("skill_string").offset
@@ -78,14 +78,14 @@ def raw(rig: Rig, text: bytes) -> Any:
     return rig.state
 
 
-def test_a_skill_string_that_is_no_utf8_reaches_the_skill(rig: Rig):
-    state = raw(rig, b'tell{what="a\xffb"}')
+def test_skill_string_outside_utf8_reaches_skill(rig: Rig):
+    state = send_bytes(rig, b'tell{what="a\xffb"}')
     assert state.to_bytes().find(b'tell{what="a\xffb"}') >= 0
     assert rig.logged(Level.INFO)[-1] == "a\N{REPLACEMENT CHARACTER}b 1"
 
 
-def test_a_skill_string_that_may_have_been_cut_is_not_run(rig: Rig):
-    """Its start may be a whole chunk that means something else. Fawkes runs it."""
+def test_skill_string_that_fills_field_is_refused(rig: Rig):
+    """The string may have been cut, and its start may be a chunk with another meaning. Fawkes runs it."""
     rig.exec("final{} " + "-" * 2000 + "\ntell{}")
     assert len(rig.state.skill_string) == 1023
     assert (rig.status, rig.state.error) == (
@@ -94,12 +94,12 @@ def test_a_skill_string_that_may_have_been_cut_is_not_run(rig: Rig):
     )
 
 
-def test_an_error_longer_than_the_field_is_cut(rig: Rig):
+def test_error_longer_than_field_is_cut(rig: Rig):
     rig.exec(f"{'long' * 150}{{}}")
     assert len(rig.state.error) == 127
 
 
-def test_a_graph_longer_than_the_field_is_cut_with_an_error(tmp_path: Path):
+def test_graph_longer_than_field_is_cut_with_error(tmp_path: Path):
     states = ", ".join(f'"S{i:030}"' for i in range(400))
     big = f"""
 module(..., skillenv.module_init)

@@ -1,4 +1,4 @@
-"""Each row of docs/evidence/skiller-facts.md has the test that it names."""
+"""The rows of docs/evidence/skiller-facts.md name tests."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ PAGE = ROOT / "docs" / "evidence" / "skiller-facts.md"
 ROWS = re.findall(r"^\|(.*?)\| (\S+): (\S+) \|$", PAGE.read_text(), re.MULTILINE)
 
 
-def test_every_row_names_a_test():
+def test_each_row_names_test():
     lines = [line for line in PAGE.read_text().splitlines() if line.startswith("| ") and "---" not in line]
     heads = [line for line in lines if line in ("| fact | test |", "| what | test |")]
     assert len(ROWS) == len(lines) - len(heads) > 80
 
 
 @pytest.mark.parametrize("file", sorted({file for _, file, _ in ROWS}))
-def test_the_tests_are_there(file: str):
+def test_named_tests_exist(file: str):
     tree = ast.parse((ROOT / "tests" / "skiller" / file).read_text())
-    there = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
-    assert {test for _, other, test in ROWS if other == file} <= there
+    defined = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    assert {test for _, path, test in ROWS if path == file} <= defined

@@ -1,4 +1,4 @@
-"""The graphs of SkillerDebugInterface: byte for byte those that Fawkes' own Lua files draw."""
+"""The graphs of SkillerDebugInterface equal the drawings of Fawkes' own Lua files byte for byte."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tests.skiller.fawkes_lua import FawkesLua
 from tests.skiller.rig import Rig, write_skills
 from tests.support import FAWKES_DIR, needs_fawkes
 
-# Machines with everything that a drawing can show, and no interface.
+# Machines with all drawable features, without interfaces.
 MACHINES = {
     "leaf": """
 module(..., skillenv.module_init)
@@ -74,8 +74,8 @@ GENERIC = ["say", "fake_relmoveto", "fake_moveto", "back_off", "align_laserht", 
 SPACE = "require('fawkes.modinit') module(..., fawkes.modinit.register_all)\n"
 
 
-class Both:
-    """The same skills in Fawkes' Lua files and in our engine."""
+class EnginePair:
+    """The same skills in Fawkes' Lua files and in cxbridge's engine."""
 
     def __init__(self, folder: Path) -> None:
         assert FAWKES_DIR is not None
@@ -103,17 +103,17 @@ class Both:
 
 
 @pytest.fixture
-def both(tmp_path: Path) -> Both:
-    return Both(tmp_path)
+def pair(tmp_path: Path) -> EnginePair:
+    return EnginePair(tmp_path)
 
 
 @needs_fawkes
 @pytest.mark.parametrize(
     ("direction", "coloured"), [("TB", True), ("LR", True), ("BT", False), ("RL", False)]
 )
-def test_every_skill_at_rest(both: Both, direction: str, coloured: bool):
-    for skill in both.ours.skills:
-        ours, theirs = both.graphs(skill, direction, coloured=coloured)
+def test_graphs_of_idle_skills_equal(pair: EnginePair, direction: str, coloured: bool):
+    for skill in pair.ours.skills:
+        ours, theirs = pair.graphs(skill, direction, coloured=coloured)
         assert ours == theirs
         assert f'rankdir="{direction}"' in ours
 
@@ -121,17 +121,17 @@ def test_every_skill_at_rest(both: Both, direction: str, coloured: bool):
 @needs_fawkes
 @pytest.mark.parametrize("coloured", [True, False])
 @pytest.mark.parametrize("skill", ["leaf", "nest", "folded"])
-def test_the_way_of_a_running_skill(both: Both, skill: str, coloured: bool):
-    seen = set()
+def test_graphs_of_running_skill_equal(pair: EnginePair, skill: str, coloured: bool):
+    drawings = set()
     for _ in range(4):
-        both.call(f"{skill}{{}}")
-        ours, theirs = both.graphs(skill, "TB", coloured=coloured)
+        pair.call(f"{skill}{{}}")
+        ours, theirs = pair.graphs(skill, "TB", coloured=coloured)
         assert ours == theirs
         assert 'active="true"' in ours
-        seen.add(ours)
-    assert len(seen) > 1
+        drawings.add(ours)
+    assert len(drawings) > 1
 
 
 @needs_fawkes
-def test_who_uses_whom(both: Both):
-    assert both.ours.overview("SKILL_DEP") == both.theirs.dependencies()
+def test_graphs_of_skill_dependencies_equal(pair: EnginePair):
+    assert pair.ours.overview("SKILL_DEP") == pair.theirs.dependencies()

@@ -1,4 +1,4 @@
-"""What a skill string means: section 4 of the facts."""
+"""The meaning of skill strings, by section 4 of the facts."""
 
 from __future__ import annotations
 
@@ -58,19 +58,19 @@ def rig(tmp_path: Path) -> Rig:
 
 @pytest.fixture
 def lua(tmp_path: Path) -> Rig:
-    """Runs skill strings as Lua, as the mode ``fawkes`` does."""
+    """A Skiller that runs skill strings as Lua in the mode ``fawkes``."""
     return make(tmp_path, mode="fawkes")
 
 
 def make(tmp_path: Path, **more: Any) -> Rig:
-    made = Rig()
-    made.lua([write_skills(tmp_path, SKILLS)], space="space", **more)
-    made.loop()
-    made.forget()
-    return made
+    rig = Rig()
+    rig.lua([write_skills(tmp_path, SKILLS)], space="space", **more)
+    rig.loop()
+    rig.forget()
+    return rig
 
 
-def told(rig: Rig) -> list[str]:
+def printed_texts(rig: Rig) -> list[str]:
     return [text for text in rig.logged(Level.INFO) if "execut" not in text]
 
 
@@ -84,30 +84,30 @@ def told(rig: Rig) -> list[str]:
         ("tell{'first'}", "first 1"),
     ],
 )
-def test_named_and_positional_arguments(rig: Rig, text: str, expected: str):
+def test_skill_gets_named_and_positional_arguments(rig: Rig, text: str, expected: str):
     rig.exec(text)
-    assert told(rig) == [expected]
+    assert printed_texts(rig) == [expected]
     assert rig.status == "S_FINAL"
 
 
-def test_arguments_are_those_of_the_first_call(lua: Rig):
+def test_skill_keeps_arguments_of_first_call(lua: Rig):
     lua.exec('k = (k or 0) + 1; tell{what="call " .. k, loops=3}', loops=4)
-    assert told(lua) == ["call 1 1", "call 1 2", "call 1 3"]
+    assert printed_texts(lua) == ["call 1 1", "call 1 2", "call 1 3"]
 
 
-def test_calls_in_a_row_run_in_parallel_and_all_must_be_final(rig: Rig):
+def test_calls_run_in_parallel_and_all_must_be_final(rig: Rig):
     rig.exec('tell{what="a", loops=3}; final{}')
-    assert (told(rig), rig.status) == (["a 1", "called"], "S_RUNNING")
+    assert (printed_texts(rig), rig.status) == (["a 1", "called"], "S_RUNNING")
     rig.loop(2)
     assert rig.status == "S_FINAL"
 
 
-def test_a_call_may_depend_on_the_status_of_another(lua: Rig):
+def test_call_may_depend_on_status_of_earlier_call(lua: Rig):
     lua.exec('if tell{what="a", loops=2} == S_FINAL then final{} end', loops=4)
-    assert told(lua) == ["a 1", "a 2", "called"]
+    assert printed_texts(lua) == ["a 1", "a 2", "called"]
     assert lua.status == "S_FINAL"
 
 
-def test_a_final_skill_must_stay_final(rig: Rig):
+def test_final_skill_must_stay_final(rig: Rig):
     rig.exec("fickle{} tell{loops=3}", loops=5)
     assert rig.status == "S_RUNNING"

@@ -1,4 +1,4 @@
-"""The action mapping: section 5 of the facts about the Skiller, row by row."""
+"""The action mapping, by section 5 of the facts about the Skiller."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.support import many
 MODES: tuple[Mode, ...] = ("strict", "fawkes")
 
 
-def map_one(template: str, mode: Mode = "fawkes", **params: str) -> MappedSkill:
+def map_action(template: str, mode: Mode = "fawkes", **params: str) -> MappedSkill:
     return ActionSkillMapping({"act": template}, mode=mode).map("act", params)
 
 
@@ -41,8 +41,8 @@ def map_one(template: str, mode: Mode = "fawkes", **params: str) -> MappedSkill:
         ("", {}, ""),
     ],
 )
-def test_each_type_of_placeholder(template: str, params: dict[str, str], expected: str, mode: Mode):
-    assert map_one(template, mode, **params) == MappedSkill(expected)
+def test_placeholder_types(template: str, params: dict[str, str], expected: str, mode: Mode):
+    assert map_action(template, mode, **params) == MappedSkill(expected)
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_each_type_of_placeholder(template: str, params: dict[str, str], expecte
     ],
 )
 def test_chains_of_replacements(template: str, value: str, expected: str | None):
-    mapped = map_one(template, s=value)
+    mapped = map_action(template, s=value)
     if expected is None:
         assert mapped.text == ""
         assert "Invalid regex 'x)'" in mapped.messages[0][1]
@@ -67,8 +67,8 @@ def test_chains_of_replacements(template: str, value: str, expected: str | None)
         assert mapped == MappedSkill(expected)
 
 
-def test_bars_split_the_chain_even_inside_of_a_pattern():
-    mapped = map_one("?(v|/a|b/c/)y", v="ab")
+def test_bar_in_pattern_splits_chain():
+    mapped = map_action("?(v|/a|b/c/)y", v="ab")
     assert mapped.text == "ab"
     assert mapped.messages == (
         (Level.WARN, "regex '/a' missing start/end slashes, ignoring"),
@@ -77,7 +77,7 @@ def test_bars_split_the_chain_even_inside_of_a_pattern():
 
 
 @pytest.mark.parametrize("template", ["a{?(x)q}", "a{?()s}", "a{?(x|/a//)s}", "a{?(x", "?(ok)s?(x)q"])
-def test_what_only_looks_like_a_placeholder_is_text_and_gets_a_warning_at_load(template: str):
+def test_invalid_placeholder_is_text_with_warning_at_load(template: str):
     mapping = ActionSkillMapping({"act": template})
     text = mapping.map("act", {"ok": "v"}).text
     assert text == template.replace("?(ok)s", '"v"')
@@ -86,17 +86,17 @@ def test_what_only_looks_like_a_placeholder_is_text_and_gets_a_warning_at_load(t
     assert warning.startswith("action-mapping/act: '?(")
 
 
-def test_a_bad_expression_gets_a_warning_at_load():
+def test_invalid_expression_has_warning_at_load():
     ((level, warning),) = ActionSkillMapping({"act": "?(x|/a(/b/)s"}).check()
     assert (level, "invalid regex 'a('" in warning) == (Level.WARN, True)
 
 
-def test_inserted_values_are_not_scanned_again():
-    assert map_one('x{"?(a)y"}', a="?(b)y", b="no").text == 'x{"?(b)y"}'
+def test_inserted_values_are_not_expanded():
+    assert map_action('x{"?(a)y"}', a="?(b)y", b="no").text == 'x{"?(b)y"}'
 
 
-def test_a_parameter_without_a_value_gives_nothing_and_an_error():
-    assert map_one("wait{t=?(d)f}") == MappedSkill(
+def test_parameter_without_value_is_error():
+    assert map_action("wait{t=?(d)f}") == MappedSkill(
         "", ((Level.ERROR, "No value for parameter 'd' of action 'act' given"),)
     )
 
@@ -110,11 +110,11 @@ def test_a_parameter_without_a_value_gives_nothing_and_an_error():
         ("f", "1e999", "Failed to convert '1e999' to float: stod: out of range"),
     ],
 )
-def test_what_is_no_number_gives_nothing_and_an_error(kind: str, value: str, message: str):
-    assert map_one(f"?(v){kind}", v=value) == MappedSkill("", ((Level.ERROR, message),))
+def test_invalid_number_is_error(kind: str, value: str, message: str):
+    assert map_action(f"?(v){kind}", v=value) == MappedSkill("", ((Level.ERROR, message),))
 
 
-def test_an_action_without_a_mapping():
+def test_action_without_mapping_has_no_text():
     mapping = ActionSkillMapping({"say": "say{}"})
     assert mapping.map("sing", {}) == MappedSkill("")
     assert (mapping.has_template("say"), mapping.has_template("sing")) == (True, False)
@@ -123,27 +123,27 @@ def test_an_action_without_a_mapping():
 INJECTION = 'x"} os.exit() say{text="y'
 
 
-def test_fawkes_mode_pastes_values_as_they_are():
-    assert map_one("say{text=?(t)s}", "fawkes", t=INJECTION).text == f'say{{text="{INJECTION}"}}'
+def test_fawkes_mode_inserts_values_unchanged():
+    assert map_action("say{text=?(t)s}", "fawkes", t=INJECTION).text == f'say{{text="{INJECTION}"}}'
 
 
 def test_strict_mode_escapes_in_quotes_and_refuses_bare_code():
-    assert map_one("say{text=?(t)s}", "strict", t='a"b\\c\nd').text == r'say{text="a\"b\\c\nd"}'
-    assert map_one('say{text="Hello ?(t)y"}', "strict", t='a"b').text == r'say{text="Hello a\"b"}'
-    assert map_one("say{text='?(t)y'}", "strict", t="it's").text == r"say{text='it\'s'}"
+    assert map_action("say{text=?(t)s}", "strict", t='a"b\\c\nd').text == r'say{text="a\"b\\c\nd"}'
+    assert map_action('say{text="Hello ?(t)y"}', "strict", t='a"b').text == r'say{text="Hello a\"b"}'
+    assert map_action("say{text='?(t)y'}", "strict", t="it's").text == r"say{text='it\'s'}"
     for bare in ("say{text=?(t)y}", "say{text=[[?(t)y]]}", "--?(t)y"):
-        mapped = map_one(bare, "strict", t="x} y{")
+        mapped = map_action(bare, "strict", t="x} y{")
         assert mapped.text == ""
         assert "use ?(t)s" in mapped.messages[0][1]
 
 
 @given(st.text(max_size=40))
-def test_in_strict_mode_lua_reads_back_the_value(value: str):
+def test_lua_reads_value_of_strict_mode(value: str):
     from lupa.lua51 import LuaRuntime
 
     lua = LuaRuntime(encoding=None)
     for template in ("return ?(t)s", 'return "?(t)y"', "return '?(t)y'"):
-        text = map_one(template, "strict", t=value).text
+        text = map_action(template, "strict", t=value).text
         assert lua.execute(text.encode()) == value.encode()
 
 
@@ -163,14 +163,14 @@ def test_in_strict_mode_lua_reads_back_the_value(value: str):
         ("--[[ a\n?(v)y", "]] os.exit()"),
     ],
 )
-def test_strict_mode_refuses_values_that_would_change_the_text_around_them(template: str, value: str):
-    mapped = map_one(template, "strict", v=value)
+def test_strict_mode_refuses_values_that_change_template_text(template: str, value: str):
+    mapped = map_action(template, "strict", v=value)
     assert mapped.text == ""
     assert [level for level, _ in mapped.messages] == [Level.ERROR]
 
 
 def lua_states(text: str) -> list[str]:
-    """Return what Lua reads each character of a text as."""
+    """Return the lexical state of each character of a Lua text."""
     states: list[str] = []
     state = "code"
     while len(states) < len(text):
@@ -217,17 +217,17 @@ values = st.text(st.sampled_from("-5a.\"'\\\n[]="), max_size=5)
 
 @settings(max_examples=many(1000, 250))
 @given(st.lists(pieces, max_size=10), values, values)
-def test_in_strict_mode_the_text_of_a_template_stays_what_it_is(template: list[str], v: str, w: str):
-    """Whatever the values, Lua reads each character of the template as with values that are ``5``."""
+def test_strict_mode_keeps_lexical_states_of_template(template: list[str], v: str, w: str):
+    """With any values, Lua reads each character of the template in the same state as with ``5``."""
 
-    assume(map_one("".join(template), "strict", v=v, w=w).text)
+    assume(map_action("".join(template), "strict", v=v, w=w).text)
     assert states_of_template(template, v, w) == states_of_template(template, "5", "5")
 
 
 def states_of_template(template: list[str], v: str, w: str) -> list[str]:
-    begun = ["".join(template[:end]) for end in range(len(template) + 1)]
-    starts = [len(map_one(each, "strict", v=v, w=w).text) for each in begun]
-    states = lua_states(map_one(begun[-1], "strict", v=v, w=w).text)
+    prefixes = ["".join(template[:end]) for end in range(len(template) + 1)]
+    starts = [len(map_action(prefix, "strict", v=v, w=w).text) for prefix in prefixes]
+    states = lua_states(map_action(prefixes[-1], "strict", v=v, w=w).text)
     return [
         state
         for piece, start in zip(template, starts, strict=False)
@@ -240,13 +240,13 @@ ordinary = st.text(st.sampled_from("abcXYZ019-_.: ,;!?()[]{}/|$"), max_size=12)
 
 
 @given(ordinary)
-def test_both_modes_agree_on_ordinary_values(value: str):
+def test_modes_agree_on_ordinary_values(value: str):
     for template in ("a{t=?(v)s}", "a{t=?(v)S}", 'a{t="?(v)y!"}', "?(v|/a/b/)s"):
-        assert map_one(template, "strict", v=value) == map_one(template, "fawkes", v=value)
+        assert map_action(template, "strict", v=value) == map_action(template, "fawkes", v=value)
 
 
 @given(st.text(st.sampled_from("?()|/abcsyi-$ \n"), max_size=60))
-def test_any_template_maps_or_says_why_not(template: str):
-    mapped = map_one(template, a="1", b="x")
+def test_any_template_maps_or_has_message(template: str):
+    mapped = map_action(template, a="1", b="x")
     assert mapped.text or not template or mapped.messages or "?(" in template
     ActionSkillMapping({"act": template}).check()

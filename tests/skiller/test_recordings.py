@@ -1,4 +1,4 @@
-"""What the recorded Fawkes wrote to its interfaces, ours writes: the same values in the same order."""
+"""cxbridge writes the recorded_rows values of Fawkes' interfaces in the recorded_rows order."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ RUNS = SHARED / "traces" / "test-scenario"
 TEXTS = ["Hello peggy", "Good bye", "Hello again peggy", "Cleaning up"]
 
 
-def recorded(run: str, interface: str) -> list[list[str]]:
-    """Return the rows of an interface's CSV without the time."""
+def recorded_rows(run: str, interface: str) -> list[list[str]]:
+    """Return the rows of an interface's CSV without the column of times."""
     (path,) = (RUNS / run / "bblogger-repaired").glob(f"*-{interface}-*.csv")
     text = path.read_text().partition("\n")[2]
     return [row[1:] for row in csv.reader(io.StringIO(text), delimiter=";", quoting=csv.QUOTE_NONE)]
 
 
 def log_texts(run: str, component: str) -> list[tuple[str, str]]:
-    """Return level and text of a component's log lines."""
+    """Return the levels and texts of a component's log lines."""
     lines = []
     for line in (RUNS / run / "fawkes.log").read_text(errors="replace").splitlines():
         head, found, text = line.partition(f" {component}: ")
@@ -41,7 +41,7 @@ def log_texts(run: str, component: str) -> list[tuple[str, str]]:
 
 
 def run_scenario(rig: Rig) -> None:
-    """Give the orders of the recorded runs, each after the one before."""
+    """Send the orders of the recorded_rows runs, each after the end of its predecessor."""
     rig.loop()
     rig.send("AcquireControl", False)
     rig.loop(2)
@@ -53,26 +53,26 @@ def run_scenario(rig: Rig) -> None:
             rig.loop()
 
 
-def anonymous(rows: list[Any]) -> list[list[str]]:
-    """Replace serials by a word."""
+def text_rows(rows: list[Any]) -> list[list[str]]:
+    """Return rows with all values as text."""
     return [["" if value == "" else str(value) for value in row] for row in rows]
 
 
 def expected_skiller_rows(run: str) -> list[list[str]]:
-    rows = recorded(run, "SkillerInterface-Skiller")
+    rows = recorded_rows(run, "SkillerInterface-Skiller")
     return [[row[0], row[1], "controller" if row[2] else "", row[3], row[4]] for row in rows]
 
 
 def our_skiller_rows(rig: Rig) -> list[list[str]]:
     rows = rig.writes("skill_string", "error", "exclusive_controller", "msgid", "status")
-    return anonymous([(a, b, "controller" if c else "", d, e) for a, b, c, d, e in rows])
+    return text_rows([(a, b, "controller" if c else "", d, e) for a, b, c, d, e in rows])
 
 
 @pytest.mark.parametrize("run", ["skiller-1", "skiller-2"])
 @pytest.mark.parametrize(
     "fawkes", [pytest.param(False, id="ours"), pytest.param(True, id="fawkes", marks=needs_fawkes)]
 )
-def test_the_skiller_writes_what_was_recorded(run: str, fawkes: bool):
+def test_skiller_writes_recorded_values(run: str, fawkes: bool):
     rig = Rig()
     rig.lua(skill_folders(fawkes_dir=FAWKES_DIR if fawkes else None))
     rig.add(make_speech(rig.board, rig.clock, rig.bus))
@@ -81,7 +81,7 @@ def test_the_skiller_writes_what_was_recorded(run: str, fawkes: bool):
 
 
 @needs_fawkes
-def test_the_log_lines_of_the_skiller_are_those_recorded():
+def test_skiller_logs_recorded_lines():
     rig = Rig()
     rig.lua(skill_folders(fawkes_dir=FAWKES_DIR))
     rig.add(make_speech(rig.board, rig.clock, rig.bus))
@@ -93,22 +93,22 @@ def test_the_log_lines_of_the_skiller_are_those_recorded():
     ]
     theirs = log_texts("skiller-1", "SkillerLua")
 
-    def comparable(lines: list[tuple[str, str]]) -> list[tuple[str, str]]:
-        plain = []
+    def normalise(lines: list[tuple[str, str]]) -> list[tuple[str, str]]:
+        normalised = []
         for level, text in lines:
             _, found, rest = text.partition(" (serial ")
-            known = f"SENDER {rest.partition(') ')[2]}" if found else text
+            normal_text = f"SENDER {rest.partition(') ')[2]}" if found else text
             for sender in ("ClipsExecutiveThread", "MainThread"):
-                known = known.replace(sender, "SENDER")
-            plain.append((level, known))
-        return plain
+                normal_text = normal_text.replace(sender, "SENDER")
+            normalised.append((level, normal_text))
+        return normalised
 
-    assert comparable(ours) == comparable(theirs)
+    assert normalise(ours) == normalise(theirs)
 
 
 @pytest.mark.parametrize("run", ["skiller-1", "skiller-2"])
 @needs_fawkes
-def test_the_graphs_are_those_recorded_byte_for_byte(run: str):
+def test_graphs_equal_recorded_graphs(run: str):
     rig = Rig()
     rig.lua(skill_folders(fawkes_dir=FAWKES_DIR))
     rig.add(make_speech(rig.board, rig.clock, rig.bus))
@@ -124,7 +124,7 @@ def test_the_graphs_are_those_recorded_byte_for_byte(run: str):
     assert rig.writes(*fields, uid="SkillerDebugInterface::Skiller") == theirs
 
 
-def test_speech_writes_what_was_recorded():
+def test_speech_writes_recorded_values():
     rig = Rig()
     rig.add(make_speech(rig.board, rig.clock, rig.bus, greeting=LOADED_TEXT))
     rig.loop(60)
@@ -133,17 +133,17 @@ def test_speech_writes_what_was_recorded():
     ours = rig.writes("text", "msgid", "final", uid="SpeechSynthInterface::Flite")
     theirs = [
         (text, int(msgid), final == "true")
-        for text, msgid, final, _ in recorded("skiller-1", "SpeechSynthInterface-Flite")
+        for text, msgid, final, _ in recorded_rows("skiller-1", "SpeechSynthInterface-Flite")
     ]
     assert ours == theirs
 
 
-def test_the_estimated_durations_are_near_the_recorded_ones():
-    for text, _, _, duration in recorded("skiller-1", "SpeechSynthInterface-Flite"):
+def test_estimated_durations_are_near_recorded_durations():
+    for text, _, _, duration in recorded_rows("skiller-1", "SpeechSynthInterface-Flite"):
         assert abs(estimate_duration(text) - float(duration)) < 0.13
 
 
-def test_the_simulator_writes_what_was_recorded():
+def test_simulator_writes_recorded_values():
     rig = Rig()
     config = Configuration.load(SHARED / "fawkes-data" / "config" / "execution-time-estimator.yaml")
     rig.add(make_simulator(rig.board, rig.clock, rig.bus, config=config))
@@ -155,4 +155,4 @@ def test_the_simulator_writes_what_was_recorded():
         if isinstance(event, LogLine) and event.component == "SkillerSimulatorExecutionThread"
     ]
     theirs = log_texts("simulator-1", "SkillerSimulatorExecutionThread")
-    assert ours[1:] == theirs[1:]  # the first one has a serial
+    assert ours[1:] == theirs[1:]  # the first line has a serial

@@ -1,4 +1,4 @@
-"""Replacements as std::regex_replace makes them (checked against libstdc++ 12)."""
+"""Replacements equal those of std::regex_replace (of libstdc++ 12)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from cxbridge.skiller.replacing import PatternError, replace_all
         ("ä", "x", "Ä", "Ä"),
     ],
 )
-def test_replaces_as_std_regex_does(pattern: str, replacement: str, value: str, expected: str):
+def test_replacement_equals_std_regex(pattern: str, replacement: str, value: str, expected: str):
     assert replace_all(pattern, replacement, value) == expected
 
 
@@ -47,6 +47,6 @@ def test_replaces_as_std_regex_does(pattern: str, replacement: str, value: str, 
         ")",
     ],
 )
-def test_refuses_what_is_not_an_expression(pattern: str):
+def test_invalid_expression_is_refused(pattern: str):
     with pytest.raises(PatternError):
         replace_all(pattern, "x", "a")

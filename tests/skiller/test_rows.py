@@ -1,4 +1,4 @@
-"""Rows of sections 1 to 3 that test_skiller.py does not have: docs/evidence/skiller-facts.md."""
+"""Rows of sections 1 to 3 of docs/evidence/skiller-facts.md without a test in test_skiller.py."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ __all__ = ["lua", "rig", "skills"]  # fixtures
 # -- section 2: exclusive control
 
 
-def test_messages_are_processed_in_order_all_in_one_loop(rig: Rig):
+def test_messages_are_processed_in_order_in_single_loop(rig: Rig):
     other = rig.reader()
     rig.send("AcquireControl")
     rig.send("ExecSkill", "count{}")
-    rig.send("ExecSkill", "fail{}", by=other)  # dropped: not the controller
+    rig.send("ExecSkill", "fail{}", by=other)  # dropped: the sender is not the controller
     rig.send("ReleaseControl")
     rig.send("AcquireControl", by=other)
     rig.loop()
     assert rig.writes("skill_string", "exclusive_controller") == [("count{}", str(other.serial))]
 
 
-def test_the_controller_is_the_source_of_a_message_not_its_last_sender(rig: Rig):
-    """A proxy passes messages on with a serial of its own: the source stays who sent it first."""
+def test_controller_is_source_and_not_last_sender_of_message(rig: Rig):
+    """A proxy forwards messages with its own serial; the source remains the first sender."""
     source, proxy = UUID(int=5, version=4), rig.reader()
     message = proxy.AcquireControlMessage()
     message.address(0, 0, proxy.serial, source)
@@ -45,10 +45,10 @@ def test_the_controller_is_the_source_of_a_message_not_its_last_sender(rig: Rig)
     assert rig.state.exclusive_controller == str(source)
 
 
-def test_control_ends_when_the_controllers_connection_does(rig: Rig, tmp_path: Path):
+def test_control_ends_with_connection_of_controller(rig: Rig, tmp_path: Path):
     gone = threading.Event()
 
-    class Watch(Listener):
+    class ReaderWatch(Listener):
         def reader_removed(self, interface: Any, serial: UUID) -> None:
             gone.set()
 
@@ -57,11 +57,11 @@ def test_control_ends_when_the_controllers_connection_does(rig: Rig, tmp_path: P
         controller: Any = client.open_for_reading("SkillerInterface", "Skiller", owner="remote")
         arrived = threading.Event()
 
-        class Note(Listener):
+        class DataWatch(Listener):
             def data_refreshed(self, interface: Any) -> None:
                 arrived.set()
 
-        client.register_listener(Note(), controller, EventKind.DATA_REFRESHED)
+        client.register_listener(DataWatch(), controller, EventKind.DATA_REFRESHED)
         controller.msgq_enqueue(controller.AcquireControlMessage())
         for _ in range(2000):
             rig.loop()
@@ -69,15 +69,15 @@ def test_control_ends_when_the_controllers_connection_does(rig: Rig, tmp_path: P
                 break
         assert rig.state.exclusive_controller == str(controller.serial)
         rig.send("ExecSkill", "count{to=9}", by=rig.reader())
-        rig.board.register_listener(Watch(), rig.commander, EventKind.READER_REMOVED)
+        rig.board.register_listener(ReaderWatch(), rig.commander, EventKind.READER_REMOVED)
         client.shutdown()
         assert gone.wait(20)
     rig.loop()
     assert rig.state.exclusive_controller == ""
 
 
-def test_a_skiller_that_is_loaded_again_runs_nothing_and_has_no_controller(skills: Path, rig: Rig):
-    """A Fawkes shows what was shown before: nobody ends the skill, and the controller may be gone."""
+def test_reloaded_skiller_has_no_skill_and_no_controller(skills: Path, rig: Rig):
+    """Fawkes shows the earlier values: no component ends the skill, and the controller may be gone."""
     take_control(rig)
     rig.exec("count{to=1000}")
     assert rig.status == "S_RUNNING"
@@ -94,7 +94,7 @@ def test_a_skiller_that_is_loaded_again_runs_nothing_and_has_no_controller(skill
 # -- section 3: execution and status
 
 
-def test_all_of_several_exec_are_compiled(rig: Rig):
+def test_all_skill_strings_of_loop_are_compiled(rig: Rig):
     rig.send("ExecSkill", "count{")
     rig.send("ExecSkill", "count{}")
     rig.loop()
@@ -106,7 +106,7 @@ def test_all_of_several_exec_are_compiled(rig: Rig):
     assert (rig.state.skill_string, rig.status) == ("count{", "S_FAILED")
 
 
-def test_the_whole_chunk_is_called_every_loop_in_one_sandbox(lua: Rig):
+def test_chunk_is_called_in_each_loop_in_same_sandbox(lua: Rig):
     rig = lua
     rig.exec('n = (n or 0) + 1; print_info("loop %d", n); count{}', loops=5)
     assert [text for text in rig.logged(Level.INFO) if text.startswith("loop")] == [
@@ -116,7 +116,7 @@ def test_the_whole_chunk_is_called_every_loop_in_one_sandbox(lua: Rig):
     ]
 
 
-def test_each_skill_string_gets_a_new_sandbox(lua: Rig):
+def test_each_skill_string_has_new_sandbox(lua: Rig):
     rig = lua
     rig.exec("mine = 1")
     rig.forget()
@@ -124,20 +124,20 @@ def test_each_skill_string_gets_a_new_sandbox(lua: Rig):
     assert rig.logged(Level.INFO)[-1] == "nil"
 
 
-def test_the_error_is_that_of_the_failed_skill(rig: Rig):
-    """Fawkes shows that of the first executed one, here none."""
+def test_error_is_that_of_failed_skill(rig: Rig):
+    """Fawkes shows the error of the first executed skill, here none."""
     rig.exec('count{} fail{why="x"}')
     assert (rig.status, rig.state.error) == ("S_FAILED", "on purpose")
 
 
-def test_the_error_of_an_earlier_skill_string_goes_with_the_next_one(rig: Rig):
-    """Fawkes keeps it until the status changes."""
+def test_new_skill_string_clears_earlier_error(rig: Rig):
+    """Fawkes keeps the error until the status changes."""
     rig.exec('fail{why="x"}', loops=2)
     rig.exec("count{}")
     assert rig.state.error == ""
 
 
-def test_a_lua_error_resets_the_skills_and_stops(lua: Rig):
+def test_lua_error_resets_skills_and_stops_execution(lua: Rig):
     rig = lua
     rig.exec('count{} error("x")', loops=3)
     assert len([text for text in rig.logged(Level.ERROR) if "Failed to execute" in text]) == 1

@@ -1,4 +1,4 @@
-"""The Skiller, row by row of sections 2 (exclusive control) and 3 (execution and status) of the facts."""
+"""The Skiller, by sections 2 (exclusive control) and 3 (execution and status) of the facts."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ def make(skills: Path, mode: Mode = "strict") -> Rig:
 
 @pytest.fixture
 def rig(skills: Path) -> Rig:
-    """A Skiller that has done its first loop, without a controller."""
+    """A Skiller after its first loop, without a controller."""
     return make(skills)
 
 
 @pytest.fixture
 def lua(skills: Path) -> Rig:
-    """The same, which evaluates skill strings as Lua."""
+    """A Skiller that evaluates skill strings as Lua."""
     return make(skills, "fawkes")
 
 
@@ -76,10 +76,10 @@ def take_control(rig: Rig, by: object = None, *, steal: bool = False) -> None:
         ),
     ],
 )  # fmt: skip
-def test_control(
+def test_control_by_message_owner_and_sender(
     rig: Rig, message: str, values: list[Any], owned: bool, sender: int, controller: int, line: str
 ):
-    """The senders are the clients 1 and 2; client 1 has control if anybody has."""
+    """Two clients send; client 1 is the controller, if there is a controller."""
     clients = {1: rig.commander, 2: rig.reader()}
     if owned:
         take_control(rig)
@@ -100,13 +100,13 @@ def test_control(
 @pytest.mark.parametrize(
     ("owned", "sender", "remote", "line"),
     [
-        (False, 1, False, "Stopping execution of 'count{}' on request"),  # Fawkes ignores it
+        (False, 1, False, "Stopping execution of 'count{}' on request"),  # Fawkes ignores the message
         (True, 1, False, "Stopping execution of 'count{}' on request"),
         (True, 2, False, "MainThread sent stop without any exclusive controller"),
         (True, 2, True, "Remote sent stop without any exclusive controller"),
     ],
 )
-def test_stop(rig: Rig, owned: bool, sender: int, remote: bool, line: str):
+def test_stop_by_owner_and_sender(rig: Rig, owned: bool, sender: int, remote: bool, line: str):
     clients = {1: rig.commander, 2: rig.reader()}
     if owned:
         take_control(rig)
@@ -121,7 +121,7 @@ def test_stop(rig: Rig, owned: bool, sender: int, remote: bool, line: str):
     assert (rig.state.skill_string, rig.state.msgid, rig.status) == expected
 
 
-def test_closing_the_controllers_reader_revokes_control_and_the_skill_goes_on(rig: Rig):
+def test_closed_reader_of_controller_revokes_control_but_skill_runs(rig: Rig):
     controller = rig.reader()
     take_control(rig, controller)
     rig.send("ExecSkill", "count{}", by=controller)
@@ -138,7 +138,7 @@ def test_closing_the_controllers_reader_revokes_control_and_the_skill_goes_on(ri
 # -- section 3: execution and status
 
 
-def test_a_running_skill_string_is_aborted_for_a_new_one(rig: Rig):
+def test_new_skill_string_aborts_running_skill_string(rig: Rig):
     rig.exec("count{}")
     rig.forget()
     rig.exec("count{to=5}")
@@ -149,7 +149,7 @@ def test_a_running_skill_string_is_aborted_for_a_new_one(rig: Rig):
     assert rig.status == "S_FINAL"
 
 
-def test_of_several_exec_in_one_loop_the_last_one_counts(rig: Rig):
+def test_last_exec_of_loop_counts(rig: Rig):
     rig.send("ExecSkill", "fail{}")
     last = rig.send("ExecSkill", "count{}")
     rig.loop()
@@ -157,7 +157,7 @@ def test_of_several_exec_in_one_loop_the_last_one_counts(rig: Rig):
     assert rig.writes("skill_string", "msgid", "status") == [("count{}", last, "S_RUNNING")]
 
 
-def test_exec_sets_skill_string_msgid_and_running_before_the_first_run(rig: Rig):
+def test_exec_publishes_skill_string_before_first_run(rig: Rig):
     number = rig.exec("count{tell=true}")
     assert rig.writes("skill_string", "msgid", "status")[0] == ("count{tell=true}", number, "S_RUNNING")
     texts = [getattr(event, "text", None) or event.uid for event in rig.events]
@@ -171,7 +171,7 @@ def test_exec_sets_skill_string_msgid_and_running_before_the_first_run(rig: Rig)
         ("fawkes", '[string "count{"]:1: unexpected symbol'),
     ],
 )
-def test_a_syntax_error_is_failed_and_nothing_runs(skills: Path, mode: Mode, problem: str):
+def test_syntax_error_fails_without_execution(skills: Path, mode: Mode, problem: str):
     rig = make(skills, mode)
     rig.exec("count{", loops=2)
     assert rig.writes("status") == ["S_FAILED"]
@@ -180,7 +180,7 @@ def test_a_syntax_error_is_failed_and_nothing_runs(skills: Path, mode: Mode, pro
     assert rig.state.error.startswith(problem)
 
 
-def test_a_lua_error_gives_the_error_text_and_failed(lua: Rig):
+def test_lua_error_fails_with_error_text(lua: Rig):
     rig, text = lua, 'error("no way")'
     rig.exec(text, loops=2)
     assert rig.state.error.startswith('error("no way")|[string "error("no way")"]:1: no way\nstack traceback')
@@ -196,13 +196,13 @@ def test_a_lua_error_gives_the_error_text_and_failed(lua: Rig):
         ("fawkes", "attempt to call global 'dance'"),
     ],
 )
-def test_a_missing_skill_fails(skills: Path, mode: Mode, error: str):
+def test_missing_skill_fails(skills: Path, mode: Mode, error: str):
     rig = make(skills, mode)
     rig.exec("dance{}")
     assert error in rig.state.error
 
 
-def test_the_status_is_published_on_change_only(rig: Rig):
+def test_status_is_published_on_change_only(rig: Rig):
     number = rig.exec("count{}", loops=5)
     assert rig.writes("status", "error") == [("S_RUNNING", ""), ("S_FINAL", "")]
     assert (rig.state.skill_string, rig.state.msgid) == ("count{}", number)
@@ -211,15 +211,15 @@ def test_the_status_is_published_on_change_only(rig: Rig):
     assert [text for text in rig.logged(Level.INFO) if text.startswith("n=")] == ["n=1", "n=2", "n=3"]
 
 
-def test_a_failing_skill_publishes_its_error(rig: Rig):
+def test_failed_skill_publishes_error(rig: Rig):
     """Fawkes writes twice: write_fsm_error() writes separately."""
     rig.exec('fail{why="x"}')
     assert (rig.status, rig.state.error) == ("S_FAILED", "on purpose")
     assert rig.writes("status") == ["S_RUNNING", "S_FAILED"]
 
 
-def test_a_failing_skill_without_an_error_text(rig: Rig):
-    """Fawkes keeps the text of an earlier failure; here the label of the transition is the text."""
+def test_failed_skill_without_error_publishes_label(rig: Rig):
+    """Fawkes keeps the error of an earlier failure; cxbridge publishes the label of the transition."""
     rig.exec('fail{why="x"}', loops=2)
     rig.exec("fail{}", loops=2)
     assert (rig.status, rig.state.error) == ("S_FAILED", "only a label")
@@ -234,12 +234,12 @@ def test_a_failing_skill_without_an_error_text(rig: Rig):
         ("", "S_INACTIVE"),
     ],
 )
-def test_overall_status(rig: Rig, text: str, status: str):
+def test_overall_status_of_skills(rig: Rig, text: str, status: str):
     rig.exec(text)
     assert rig.status == status
 
 
-def test_the_first_loop_writes_both_debug_interfaces(skills: Path):
+def test_first_loop_writes_both_debug_interfaces(skills: Path):
     rig = Rig()
     rig.lua([skills], space="space")
     rig.loop()
@@ -249,12 +249,12 @@ def test_the_first_loop_writes_both_debug_interfaces(skills: Path):
         ]
 
 
-def test_only_one_skiller_may_write_an_interface(skills: Path, rig: Rig):
+def test_second_skiller_on_interface_is_refused(skills: Path, rig: Rig):
     with pytest.raises(BlackBoardError):
         rig.lua([skills], space="space")
 
 
-def test_closing_frees_the_interfaces(skills: Path, rig: Rig):
+def test_close_frees_interfaces(skills: Path, rig: Rig):
     rig.backends.pop().close()
     rig.lua([skills], space="space").close()
     assert not rig.commander.has_writer
@@ -272,7 +272,7 @@ def graph_of(reader) -> Any:
     return reader.graph
 
 
-def test_the_graph_of_the_running_machine_is_published(rig: Rig):
+def test_graph_of_running_machine_is_published(rig: Rig):
     viewer = debug_reader(rig)
     rig.exec("count{}")
     graph = graph_of(viewer)
@@ -288,7 +288,7 @@ def test_the_graph_of_the_running_machine_is_published(rig: Rig):
     assert '\tCOUNT -> FINAL [label="counted"];' in graph
 
 
-def test_viewers_ask_for_other_graphs(rig: Rig):
+def test_viewers_request_graphs(rig: Rig):
     viewer = debug_reader(rig)
 
     def ask(kind: str, value: object) -> str:
@@ -306,9 +306,9 @@ def test_viewers_ask_for_other_graphs(rig: Rig):
     assert rig.logged(Level.WARN) == ["Could not write FSM graph, FSM for dance not found"]
 
 
-# -- texts that are no plain text
+# -- texts outside UTF-8
 
 
-def test_an_error_text_that_is_no_utf8_is_readable(lua: Rig):
+def test_error_text_outside_utf8_is_readable(lua: Rig):
     lua.exec(r"error('a\255b')")
     assert "a\N{REPLACEMENT CHARACTER}b" in lua.state.error

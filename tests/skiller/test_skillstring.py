@@ -1,4 +1,4 @@
-"""Skill strings as values: what is read as Lua 5.1 reads it, and what is refused with its place."""
+"""Skill strings as values: cxbridge reads as Lua 5.1 reads, and refuses the rest with its place."""
 
 from __future__ import annotations
 
@@ -53,11 +53,11 @@ from tests.support import many
         ("go{1e999, 0x20000000000001}", SkillStringCall("go", {1: math.inf, 2: 2.0**53})),
     ],
 )
-def test_calls(text: str, call: SkillStringCall):
+def test_valid_calls_are_parsed(text: str, call: SkillStringCall):
     assert parse_skill_call(text) == call
 
 
-def test_what_is_blank_has_no_calls():
+def test_blank_text_has_no_calls():
     assert read_calls(" \n-- nothing\n--[[ at all ]]") == []
     with pytest.raises(SkillError, match="has no call of a skill"):
         parse_skill_string("")
@@ -94,15 +94,13 @@ EVALUATED = [
 
 
 @pytest.mark.parametrize(("text", "column", "problem"), EVALUATED)
-def test_what_would_have_to_be_evaluated_is_refused_with_its_column_and_the_mode(
-    text: str, column: int, problem: str
-):
+def test_code_is_refused_with_column_and_mode(text: str, column: int, problem: str):
     with pytest.raises(SkillError) as caught:
         read_calls(text)
     assert caught.value.message.startswith(f"column {column}: ")
     assert problem in caught.value.message
     assert caught.value.message.endswith(ONLY_FAWKES)
-    assert len(caught.value.message) < 128  # so that it fits into the field "error"
+    assert len(caught.value.message) < 128  # the message fits into the field "error"
 
 
 @pytest.mark.parametrize(
@@ -120,7 +118,7 @@ def test_what_would_have_to_be_evaluated_is_refused_with_its_column_and_the_mode
         ("say" + "{" * 100_000, f"column {4 + MAX_DEPTH}"),
     ],
 )  # fmt: skip
-def test_anything_else_is_refused_with_its_place(text: str, place: str):
+def test_syntax_errors_have_place(text: str, place: str):
     with pytest.raises(SkillError) as caught:
         parse_skill_string(text)
     assert caught.value.message.startswith(f"{place}: ")
@@ -136,15 +134,15 @@ names = st.from_regex(r"[a-z_][a-z0-9_]{0,8}", fullmatch=True).filter(
 values = st.one_of(st.text(max_size=20), st.integers(-(2**40), 2**40), st.booleans(), st.none())
 
 
-def write(value: Any) -> str:
+def literal(value: Any) -> str:
     if isinstance(value, str):
         return f'"{escape(value)}"'
     return "nil" if value is None else str(value).lower()
 
 
 @given(names, st.dictionaries(names, values, max_size=5))
-def test_what_is_written_is_read_back(name: str, args: dict[str | int, Any]):
-    text = f"{name}{{{', '.join(f'{key}={write(value)}' for key, value in args.items())}}}"
+def test_written_call_is_parsed(name: str, args: dict[str | int, Any]):
+    text = f"{name}{{{', '.join(f'{key}={literal(value)}' for key, value in args.items())}}}"
     assert parse_skill_call(text) == SkillStringCall(name, args)
 
 
@@ -163,8 +161,8 @@ PIECES = [
 @example("say[[ [[ ]]")
 @example("say{} --[[ [[ ]]")
 @example("say[=[ [[ ]=]")
-def test_what_is_read_lua_reads_alike(text: str):
-    """Either it is refused, or Lua 5.1 makes the same calls of it. So it is data, and all of it is seen."""
+def test_parsed_calls_equal_calls_of_lua(text: str):
+    """The parser refuses a text, or Lua 5.1 makes the same calls: the text is data, without unseen calls."""
     try:
         calls = read_calls(text)
     except SkillError:
@@ -191,12 +189,12 @@ literals = st.recursive(
 
 
 @given(st.lists(st.tuples(names, st.lists(literals, max_size=3).map(", ".join)), min_size=1, max_size=3))
-def test_every_literal_that_lua_knows_is_read(calls: list[tuple[str, str]]):
+def test_every_literal_of_lua_is_parsed(calls: list[tuple[str, str]]):
     text = "\n".join(f"{name}({arguments});" for name, arguments in calls)
     assert [(call.name, normal(call.values)) for call in read_calls(text)] == as_lua_says(text)
 
 
 @given(st.text(st.sampled_from("abx{}()=,;\"'\\ \n019.-[]"), max_size=30))
-def test_any_text_is_read_or_refused(text: str):
+def test_any_text_is_parsed_or_refused(text: str):
     with contextlib.suppress(SkillError):
         parse_skill_string(text)

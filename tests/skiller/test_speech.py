@@ -1,4 +1,4 @@
-"""The writer of SpeechSynthInterface and its voices."""
+"""The writer of SpeechSynthInterface, and its voices."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.skiller.rig import Rig
 
 
 class SlowVoice(Voice):
-    """Is done when the test says so."""
+    """A voice that a test finishes."""
 
     def __init__(self) -> None:
         self.said: list[str] = []
@@ -43,7 +43,7 @@ def order(rig: Rig, text: str) -> int:
 UID = "SpeechSynthInterface::Flite"
 
 
-def test_orders_wait_for_each_other():
+def test_orders_are_spoken_in_sequence():
     rig, voice = Rig(), SlowVoice()
     rig.add(SpeechSynthWriter(rig.board, rig.clock, rig.bus, voice=voice))
     order(rig, "one")
@@ -62,7 +62,7 @@ def test_orders_wait_for_each_other():
     ]
 
 
-def test_without_a_voice_there_is_one_clear_message(monkeypatch: pytest.MonkeyPatch, player: Path):
+def test_missing_voice_is_error_with_package(monkeypatch: pytest.MonkeyPatch, player: Path):
     broken: Any = types.ModuleType("pyttsx3")
 
     def init() -> None:
@@ -76,8 +76,8 @@ def test_without_a_voice_there_is_one_clear_message(monkeypatch: pytest.MonkeyPa
     assert "espeak-ng" in str(caught.value)
 
 
-def test_without_a_player_there_is_one_clear_message(monkeypatch: pytest.MonkeyPatch):
-    """pyttsx3 would be silent, and say nothing of it."""
+def test_missing_player_is_error_with_package(monkeypatch: pytest.MonkeyPatch):
+    """pyttsx3 would be silent without an error."""
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr(shutil, "which", lambda _name: None)
     with pytest.raises(SkillerError, match="'aplay' is missing") as caught:
@@ -87,7 +87,7 @@ def test_without_a_player_there_is_one_clear_message(monkeypatch: pytest.MonkeyP
 
 @pytest.fixture
 def player(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A program aplay that keeps what it is to play; returns the folder."""
+    """A program aplay that copies the files to be played into the returned folder."""
     folder = tmp_path / "played"
     folder.mkdir()
     program = tmp_path / "aplay"
@@ -97,9 +97,7 @@ def player(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def test_a_text_that_cannot_be_said_is_told_and_does_not_stop_the_next(
-    monkeypatch: pytest.MonkeyPatch, player: Path
-):
+def test_failed_text_is_logged_and_next_text_spoken(monkeypatch: pytest.MonkeyPatch, player: Path):
     said: list[str] = []
 
     class Engine:
@@ -132,13 +130,13 @@ def test_a_text_that_cannot_be_said_is_told_and_does_not_stop_the_next(
     assert (said, voice.is_done()) == (["bad", "good"], True)
 
 
-def test_the_same_id_of_another_client_is_not_taken_for_the_skills():
-    """Its text had been spoken, so the skill was final before its own text began."""
+def test_order_of_another_client_with_same_id_does_not_end_skill():
+    """The end of the first text ended the skill before its own text began."""
     rig, voice = Rig(), SlowVoice()
     rig.add(SpeechSynthWriter(rig.board, rig.clock, rig.bus, voice=voice))
     rig.lua()
     other: Any = rig.board.open_for_reading("SpeechSynthInterface", "Flite", owner="other")
-    assert other.msgq_enqueue(other.SayMessage("theirs")) == 1  # as the skill's will be
+    assert other.msgq_enqueue(other.SayMessage("theirs")) == 1  # the id of the skill's order, too
     rig.loop()
     voice.done = True
     rig.loop()
@@ -150,7 +148,7 @@ def test_the_same_id_of_another_client_is_not_taken_for_the_skills():
     assert rig.status == "S_FINAL"
 
 
-def test_an_order_that_nobody_takes_fails():
+def test_lost_order_fails():
     rig = Rig()
     writer: Any = rig.board.open_for_writing("SpeechSynthInterface", "Flite", owner="deaf")
     writer.final = True

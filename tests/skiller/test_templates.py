@@ -1,4 +1,4 @@
-"""Templates of skill strings are read as lark reads them by the grammar."""
+"""Templates of skill strings are parsed as lark parses them by the grammar."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _PIECES = [
     "\n",
     " ",
 ]
-# a bar inside a pattern is not drawn: Fawkes splits there once more, beyond the grammar (test_mapping.py)
+# without a bar inside a pattern: Fawkes splits there, beyond the grammar (test_mapping.py)
 _TEMPLATES = st.lists(
     st.one_of(
         st.sampled_from(_PIECES),
@@ -44,14 +44,14 @@ _TEMPLATES = st.lists(
 ).map("".join)
 
 
-def test_the_terminals_are_those_of_the_grammar() -> None:
+def test_terminals_equal_those_of_grammar() -> None:
     assert format_terminals(make_terminals()) == TERMINALS.read_text(encoding="utf-8"), (
         "run python -m tests.grammars"
     )
 
 
 @given(_TEMPLATES)
-def test_a_template_has_the_parts_that_lark_finds(template: str) -> None:
+def test_template_has_parts_of_lark(template: str) -> None:
     expected: list[str | Placeholder] = []
     for token in _PARSER.parse(template, start="template").children:
         if token.type == "PLACEHOLDER":

@@ -1,4 +1,4 @@
-"""A skill board with executors that do as the test says, on a virtual clock."""
+"""A skill board with scripted executors on a virtual clock."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PERIOD_US = 33_333
 
 
 class Puppet(SkillExecutor):
-    """Executes until the test ends it: ``ends`` takes None for success, a text for failure."""
+    """Executes until ``ends`` has an end: None for success, a text for failure."""
 
     skills = ("move", "grasp")
 
@@ -53,30 +53,30 @@ class Puppet(SkillExecutor):
 
 
 class Rig:
-    """A blackboard, a skill board, executors; everything takes place in :meth:`loop`."""
+    """A blackboard, skill boards and executors, which :meth:`loop` runs."""
 
     def __init__(self, board: BlackBoard | None = None, clock: Clock | None = None) -> None:
         self.clock = clock or VirtualClock()
         self.bus = EventBus(self.clock)
         self.lines: list[str] = []
-        self.bus.subscribe(self._note, LogLine)
+        self.bus.subscribe(self._add_line, LogLine)
         self.board = board or LocalBlackBoard(InterfaceRegistry(), self.clock, self.bus)
         self.boards: list[SkillBoard] = []
         self.hosts: list[ExecutorHost] = []
 
-    def _note(self, event: Any) -> None:
+    def _add_line(self, event: Any) -> None:
         self.lines.append(f"{event.level.value} {event.text}")
 
     def skills(
         self, name: str = "SkillBoard", board_class: type[SkillBoard] = SkillBoard, **options: Any
     ) -> SkillBoard:
         """Make a skill board."""
-        made = board_class(self.board, self.clock, self.bus, name=name, **options)
-        self.boards.append(made)
-        return made
+        skill_board = board_class(self.board, self.clock, self.bus, name=name, **options)
+        self.boards.append(skill_board)
+        return skill_board
 
     def puppet(self, agent: str, name: str, kind: type[Puppet] = Puppet) -> Puppet:
-        """Bring an executor to the blackboard."""
+        """Add an executor to the blackboard."""
         context = ExecutorContext(agent, self.board, self.clock, self.bus.logger(name))
         executor = kind(context)
         self.hosts.append(ExecutorHost(executor, name))
@@ -87,13 +87,13 @@ class Rig:
         return next(host for host in self.hosts if host.name == name)
 
     def kill(self, name: str) -> None:
-        """Take an executor away without a word."""
+        """Remove an executor without its farewell."""
         host = self.host(name)
         self.hosts.remove(host)
         host.abandon()
 
     def loop(self, loops: int = 1) -> None:
-        """Do what there is to do."""
+        """Run loops of boards and executors."""
         for _ in range(loops):
             for board in self.boards:
                 board.loop()
@@ -104,15 +104,15 @@ class Rig:
             self.clock.sleep_until(self.clock.now_us() + PERIOD_US)
 
     def until(self, done: Callable[[], bool], loops: int = 600) -> None:
-        """Loop until it is done."""
+        """Loop until the condition holds."""
         for _ in range(loops):
             if done():
                 return
             self.loop()
-        raise AssertionError("it does not come to pass")
+        raise AssertionError("the condition does not hold")
 
     def close(self) -> None:
-        """Close all."""
+        """Close executors, skill boards and the blackboard."""
         for host in self.hosts:
             host.close()
         for board in self.boards:
@@ -121,10 +121,10 @@ class Rig:
 
 
 def call(skill: str = "move", agent: str = "r1", **parameters: Any) -> SkillCall:
-    """A call."""
+    """Return a skill call."""
     return SkillCall(skill, agent, parameters)
 
 
 def states(*masters: Master) -> list[str]:
-    """The masters' states."""
+    """Return the states of masters."""
     return [str(master.state) for master in masters]

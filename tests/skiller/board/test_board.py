@@ -1,4 +1,4 @@
-"""Masters and executors in one process: the rows of the tables in docs/evidence/skill-board.md."""
+"""Masters and executors in a single process, by the tables of docs/evidence/skill-board.md."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ BOARD = "SkillBoardInterface"
 
 @pytest.fixture
 def rig():
-    made = Rig()
-    yield made
-    made.close()
+    rig = Rig()
+    yield rig
+    rig.close()
 
 
 class Recorder:
-    """Keeps the states that a master went through."""
+    """Records the states of a master."""
 
     def __init__(self) -> None:
         self.states: list[str] = []
@@ -33,7 +33,7 @@ class Recorder:
 
 
 def send(rig, uid, message_type, **fields):
-    """Send a message as anybody could."""
+    """Send a message from a reader."""
     kind, _, name = uid.partition("::")
     with rig.board.open_for_reading(kind, name, owner="test") as reader:
         message = reader.create_message(message_type)
@@ -43,7 +43,7 @@ def send(rig, uid, message_type, **fields):
 
 
 def to_board(rig, message_type, master, *, executor, epoch=None, board=0, **fields):
-    """Send what an executor sends."""
+    """Send a message of an executor to a skill board."""
     skills = rig.boards[board]
     send(
         rig,
@@ -63,7 +63,7 @@ def executor_data(rig, name):
 
 
 class Silent:
-    """An executor that only shows itself; keeps the messages that it gets."""
+    """An executor that only publishes its interface and collects its messages."""
 
     def __init__(self, rig, name="e1", agent="r1", skills="move"):
         self.interface = rig.board.open_for_writing(EXECUTOR, name, owner="test")
@@ -71,22 +71,22 @@ class Silent:
         self.interface.write()
 
     def messages(self):
-        taken = []
+        messages = []
         while (message := self.interface.msgq_pop()) is not None:
-            taken.append(message)
-        return taken
+            messages.append(message)
+        return messages
 
     def types(self):
         return [message.type.removesuffix("Message") for message in self.messages()]
 
 
-# -- the way of an action
+# -- the course of an action
 
 
-def test_an_action_goes_from_request_to_finish(rig):
-    skills, seen = rig.skills(), Recorder()
+def test_action_runs_from_request_to_finish(rig):
+    skills, recorder = rig.skills(), Recorder()
     puppet = rig.puppet("r1", "e1")
-    master = skills.request(call(to="wp1", speed=0.5, slow=True), seen)
+    master = skills.request(call(to="wp1", speed=0.5, slow=True), recorder)
     rig.until(lambda: master.state is MasterState.RUNNING)
     assert puppet.calls == [call(to="wp1", speed=0.5, slow=True)]
     data = executor_data(rig, "e1")
@@ -102,14 +102,14 @@ def test_an_action_goes_from_request_to_finish(rig):
     assert master.executor == "e1"
     puppet.ends.append(None)
     rig.until(lambda: master.is_over)
-    assert seen.states == ["CONFIRMED", "RUNNING", "SUCCEEDED"]
+    assert recorder.states == ["CONFIRMED", "RUNNING", "SUCCEEDED"]
     assert master.progress == 1.0
     data = executor_data(rig, "e1")
     assert (data["state"].name, data["skill"], data["master"]) == ("IDLE", "", 0)
     assert not skills.running
 
 
-def test_any_exception_is_a_failure(rig):
+def test_exception_of_executor_is_failure(rig):
     class Broken(Puppet):
         def execute(self, call: SkillCall) -> Steps:
             yield 0.1
@@ -123,12 +123,14 @@ def test_any_exception_is_a_failure(rig):
     assert master.error.startswith("ZeroDivisionError: lone ? surrogate")
 
 
-@pytest.mark.parametrize(("said", "state"), [(2.0, "RUNNING"), (float("nan"), "RUNNING"), ("half", "FAILED")])
-def test_progress_is_a_number_from_0_to_1(rig, said, state):
+@pytest.mark.parametrize(
+    ("progress", "state"), [(2.0, "RUNNING"), (float("nan"), "RUNNING"), ("half", "FAILED")]
+)
+def test_progress_is_number_from_0_to_1(rig, progress, state):
     class Odd(Puppet):
         def execute(self, call: SkillCall) -> Steps:
             while True:
-                yield said
+                yield progress
 
     skills = rig.skills()
     rig.puppet("r1", "e1", Odd)
@@ -138,13 +140,10 @@ def test_progress_is_a_number_from_0_to_1(rig, said, state):
     assert 0.0 <= master.progress <= 1.0
 
 
-# -- exclusive while busy
-
-
 # -- cancelling
 
 
-def test_an_executor_that_does_not_answer_to_cancel(rig):
+def test_cancel_without_answer_cancels_action(rig):
     skills, silent = rig.skills(), Silent(rig)
     rig.loop()
     master = skills.request(call())
@@ -158,7 +157,7 @@ def test_an_executor_that_does_not_answer_to_cancel(rig):
     assert silent.types() == ["Request", "Confirm", "Cancel"]
 
 
-def test_a_cancelled_skill_whose_cleaning_up_fails_is_cancelled(rig):
+def test_failed_cleanup_leaves_cancelled_skill_cancelled(rig):
     class Messy(Puppet):
         def execute(self, call: SkillCall) -> Steps:
             try:
@@ -177,10 +176,10 @@ def test_a_cancelled_skill_whose_cleaning_up_fails_is_cancelled(rig):
     assert any("brakes failed" in line for line in rig.lines)
 
 
-# -- executors that do what they should not
+# -- executors that violate the protocol
 
 
-def test_an_executor_that_works_for_a_master_that_is_over(rig):
+def test_executor_of_finished_master_gets_cancel(rig):
     skills, silent = rig.skills(), Silent(rig)
     rig.loop()
     master = skills.request(call())
@@ -192,7 +191,7 @@ def test_an_executor_that_works_for_a_master_that_is_over(rig):
     assert states(master) == ["CANCELLED"]
 
 
-def test_an_executor_that_answers_for_another_agent(rig):
+def test_executor_of_wrong_agent_is_rejected(rig):
     skills, silent = rig.skills(), Silent(rig, agent="r2")
     rig.loop()
     master = skills.request(call(agent="r1"))
@@ -203,7 +202,7 @@ def test_an_executor_that_answers_for_another_agent(rig):
     assert "W e1 of r2 answers to action 1 of r1" in rig.lines
 
 
-def test_an_executor_that_interferes_is_told_to_stop(rig):
+def test_interfering_executor_gets_cancel(rig):
     skills, silent, _puppet = rig.skills(), Silent(rig, "other", skills="dance"), rig.puppet("r1", "e1")
     master = skills.request(call())
     rig.until(lambda: master.state is MasterState.RUNNING)
@@ -215,7 +214,7 @@ def test_an_executor_that_interferes_is_told_to_stop(rig):
     assert (str(master.state), master.progress) == ("RUNNING", 0.0)
 
 
-def test_words_of_an_earlier_life_of_the_board_are_late(rig):
+def test_messages_of_earlier_epoch_are_rejected(rig):
     skills, silent = rig.skills(), Silent(rig)
     rig.loop()
     master = skills.request(call())
@@ -228,7 +227,7 @@ def test_words_of_an_earlier_life_of_the_board_are_late(rig):
     assert request.epoch == skills.epoch
 
 
-def test_refused_means_that_others_are_asked(rig):
+def test_refused_request_goes_to_next_executor(rig):
     skills, silent = rig.skills(), Silent(rig)
     rig.loop()
     master = skills.request(call())
@@ -266,17 +265,17 @@ def make_busy(rig, name):
         ),
     ],
 )
-def test_nobody_begins(rig, make, error):
+def test_action_fails_without_free_executor(rig, make, error):
     skills = rig.skills(timeouts=Timeouts(start=0.5))
-    kept = make(rig)
+    writer = make(rig)
     rig.loop()
     master = skills.request(call())
     rig.until(lambda: master.is_over, loops=20)
     assert (str(master.state), master.error) == ("FAILED", error)
-    del kept
+    del writer
 
 
-def test_a_silent_executor(rig):
+def test_silent_executor_fails_action(rig):
     skills, silent = rig.skills(), Silent(rig)
     rig.loop()
     master = skills.request(call())
@@ -287,7 +286,7 @@ def test_a_silent_executor(rig):
     assert silent.types() == ["Request", "Confirm", "Cancel"]
 
 
-def test_a_silent_executor_delays_no_action_and_actions_without_a_request_come_first(rig):
+def test_silent_executor_delays_no_action(rig):
     skills, _silent, puppet = rig.skills(), Silent(rig), rig.puppet("r1", "e2")
     rig.loop()
     first = skills.request(call())
@@ -299,7 +298,7 @@ def test_a_silent_executor_delays_no_action_and_actions_without_a_request_come_f
     assert states(first, second) == ["SUCCEEDED", "ASKING"]
 
 
-def test_a_confirmed_executor_that_never_begins(rig):
+def test_confirmed_executor_that_never_begins_fails_action(rig):
     skills, silent = rig.skills(timeouts=Timeouts(start=0.5)), Silent(rig)
     rig.loop()
     master = skills.request(call())
@@ -309,7 +308,7 @@ def test_a_confirmed_executor_that_never_begins(rig):
     assert silent.types() == ["Request", "Confirm", "Cancel"]
 
 
-def test_a_reserved_executor_does_not_wait_for_ever(rig):
+def test_reservation_of_executor_times_out(rig):
     rig.puppet("r1", "e1")
     stranger = rig.board.open_for_writing(BOARD, "Stranger", owner="test")
     fields = {"board": "Stranger", "epoch": 7, "master": 1}
@@ -331,10 +330,10 @@ def test_timeouts_must_be_above_0(seconds):
         Timeouts(silence=seconds)
 
 
-# -- the end of somebody
+# -- the end of an executor
 
 
-def test_a_cancelled_action_whose_executor_dies_is_cancelled(rig):
+def test_cancelled_action_of_dead_executor_is_cancelled(rig):
     skills = rig.skills()
     rig.puppet("r1", "e1")
     master = skills.request(call())
@@ -349,7 +348,7 @@ def test_a_cancelled_action_whose_executor_dies_is_cancelled(rig):
 
 
 @pytest.mark.parametrize("name", ["", "x" * 65, "\udc80"])
-def test_names_that_do_not_fit_are_refused(rig, name):
+def test_invalid_names_are_refused(rig, name):
     skills = rig.skills()
     with pytest.raises(SkillError, match="cannot be called"):
         skills.request(SkillCall(name, "r1"))
@@ -361,13 +360,13 @@ def test_names_that_do_not_fit_are_refused(rig, name):
 
 
 @pytest.mark.parametrize("value", ["x" * 1020, object(), float("inf"), "\udc80"])
-def test_parameters_that_do_not_fit_are_refused(rig, value):
+def test_invalid_parameters_are_refused(rig, value):
     with pytest.raises(SkillError):
         rig.skills().request(call(to=value))
 
 
 @pytest.mark.parametrize("parameters", ["{", "[]", "3", '{"a": ' + "[" * 500])
-def test_a_request_with_spoilt_parameters_fails(rig, parameters):
+def test_request_with_invalid_parameters_fails(rig, parameters):
     puppet = rig.puppet("r1", "e1")
     stranger = rig.board.open_for_writing(BOARD, "Stranger", owner="test")
     fields = {"board": "Stranger", "epoch": 7, "master": 1}
@@ -381,7 +380,7 @@ def test_a_request_with_spoilt_parameters_fails(rig, parameters):
     assert puppet.calls == []
 
 
-def test_the_board_publishes_how_many_actions_there_are(rig):
+def test_board_publishes_number_of_actions(rig):
     skills = rig.skills()
     rig.puppet("r1", "e1")
     for _ in range(3):
@@ -392,7 +391,7 @@ def test_the_board_publishes_how_many_actions_there_are(rig):
         assert (reader.asking, reader.running) == (2, 1)
 
 
-def test_an_executor_that_fails_when_it_is_idle_still_works(rig):
+def test_executor_with_failed_idle_still_executes(rig):
     class Restless(Puppet):
         def idle(self):
             raise ZeroDivisionError("nothing to do")
@@ -413,7 +412,7 @@ def test_an_executor_that_fails_when_it_is_idle_still_works(rig):
     assert rig.lines[-1] == "E e1: close() failed: OSError: stuck"
 
 
-def test_whom_a_master_has_asked_in_vain_others_ask_again(rig):
+def test_executor_is_asked_again_for_next_master(rig):
     skills, silent = rig.skills(timeouts=Timeouts(start=0.5)), Silent(rig)
     rig.loop()
     first = skills.request(call())

@@ -1,4 +1,4 @@
-"""Whatever executors, boards and strangers do: a master ends once, and an executor serves one at a time."""
+"""Each master ends once, and an executor has a single master, whatever executors, boards and strangers do."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ BOARDS = ("one", "two")
 STRANGER = "stranger"
 LIMITS = Timeouts(start=3.0, silence=2.0, cancel=2.0)
 ALL_ENDED = 600
-"""Loops after which everything has come to its end."""
+"""Loops after which all actions have ended."""
 
-NOBODY = re.compile(r"the agent \w+ has no executor|no executor of \w+ is free for.*")
+NO_EXECUTOR = re.compile(r"the agent \w+ has no executor|no executor of \w+ is free for.*")
 
 FOLLOWS = {
     "ASKING": {"CONFIRMED", "FAILED", "CANCELLED"},
@@ -30,14 +30,14 @@ FOLLOWS = {
     "RUNNING": {"RUNNING", "SUCCEEDED", "FAILED", "CANCELLING", "CANCELLED"},
     "CANCELLING": {"SUCCEEDED", "FAILED", "CANCELLED"},
 }
-"""Which state may come after which; after the others none."""
+"""The states that may follow each state; the remaining states are final."""
 
 boards, executors, agents = map(st.sampled_from, (BOARDS, EXECUTORS, AGENTS))
 loops = st.sampled_from([0, 0, 1, 2, 3, 20])
 
 
 class Protocol(RuleBasedStateMachine):
-    """Boards, executors, and strangers who send what they should not."""
+    """Boards, executors, and strangers that send invalid messages."""
 
     masters = Bundle("masters")
     board_class = SkillBoard
@@ -52,14 +52,14 @@ class Protocol(RuleBasedStateMachine):
             name: self.rig.skills(name, timeouts=LIMITS, board_class=self.board_class) for name in BOARDS
         }
         self.history: dict[int, list[str]] = {}
-        self.made: list[Master] = []
+        self.requested: list[Master] = []
 
     def teardown(self) -> None:
-        """Everything comes to its end; then nobody is busy and nothing is left behind."""
+        """End all actions; then all executors are idle and the blackboard is empty."""
         for puppet in self.alive.values():
             puppet.ends = [None] * 100
         self.rig.loop(ALL_ENDED)
-        for master in self.made:
+        for master in self.requested:
             assert master.is_over, (master.state, master.call)
             assert self._is_explained(master.error), master.error
         for host in self.rig.hosts:
@@ -73,11 +73,11 @@ class Protocol(RuleBasedStateMachine):
         assert self.rig.board.list_all() == []
 
     def _is_explained(self, error: str) -> bool:
-        """Whether an action may have ended like that: nobody was silent here."""
+        """Return whether an error is possible; no executor is silent here."""
         gone = (f"the executor {name} is gone" for name in self.killed)
-        return error in ("", "no", "the skill board was closed", *gone) or bool(NOBODY.fullmatch(error))
+        return error in ("", "no", "the skill board was closed", *gone) or bool(NO_EXECUTOR.fullmatch(error))
 
-    # -- what may happen
+    # -- rules
 
     @initialize(crew=st.tuples(agents, agents, agents))
     def begin(self, crew: tuple[str, str, str]) -> None:
@@ -86,13 +86,13 @@ class Protocol(RuleBasedStateMachine):
 
     @rule(target=masters, board=boards, skill=st.sampled_from(["move", "grasp"]), agent=agents, then=loops)
     def request(self, board: str, skill: str, agent: str, then: int) -> Master:
-        master = self.open[board].request(call(skill, agent), self._note)
+        master = self.open[board].request(call(skill, agent), self._record_state)
         self.history[id(master)] = ["ASKING"]
-        self.made.append(master)
+        self.requested.append(master)
         self._loop(then)
         return master
 
-    def _note(self, master: Master) -> None:
+    def _record_state(self, master: Master) -> None:
         states, state = self.history[id(master)], str(master.state)
         assert state in FOLLOWS.get(states[-1], ()), (states, state)
         states.append(state)
@@ -104,24 +104,24 @@ class Protocol(RuleBasedStateMachine):
                 board.cancel(master)
         self._loop(then)
 
-    @rule(name=executors, agent=agents, what=st.sampled_from(["kill", "end", "fail", "exchange", "step"]))
-    def executor(self, name: str, agent: str, what: str) -> None:
-        """Do something with an executor; one that is dead comes back."""
+    @rule(name=executors, agent=agents, event=st.sampled_from(["kill", "end", "fail", "exchange", "step"]))
+    def executor(self, name: str, agent: str, event: str) -> None:
+        """Change an executor; a dead executor returns."""
         if name not in self.alive:
             self.alive[name] = self.rig.puppet(agent, name)
-        elif what == "kill":
+        elif event == "kill":
             self.rig.kill(name)
             self.killed.add(name)
             puppet = self.alive.pop(name)
             assert puppet.cleaned == len(puppet.calls)
-        elif what in ("end", "fail"):
-            self.alive[name].ends.append(None if what == "end" else "no")
+        elif event in ("end", "fail"):
+            self.alive[name].ends.append(None if event == "end" else "no")
         else:
-            getattr(self.rig.host(name), what)()
+            getattr(self.rig.host(name), event)()
 
     @rule(name=boards, restart=st.sampled_from([False, False, True]))
     def board(self, name: str, restart: bool) -> None:
-        """Let a board exchange messages with nobody else at work, or end it and begin another one."""
+        """Let a board exchange messages alone, or replace it by a new board."""
         board = self.open[name]
         if not restart:
             board.exchange()
@@ -138,16 +138,16 @@ class Protocol(RuleBasedStateMachine):
         if not count:
             return
         self.rig.loop(count)
-        for _ in range(3):  # until nothing is under way
+        for _ in range(3):  # until no message is in transit
             for host in self.rig.hosts:
                 host.exchange()
             for board in self.open.values():
                 board.exchange()
         self.stranger.msgq_flush()
-        self._boards_and_executors_agree()
+        self._check_agreement()
 
-    def _boards_and_executors_agree(self) -> None:
-        """Each master that has an executor is its only one; no executor is idle that somebody could use."""
+    def _check_agreement(self) -> None:
+        """Each executor has at most one master, and no executor is idle while a master asks its agent."""
         open_masters = [
             (name, board, m) for name, board in self.open.items() for m in board._masters.values()
         ]
@@ -166,7 +166,7 @@ class Protocol(RuleBasedStateMachine):
         asking = {m.agent for _, _, m in open_masters if m.state is MasterState.ASKING}
         assert not idle & asking
 
-    # -- strangers: duplicates, late ones, other people's
+    # -- strangers: repeated and late messages, messages of other agents
 
     @rule(
         board=boards,
@@ -177,11 +177,11 @@ class Protocol(RuleBasedStateMachine):
         then=loops,
     )
     def stray_answer(self, board: str, kind: str, number: int, old: bool, executor: str, then: int) -> None:
-        """What does not come from its executor harms no master; again, late, of another agent."""
+        """A master ignores repeated and late messages, and messages of foreign executors."""
         master = self.open[board]._masters.get(number)
-        its_own = master is not None and (master.executor == executor or not master.executor)
-        if its_own and not old and not (kind == "ResponseMessage" and master and master.executor):
-            return  # that might be true
+        is_own = master is not None and (master.executor == executor or not master.executor)
+        if is_own and not old and not (kind == "ResponseMessage" and master and master.executor):
+            return  # such a message may be genuine
         self._send(
             "SkillBoardInterface",
             board,
@@ -200,7 +200,7 @@ class Protocol(RuleBasedStateMachine):
         then=loops,
     )
     def stray_order(self, name: str, kind: str, number: int, board: str, then: int) -> None:
-        """What comes from an earlier life of a board harms no executor."""
+        """An executor ignores messages of an earlier epoch of a board."""
         if name in self.alive:
             epoch = self.open[board].epoch - 1
             self._send("SkillExecutorInterface", name, kind, board=board, epoch=epoch, master=number)
@@ -208,7 +208,7 @@ class Protocol(RuleBasedStateMachine):
 
     @rule(name=executors, agent=agents, skill=st.sampled_from(["move", "dance"]))
     def stray_request(self, name: str, agent: str, skill: str) -> None:
-        """Somebody asks and never confirms."""
+        """Send a request without a later Confirm."""
         if name in self.alive:
             self._send(
                 "SkillExecutorInterface",
@@ -228,25 +228,25 @@ class Protocol(RuleBasedStateMachine):
                 message.set(field, value)
             reader.msgq_enqueue(message)
 
-    # -- what always holds
+    # -- invariants
 
     @invariant()
-    def an_executor_runs_one_skill_and_its_agents_only(self) -> None:
+    def executor_runs_single_skill_of_its_agent(self) -> None:
         for name, puppet in self.alive.items():
             busy = self.rig.host(name).state is ExecutorState.BUSY
             assert len(puppet.calls) - puppet.cleaned in ((0, 1) if busy else (0,))
-            assert all(made.agent == puppet.agent for made in puppet.calls)
+            assert all(call.agent == puppet.agent for call in puppet.calls)
 
 
 class AskAllBoard(SkillBoard):
-    """Asks all executors at once, and rejects all but one."""
+    """Asks all executors at once, and rejects all but the first."""
 
     def ask(self, master: Master) -> None:
         self.ask_all(master)
 
 
 class AskingAll(Protocol):
-    """The same with boards that ask all executors."""
+    """The protocol with boards that ask all executors."""
 
     board_class = AskAllBoard
 

@@ -1,4 +1,4 @@
-"""All of it in one loop: a command is carried out in the loop in which it is read; configuration."""
+"""The service of a skill board: the loop of a command, and the configuration."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ skill-board:
 
 @pytest.fixture
 def service(tmp_path):
-    made = []
+    services = []
 
     def make(text):
         (tmp_path / "executors.py").write_text(EXECUTORS)
@@ -56,51 +56,51 @@ def service(tmp_path):
         assert settings is not None
         clock = VirtualClock()
         board = LocalBlackBoard(InterfaceRegistry(), clock)
-        made.append((SkillBoardService(board, clock, EventBus(clock), settings), board))
-        return made[-1][0], board
+        services.append((SkillBoardService(board, clock, EventBus(clock), settings), board))
+        return services[-1][0], board
 
     yield make
-    for one, board in made:
-        one.close()
+    for service, board in services:
+        service.close()
         assert board.list_all() == []
 
 
-def test_a_command_is_carried_out_in_the_loop_in_which_it_is_read(service):
-    made, board = service(BASE)
+def test_command_is_executed_in_loop_of_reading(service):
+    skill_board, board = service(BASE)
     with board.open_for_reading("SkillerInterface", "r1", owner="agent") as reader:
         message = reader.create_message("ExecSkillMessage")
         message.set("skill_string", "wave{}")
         reader.msgq_enqueue(message)
-        made.loop()
+        skill_board.loop()
         reader.read()
         assert reader.status == Status.S_RUNNING
-        assert made.hosts[0].state == "BUSY"
-        assert made.running
-        made.loop()
+        assert skill_board.hosts[0].state == "BUSY"
+        assert skill_board.running
+        skill_board.loop()
         reader.read()
         assert reader.status == Status.S_FINAL
-        assert not made.running
+        assert not skill_board.running
 
 
 def test_settings_have_the_types_of_the_configuration(service):
-    made, _ = service(
+    skill_board, _ = service(
         BASE + "          times: 3\n          hands: [left, right]\n          fast: on\n          how: 0.5\n"
     )
-    assert made.hosts[0].executor.settings == {
+    assert skill_board.hosts[0].executor.settings == {
         "times": 3,
         "hands": ["left", "right"],
         "fast": True,
         "how": 0.5,
     }
-    assert made.hosts[0].name == "r1-wave"
+    assert skill_board.hosts[0].name == "r1-wave"
 
 
-def test_executors_may_be_elsewhere(service):
-    made, _ = service(BASE + "  in-process: false\n")
-    assert made.hosts == []
+def test_service_without_local_executors(service):
+    skill_board, _ = service(BASE + "  in-process: false\n")
+    assert skill_board.hosts == []
 
 
-def test_no_skill_board_without_its_part_of_the_configuration():
+def test_configuration_without_section_has_no_skill_board():
     assert BoardSettings.from_config(Configuration(), Path()) is None
 
 
@@ -130,7 +130,7 @@ def test_no_skill_board_without_its_part_of_the_configuration():
         (f"skill-board: {{agents: {{{'x' * 65}: {{skiller: s}}}}}}", "an agent cannot be called", 1),
     ],
 )
-def test_mistakes_in_the_configuration(service, text, message, line):
+def test_configuration_errors_have_line(service, text, message, line):
     with pytest.raises(CxbridgeError, match=message) as raised:
         service(text)
     assert raised.value.line == line
@@ -139,14 +139,14 @@ def test_mistakes_in_the_configuration(service, text, message, line):
 @pytest.mark.parametrize(
     ("source", "line"), [("import nothing_like_this\n", 1), ("x = 1\ndef f(:\n", 2), ("\n\n1 / 0\n", 3)]
 )
-def test_a_file_that_does_not_load(service, tmp_path, source, line):
+def test_broken_executor_file_is_error_with_line(service, tmp_path, source, line):
     (tmp_path / "broken.py").write_text(source)
     with pytest.raises(CxbridgeError, match="does not load") as raised:
         service(BASE.replace("executors.py:", "broken.py:"))
     assert (raised.value.file, raised.value.line) == (str(tmp_path / "broken.py"), line)
 
 
-def test_a_station_that_cannot_be_made_leaves_nothing_behind(tmp_path):
+def test_failed_service_leaves_no_interfaces(tmp_path):
     (tmp_path / "executors.py").write_text(EXECUTORS)
     clock = VirtualClock()
     board = LocalBlackBoard(InterfaceRegistry(), clock)

@@ -1,4 +1,4 @@
-"""The Skiller of an agent on the skill board: what agents written for the Skiller see."""
+"""The Skiller of an agent on the skill board, as seen by agents."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tests.skiller.board.rig import Rig
 
 
 class SkillerRig(Rig):
-    """An agent with a Skiller, and somebody who reads its interface."""
+    """An agent with a Skiller, and a reader of its interface."""
 
     def __init__(self):
         super().__init__()
-        self.board_ = self.skills()
-        self.skiller = BoardSkiller(self.board, self.board_, self.bus, agent="r1", name="robot1")
+        self.skill_board = self.skills()
+        self.skiller = BoardSkiller(self.board, self.skill_board, self.bus, agent="r1", name="robot1")
         self.reader: Any = self.board.open_for_reading("SkillerInterface", "robot1", owner="agent")
         self.writes = []
 
@@ -33,19 +33,19 @@ class SkillerRig(Rig):
         return self.send("ExecSkill", reader, skill_string=text)
 
     def run(self, loops=4):
-        """Loop, and note the states that were to be seen."""
+        """Run loops and record the published states."""
         for _ in range(loops):
             self.skiller.handle_messages()
-            self._see()
+            self._record()
             self.loop()
             self.skiller.publish()
-            self._see()
+            self._record()
 
-    def _see(self):
+    def _record(self):
         self.reader.read()
-        seen = (self.reader.status.name, self.reader.error)
-        if not self.writes or self.writes[-1] != seen:
-            self.writes.append(seen)
+        state = (self.reader.status.name, self.reader.error)
+        if not self.writes or self.writes[-1] != state:
+            self.writes.append(state)
 
     @property
     def now(self):
@@ -59,12 +59,12 @@ class SkillerRig(Rig):
 
 @pytest.fixture
 def rig():
-    made = SkillerRig()
-    yield made
-    made.close()
+    rig = SkillerRig()
+    yield rig
+    rig.close()
 
 
-def test_a_skill_string_runs_and_is_final(rig):
+def test_skill_string_runs_and_becomes_final(rig):
     puppet = rig.puppet("r1", "e1")
     msgid = rig.exec('move{to="wp1", n=3}')
     rig.run()
@@ -82,7 +82,7 @@ def test_a_skill_string_runs_and_is_final(rig):
     assert not rig.skiller.running
 
 
-def test_the_first_failure_cancels_the_others(rig):
+def test_first_failure_cancels_remaining_calls(rig):
     first, second = rig.puppet("r1", "e1"), rig.puppet("r1", "e2")
     rig.exec("move{}; grasp{}")
     rig.run()
@@ -90,7 +90,7 @@ def test_the_first_failure_cancels_the_others(rig):
     rig.run()
     assert rig.writes[-1] == ("S_FAILED", "no")
     assert second.cleaned == 1
-    assert not rig.board_.running
+    assert not rig.skill_board.running
 
 
 @pytest.mark.parametrize(
@@ -105,24 +105,24 @@ def test_the_first_failure_cancels_the_others(rig):
         ("move{}; say{text='" + '"' * 600 + "'}", "the parameters have"),
     ],
 )
-def test_what_cannot_be_asked_for_fails_at_once(rig, text, error):
+def test_invalid_skill_string_fails_at_once(rig, text, error):
     puppet = rig.puppet("r1", "e1")
     rig.exec(text)
     rig.run()
     assert rig.now.status == Status.S_FAILED
     assert error[:40] in rig.now.error or error in rig.now.error
     assert puppet.cleaned == len(puppet.calls)
-    assert not rig.board_.running
+    assert not rig.skill_board.running
 
 
-def test_tables_and_arguments_without_names(rig):
+def test_tables_and_positional_arguments_are_parameters(rig):
     puppet = rig.puppet("r1", "e1")
     rig.exec('move("wp1", {1, a=true}, nil)')
     rig.run()
     assert puppet.calls[0].parameters == {"1": "wp1", "2": {"1": 1, "a": True}, "3": None}
 
 
-def test_stop(rig):
+def test_stop_cancels_skill_string(rig):
     puppet = rig.puppet("r1", "e1")
     rig.exec("move{}")
     rig.run()
@@ -130,22 +130,22 @@ def test_stop(rig):
     rig.run()
     assert (rig.now.status, rig.now.skill_string, rig.now.msgid) == (Status.S_INACTIVE, "", 0)
     assert puppet.cleaned == 1
-    assert not rig.board_.running
+    assert not rig.skill_board.running
 
 
-def test_another_skill_string_takes_the_place_of_the_first(rig):
+def test_new_skill_string_replaces_running_skill_string(rig):
     puppet = rig.puppet("r1", "e1")
     rig.exec("move{}")
     rig.run()
     second = rig.exec("grasp{}")
     rig.run(6)
-    assert [made.skill for made in puppet.calls] == ["move", "grasp"]
+    assert [call.skill for call in puppet.calls] == ["move", "grasp"]
     assert (rig.now.status, rig.now.msgid) == (Status.S_RUNNING, second)
     assert any("Aborting execution of previous skill string 'move{}'" in line for line in rig.lines)
 
 
-def test_a_desk_takes_one_call(rig):
-    local_calls = LocalSkillCalls(rig.board_)
+def test_local_skill_calls_accept_single_call(rig):
+    local_calls = LocalSkillCalls(rig.skill_board)
     with pytest.raises(Exception, match="must have one call, not 2"):
         local_calls.ask_for("move{}; move{}", "r1", lambda _master: None)
     master = local_calls.ask_for('move{to="x"}', "r1", lambda _master: None)

@@ -1,4 +1,4 @@
-"""The same protocol over ZeroMQ and Fawkes' protocol, with executors in processes of their own."""
+"""The skill board's protocol over ZeroMQ and Fawkes' protocol, with executors in separate processes."""
 
 from __future__ import annotations
 
@@ -57,8 +57,8 @@ class RealRig(Rig):
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[ZmqBlackBoardServer]:
     board = LocalBlackBoard(InterfaceRegistry(), RealClock())
-    with ZmqBlackBoardServer(board, [f"ipc://{tmp_path}/board"], heartbeat=HEARTBEAT_S) as made:
-        yield made
+    with ZmqBlackBoardServer(board, [f"ipc://{tmp_path}/board"], heartbeat=HEARTBEAT_S) as server:
+        yield server
 
 
 def client(server: ZmqBlackBoardServer) -> ZmqBlackBoard:
@@ -67,23 +67,23 @@ def client(server: ZmqBlackBoardServer) -> ZmqBlackBoard:
 
 @pytest.fixture(params=["board here", "board in a client", *TRANSPORT])
 def rigs(request: pytest.FixtureRequest, server: ZmqBlackBoardServer) -> Iterator[tuple[RealRig, RealRig]]:
-    """A rig for the board, and one for executors in another client."""
+    """Yield a rig with the board, and a rig with executors in another client."""
     with ExitStack() as stack:
-        here = RealRig(client(server) if "a client" in request.param else server.board, RealClock())
-        stack.callback(here.close)
+        board_rig = RealRig(client(server) if "a client" in request.param else server.board, RealClock())
+        stack.callback(board_rig.close)
         if request.param == "fawkes":
             fawkes = stack.enter_context(fawkes_server(server.board))
             url = f"fawkes://127.0.0.1:{fawkes.port}"
             board = open_blackboard(url, InterfaceRegistry(), RealClock())
         else:
             board = client(server)
-        there = RealRig(board, RealClock())
-        stack.callback(there.close)
-        yield here, there
+        executor_rig = RealRig(board, RealClock())
+        stack.callback(executor_rig.close)
+        yield board_rig, executor_rig
 
 
-def both(rigs: tuple[RealRig, RealRig], done: Callable[[], bool]) -> None:
-    """Loop both until it is done."""
+def loop_both(rigs: tuple[RealRig, RealRig], done: Callable[[], bool]) -> None:
+    """Loop loop_both rigs until the condition holds."""
 
     def check() -> bool:
         for host in rigs[1].hosts:
@@ -93,25 +93,25 @@ def both(rigs: tuple[RealRig, RealRig], done: Callable[[], bool]) -> None:
     rigs[0].until(check)
 
 
-def test_the_connection_of_an_executor_is_lost(rigs):
+def test_lost_connection_of_executor_fails_its_action_only(rigs):
     skills, _puppet = rigs[0].skills(), rigs[1].puppet("r1", "e1")
-    other = rigs[0].puppet("r1", "e2")
+    local_executor = rigs[0].puppet("r1", "e2")
     masters = [skills.request(call()), skills.request(call())]
-    both(rigs, lambda: states(*masters) == ["RUNNING", "RUNNING"])
+    loop_both(rigs, lambda: states(*masters) == ["RUNNING", "RUNNING"])
     rigs[1].hosts.clear()
     rigs[1].board.shutdown()
-    both(rigs, lambda: any(master.is_over for master in masters))
+    loop_both(rigs, lambda: any(master.is_over for master in masters))
     assert sorted(states(*masters)) == ["FAILED", "RUNNING"]
     lost = next(master for master in masters if master.is_over)
     assert lost.error == "the executor e1 is gone"
-    assert other.cleaned == 0
+    assert local_executor.cleaned == 0
 
 
 # -- processes
 
 
 class Process:
-    """An executor as a process of its own: ``cxbridge skill executor``."""
+    """An executor in a separate process: ``cxbridge skill executor``."""
 
     def __init__(self, folder: Path, url: str, agent: str, *arguments: str) -> None:
         (folder / "wave.py").write_text(WAVE)
@@ -122,12 +122,12 @@ class Process:
         os.kill(self._forked.process.number, number)
 
     def end(self) -> tuple[int, str]:
-        """Return the exit status and what was logged."""
+        """Return the exit status and the log."""
         log = self._forked.stderr.read().decode()
         return self._forked.process.wait(WAIT_S), log
 
     def close(self) -> None:
-        """Kill it, if it still runs."""
+        """Kill the process if it still runs."""
         forked = self._forked
         with forked.process, forked.stdin, forked.stdout, forked.stderr:
             forked.process.kill()
@@ -136,27 +136,27 @@ class Process:
 
 @pytest.fixture
 def processes() -> Iterator[list[Process]]:
-    made: list[Process] = []
-    yield made
-    for process in made:
+    processes: list[Process] = []
+    yield processes
+    for process in processes:
         process.close()
 
 
-def there(rig: Rig, board: int, *names: str) -> Callable[[], bool]:
+def have_arrived(rig: Rig, board: int, *names: str) -> Callable[[], bool]:
     return lambda: {info.id for info in rig.boards[board].executors} >= set(names)
 
 
 @pytest.fixture
 def rig(server: ZmqBlackBoardServer) -> Iterator[RealRig]:
-    made = RealRig(server.board, RealClock())
-    yield made
-    made.close()
+    rig = RealRig(server.board, RealClock())
+    yield rig
+    rig.close()
 
 
-def test_a_process_executes_and_ends_when_it_is_told_to(rig, server, tmp_path, processes):
+def test_process_executes_and_ends_at_sigterm(rig, server, tmp_path, processes):
     skills = rig.skills()
     processes.append(Process(tmp_path, server.endpoints[0], "r1"))
-    rig.until(there(rig, 0, "r1-wave"))
+    rig.until(have_arrived(rig, 0, "r1-wave"))
     done, failed = skills.request(call("wave")), skills.request(call("wave", fail=True))
     rig.until(lambda: done.is_over and failed.is_over)
     assert states(done, failed) == ["SUCCEEDED", "FAILED"]
@@ -171,53 +171,53 @@ def test_a_process_executes_and_ends_when_it_is_told_to(rig, server, tmp_path, p
     assert "Ready: r1-wave executes wave for r1" in log
 
 
-def test_kill_9_fails_its_action_only_and_a_successor_takes_its_place(rig, server, tmp_path, processes):
+def test_kill_9_fails_own_action_and_successor_takes_over(rig, server, tmp_path, processes):
     skills = rig.skills()
     processes += [Process(tmp_path, server.endpoints[0], agent) for agent in ("r1", "r2")]
-    rig.until(there(rig, 0, "r1-wave", "r2-wave"))
+    rig.until(have_arrived(rig, 0, "r1-wave", "r2-wave"))
     masters = [skills.request(call("wave", agent, times=10**6)) for agent in ("r1", "r2")]
     rig.until(lambda: states(*masters) == ["RUNNING", "RUNNING"])
     processes[0].signal(signal.SIGKILL)
-    processes.append(Process(tmp_path, server.endpoints[0], "r1"))  # while the dead one is still remembered
+    processes.append(
+        Process(tmp_path, server.endpoints[0], "r1")
+    )  # while the server still knows the dead process
     rig.until(lambda: masters[0].is_over)
     assert states(*masters) == ["FAILED", "RUNNING"]
     assert masters[0].error == "the executor r1-wave is gone"
-    rig.until(there(rig, 0, "r1-wave"))
+    rig.until(have_arrived(rig, 0, "r1-wave"))
     again = skills.request(call("wave"))
     rig.until(lambda: again.is_over)
     assert states(again, masters[1]) == ["SUCCEEDED", "RUNNING"]
 
 
-def test_a_frozen_process_keeps_nobody_waiting_and_is_told_to_stop_when_it_comes_back(
-    rig, server, tmp_path, processes
-):
+def test_frozen_process_delays_no_action_and_is_cancelled_later(rig, server, tmp_path, processes):
     skills = rig.skills(timeouts=Timeouts(silence=1.5))
     processes += [Process(tmp_path, server.endpoints[0], agent) for agent in ("r1", "r2")]
-    rig.until(there(rig, 0, "r1-wave", "r2-wave"))
+    rig.until(have_arrived(rig, 0, "r1-wave", "r2-wave"))
     frozen = skills.request(call("wave", "r1", times=10**6))
     rig.until(lambda: frozen.state is MasterState.RUNNING)
     processes[0].signal(signal.SIGSTOP)
-    others: list[Master] = []
+    r2_calls: list[Master] = []
     for _ in range(3):
-        others.append(skills.request(call("wave", "r2")))
-        rig.until(lambda: others[-1].is_over)
-    assert set(states(*others)) == {"SUCCEEDED"}
+        r2_calls.append(skills.request(call("wave", "r2")))
+        rig.until(lambda: r2_calls[-1].is_over)
+    assert set(states(*r2_calls)) == {"SUCCEEDED"}
     rig.until(lambda: frozen.is_over)
     assert states(frozen) == ["FAILED"]
     processes[0].signal(signal.SIGCONT)
     again = skills.request(call("wave", "r1"))
     rig.until(lambda: again.is_over)
-    if again.state is MasterState.FAILED:  # asked before it had come back, or as it went away
-        rig.until(there(rig, 0, "r1-wave"))
+    if again.state is MasterState.FAILED:  # the request preceded the return of the process, or its end
+        rig.until(have_arrived(rig, 0, "r1-wave"))
         again = skills.request(call("wave", "r1"))
         rig.until(lambda: again.is_over)
     assert states(again) == ["SUCCEEDED"]
 
 
-def test_two_processes_want_the_same_id(rig, server, tmp_path, processes, monkeypatch):
+def test_second_process_with_same_id_is_refused(rig, server, tmp_path, processes, monkeypatch):
     rig.skills()
     processes.append(Process(tmp_path, server.endpoints[0], "r1"))
-    rig.until(there(rig, 0, "r1-wave"))
+    rig.until(have_arrived(rig, 0, "r1-wave"))
     processes.append(Process(tmp_path, server.endpoints[0], "r1"))
     status, log = processes[1].end()
     assert status == 2

@@ -1,4 +1,4 @@
-"""Writers of interfaces that stand for a robot's hardware; each does what a test's script says."""
+"""Writers of interfaces in place of a robot's hardware, with scripted results."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ NO_TURN = quaternion_from_yaw(0)
 
 
 class Navigator:
-    """Takes orders to drive; each is done some loops later, with the next error code of the script.
+    """Takes orders to drive; each order ends some loops later with the next error code of the script.
 
     :param name: the interface's id.
-    :param errors: the error codes of the orders, in their order; 0 after the last.
-    :param loops: how many loops an order takes.
+    :param errors: the error codes of successive orders; 0 after the last code.
+    :param loops: the loops that an order takes.
     """
 
     def __init__(
@@ -60,9 +60,9 @@ class Navigator:
 
 
 class Gripper:
-    """Takes orders to the gripper's arduino; after each move tells the frames of the gripper anew.
+    """Takes orders to the gripper's Arduino, and publishes the frames of the gripper in each loop.
 
-    :param statuses: the statuses after the orders, in their order; 0 after the last.
+    :param statuses: the statuses after successive orders; 0 after the last status.
     """
 
     def __init__(self, rig: Rig, statuses: tuple[int, ...] = ()) -> None:
@@ -91,7 +91,7 @@ class Gripper:
 
 
 class Frame:
-    """A frame in another one."""
+    """A frame with a parent frame."""
 
     def __init__(self, rig: Rig, parent: str, name: str) -> None:
         self._clock = rig.clock
@@ -104,17 +104,17 @@ class Frame:
 
 
 def switches(rig: Rig, *names: str) -> None:
-    """Open SwitchInterfaces for writing; nobody looks at their messages."""
+    """Open SwitchInterfaces for writing; their messages stay unread."""
     for name in names:
         rig.board.open_for_writing("SwitchInterface", name, owner="test")
 
 
 def run(rig: Rig, text: str, each_loop: Callable[[], None] = lambda: None, at_most: int = 2000) -> int:
-    """Run a skill string to its end; return how many loops it took."""
+    """Run a skill string to its end; return the number of loops."""
     rig.exec(text)
     loops = 1
     while rig.status == "S_RUNNING":
-        assert loops < at_most, f"{text} does not come to an end"
+        assert loops < at_most, f"{text} does not end"
         each_loop()
         rig.loop()
         loops += 1

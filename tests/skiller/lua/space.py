@@ -1,4 +1,4 @@
-"""The skill files of checkouts: which there are, which need which, and all interfaces that they know."""
+"""The skill files of checkouts, their dependencies, and the folders of interface definitions."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ LUA = Path("src/lua")
 class SkillFile:
     """A skill file of a checkout.
 
-    :param module: its module's name.
-    :param skill: the name of its skill, empty for files that only use others.
-    :param uses: the names of the skills that it depends on.
+    :param module: the name of the file's module.
+    :param skill: the name of the skill, empty for files that only use other skills.
+    :param uses: the names of the skills in ``depends_skills``.
     """
 
     root: Path
@@ -25,7 +25,7 @@ class SkillFile:
 
 
 def skill_files(root: Path | None, *groups: str) -> list[SkillFile]:
-    """Find the skill files of a checkout, all of the groups that are named."""
+    """Find the skill files of a checkout in the given groups."""
     files: list[SkillFile] = []
     for group in groups if root else ():
         assert root is not None
@@ -45,8 +45,8 @@ def skill_files(root: Path | None, *groups: str) -> list[SkillFile]:
     return files
 
 
-def with_needed(file: SkillFile, files: list[SkillFile]) -> list[str]:
-    """Return the modules of a file and all that it needs, in the order to use them; its own group first."""
+def with_dependencies(file: SkillFile, files: list[SkillFile]) -> list[str]:
+    """Return the modules of a file and its dependencies in the order of use; own group first."""
     group = file.module.split(".")[1]
     order: list[str] = []
 

@@ -1,4 +1,4 @@
-"""Bad input to skills, each kind once: a clear failure, and the Skiller goes on."""
+"""Bad input to skills: each kind run_failing once, and the Skiller accepts the next skill string."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from tests.skiller.rig import SKILLS, Rig, write_skills
 
 HEAD = "module(..., skillenv.module_init)\n"
 
-OTHERS = {
+EXTRA_SKILLS = {
     "space": SKILLS["space"]
     + 'for _, s in ipairs {"ring", "echo"} do skillenv.use_skill("skills." .. s) end\n',
-    # Its state runs the skill itself: a skill that was not there yet when the file named it.
+    # The state runs the skill itself, which did not exist yet when the file named it.
     "ring": HEAD
     + """
 name = "ring"
@@ -45,7 +45,7 @@ function SAY:init() out:set_text(fsm.vars.text) end
 def make(tmp_path: Path, *, mode: Mode = "strict") -> Rig:
     rig = Rig()
     limits = Limits(instructions_per_loop=400_000, seconds_per_loop=10, memory=24 * MEBIBYTE)
-    rig.lua([write_skills(tmp_path, SKILLS | OTHERS)], space="space", limits=limits, mode=mode)
+    rig.lua([write_skills(tmp_path, SKILLS | EXTRA_SKILLS)], space="space", limits=limits, mode=mode)
     return rig
 
 
@@ -56,12 +56,12 @@ def rig(tmp_path: Path) -> Rig:
 
 @pytest.fixture
 def lua(tmp_path: Path) -> Rig:
-    """Runs skill strings as Lua."""
+    """A Skiller that runs skill strings as Lua."""
     return make(tmp_path, mode="fawkes")
 
 
-def fails(rig: Rig, text: str) -> str:
-    """Run a skill string that must fail, and a good one after it; return what the interface says."""
+def run_failing(rig: Rig, text: str) -> str:
+    """Run a skill string that must fail, and a good skill string after it; return the published error."""
     rig.exec(text)
     assert rig.status == "S_FAILED"
     error: str = rig.state.error
@@ -71,7 +71,7 @@ def fails(rig: Rig, text: str) -> str:
     return error
 
 
-def echoed(rig: Rig) -> str:
+def echoed_text(rig: Rig) -> str:
     listener: Any = rig.board.open_for_reading("SpeechSynthInterface", "Echo", owner="test")
     listener.read()
     text: str = listener.text
@@ -87,18 +87,18 @@ def echoed(rig: Rig) -> str:
         ("count{to={}}", "attempt to compare"),
     ],
 )
-def test_wrong_argument_types(rig: Rig, text: str, message: str):
-    fails(rig, text)
+def test_wrong_argument_types_are_logged(rig: Rig, text: str, message: str):
+    run_failing(rig, text)
     assert any(message in line for line in rig.logged(Level.ERROR) + rig.logged(Level.WARN))
 
 
-def test_recursion_of_skills(rig: Rig):
-    error = fails(rig, "ring{}")
+def test_recursive_skill_fails(rig: Rig):
+    error = run_failing(rig, "ring{}")
     assert "stack overflow" in error or "endless loop?" in error
 
 
-def test_require_of_something_else(lua: Rig, tmp_path: Path):
-    assert "attempt to call global 'require'" in fails(lua, "require('socket')")
+def test_require_of_foreign_module_fails(lua: Rig, tmp_path: Path):
+    assert "attempt to call global 'require'" in run_failing(lua, "require('socket')")
     for name, problem in (
         ("socket", "module 'socket' not found"),
         ("../../etc/passwd", "is not the name of a"),
@@ -108,8 +108,8 @@ def test_require_of_something_else(lua: Rig, tmp_path: Path):
             Rig().lua([tmp_path], space="space")
 
 
-def test_a_string_longer_than_the_field(lua: Rig):
-    """Longer by far is cut, as Fawkes does."""
+def test_string_longer_than_field_is_cut(lua: Rig):
+    """Fawkes cuts as well."""
     lua.exec("echo{text=('x'):rep(5000)}")
     assert lua.status == "S_FINAL"
-    assert len(echoed(lua)) in (1023, 1024)
+    assert len(echoed_text(lua)) in (1023, 1024)

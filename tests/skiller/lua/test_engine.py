@@ -11,7 +11,7 @@ from cxbridge.events import Level
 from cxbridge.skiller.lua.limits import MEBIBYTE, Limits
 from tests.skiller.rig import SKILLS, Rig, write_skills
 
-# Instructions bound, not the time: it is another one on each machine.
+# Instructions are the limit rather than time, which differs between machines.
 SMALL = Limits(
     instructions_per_loop=200_000, instructions_to_load=200_000, seconds_per_loop=10, memory=16 * MEBIBYTE
 )
@@ -25,7 +25,7 @@ def rig(tmp_path: Path) -> Rig:
 
 
 def load(tmp_path: Path, text: str, name: str = "bad") -> Rig:
-    """Load a space with one skill file."""
+    """Load a space with a single skill file."""
     write_skills(tmp_path, {"one": f'skillenv.use_skill("skills.{name}")', name: text})
     rig = Rig()
     rig.lua([tmp_path], space="one", limits=SMALL, mode="fawkes")
@@ -35,25 +35,25 @@ def load(tmp_path: Path, text: str, name: str = "bad") -> Rig:
 # -- loading
 
 
-def test_a_syntax_error_in_a_skill_file_has_file_and_line(tmp_path: Path):
+def test_syntax_error_in_skill_file_has_file_and_line(tmp_path: Path):
     with pytest.raises(SkillError, match="'end' expected") as caught:
         load(tmp_path, "module(..., skillenv.module_init)\nfunction f()\nx = 1\n")
     assert (caught.value.file, caught.value.line) == (str(tmp_path / "bad.lua"), 4)
 
 
-def test_a_run_time_error_in_a_skill_file_has_file_and_line(tmp_path: Path):
+def test_runtime_error_in_skill_file_has_file_and_line(tmp_path: Path):
     with pytest.raises(SkillError, match="attempt to index global 'nothing'") as caught:
-        load(tmp_path, "\nlocal x = nothing.there\n")
+        load(tmp_path, "\nlocal x = nothing.field\n")
     assert (caught.value.file, caught.value.line) == (str(tmp_path / "bad.lua"), 2)
 
 
-def test_an_endless_loop_in_a_skill_file(tmp_path: Path):
+def test_endless_loop_in_skill_file_is_error(tmp_path: Path):
     with pytest.raises(SkillError, match="endless loop") as caught:
         load(tmp_path, "\n\nwhile true do end")
     assert (caught.value.file, caught.value.line) == (str(tmp_path / "bad.lua"), 3)
 
 
-def test_a_skill_space_that_does_not_exist():
+def test_missing_skill_space_is_error():
     with pytest.raises(SkillError, match=r"Lua module 'skills.nowhere' not found in .*luaskills"):
         Rig().lua(space="nowhere")
 
@@ -100,7 +100,7 @@ HEAD = "module(..., skillenv.module_init)\n"
         ),
     ],
 )
-def test_a_broken_skill_file_says_what_is_wrong(tmp_path: Path, text: str, message: str):
+def test_broken_skill_file_is_error_with_place(tmp_path: Path, text: str, message: str):
     with pytest.raises(SkillError) as caught:
         load(tmp_path, text)
     assert message in str(caught.value)
@@ -111,14 +111,14 @@ def test_a_broken_skill_file_says_what_is_wrong(tmp_path: Path, text: str, messa
     )
 
 
-def test_two_skills_of_one_name(tmp_path: Path):
+def test_duplicate_skill_name_is_error(tmp_path: Path):
     write_skills(tmp_path, SKILLS | {"space": SKILLS["space"] + 'skillenv.use_skill("skills.again")'})
     write_skills(tmp_path, {"again": SKILLS["done"]})
     with pytest.raises(SkillError, match="A skill with the name done already exists"):
         Rig().lua([tmp_path], space="space")
 
 
-def test_a_failed_load_frees_the_interfaces(tmp_path: Path):
+def test_failed_load_closes_interfaces(tmp_path: Path):
     text = HEAD + 'name = "x"\ndocumentation = ""\n'
     text += 'depends_interfaces = {{v = "i", type = "SpeechSynthInterface", id = "Flite", writing = true}}\n'
     text += "skillenv.skill_module(_M)\nerror('late')"
@@ -140,7 +140,7 @@ def test_a_failed_load_frees_the_interfaces(tmp_path: Path):
         "tonumber", "os.execute", "os.remove", "os.exit", "os.rename", "os.tmpname", "string.dump",
     ],
 )  # fmt: skip
-def test_skill_strings_do_not_see(rig: Rig, expression: str):
+def test_skill_strings_do_not_see_dangerous_names(rig: Rig, expression: str):
     rig.exec(f"assert({expression} == nil)")
     assert rig.status == "S_INACTIVE"
 
@@ -148,7 +148,7 @@ def test_skill_strings_do_not_see(rig: Rig, expression: str):
 @pytest.mark.parametrize(
     "expression", ["io", "loadstring", "load", "dofile", "python", "os.execute", "getfenv"]
 )
-def test_skill_files_do_not_see(tmp_path: Path, expression: str):
+def test_skill_files_do_not_see_dangerous_names(tmp_path: Path, expression: str):
     write_skills(tmp_path, {"one": f"assert({expression} == nil and _G.{expression} == nil)"})
     Rig().lua([tmp_path], space="one")
 
@@ -166,7 +166,7 @@ def test_skill_files_get_debug_traceback_only(tmp_path: Path):
         "count.name = 1", "skills[1] = nil", "clock.now = nil", "config.exists = nil", "('x').x.y = 1",
     ],
 )  # fmt: skip
-def test_skill_strings_cannot(rig: Rig, text: str):
+def test_skill_strings_cannot_change_shared_tables(rig: Rig, text: str):
     rig.exec(text)
     assert rig.status == "S_FAILED"
     rig.exec("count{}", loops=3)
@@ -182,12 +182,12 @@ def test_skill_strings_cannot(rig: Rig, text: str):
         "os.getenv", "os.time", "os.difftime", "S_INACTIVE", "S_FINAL", "S_RUNNING", "S_FAILED", "count",
     ],
 )  # fmt: skip
-def test_skill_strings_see(rig: Rig, name: str):
+def test_skill_strings_see_documented_names(rig: Rig, name: str):
     rig.exec(f"assert({name} ~= nil)")
     assert rig.status == "S_INACTIVE"
 
 
-def test_time_is_the_runs_clock(rig: Rig):
+def test_time_in_lua_is_time_of_run(rig: Rig):
     rig.exec("print_info('%d', os.time())")
     assert rig.logged(Level.INFO)[-1] == "1000000000"
 
@@ -202,7 +202,7 @@ def test_random_numbers_repeat(tmp_path: Path):
     assert draw() == draw()
 
 
-def test_bytes_that_are_no_utf8_pass(rig: Rig):
+def test_bytes_outside_utf8_reach_log(rig: Rig):
     rig.exec(r"local s = 'a\255b'; assert(#s == 3); print_info(s)")
     assert rig.logged(Level.INFO)[-1] == "a�b"
 
@@ -210,7 +210,7 @@ def test_bytes_that_are_no_utf8_pass(rig: Rig):
 # -- bounds
 
 
-def test_an_endless_loop_within_a_state_fails_the_skill_string(tmp_path: Path):
+def test_endless_loop_in_state_fails_skill_string(tmp_path: Path):
     text = SKILLS["count"].replace("fsm.vars.n = fsm.vars.n + 1", "while true do pcall(function() end) end")
     rig = load(tmp_path, text, name="count")
     rig.exec("count{}")
@@ -218,7 +218,7 @@ def test_an_endless_loop_within_a_state_fails_the_skill_string(tmp_path: Path):
     assert "count.lua:11: endless loop?" in rig.logged(Level.ERROR)[0]
 
 
-def test_an_endless_loop_while_a_skill_is_left(tmp_path: Path):
+def test_endless_loop_in_exit_is_stopped(tmp_path: Path):
     rig = load(
         tmp_path, SKILLS["count"].replace('print_debug("leave COUNT")', "while true do end"), name="count"
     )
@@ -231,7 +231,7 @@ def test_an_endless_loop_while_a_skill_is_left(tmp_path: Path):
 @pytest.mark.parametrize(
     "text", ["local s = 'x'; while true do s = s .. s end", "local t = {}; for i = 1, 1e9 do t[i] = i end"]
 )
-def test_a_memory_bomb_fails_the_skill_string(tmp_path: Path, text: str):
+def test_memory_bomb_fails_skill_string(tmp_path: Path, text: str):
     rig = Rig()
     limits = Limits(instructions_per_loop=100_000_000, seconds_per_loop=10, memory=16 * MEBIBYTE)
     rig.lua([write_skills(tmp_path, SKILLS)], space="space", limits=limits, mode="fawkes")

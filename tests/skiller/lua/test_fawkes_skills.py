@@ -1,4 +1,4 @@
-"""Skill files run as they are: those of a Fawkes checkout, from where they lie, and our own."""
+"""Skill files of a Fawkes checkout run unchanged in their folder, and so do the shipped skills."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def voice(rig: Rig) -> Any:
     return rig.board.open_for_reading("SpeechSynthInterface", "Flite", owner="test")
 
 
-def test_say_waits_until_it_is_spoken(fawkes_dir: Path | None):
+def test_say_waits_for_end_of_speech(fawkes_dir: Path | None):
     rig = make(fawkes_dir)
     listener = voice(rig)
     rig.exec('say{text="Hello peggy", wait=true}')
@@ -46,7 +46,7 @@ def test_say_waits_until_it_is_spoken(fawkes_dir: Path | None):
         loops += 1
     listener.read()
     assert (listener.final, rig.status) == (True, "S_FINAL")
-    # 1.11 s at 30 loops a second, and one loop to see it.
+    # 1.11 s at 30 loops a second, and a loop for the result
     assert loops == 35
 
 
@@ -63,7 +63,7 @@ def test_say_fails_without_a_voice(fawkes_dir: Path | None):
     assert rig.state.error in ("No SpeechSynth provider", "there is no speech synthesis")
 
 
-def test_say_fails_when_another_text_takes_its_place(fawkes_dir: Path | None):
+def test_say_fails_after_replacement_of_its_text(fawkes_dir: Path | None):
     rig = make(fawkes_dir, speech=False)
     writer: Any = rig.board.open_for_writing("SpeechSynthInterface", "Flite", owner="test")
     rig.exec('say{text="Hello", wait=true}')
@@ -83,7 +83,7 @@ def test_say_fails_when_another_text_takes_its_place(fawkes_dir: Path | None):
         ("relmoveto{x=1, y=0, duration=0.2}", 8),
     ],
 )
-def test_pretended_moves_take_their_time(fawkes_dir: Path | None, skill_string: str, loops: int):
+def test_pretended_moves_take_configured_time(fawkes_dir: Path | None, skill_string: str, loops: int):
     rig = make(fawkes_dir)
     rig.exec(skill_string)
     needed = 0

@@ -1,4 +1,4 @@
-"""Interfaces of the blackboard from Lua: fields, constants, messages, queues."""
+"""Blackboard interfaces in Lua: fields, constants, messages, queues."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ def rig() -> Rig:
 
 
 def check(rig: Rig, text: str) -> None:
-    """Run a skill string that must come to its end."""
+    """Run a skill string that must not log an error."""
     rig.exec(text)
     assert rig.logged(Level.ERROR) == []
 
 
-def test_a_writer_sets_fields_and_publishes(rig: Rig):
+def test_writer_sets_fields_and_publishes(rig: Rig):
     reader: Any = rig.board.open_for_reading("SpeechSynthInterface", "Lua", owner="test")
     check(
         rig,
@@ -44,7 +44,7 @@ assert(i:maxlenof_text() == 1024)
     assert (reader.text, reader.msgid, reader.final, reader.duration) == ("Grüße", 7, True, 1.5)
 
 
-def test_arrays_are_counted_from_zero(rig: Rig):
+def test_array_indices_start_at_zero(rig: Rig):
     reader: Any = rig.board.open_for_reading("Position3DInterface", "Lua", owner="test")
     check(
         rig,
@@ -59,7 +59,7 @@ i:write()
     assert reader.translation == (0.0, 0.0, 0.5)
 
 
-def test_enum_values_are_numbers_of_the_class(rig: Rig):
+def test_enum_values_are_numbers_of_class(rig: Rig):
     check(
         rig,
         """
@@ -70,7 +70,7 @@ assert(i.S_RUNNING == 2 and i:status() == i.S_RUNNING)
     )
 
 
-def test_a_reader_sends_messages_and_a_writer_takes_them(rig: Rig):
+def test_reader_sends_messages_and_writer_takes_them(rig: Rig):
     check(
         rig,
         """
@@ -90,7 +90,7 @@ blackboard:close(w); blackboard:close(r)
     )
 
 
-UNHEARD = """
+WITHOUT_WRITER = """
 local i = blackboard:open_for_reading("SwitchInterface", "x")
 i:msgq_enqueue(i.EnableSwitchMessage:new())
 """
@@ -101,7 +101,7 @@ i:msgq_enqueue(i.EnableSwitchMessage:new())
     [
         ('blackboard:open_for_reading("NoInterface", "x")', "Interface of type 'NoInterface' not found"),
         ('blackboard:open_for_writing("SkillerInterface", "Skiller")', "writ"),
-        (UNHEARD, "No writing instance"),
+        (WITHOUT_WRITER, "No writing instance"),
         ('local i = blackboard:open_for_writing("SpeechSynthInterface", "x"); i:set_msgid(-1)', "msgid"),
         ('local i = blackboard:open_for_writing("SpeechSynthInterface", "x"); i:set_msgid("a")', "msgid"),
         ('local i = blackboard:open_for_writing("SpeechSynthInterface", "x"); i:set_text({})', "text"),
@@ -112,13 +112,13 @@ i:msgq_enqueue(i.EnableSwitchMessage:new())
         ('local i = blackboard:open_for_writing("Position3DInterface", "x"); i:translation(3)', ""),
     ],
 )
-def test_what_the_blackboard_refuses_is_a_lua_error(rig: Rig, text: str, problem: str):
+def test_refusal_of_blackboard_is_lua_error(rig: Rig, text: str, problem: str):
     rig.exec(text)
     assert rig.status == "S_FAILED"
     assert problem in rig.logged(Level.ERROR)[0].partition("|")[2]
 
 
-def test_wait_takes_its_time(rig: Rig):
+def test_wait_takes_given_time(rig: Rig):
     rig.exec("wait{seconds=0.2}", loops=6)
     assert rig.status == "S_RUNNING"
     rig.loop(2)
@@ -131,7 +131,7 @@ def test_wait_needs_a_duration(rig: Rig, text: str):
     assert (rig.status, rig.state.error) == ("S_FAILED", "seconds must be a number that is not negative")
 
 
-def test_what_a_skill_changes_is_published_at_the_end_of_the_loop(tmp_path: Path):
+def test_fields_are_published_at_end_of_loop(tmp_path: Path):
     skill = """
 module(..., skillenv.module_init)
 name = "tell"

@@ -1,4 +1,4 @@
-"""State machines tick as Fawkes' do: the order of calls, preconditions, timeouts, errors, sub-skills."""
+"""State machines run as in Fawkes: the order of take_calls, preconditions, timeouts, errors, sub-skills."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ end
 
 
 def make(tmp_path: Path, body: str, mode: Mode = "fawkes") -> Rig:
-    """A Skiller whose skill ``test`` has this body; ``follow(STATE...)`` tells what is called."""
+    """Return a Skiller whose skill ``test`` has this body; ``follow(STATE...)`` logs the take_calls."""
     space = SKILLS["space"] + 'skillenv.use_skill("skills.test")'
     write_skills(tmp_path, SKILLS | {"space": space, "test": HEAD + body})
     rig = Rig()
@@ -38,14 +38,14 @@ def make(tmp_path: Path, body: str, mode: Mode = "fawkes") -> Rig:
     return rig
 
 
-def calls(rig: Rig) -> list[str]:
-    """Return what the states said since the last time."""
+def take_calls(rig: Rig) -> list[str]:
+    """Return the take_calls logged since the last call, and clear the log."""
     texts = [text for text in rig.logged(Level.INFO) if not text.startswith("MainThread")]
     rig.forget()
     return texts
 
 
-def test_first_loop_enters_the_start_follows_its_chain_and_loops_where_it_ends(tmp_path: Path):
+def test_first_loop_follows_transitions_and_loops_in_last_state(tmp_path: Path):
     rig = make(
         tmp_path,
         """
@@ -56,13 +56,13 @@ function B:loop() print_info("loop B"); fsm.vars.go = true end
 """,
     )
     rig.exec("test{}")
-    # C is entered from B's loop, and left at once: its condition holds already.
-    assert calls(rig) == ["init A", "exit A", "init B", "loop B", "exit B", "init C", "exit C", "init FINAL",
-                          "exit FINAL"]  # fmt: skip
+    # B's loop enters C, whose condition holds already.
+    assert take_calls(rig) == ["init A", "exit A", "init B", "loop B", "exit B", "init C", "exit C",
+                               "init FINAL", "exit FINAL"]  # fmt: skip
     assert rig.status == "S_FINAL"
 
 
-def test_after_a_transition_from_loop_the_new_state_loops_in_the_next_loop(tmp_path: Path):
+def test_state_after_transition_from_loop_loops_in_next_loop(tmp_path: Path):
     rig = make(
         tmp_path,
         """
@@ -73,9 +73,9 @@ function A:loop() fsm.vars.n = 1 end
 """,
     )
     rig.exec("test{}")
-    assert calls(rig) == ["init A", "exit A", "init B"]
+    assert take_calls(rig) == ["init A", "exit A", "init B"]
     rig.loop()
-    assert calls(rig) == ["loop B"]
+    assert take_calls(rig) == ["loop B"]
 
 
 def test_preconditions_skip_init_but_not_exit(tmp_path: Path):
@@ -88,10 +88,10 @@ follow(A, B)
 """,
     )
     rig.exec("test{}")
-    assert calls(rig) == ["exit A", "init B", "loop B"]
+    assert take_calls(rig) == ["exit A", "init B", "loop B"]
 
 
-def test_the_first_transition_that_fires_wins_and_timeouts_come_before_their_condition(tmp_path: Path):
+def test_first_transition_wins_and_timeout_precedes_condition(tmp_path: Path):
     rig = make(
         tmp_path,
         """
@@ -101,10 +101,10 @@ follow(A, B, C)
 """,
     )
     rig.exec("test{}")
-    assert "init B" in calls(rig)
+    assert "init B" in take_calls(rig)
 
 
-def test_a_timeout_fires_when_its_time_has_passed(tmp_path: Path):
+def test_timeout_fires_after_its_duration(tmp_path: Path):
     rig = make(
         tmp_path,
         """
@@ -117,12 +117,12 @@ fsm:add_transitions{{"A", "FINAL", timeout = 0.1}}
     for _ in range(4):
         statuses.append(rig.status)
         rig.loop()
-    # 33.333 ms a loop: after three of them 99.999 ms have passed.
+    # a loop takes 33.333 ms: three loops take 99.999 ms
     assert statuses == ["S_RUNNING"] * 4
     assert rig.status == "S_FINAL"
 
 
-def test_ten_transitions_in_one_loop_are_too_many(tmp_path: Path):
+def test_tenth_transition_in_single_loop_is_error(tmp_path: Path):
     rig = make(
         tmp_path,
         """
@@ -134,7 +134,7 @@ fsm:add_transitions{{"A", "B", cond = true}, {"B", "A", cond = true}}
     assert "Recursion limit (10) reached, infinite loop?" in rig.logged(Level.ERROR)[0]
 
 
-def test_the_error_of_a_transition_fails_the_skill_wherever_it_leads(tmp_path: Path):
+def test_error_of_transition_fails_skill(tmp_path: Path):
     rig = make(
         tmp_path,
         """
@@ -155,7 +155,7 @@ fsm:add_transitions{{"A", "B", cond = true, error = "one"}, {"B", "A", cond = "v
         ("B:init", "Init of successor failed: skills/test.lua:"),
     ],
 )
-def test_a_lua_error_in_a_state(tmp_path: Path, where: str, text: str):
+def test_lua_error_in_state_fails_skill(tmp_path: Path, where: str, text: str):
     rig = make(
         tmp_path,
         f"""
@@ -179,7 +179,7 @@ function {where}() error("broken") end
         '{"A", "B", cond = "vars.not_there.deeper"}',
     ],
 )
-def test_an_error_of_init_is_not_hidden_by_those_that_follow_from_it(tmp_path: Path, transition: str):
+def test_first_error_of_init_is_published(tmp_path: Path, transition: str):
     body = f"""
 fsm:define_states{{export_to = _M, "A", "B"}}
 fsm:add_transitions{{{transition}}}
@@ -195,7 +195,7 @@ function A:init() if fsm.vars.broken then error("broken") end end
 
 
 @pytest.mark.parametrize("kind", ["float", "uint", "int", "bool", "string"])
-def test_a_missing_value_is_told_with_the_line_that_asks(tmp_path: Path, kind: str):
+def test_missing_value_is_error_with_line_in_skill(tmp_path: Path, kind: str):
     rig = make(
         tmp_path,
         f"""
@@ -211,7 +211,7 @@ end
     assert rig.state.error.startswith("Init failed: skills/test.lua:19: there is no configuration")
 
 
-def test_arguments_are_latched_at_the_first_call(tmp_path: Path):
+def test_arguments_are_those_of_first_call(tmp_path: Path):
     rig = make(
         tmp_path,
         """
@@ -221,12 +221,12 @@ function A:loop() print_info("%s %s", tostring(fsm.vars.x), tostring(fsm.vars[1]
 """,
     )
     rig.exec("test{x=os.time()}", loops=40)
-    assert calls(rig) == ["1000000000 nil"] * 40
+    assert take_calls(rig) == ["1000000000 nil"] * 40
     rig.exec("test(7)")
-    assert calls(rig)[-1] == "nil 7"
+    assert take_calls(rig)[-1] == "nil 7"
 
 
-def test_string_conditions_see_vars_fsm_self_and_the_closure_only(tmp_path: Path):
+def test_string_conditions_have_limited_environment(tmp_path: Path):
     rig = make(
         tmp_path,
         """
@@ -241,7 +241,7 @@ fsm:add_transitions{
     assert rig.status == "S_FINAL"
 
 
-def test_default_transitions_leave_from_every_state(tmp_path: Path):
+def test_default_transitions_leave_all_states(tmp_path: Path):
     rig = make(
         tmp_path,
         """
@@ -253,7 +253,7 @@ follow(C)
     )
     rig.forget()
     rig.exec("test{}")
-    assert calls(rig) == ["init C"]
+    assert take_calls(rig) == ["init C"]
 
 
 SUB = """
@@ -266,44 +266,44 @@ follow(B)
 """
 
 
-def test_a_sub_skill_runs_once_a_loop_until_it_is_final(tmp_path: Path):
+def test_sub_skill_runs_once_per_loop_until_final(tmp_path: Path):
     rig = make(tmp_path, SUB.format(more="", fail_to="FAILED", init="self.args.count = {to = 2}"))
     rig.exec("test{}")
-    assert (rig.status, calls(rig)) == ("S_RUNNING", ["n=1"])
+    assert (rig.status, take_calls(rig)) == ("S_RUNNING", ["n=1"])
     rig.loop()
-    assert (rig.status, calls(rig)) == ("S_FINAL", ["n=2"])
+    assert (rig.status, take_calls(rig)) == ("S_FINAL", ["n=2"])
 
 
-def test_a_failing_sub_skill_fails_the_state_and_keeps_its_text_to_itself(tmp_path: Path):
+def test_error_of_sub_skill_is_not_published(tmp_path: Path):
     init = "self.args = {count = {}, fail = {why = 1}, odd = {}}"
     rig = make(tmp_path, SUB.format(more=', {"fail"}', fail_to="B", init=init))
     rig.exec("test{}")
     assert "Unexpected skillname: odd in self.args" in rig.logged(Level.WARN)
-    assert calls(rig) == ["n=1", "init B"]
+    assert take_calls(rig) == ["n=1", "init B"]
     assert (rig.status, rig.state.error) == ("S_RUNNING", "")
     rig.loop()
-    assert calls(rig) == ["loop B"]
+    assert take_calls(rig) == ["loop B"]
 
 
-def test_the_same_target_for_both_ends_makes_one_transition(tmp_path: Path):
+def test_equal_final_and_fail_targets_make_one_transition(tmp_path: Path):
     rig = make(
         tmp_path, SUB.format(more="", fail_to="FINAL", init="") + "print_info(A.transitions[1].description)\n"
     )
     del rig
-    rig2 = Rig()
-    rig2.lua([tmp_path], space="space")
-    assert "count done" in rig2.logged(Level.INFO)
+    second_rig = Rig()
+    second_rig.lua([tmp_path], space="space")
+    assert "count done" in second_rig.logged(Level.INFO)
 
 
-def test_reset_leaves_the_current_state(tmp_path: Path):
+def test_reset_exits_current_state(tmp_path: Path):
     rig = make(tmp_path, 'fsm:define_states{export_to = _M, "A"}\nfollow(A)\n')
     rig.exec("test{}")
-    calls(rig)
+    take_calls(rig)
     rig.exec("done{}")
-    assert calls(rig)[1:] == ["exit A"]
+    assert take_calls(rig)[1:] == ["exit A"]
 
 
-def test_a_sub_machine_gets_the_variables_and_gives_back_its_error(tmp_path: Path):
+def test_sub_machine_shares_variables_and_error(tmp_path: Path):
     rig = make(
         tmp_path,
         """

@@ -1,4 +1,4 @@
-"""The skills that come with cxbridge: each to its good and to its bad ends."""
+"""The shipped skills: their success and their failures."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def outcome(rig: Rig) -> tuple[str, str]:
 @pytest.mark.parametrize(
     ("space", "skills"), [("mobile", MOBILE), ("test", ("say", "wait", "fail", "moveto", "relmoveto"))]
 )
-def test_a_space_has_its_skills_and_each_is_documented(space: str, skills: tuple[str, ...]):
+def test_space_has_documented_skills(space: str, skills: tuple[str, ...]):
     skiller = Rig().lua(space=space)
     assert skiller.skills == skills
     for skill in skills:
@@ -53,7 +53,7 @@ def test_a_space_has_its_skills_and_each_is_documented(space: str, skills: tuple
         ("place{}", "there is no gripper"),
     ],
 )
-def test_ends_without_hardware(rig: Rig, text: str, error: str):
+def test_skills_end_without_hardware(rig: Rig, text: str, error: str):
     run(rig, text)
     assert outcome(rig) == ("S_FAILED" if error else "S_FINAL", error)
 
@@ -78,7 +78,7 @@ def test_goto_place_arrives(rig: Rig):
         (4, "the navigator does not know the place"), (3, "error 3 of the navigator"),
     ],
 )  # fmt: skip
-def test_goto_place_fails_with_the_navigator(rig: Rig, code: int, error: str):
+def test_goto_place_fails_with_error_of_navigator(rig: Rig, code: int, error: str):
     Navigator(rig, errors=(code,))
     run(rig, 'goto_place{place="wp1"}')
     assert outcome(rig) == ("S_FAILED", error)
@@ -88,19 +88,19 @@ def test_goto_place_fails_with_the_navigator(rig: Rig, code: int, error: str):
     ("text", "error"),
     [("goto_place{place=5}", "no place given"), ("goto_waypoints{places={}}", "no places given")],
 )
-def test_a_place_is_needed(rig: Rig, text: str, error: str):
+def test_goto_needs_places(rig: Rig, text: str, error: str):
     Navigator(rig)
     run(rig, text)
     assert outcome(rig) == ("S_FAILED", error)
 
 
-def test_goto_place_to_a_navigator_that_does_not_answer(rig: Rig):
+def test_goto_place_fails_without_answer_of_navigator(rig: Rig):
     rig.backends.remove(Navigator(rig))
     assert run(rig, 'goto_place{place="wp1"}') > 30
     assert outcome(rig) == ("S_FAILED", "the navigator does not answer")
 
 
-def test_goto_place_of_somebody_else(rig: Rig):
+def test_goto_place_fails_after_order_of_another_client(rig: Rig):
     navigator = Navigator(rig, loops=50)
     rig.exec('goto_place{place="wp1"}', loops=5)
     navigator.interface.msgid = 77
@@ -108,10 +108,10 @@ def test_goto_place_of_somebody_else(rig: Rig):
     rig.loop()
     assert outcome(rig) == ("S_FAILED", "somebody else drives the robot")
     rig.loop()
-    assert navigator.orders == [("PlaceGoto", "wp1")]  # and that is not stopped
+    assert navigator.orders == [("PlaceGoto", "wp1")]  # the skill does not stop the order of the other client
 
 
-def test_goto_place_that_takes_too_long_stops_the_robot(rig: Rig):
+def test_late_goto_place_stops_robot(rig: Rig):
     navigator = Navigator(rig, loops=500)
     run(rig, 'goto_place{place="wp1", patience=2}')
     assert outcome(rig) == ("S_FAILED", "it takes too long")
@@ -119,7 +119,7 @@ def test_goto_place_that_takes_too_long_stops_the_robot(rig: Rig):
     assert [order[0] for order in navigator.orders] == ["PlaceGoto", "Stop"]
 
 
-def test_goto_place_that_is_stopped_stops_the_robot(rig: Rig):
+def test_stopped_goto_place_stops_robot(rig: Rig):
     navigator = Navigator(rig, loops=500)
     rig.exec('goto_place{place="wp1"}', loops=5)
     rig.send("StopExec")
@@ -128,7 +128,7 @@ def test_goto_place_that_is_stopped_stops_the_robot(rig: Rig):
     assert rig.status == "S_INACTIVE"
 
 
-def test_goto_place_when_the_navigator_goes_away(rig: Rig):
+def test_goto_place_fails_after_end_of_navigator(rig: Rig):
     navigator = Navigator(rig, loops=500)
     rig.exec('goto_place{place="wp1"}', loops=5)
     rig.board.close(navigator.interface)
@@ -137,8 +137,8 @@ def test_goto_place_when_the_navigator_goes_away(rig: Rig):
     assert outcome(rig) == ("S_FAILED", "the navigator is gone")
 
 
-def test_goto_place_is_not_deceived_by_an_old_id(rig: Rig):
-    """Somebody else's order of the same number was done before."""
+def test_goto_place_ignores_earlier_order_with_same_id(rig: Rig):
+    """The order of another client with the same id had ended before."""
     navigator = Navigator(rig)
     navigator.interface.msgid = 1
     navigator.interface.write()
@@ -146,7 +146,7 @@ def test_goto_place_is_not_deceived_by_an_old_id(rig: Rig):
     assert outcome(rig) == ("S_FINAL", "")
 
 
-def test_goto_place_with_a_navigator_that_forgets_the_id(rig: Rig):
+def test_goto_place_is_final_when_navigator_forgets_id(rig: Rig):
     navigator = Navigator(rig, loops=50)
     rig.exec('goto_place{place="wp1"}', loops=5)
     navigator.interface.msgid, navigator.interface.final = 0, True
@@ -155,14 +155,14 @@ def test_goto_place_with_a_navigator_that_forgets_the_id(rig: Rig):
     assert outcome(rig) == ("S_FINAL", "")
 
 
-def test_goto_waypoints_visits_all(rig: Rig):
+def test_goto_waypoints_visits_all_places(rig: Rig):
     navigator = Navigator(rig)
     run(rig, 'goto_waypoints{places={"wp1", "wp2", "wp-final"}}')
     assert outcome(rig) == ("S_FINAL", "")
     assert [order[1] for order in navigator.orders] == ["wp1", "wp2", "wp-final"]
 
 
-def test_goto_waypoints_fails_at_the_first_that_it_does_not_reach(rig: Rig):
+def test_goto_waypoints_fails_at_first_unreached_place(rig: Rig):
     navigator = Navigator(rig, errors=(0, 2))
     run(rig, 'goto_waypoints{places={"wp1", "wp2", "wp-final"}}')
     assert outcome(rig) == ("S_FAILED", "wp2: the way is obstructed")
@@ -173,7 +173,7 @@ def test_goto_waypoints_fails_at_the_first_that_it_does_not_reach(rig: Rig):
 
 
 class Hand:
-    """A gripper that obeys two loops later, unless it is stuck."""
+    """A gripper that obeys after two loops, unless it is stuck."""
 
     def __init__(self, rig: Rig, *, closed: bool = False, stuck: bool = False) -> None:
         board: Any = rig.board
@@ -193,7 +193,7 @@ class Hand:
             self.interface.msgq_pop()
 
 
-def test_pick_and_place(rig: Rig):
+def test_pick_closes_and_place_opens_gripper(rig: Rig):
     hand = Hand(rig)
     run(rig, 'pick{what="cup"}')
     assert (outcome(rig), hand.interface.gripper_state.name) == (("S_FINAL", ""), "CLOSED")
@@ -203,14 +203,14 @@ def test_pick_and_place(rig: Rig):
 
 
 @pytest.mark.parametrize(("skill", "state"), [("pick", "closed"), ("place", "open")])
-def test_pick_and_place_with_a_gripper_that_is_so_already(rig: Rig, skill: str, state: str):
+def test_pick_and_place_fail_in_final_state_of_gripper(rig: Rig, skill: str, state: str):
     Hand(rig, closed=state == "closed")
     run(rig, f"{skill}{{}}")
     assert outcome(rig) == ("S_FAILED", f"the gripper is {state} already")
 
 
 @pytest.mark.parametrize(("skill", "verb"), [("pick", "close"), ("place", "open")])
-def test_pick_and_place_with_a_gripper_that_is_stuck(rig: Rig, skill: str, verb: str):
+def test_pick_and_place_fail_with_stuck_gripper(rig: Rig, skill: str, verb: str):
     Hand(rig, closed=skill == "place", stuck=True)
     assert run(rig, f"{skill}{{patience=0.5}}") < 20
     assert outcome(rig) == ("S_FAILED", f"the gripper does not {verb}")

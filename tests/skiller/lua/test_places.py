@@ -1,4 +1,4 @@
-"""Frames and navigation graphs for Lua, as numbers and texts."""
+"""Frames and navigation graphs as numbers and texts for Lua."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from cxbridge.skiller.lua.placeaccess import make_place_functions
 from cxbridge.space.navgraph import NavGraph, NavGraphEdge, NavGraphNode
 
 
-def test_a_graph_in_numbers_and_texts() -> None:
+def test_place_functions_return_numbers_and_texts() -> None:
     graph = NavGraph("house", {"colour": "white"})
     for name, x in (("a", 0.0), ("b", 3.0)):
         graph.add_node(NavGraphNode(name, x, 0.0, {"width": "1.5m", "open": "yes"}))

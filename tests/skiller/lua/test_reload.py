@@ -1,4 +1,4 @@
-"""Skill files that change while the Skiller runs."""
+"""Reloading of changed skill files while the Skiller runs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cxbridge.events import Level
 from cxbridge.skiller.lua.modulepath import ModulePath, ModuleWatch
 from tests.skiller.rig import SKILLS, Rig, write_skills
 
-TELLER = """
+TELL_SKILL = """
 module(..., skillenv.module_init)
 name = "tell"
 fsm = SkillHSM:new{name = name, start = "TELL"}
@@ -26,11 +26,11 @@ fsm:define_states{export_to = _M, "TELL"}
 fsm:add_transitions{{"TELL", "FINAL", cond = true}}
 function TELL:init() out:set_text("version 1") end
 """
-SPACE = {"space": 'skillenv.use_skill("skills.tell")', "tell": TELLER}
+SPACE = {"space": 'skillenv.use_skill("skills.tell")', "tell": TELL_SKILL}
 
 
 class Skills:
-    """A folder of skills that is watched, and looked at in every loop."""
+    """A watched folder of skills, checked in each loop."""
 
     def __init__(self, folder: Path, files: dict[str, str], **more: Any) -> None:
         self.folder = write_skills(folder, files)
@@ -47,7 +47,7 @@ class Skills:
 
 
 def instances(rig: Rig) -> dict[str, tuple[Any, ...]]:
-    """What skills have open: the number of the interface's memory, which a new one has not, and by whom."""
+    """Return serial, writer and readers of the interfaces of skills; a new interface has a new serial."""
     return {
         info.uid: (info.serial, info.writer, info.readers)
         for info in rig.board.list_all()
@@ -55,15 +55,15 @@ def instances(rig: Rig) -> dict[str, tuple[Any, ...]]:
     }
 
 
-def test_a_changed_file_is_loaded(tmp_path: Path):
+def test_changed_file_is_loaded(tmp_path: Path):
     skills = Skills(tmp_path, SPACE)
-    skills.change(tell=TELLER.replace("version 1", "version two"))
+    skills.change(tell=TELL_SKILL.replace("version 1", "version two"))
     assert "Skill files changed (skills.tell); reloading them" in skills.logged()
     skills.rig.exec("tell{}")
     assert skills.rig.writes("text", uid="SpeechSynthInterface::Out") == ["version two"]
 
 
-def test_interfaces_stay_open_and_keep_their_data_and_the_controller_keeps_control(tmp_path: Path):
+def test_reload_keeps_interfaces_data_and_controller(tmp_path: Path):
     skills = Skills(tmp_path, SPACE)
     skills.rig.send("AcquireControl", False)
     skills.rig.loop()
@@ -71,7 +71,7 @@ def test_interfaces_stay_open_and_keep_their_data_and_the_controller_keeps_contr
     before = instances(skills.rig)
     assert {"SpeechSynthInterface::Out", "Position3DInterface::Pose"} <= before.keys()
     reader: Any = skills.rig.board.open_for_reading("SpeechSynthInterface", "Out", owner="test")
-    skills.change(tell=TELLER + "-- changed\n")
+    skills.change(tell=TELL_SKILL + "-- changed\n")
     assert skills.rig.state.exclusive_controller == str(skills.rig.commander.serial)
     reader.read()
     assert (reader.text, reader.has_writer) == ("version 1", True)
@@ -79,14 +79,14 @@ def test_interfaces_stay_open_and_keep_their_data_and_the_controller_keeps_contr
     assert instances(skills.rig) == before
 
 
-def test_interfaces_that_no_skill_wants_any_more_are_closed_and_new_ones_opened(tmp_path: Path):
+def test_reload_closes_unused_and_opens_new_interfaces(tmp_path: Path):
     skills = Skills(tmp_path, SPACE)
-    skills.change(tell=TELLER.replace('id = "Pose"', 'id = "Elsewhere"'))
+    skills.change(tell=TELL_SKILL.replace('id = "Pose"', 'id = "Elsewhere"'))
     assert "Position3DInterface::Pose" not in instances(skills.rig)
     assert "Position3DInterface::Elsewhere" in instances(skills.rig)
 
 
-def test_a_broken_file_is_told_once_and_loaded_when_it_is_mended(tmp_path: Path):
+def test_broken_file_is_logged_once_and_loaded_after_repair(tmp_path: Path):
     skills = Skills(tmp_path, SPACE)
     before = instances(skills.rig)
     skills.change(tell="function x(\n")
@@ -94,20 +94,20 @@ def test_a_broken_file_is_told_once_and_loaded_when_it_is_mended(tmp_path: Path)
     assert len(skills.rig.logged(Level.ERROR)) == 2
     assert f"{tmp_path / 'tell.lua'}:2: cannot load skill space 'space'" in skills.logged()
     assert instances(skills.rig) == before
-    skills.change(tell=TELLER.replace("version 1", "mended"))
+    skills.change(tell=TELL_SKILL.replace("version 1", "mended"))
     skills.rig.exec("tell{}")
     assert skills.rig.writes("text", uid="SpeechSynthInterface::Out") == ["mended"]
 
 
-def test_a_skill_file_that_was_missing_is_found_when_it_comes(tmp_path: Path):
+def test_missing_skill_file_is_loaded_when_it_appears(tmp_path: Path):
     skills = Skills(tmp_path, SPACE)
     skills.change(space='skillenv.use_skill("skills.late")')
     assert "'skills.late' not found" in skills.logged()
-    skills.change(late=TELLER.replace('"tell"', '"late"'))
+    skills.change(late=TELL_SKILL.replace('"tell"', '"late"'))
     assert skills.skiller.skills == ("late",)
 
 
-def test_a_running_skill_string_comes_to_its_end_first(tmp_path: Path):
+def test_reload_waits_for_end_of_skill_string(tmp_path: Path):
     files = SKILLS
     skills = Skills(tmp_path, files)
     skills.rig.exec("count{to=5}", loops=2)
@@ -120,14 +120,14 @@ def test_a_running_skill_string_comes_to_its_end_first(tmp_path: Path):
 
 
 @pytest.mark.parametrize(("text", "watched"), [("true", True), ("false", False)])
-def test_the_configuration_decides_whether_files_are_watched(tmp_path: Path, text: str, watched: bool):
+def test_configuration_enables_watching_of_files(tmp_path: Path, text: str, watched: bool):
     config = Configuration.from_text(f"skiller: {{watch_files: {text}, skillspace: space}}")
     rig = Rig()
     skiller = rig.lua([write_skills(tmp_path, SPACE)], space="space", config=config)
     assert (skiller._watch is not None) is watched
 
 
-def test_a_look_is_taken_now_and_then_only(tmp_path: Path):
+def test_files_are_checked_after_interval(tmp_path: Path):
     now = 0.0
     watch = ModuleWatch(interval=0.5, now=lambda: now)
     path = ModulePath([write_skills(tmp_path, SPACE)])

@@ -1,4 +1,4 @@
-"""Skills with sub-skills of the RCLL agent, as they are, against scripted hardware: how they end, and why."""
+"""Unchanged skills of the RCLL agent with sub-skills and scripted hardware: their ends and errors."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def rig(tmp_path: Path) -> Rig:
 
 
 def goals(navigator: Navigator) -> list[Any]:
-    """Where the navigator was sent."""
+    """Return the goals of the navigator."""
     return [
         order[1] if order[0].startswith("Place") else order[1:3]
         for order in navigator.orders
@@ -35,7 +35,7 @@ def goals(navigator: Navigator) -> list[Any]:
     ]
 
 
-# -- moveto and relmoveto: what the others stand on
+# -- moveto and relmoveto: the base of the remaining skills
 
 
 def test_moveto_arrives(rig: Rig):
@@ -53,30 +53,30 @@ def test_moveto_arrives(rig: Rig):
         ('moveto{place="Mars"}', "no tf"),
     ],
 )
-def test_moveto_fails(rig: Rig, skill: str, error: str):
+def test_moveto_fails_with_error_of_navigator_or_frame(rig: Rig, skill: str, error: str):
     Navigator(rig, errors=(206,))
     run(rig, skill)
     assert (rig.status, rig.state.error) == ("S_FAILED", error)
 
 
-# -- drive_into_field: moveto, left early when the robot is in the field
+# -- drive_into_field: moveto, which ends early when the robot is in the field
 
 
-def in_field(rig: Rig, y: float) -> None:
+def set_pose(rig: Rig, y: float) -> None:
     pose: Any = rig.board.open_for_writing("Position3DInterface", "Pose", owner="test")
     pose.translation = (0.0, y, 0.0)
     pose.write()
 
 
 def test_drive_into_field_waits_and_drives(rig: Rig):
-    in_field(rig, 0.0)
+    set_pose(rig, 0.0)
     navigator = Navigator(rig)
     loops = run(rig, 'drive_into_field{place="C-CS1", wait=1}')
     assert (rig.status, goals(navigator)) == ("S_FINAL", [(1.0, 0.5)])
     assert loops > 90  # a second of waiting, two of driving
 
 
-# -- moveto_waypoints: moveto again and again
+# -- moveto_waypoints: repeated moveto
 
 
 def test_moveto_waypoints_visits_all(rig: Rig):
@@ -85,7 +85,7 @@ def test_moveto_waypoints_visits_all(rig: Rig):
     assert (rig.status, goals(navigator)) == ("S_FINAL", [(1.0, 0.5), (3.0, 0.5), (2.0, 0.5)])
 
 
-# -- ppmoveto: the path planner, and moveto when that fails; ppmoveto_waypoints on top of it
+# -- ppmoveto: the path planner, and moveto after its failure; ppmoveto_waypoints uses ppmoveto
 
 
 def test_ppmoveto_follows_the_path_planner(rig: Rig):
@@ -94,7 +94,7 @@ def test_ppmoveto_follows_the_path_planner(rig: Rig):
     assert (rig.status, goals(planner), navigator.orders) == ("S_FINAL", ["C-CS1"], [])
 
 
-def test_ppmoveto_goes_on_with_moveto_when_nobody_answers(rig: Rig):
+def test_ppmoveto_falls_back_to_moveto_without_path_planner(rig: Rig):
     """A path planner that takes no order for twenty loops counts as a failure."""
     planner, navigator = Navigator(rig, "Pathplan"), Navigator(rig)
     rig.backends.remove(planner)
@@ -117,7 +117,7 @@ def test_reset_gripper_goes_back_and_home(rig: Rig):
 
 
 def test_reset_gripper_fails_without_frames(rig: Rig):
-    """The file does not expect that: it is a Lua error in a state's init, which fails the skill."""
+    """The skill does not expect missing frames: a Lua error in a state's init fails the skill."""
     run(rig, "reset_gripper{}")
     assert rig.status == "S_FAILED"
     assert rig.state.error.startswith("Init of successor failed: ")
@@ -134,7 +134,7 @@ def test_discard_opens_the_gripper_and_resets_it(rig: Rig):
 
 
 def test_gripper_commands_times_out(rig: Rig):
-    """The frames are never as young as the order: fifteen seconds later that is a failure."""
+    """The frames are always older than the order: the skill fails after fifteen seconds."""
     arduino: Any = rig.board.open_for_writing("ArduinoInterface", "Arduino", owner="test")
     arduino.write()
     loops = run(rig, 'gripper_commands{command="OPEN"}')

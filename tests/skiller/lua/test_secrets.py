@@ -1,4 +1,4 @@
-"""Skills and skill strings that are run as Lua read no secret of the configuration and the environment."""
+"""Skills and skill strings in Lua cannot read secrets of the configuration and the environment."""
 
 from __future__ import annotations
 
@@ -38,27 +38,27 @@ ACCESSORS += [f"get_{kind}_or_default" for kind in KINDS]
     "path", ["/cxbridge/web/token", "cxbridge//web/token", "/cxbridge/web/token/", "/cxbridge/web", "/url"]
 )
 @pytest.mark.parametrize("accessor", ACCESSORS)
-def test_no_way_to_read_a_value_tells_a_secret(rig: Rig, engine: Any, accessor: str, path: str):
+def test_accessors_hide_secrets_of_configuration(rig: Rig, engine: Any, accessor: str, path: str):
     rig.forget()
     engine.compile(f"print_info(tostring(config:{accessor}('{path}', 'x')))")
-    told = engine.run()[0] + "".join(rig.logged(Level.INFO))
-    assert told
-    assert SECRET not in told
+    output = engine.run()[0] + "".join(rig.logged(Level.INFO))
+    assert output
+    assert SECRET not in output
 
 
 @pytest.mark.parametrize("name", ["SOME_TOKEN", "SOME_URL"])
-def test_the_environment_tells_no_secret(rig: Rig, engine: Any, name: str, monkeypatch: pytest.MonkeyPatch):
+def test_getenv_hides_secrets(rig: Rig, engine: Any, name: str, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("SOME_TOKEN", SECRET)
     monkeypatch.setenv("SOME_URL", f"https://me:{SECRET}@host/")
     monkeypatch.setenv("SOME_PLACE", "kitchen")
     rig.forget()
     engine.compile(f"print_info(os.getenv('SOME_PLACE')); print_info(os.getenv('{name}'))")
-    told = engine.run()[0] + "".join(rig.logged(Level.INFO))
-    assert "kitchen" in told
-    assert SECRET not in told
+    output = engine.run()[0] + "".join(rig.logged(Level.INFO))
+    assert "kitchen" in output
+    assert SECRET not in output
 
 
-def test_what_is_no_secret_is_told(rig: Rig, engine: Any):
+def test_plain_values_are_readable(rig: Rig, engine: Any):
     rig.forget()
     engine.compile("print_info(config:get_string('/other'))")
     assert engine.run()[0] == ""

@@ -1,4 +1,4 @@
-"""A base keeps its limits, and where it arrives does not depend on how time is cut."""
+"""A base keeps its limits, and its pose does not depend on the division of time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ slices = st.lists(st.floats(0, 2), min_size=1, max_size=30)
 
 
 @given(metres, metres, angles, metres, metres, slices, st.floats(0.01, 10), st.floats(0.01, 10))
-def test_limits_are_kept_whatever_time_does(x, y, yaw, to_x, to_y, times, speed, turn):
+def test_base_keeps_speed_limits(x, y, yaw, to_x, to_y, times, speed, turn):
     base = Base(x, y, yaw, speed, turn)
     for seconds in times:
         before = (base.x, base.y, base.yaw)
@@ -31,7 +31,7 @@ def test_limits_are_kept_whatever_time_does(x, y, yaw, to_x, to_y, times, speed,
 
 
 @given(metres, metres, metres, metres, slices)
-def test_where_one_is_does_not_depend_on_how_time_is_cut(x, y, to_x, to_y, times):
+def test_pose_does_not_depend_on_time_slices(x, y, to_x, to_y, times):
     cut, whole = (Base(x, y, 0.0, speed=0.3, turn_speed=1.0) for _ in range(2))
     for seconds in times:
         cut.approach(to_x, to_y, seconds)

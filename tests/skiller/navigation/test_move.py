@@ -1,4 +1,4 @@
-"""The executor that moves a simulated robot, on a virtual clock."""
+"""The executor of a simulated add_robot base, on a virtual clock."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ connections:
 @pytest.fixture
 def rig(tmp_path):
     (tmp_path / "graph.yaml").write_text(GRAPH)
-    made = Rig()
-    yield made
-    made.close()
+    rig = Rig()
+    yield rig
+    rig.close()
 
 
-def robot(rig, folder, **settings):
+def add_robot(rig, folder, **settings):
     context = ExecutorContext(
         "r1", rig.board, rig.clock, rig.bus.logger("r1"), {"navgraph": "graph.yaml", **settings}, folder
     )
@@ -43,25 +43,25 @@ def robot(rig, folder, **settings):
     return rig.board.open_for_reading("Position3DInterface", settings.get("pose", "Pose-r1"), owner="test")
 
 
-def where(pose):
+def pose_of(pose):
     pose.read()
     x, y, _ = pose.translation
     return x, y, 2 * math.atan2(pose.rotation[2], pose.rotation[3])
 
 
-def test_it_drives_along_the_graph_with_limited_speed(rig, tmp_path):
-    skills, pose = rig.skills(), robot(rig, tmp_path, speed=0.5, turn=1.0)
-    assert where(pose) == (0.0, 0.0, 0.0)
-    begin_us, way = rig.clock.now_us(), [where(pose)]
+def test_robot_drives_along_graph_with_limited_speed(rig, tmp_path):
+    skills, pose = rig.skills(), add_robot(rig, tmp_path, speed=0.5, turn=1.0)
+    assert pose_of(pose) == (0.0, 0.0, 0.0)
+    begin_us, way = rig.clock.now_us(), [pose_of(pose)]
     master = skills.request(call(to="c"))
     progress = []
     while not master.is_over:
         rig.loop()
-        way.append(where(pose))
+        way.append(pose_of(pose))
         progress.append(master.progress)
     assert master.state is MasterState.SUCCEEDED
     assert way[-1] == (1.0, 1.0, pytest.approx(0.0))
-    # two metres at half a metre a second, and two right angles at one radian a second
+    # two metres at 0.5 m/s, and two right angles at 1 rad/s
     assert (rig.clock.now_us() - begin_us) / 1e6 == pytest.approx(4.0 + math.pi, abs=0.2)
     for (x0, y0, yaw0), (x, y, yaw) in itertools.pairwise(way):
         assert math.hypot(x - x0, y - y0) <= 0.5 * PERIOD_US / 1e6 + 1e-9
@@ -70,11 +70,11 @@ def test_it_drives_along_the_graph_with_limited_speed(rig, tmp_path):
     assert progress == sorted(progress)
 
 
-def test_goto_takes_a_place(rig, tmp_path):
-    skills, pose = rig.skills(), robot(rig, tmp_path, speed=5)
+def test_goto_drives_to_place(rig, tmp_path):
+    skills, pose = rig.skills(), add_robot(rig, tmp_path, speed=5)
     master = skills.request(call("goto", place="b"))
     rig.until(lambda: master.is_over)
-    assert where(pose)[:2] == (1.0, 0.0)
+    assert pose_of(pose)[:2] == (1.0, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -86,9 +86,9 @@ def test_goto_takes_a_place(rig, tmp_path):
         ({"to": "island"}, "there is no path to island"),
     ],
 )
-def test_where_it_cannot_go(rig, tmp_path, parameters, error):
+def test_unreachable_places_fail(rig, tmp_path, parameters, error):
     skills = rig.skills()
-    robot(rig, tmp_path)
+    add_robot(rig, tmp_path)
     master = skills.request(call(**parameters))
     rig.until(lambda: master.is_over)
     assert (str(master.state), master.error) == ("FAILED", error)
@@ -105,7 +105,7 @@ def test_where_it_cannot_go(rig, tmp_path, parameters, error):
         ({"sped": 1.0}, "has no setting 'sped'"),
     ],
 )
-def test_settings_that_make_no_sense(rig, tmp_path, settings, error):
+def test_invalid_settings_are_refused(rig, tmp_path, settings, error):
     with pytest.raises(CxbridgeError, match=error):
-        robot(rig, tmp_path, **settings)
+        add_robot(rig, tmp_path, **settings)
     assert rig.board.list_all() == []

@@ -1,4 +1,4 @@
-"""How simulated skills end: which estimator is asked, lookup, failures."""
+"""Estimators of simulated skills: their order, lookup, failures, configuration."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from tests.support import ROOT
 
 
 class Fixed(Decider):
-    """Answers for everything."""
+    """Estimates all skills except ``unknown``."""
 
     def __init__(self, priority: int, seconds: float) -> None:
         self.priority = priority
@@ -46,28 +46,28 @@ def simulate(rig: Rig, *deciders: Decider, **more: Any) -> SkillerSimulator:
 
 
 def end(rig: Rig, text: str) -> tuple[str, str, float]:
-    """Execute a skill string; returns its status, error and duration, as the log tells it."""
+    """Execute a skill string; return its status, error and logged duration."""
     rig.forget()
     rig.exec(text)
-    told = re.search(r"will take ([0-9.]+) seconds", rig.logged(Level.INFO)[-1])
-    assert told is not None
+    duration = re.search(r"will take ([0-9.]+) seconds", rig.logged(Level.INFO)[-1])
+    assert duration is not None
     for _ in range(10_000):
         if rig.status != "S_RUNNING":
             break
         rig.loop()
-    return rig.status, rig.state.error, float(told[1])
+    return rig.status, rig.state.error, float(duration[1])
 
 
 # -- providers (section 6: "Estimators")
 
 
-def test_providers_are_asked_by_descending_priority_ties_by_registration():
+def test_highest_priority_decides_then_first_registration():
     rig = Rig()
     simulate(rig, Fixed(-1, 3.0), Fixed(3, 1.0), Fixed(3, 2.0))
     assert end(rig, "go{}")[2] == 1.0
 
 
-def test_calls_in_a_row_end_with_the_last_one_or_with_the_first_failure():
+def test_calls_end_with_last_call_or_first_failure():
     rig = Rig()
     failing = FailureInjector(
         [
@@ -78,32 +78,32 @@ def test_calls_in_a_row_end_with_the_last_one_or_with_the_first_failure():
     slow = StaticEstimator(whitelist=[SkillPattern("slow", seconds=4.0)], seconds=1.0)
     simulate(rig, slow, failing)
     assert end(rig, "slow{} fast{}") == ("S_FINAL", "", 4.0)
-    for _ in range(2):  # the second time slow fails, too
+    for _ in range(2):  # slow fails in the second round
         assert end(rig, "slow{} bad{}") == ("S_FAILED", "no", 0.5)
 
 
 class Effects(Decider):
-    """Lets each skill change the world at its end, as long as another decider says."""
+    """Gives each skill an effect at its end; another decider gives the duration."""
 
     priority = 9
 
     def __init__(self) -> None:
-        self.seen: list[str] = []
+        self.skills: list[str] = []
 
     def decide(self, call: SkillStringCall) -> Outcome | None:
-        return Outcome(then=lambda: self.seen.append(call.name))
+        return Outcome(then=lambda: self.skills.append(call.name))
 
 
-def test_an_effect_comes_once_at_the_end_and_an_aborted_skill_has_none():
+def test_effect_happens_once_at_end_and_not_after_abort():
     rig, effects = Rig(), Effects()
     simulate(rig, effects, StaticEstimator(seconds=2.0))
     rig.exec("aborted{}")
     assert end(rig, "pick{} place{}") == ("S_FINAL", "", 2.0)
     rig.loop()
-    assert effects.seen == ["pick", "place"]
+    assert effects.skills == ["pick", "place"]
 
 
-def test_a_failure_without_a_duration_has_its_share_of_the_next_one():
+def test_failure_takes_share_of_next_duration():
     failure = Outcome(None, Status.S_FAILED, "slipped", share=0.25)
     assert failure.take_duration(Outcome(4.0)) == Outcome(1.0, Status.S_FAILED, "slipped")
     assert failure.take_duration(Outcome()) == failure
@@ -128,11 +128,11 @@ def test_a_failure_without_a_duration_has_its_share_of_the_next_one():
         ),
     ],
 )
-def test_white_and_black_lists(settings: EstimatorSettings, allowed: bool):
+def test_white_and_black_lists_select_calls(settings: EstimatorSettings, allowed: bool):
     assert settings.allows(parse_skill_call('say{text="hi you"}')) is allowed
 
 
-def test_an_entry_without_a_time_has_the_default_one():
+def test_entry_without_duration_has_default():
     call, entries = parse_skill_call("say{}"), [SkillPattern("say")]
     assert StaticEstimator(entries, seconds=1.0).decide(call) == Outcome(1.0)
 
@@ -145,7 +145,7 @@ PICKS = [
     Sample('pick{what="cup", from="B"}', 4.0),
     Sample('pick{what="pot", from=".*"}', 6.0),
     Sample('pick{what="cup", from="A"}', 1.0, Status.S_FAILED, "slipped"),
-    Sample("pick{} put{}", 99.0),  # not a single call: nobody knows which took how long
+    Sample("pick{} put{}", 99.0),  # several calls: the duration of each is unknown
     Sample("not a call", 99.0),
 ]
 
@@ -163,15 +163,15 @@ def test_lookup_draws_from_executions_with_the_same_arguments():
     assert set(draws(estimator, "sing{}")) == {None}
 
 
-def test_lookup_includes_failures_when_told_to():
+def test_lookup_includes_failures_on_request():
     estimator = LookupEstimator(PICKS, include_failures=True)
     slipped = Outcome(1.0, Status.S_FAILED, "slipped")
-    seen = draws(estimator, 'pick{what="cup", from="A"}')
-    assert set(seen) == {Outcome(2.0), slipped}
-    assert 60 < seen[slipped] < 140
+    outcomes = draws(estimator, 'pick{what="cup", from="A"}')
+    assert set(outcomes) == {Outcome(2.0), slipped}
+    assert 60 < outcomes[slipped] < 140
 
 
-def test_lookup_without_fully_matching_looks_at_the_entry_of_the_whitelist():
+def test_lookup_without_full_match_uses_whitelist_pattern():
     entry = SkillPattern("pick", {"what": "c.*"})
     chosen = EstimatorSettings(whitelist=[entry], speed=2.0)
     estimator = LookupEstimator(PICKS, chosen, fully_match_args=False)
@@ -179,7 +179,7 @@ def test_lookup_without_fully_matching_looks_at_the_entry_of_the_whitelist():
     assert set(draws(estimator, 'pick{what="pot"}')) == {None}
 
 
-def test_the_same_seed_gives_the_same_draws():
+def test_same_seed_gives_same_draws():
     def run(seed: int) -> list[Any]:
         estimator = LookupEstimator(PICKS, rng=random.Random(seed))
         return [estimator.decide(parse_skill_call("pick{}")) for _ in range(20)]
@@ -190,7 +190,7 @@ def test_the_same_seed_gives_the_same_draws():
 # -- failures
 
 
-def test_the_nth_call_fails_with_its_error():
+def test_nth_call_fails_with_given_error():
     rig = Rig()
     failures = FailureInjector(
         [
@@ -199,7 +199,7 @@ def test_the_nth_call_fails_with_its_error():
         ]
     )
     simulate(rig, StaticEstimator(seconds=0.0), failures)
-    ends = [end(rig, f'pick{{what="{what}"}}')[:2] for what in ("pot", "cup", "cup", "pot", "pot")]
+    ends = [end(rig, f'pick{{what="{item}"}}')[:2] for item in ("pot", "cup", "cup", "pot", "pot")]
     assert ends == [
         ("S_FAILED", "broken"),
         ("S_FINAL", ""),
@@ -219,7 +219,7 @@ def load(text: str, folder: Path) -> Configuration:
 
 
 def read_picks(path: Path) -> list[Sample]:
-    """Stands for a reader of recorded runs."""
+    """Return samples in place of a reader of recorded runs."""
     if path.name == "empty.log":
         return []
     assert path.name == "monday.mcap"
@@ -227,7 +227,7 @@ def read_picks(path: Path) -> list[Sample]:
     return [*PICKS, Sample('say{text="hello you"}', 42.0), Sample('moveto{place="A"}', 43.0)]
 
 
-def test_the_example_of_the_documentation(tmp_path: Path):
+def test_example_of_documentation_works(tmp_path: Path):
     page = (ROOT / "docs" / "skiller.md").read_text()
     example = page.partition("## The simulator")[2].partition("```yaml\n")[2].partition("```")[0]
     (tmp_path / "runs").mkdir()
@@ -268,9 +268,7 @@ def test_the_example_of_the_documentation(tmp_path: Path):
         ),
     ],
 )
-def test_a_wrong_configuration_is_one_error_with_its_place(
-    tmp_path: Path, text: str, line: int, message: str
-):
+def test_invalid_configuration_is_error_with_place(tmp_path: Path, text: str, line: int, message: str):
     rig = Rig()
     with pytest.raises(SkillerError) as caught:
         make_simulator(rig.board, rig.clock, rig.bus, config=load(text, tmp_path), read_samples=read_picks)
@@ -279,7 +277,7 @@ def test_a_wrong_configuration_is_one_error_with_its_place(
     assert caught.value.line in (line, line + 1)
 
 
-def test_recordings_that_are_not_there_are_one_error(tmp_path: Path):
+def test_missing_recordings_are_one_error(tmp_path: Path):
     from cxbridge.run.skill_history import read_samples
 
     rig = Rig()

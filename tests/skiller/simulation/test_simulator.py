@@ -1,4 +1,4 @@
-"""The simulator and the static estimator: section 6 of the facts."""
+"""The simulator and the static estimator, by section 6 of the facts."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ def make(*estimators: StaticEstimator) -> Rig:
     return rig
 
 
-def test_acquire_sets_msgid():
+def test_acquire_control_sets_msgid():
     rig = make()
     number = rig.send("AcquireControl", False)
     rig.loop()
     assert rig.state.msgid == number
 
 
-def test_a_skill_takes_its_time_and_keeps_string_and_msgid():
+def test_skill_takes_estimated_time_and_keeps_string_and_msgid():
     rig = make(StaticEstimator(seconds=1.0, speed=2.0))
     number = rig.exec("say{}")
     loops = 0
     while rig.status == "S_RUNNING":
         rig.loop()
         loops += 1
-    assert loops == 16  # half a second, and the loop after it
+    assert loops == 16  # half a second, and a loop
     assert (rig.status, rig.state.msgid, rig.state.skill_string) == ("S_FINAL", number, "say{}")
 
 
-def test_a_new_skill_string_starts_the_time_anew():
+def test_new_skill_string_restarts_time():
     rig = make(StaticEstimator(seconds=0.1))
     rig.exec("a{}", loops=3)
     rig.exec("b{}", loops=2)
@@ -45,14 +45,14 @@ def test_a_new_skill_string_starts_the_time_anew():
 
 
 @pytest.mark.parametrize(("text", "column"), [("say{", 5), ("x = 1", 3)])
-def test_a_skill_string_that_cannot_be_read_fails(text: str, column: int):
+def test_invalid_skill_string_fails_with_column(text: str, column: int):
     rig = make()
     rig.exec(text)
     assert rig.status == "S_FAILED"
     assert rig.state.error.startswith(f"column {column}: ")
 
 
-def test_a_skill_that_no_estimator_knows_fails():
+def test_skill_without_estimate_fails():
     rig = make(StaticEstimator(whitelist=[SkillPattern("say", seconds=1.0)]))
     rig.exec("dance{}")
     assert (rig.status, rig.state.error) == ("S_FAILED", "no estimator has a duration for 'dance'")
@@ -87,7 +87,7 @@ plugins/execution-time-estimator:
         ("moveto{}", None),
     ],
 )
-def test_static_durations_from_the_configuration(text: str, seconds: float | None):
+def test_configuration_sets_static_durations(text: str, seconds: float | None):
     estimator = StaticEstimator.from_config(Configuration.from_text(CONFIG))
     outcome = estimator.decide(parse_skill_call(text))
     assert (None if outcome is None else outcome.seconds) == seconds
