@@ -26,7 +26,7 @@ CONTROL_TIMEOUT_S = 5.0
 """The seconds in which a Skiller must grant control."""
 
 RELEASE_TIMEOUT_S = 0.5
-"""The seconds in which another client must release control: a client that ends releases it a loop later."""
+"""The seconds in which another client must release control: a client that ends does so a loop later."""
 
 ResultT = TypeVar("ResultT")
 # Receives interface changes; yields the time limit for the next change, None for the caller's limit.
@@ -124,12 +124,12 @@ class SkillerCall(Closing):
         if refusal:
             raise SkillerError(refusal)
         skip_stale_ids(self._interface, may_control=True)
-        return self._send("ExecSkillMessage", skill_string=skill_string)
+        return _send(self._interface, "ExecSkillMessage", skill_string=skill_string)
 
     def stop(self) -> None:
         """Stop the skill string."""
         self._is_running = False
-        self._send("StopExecMessage")
+        _send(self._interface, "StopExecMessage")
 
     def close(self) -> None:
         """Stop a running skill string, release control, close the interface."""
@@ -139,16 +139,10 @@ class SkillerCall(Closing):
                 if self._is_running:
                     self.stop()
                 if self._has_control:
-                    self._send("ReleaseControlMessage")
+                    _send(self._interface, "ReleaseControlMessage")
         except BlackBoardError:
             pass  # the Skiller has just ended
         self._feed.close()
-
-    def _send(self, message_type: str, **fields: Any) -> int:
-        message = self._interface.create_message(message_type)
-        for name, value in fields.items():
-            message.set(name, value)
-        return self._interface.msgq_enqueue(message)
 
     def _run_steps(self, steps: _Steps[ResultT], deadline: Deadline) -> ResultT | None:
         """Feed interface changes to the steps; return their result, or None after the deadline."""
@@ -167,7 +161,7 @@ class SkillerCall(Closing):
             return SkillResult(CallOutcome.FAILED, refusal, 0)
         skip_stale_ids(self._interface, may_control=True)
         former_state = self._feed.read_state(self._interface)
-        self._msgid = self._send("ExecSkillMessage", skill_string=skill_string)
+        self._msgid = _send(self._interface, "ExecSkillMessage", skill_string=skill_string)
         self._is_running = True
         result = yield from self._outcome_steps(self._msgid, skill_string, former_state)
         self._is_running = False
@@ -187,7 +181,7 @@ class SkillerCall(Closing):
             if change is None:
                 name = describe_controller(self._interface, controller)
                 return f"{name} has control of the Skiller; --steal takes it"
-        self._send("AcquireControlMessage", steal_control=self._steal)
+        _send(self._interface, "AcquireControlMessage", steal_control=self._steal)
         deadline = Deadline(CONTROL_TIMEOUT_S)
         while change is not None and change.values["exclusive_controller"] != own_serial:
             change = yield deadline
@@ -237,7 +231,11 @@ class SkillerCall(Closing):
                     return SkillResult(CallOutcome.FAILED, self._describe_loss(controller), msgid)
             if values["msgid"] != msgid or is_replaced:
                 if is_accepted or is_replaced:
-                    reason = f"it was replaced by '{shown_string}'" if shown_string else "it was stopped"
+                    reason = (
+                        f"the skill string was replaced by '{shown_string}'"
+                        if shown_string
+                        else "the skill string was stopped"
+                    )
                     return SkillResult(CallOutcome.FAILED, reason, msgid)
                 continue
             is_accepted = True
@@ -256,7 +254,7 @@ def _make_result(status: str, error: str, msgid: int) -> SkillResult:
         return SkillResult(CallOutcome.FINAL, "", msgid)
     if not error and status == _FAILED:
         error = "the Skiller gives no reason"
-    return SkillResult(CallOutcome.FAILED, error or "it called no skill, or was stopped", msgid)
+    return SkillResult(CallOutcome.FAILED, error or "the skill string called no skill, or was stopped", msgid)
 
 
 def request_skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] | None:
@@ -292,6 +290,12 @@ def _find_board_skills(board: BlackBoard, agent: str) -> list[str] | None:
 
 
 def _request_graph(interface: Interface, subject: str) -> None:
-    message = interface.create_message("SetGraphMessage")
-    message.set("graph_fsm", subject)
-    interface.msgq_enqueue(message)
+    _send(interface, "SetGraphMessage", graph_fsm=subject)
+
+
+def _send(interface: Interface, message_type: str, **fields: Any) -> int:
+    """Send a message with these fields; return the id of the message."""
+    message = interface.create_message(message_type)
+    for name, value in fields.items():
+        message.set(name, value)
+    return interface.msgq_enqueue(message)

@@ -1,7 +1,7 @@
 """Exclusive control of a Skiller.
 
 The controller is the *source* instance of a message, identified by the text of its serial. The interface's
-field ``exclusive_controller`` publishes it.
+field ``exclusive_controller`` publishes it. The log lines have the words of Fawkes.
 """
 
 from __future__ import annotations

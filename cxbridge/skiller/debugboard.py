@@ -61,6 +61,7 @@ class DebugBoard:
         if message.type == "SetGraphMessage":
             self._subject = message.graph_fsm
         elif message.type == "SetGraphDirectionMessage":
+            # a number that is no direction, which any client may send, selects the default
             direction = getattr(message.graph_dir, "name", "GD_TOP_BOTTOM")
             self._needs_redraw |= self._direction != _DIRECTIONS[direction]
             self._direction = _DIRECTIONS[direction]

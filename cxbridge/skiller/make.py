@@ -127,7 +127,7 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
             watch=watch,
             find_mapping_place=find_mapping_place,
         )
-        # the Skiller closes them from here on
+        # from here on the Skiller closes the transforms and the engine
         cleanup.pop_all()
     log.debug("Lua startup completed")
     return skiller

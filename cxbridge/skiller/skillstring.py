@@ -72,6 +72,7 @@ _KEYWORDS: Final = frozenset(
     ["and", "break", "do", "else", "elseif", "end", "for", "function", "if", "in", "local", "not"]
 ) | {"or", "repeat", "return", "then", "until", "while"}
 _REPLACEMENT: Final = "\N{REPLACEMENT CHARACTER}"
+_MAX_EXCERPT: Final = 20  # characters of a token in an error
 
 
 def read_calls(text: str) -> list[LuaCall]:
@@ -140,17 +141,16 @@ class _LuaCallReader:
         return calls
 
     def _refuse(self, message: str, position: int) -> NoReturn:
-        line, column = _line_and_column(self._text, position)
-        location = f"column {column}" if line == 1 else f"line {line}, column {column}"
+        place = format_place(*_line_and_column(self._text, position))
         raise SkillError(
-            f"{location}: {message}",
+            f"{place}: {message}",
             hint="a skill string must consist of calls with literal arguments: name{key=1, other='text'}",
         )
 
     def _refuse_token(self, token: _Token, expected: str) -> NoReturn:
         if token.kind == "end":
             self._refuse(f"the skill string ends where {expected} should be", token.position)
-        excerpt = "".join(char if char.isprintable() else _REPLACEMENT for char in token.text[:20])
+        excerpt = "".join(char if char.isprintable() else _REPLACEMENT for char in token.text[:_MAX_EXCERPT])
         self._refuse(f"'{excerpt}' stands where {expected} should be; {ONLY_FAWKES}", token.position)
 
     def _scan(self) -> _Token:
@@ -222,7 +222,7 @@ class _LuaCallReader:
             integer = int(text, 16)
             return integer if integer < 2**53 else _as_float(integer)
         if not _NUMBER.fullmatch(text):
-            self._refuse(f"'{text[:20]}' is not a number", start)
+            self._refuse(f"'{text[:_MAX_EXCERPT]}' is not a number", start)
         number = float(text)
         return int(number) if number.is_integer() and number < 2**53 else number
 
@@ -239,7 +239,7 @@ class _LuaCallReader:
         if self._is_symbol("{"):
             return (self._parse_table(),)
         if not self._is_symbol("("):
-            self._refuse_token(self._next, f"the arguments of '{name.text[:20]}'")
+            self._refuse_token(self._next, f"the arguments of '{name.text[:_MAX_EXCERPT]}'")
         # Lua 5.1 calls this ambiguous: the '(' may begin the next statement
         if _LINE_END.search(self._text, name.position, self._next.position):
             self._refuse("a '(' must be in the line of the name before it", self._next.position)
@@ -306,6 +306,11 @@ class _LuaCallReader:
             self._take_token()
             return name.text, self._parse_value()
         return None, self._parse_value()
+
+
+def format_place(line: int, column: int) -> str:
+    """Return a place in a skill string for messages; the only line of most skill strings is left out."""
+    return f"column {column}" if line == 1 else f"line {line}, column {column}"
 
 
 def _line_and_column(text: str, position: int) -> tuple[int, int]:

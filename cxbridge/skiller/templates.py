@@ -54,7 +54,7 @@ class Placeholder(Struct, frozen=True):
 PLACEHOLDER_FORM: Final = "?(NAME)T or ?(NAME|/PATTERN/REPLACEMENT/)T; T is one of s, S, y, Y, i, f"
 """The notation of placeholders, for messages."""
 
-# the beginning of the text, up to the type letter after a near ')'
+# about 40 characters of the text at most, up to the type letter after a ')' within them
 _SUSPECTED_PLACEHOLDER: Final = re.compile(r"\?\([^)]{0,37}(?:\).?)?", re.DOTALL)
 
 Part = str | Placeholder

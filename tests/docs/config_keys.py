@@ -118,6 +118,6 @@ def fixed_lists() -> list[str]:
         *(f"/cxbridge/{name}" for name in daemon_settings.KEYS),
         *(f"/clips-executive/{name}" for name in (*specs._BOOLEAN_KEYS, *specs._LIST_KEYS)),
         *(f"/clips-executive/specs/*/init/*/*/{name}" for name in specs._ENTRY_KEYS),
-        *(f"/skill-board/timeouts/{name}" for name in settings._TIMEOUT_KEYS),
+        *(f"/skill-board/timeouts/{name}" for name in settings._DEFAULT_TIMEOUTS),
         *(f"/plugins/skiller-simulator/failures/*/{name}" for name in faults._ENTRY_KEYS),
     ]

@@ -2,7 +2,8 @@
 
 A new master asks the first idle executor that knows its skill. Then the board offers each idle executor a
 master: first a master without an unanswered request, then the oldest. An executor with an unanswered request
-is asked by no other master, as it answers only one. The first answer is confirmed.
+is asked by no other master, because an executor answers one request at a time. The first answer is
+confirmed.
 """
 
 from __future__ import annotations
@@ -283,8 +284,8 @@ class SkillBoard:
 
     def ask(self, master: Master) -> None:
         """Send the request of a new master to the first idle executor without a pending request."""
-        for executor in self._find_free_executors(master)[:1]:
-            self._send_request(executor, master)
+        if executors := self._find_free_executors(master):
+            self._send_request(executors[0], master)
 
     def _find_free_executors(self, master: Master) -> list[str]:
         """Return the idle executors without a pending request that know the skill of a master."""

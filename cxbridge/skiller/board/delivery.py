@@ -1,4 +1,4 @@
-"""Messages of a skill board to executors. A thread each delivers to remote executors, which may block it."""
+"""Messages of a skill board to executors. Each remote executor has a thread, because a delivery may block."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Sender:
         self._send(executor, "CancelMessage", self._ticket(number, epoch))
 
     def next_failure(self) -> tuple[str, Any, BlackBoardError] | None:
-        """Return the next undelivered message with its executor and the reason, or None."""
+        """Return executor, message and error of the next failed delivery, or None."""
         return self._failures.popleft() if self._failures else None
 
     def forget(self, executor: str) -> None:

@@ -8,10 +8,10 @@ from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeAlias, TypeVar
 
 from cxbridge.errors import ConfigError, CxbridgeError, SkillError
-from cxbridge.skiller.board.protocol import SkillCall
+from cxbridge.skiller.board.protocol import REQUIRED, SkillCall
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
@@ -51,7 +51,7 @@ def split_target(target: str) -> tuple[str, str]:
 def check_executor(executor_class: type[SkillExecutor]) -> type[SkillExecutor]:
     """Check that a class can execute skills, before any skill is requested; return the class.
 
-    :raises SkillError: if it cannot, with file and line.
+    :raises SkillError: if the class has no method ``execute``.
     """
     if executor_class.execute is SkillExecutor.execute:
         raise SkillError(
@@ -86,13 +86,13 @@ def _load_file(file: Path) -> Any:
     except (Exception, SystemExit) as error:  # e.g. sys.exit() in a script must not end the run
         del sys.modules[name]
         line = error.lineno if isinstance(error, SyntaxError) else _find_line(error, file)
-        raise SkillError(f"it does not load: {error_text(error)}", file=file, line=line) from error
+        raise SkillError(f"the file does not load: {error_text(error)}", file=file, line=line) from error
     return module
 
 
 def _find_line(error: BaseException, file: Path) -> int | None:
     line, trace = None, error.__traceback__
-    # the last line of the file itself: the error may come from a library that it calls
+    # the last line of the file itself: the error may come from a library that the file calls
     while trace is not None:
         if trace.tb_frame.f_code.co_filename == str(file):
             line = trace.tb_lineno
@@ -108,7 +108,6 @@ def error_text(error: BaseException) -> str:
 
 
 SettingT = TypeVar("SettingT")
-_REQUIRED: Final[Any] = object()
 
 
 class SkillFailedError(SkillError):
@@ -203,18 +202,18 @@ class SkillExecutor:
         """
         return ()
 
-    def setting(self, name: str, default: SettingT = _REQUIRED) -> SettingT:
+    def setting(self, name: str, default: SettingT = REQUIRED) -> SettingT:
         """Return a setting, which must have the default's type.
 
         :raises ConfigError: if the setting is missing or has the wrong type.
         """
         value: SettingT = self.settings.get(name, default)
-        if value is _REQUIRED:
+        if value is REQUIRED:
             raise ConfigError(f"{type(self).__name__} needs the setting '{name}'")
         # YAML has 1 for 1.0
         if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
             return type(default)(value)
-        if default is not _REQUIRED and not isinstance(value, type(default)):
+        if default is not REQUIRED and not isinstance(value, type(default)):
             type_name = type(default).__name__
             raise ConfigError(f"{type(self).__name__} needs a {type_name} as '{name}', not {value!r}")
         return value

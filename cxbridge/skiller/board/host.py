@@ -3,7 +3,7 @@
 An idle executor answers REQUEST with RESPONSE and is then reserved, until CONFIRM makes it busy, or REJECT or
 a timeout makes it idle again. A busy executor executes one step of its skill per loop, sends FEEDBACK, and
 ends with FINISH.
-An executor serves one master at a time, the one of its ticket.
+An executor serves one master at a time, the master of its ticket.
 """
 
 from __future__ import annotations
@@ -321,7 +321,7 @@ class ExecutorHost(Listener):
         """Send a message to a board; return whether it was delivered.
 
         :param values: the fields after the fields that all messages have.
-        :param ticket: the addressed master; None: that of the present ticket.
+        :param ticket: the ticket of the addressed master; None: the present ticket.
         """
         board, epoch, master = self.ticket if ticket is None else ticket
         try:

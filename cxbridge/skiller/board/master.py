@@ -8,7 +8,7 @@ A master asks (ASKING) until an executor responds, confirms it (CONFIRMED), and 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 from cxbridge.clock import MICROSECONDS
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from cxbridge.skiller.board.delivery import Sender
 
 _NEVER = 2**63 - 1  # later than any time stamp
+_MAX_TIMEOUT_S = 1e9  # 30 years, far within the range of clocks
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,9 +40,12 @@ class Timeouts:
 
         :raises ConfigError: if a value is not positive, or too long for clocks.
         """
-        for name in ("start", "silence", "cancel"):
-            if not 0 < getattr(self, name) <= 1e9:  # noqa: PLR2004 - 30 years, far within the range of clocks
-                raise ConfigError(f"the time-out '{name}' of the skill board must be above 0 seconds")
+        for name, seconds in asdict(self).items():
+            if not 0 < seconds <= _MAX_TIMEOUT_S:
+                raise ConfigError(
+                    f"the timeout '{name}' of the skill board must be above 0 and at most {_MAX_TIMEOUT_S:g} "
+                    "seconds"
+                )
 
 
 class Master:
@@ -169,15 +173,15 @@ class Master:
                 self.deadline_us = max(self._start_deadline_us, now_us)
                 self._enter(MasterState.ASKING)
             else:
-                self._fail(f"{executor} reports that it has never begun")
+                self._fail(f"{executor} reports that it has never begun {self.skill}")
         elif outcome is SkillOutcome.SUCCEEDED:
             self.progress, self.feedback = 1.0, text or self.feedback
             self._enter(MasterState.SUCCEEDED)
         elif outcome is SkillOutcome.CANCELLED and is_cancelling:
             self._enter(MasterState.CANCELLED)
         else:
-            reason = f"{executor} has stopped it" if outcome is SkillOutcome.CANCELLED else "it failed"
-            self._fail(error or reason)
+            verb = "stopped" if outcome is SkillOutcome.CANCELLED else "failed"
+            self._fail(error or f"{executor} has {verb} {self.skill} without a reason")
 
     def handle_loss(self, executor: str) -> None:
         """Handle the loss of an executor."""

@@ -34,7 +34,9 @@ MAX_SKILLS_BYTES: Final = 1023
 """The maximum length in bytes of an executor's list of skills."""
 
 Default = TypeVar("Default")
-_REQUIRED: Final[Any] = object()
+REQUIRED: Final[Any] = object()
+"""The default of a parameter or setting that must not be missing."""
+
 _ENCODER: Final = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
@@ -102,17 +104,17 @@ class SkillCall:
     parameters: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     label: str = ""
 
-    def get(self, name: str, default: Default = _REQUIRED) -> Any | Default:
+    def get(self, name: str, default: Default = REQUIRED) -> Any | Default:
         """Return a parameter.
 
         :raises SkillError: if it is missing and there is no default.
         """
         value = self.parameters.get(name, default)
-        if value is _REQUIRED:
+        if value is REQUIRED:
             raise SkillError(f"{self.skill} needs the parameter '{name}'")
         return value
 
-    def text(self, name: str, default: str = _REQUIRED) -> str:
+    def text(self, name: str, default: str = REQUIRED) -> str:
         """Return a text parameter.
 
         :raises SkillError: if it is missing without default, or not a text.
@@ -122,7 +124,7 @@ class SkillCall:
             raise SkillError(f"{self.skill}: the parameter '{name}' must be a string, not {value!r}")
         return value
 
-    def number(self, name: str, default: float = _REQUIRED) -> float:
+    def number(self, name: str, default: float = REQUIRED) -> float:
         """Return a numeric parameter.
 
         :raises SkillError: if it is missing without default, or not a finite number.
@@ -136,6 +138,7 @@ class SkillCall:
 def check_name(kind: str, name: str) -> str:
     """Return the name if it fits into messages.
 
+    :param kind: the kind of name with its article, for the error.
     :raises SkillError: if it is empty, too long, contains NUL, or cannot be encoded in UTF-8.
     """
     try:

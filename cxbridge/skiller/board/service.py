@@ -50,7 +50,7 @@ class BoardSkiller(InterfaceSkiller):
         self.publish()
 
     def publish(self) -> None:
-        """Write the outcome of the skill string when all masters have succeeded, or one has not."""
+        """Write the outcome of the skill string after the first failure or the last success."""
         masters = self._masters
         failure = next(
             (master for master in masters if master.state in (MasterState.FAILED, MasterState.CANCELLED)),

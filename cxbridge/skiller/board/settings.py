@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 TREE = "/skill-board"
 _BOARD_KEYS = ("name", "in-process", "timeouts", "agents")
-_TIMEOUT_KEYS = ("start", "silence", "cancel")
+_DEFAULT_TIMEOUTS = asdict(Timeouts())
 _AGENT_KEYS = ("skiller", "executors")
 
 
@@ -103,18 +103,19 @@ class ExecutorSettings:
         """Return whether executors of a program replace this executor.
 
         :param skills: the skills of the program's executors.
-        :raises SkillError: if they replace only some of its skills.
+        :raises SkillError: if the program's executors replace only some skills of this executor.
         """
         own_skills = self.skills()
-        replaced = [skill for skill in own_skills if skill in skills]
-        if replaced and len(replaced) < len(own_skills):
-            # one executor executes one skill at a time, so that half of its skills cannot move to another
-            names, replaced_names = ", ".join(own_skills), ", ".join(replaced)
+        replaced_skills = [skill for skill in own_skills if skill in skills]
+        if replaced_skills and len(replaced_skills) < len(own_skills):
+            # an executor executes one skill at a time, but two executors with half of its skills would
+            # execute two skills at once
+            names, replaced_names = ", ".join(own_skills), ", ".join(replaced_skills)
             raise SkillError(
                 f"{self.name} executes {names}: {replaced_names} alone cannot be replaced",
                 hint="replace all of its skills",
             )
-        return bool(replaced)
+        return bool(replaced_skills)
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,14 +149,13 @@ class BoardSettings:
         :param folder: the base of relative files.
         :raises ConfigError: if a key or value is unknown, missing or invalid, with file and line.
         """
-        names = config.keys(TREE)
-        if not names:
+        if not config.keys(TREE):
             return None
         _refuse_unknown(config, TREE, _BOARD_KEYS)
-        _refuse_unknown(config, f"{TREE}/timeouts", _TIMEOUT_KEYS)
+        _refuse_unknown(config, f"{TREE}/timeouts", tuple(_DEFAULT_TIMEOUTS))
         agents = tuple(_read_agent(config, name, folder) for name in config.keys(f"{TREE}/agents"))
         if not agents:
-            raise config.error(TREE, "the skill board has no agents", "name one: agents: {robot1: {}}")
+            raise config.error(TREE, "the skill board has no agents", "name an agent: agents: {robot1: {}}")
         return cls(
             name=config.get_str(f"{TREE}/name", default=DEFAULT_BOARD),
             in_process=config.get_bool(f"{TREE}/in-process", default=True),
@@ -168,14 +168,13 @@ class BoardSettings:
     ) -> Self:
         """Return the settings with additional executor classes for each agent.
 
-        They replace configured executors of the same skills.
+        The classes replace configured executors of the same skills.
 
         :param executor_classes: the additional classes.
         :param skillers: the ids of the SkillerInterfaces. Without configured agents, each becomes an agent.
         :raises SkillError: if a configured executor has only some of these skills.
         """
         skills = {skill for executor_class in executor_classes for skill in executor_class.skills}
-        added = {executor_class.__name__: executor_class for executor_class in executor_classes}
         return replace(
             self,
             in_process=True,
@@ -189,8 +188,8 @@ class BoardSettings:
                             if self.in_process and not executor.is_replaced_by(skills)
                         ),
                         *(
-                            ExecutorSettings(f"{agent.name}-{name}", executor_class)
-                            for name, executor_class in added.items()
+                            ExecutorSettings(f"{agent.name}-{executor_class.__name__}", executor_class)
+                            for executor_class in executor_classes
                         ),
                     ),
                 )
@@ -205,9 +204,10 @@ class BoardSettings:
 
 
 def _read_timeouts(config: Configuration) -> Timeouts:
-    defaults, tree = Timeouts(), f"{TREE}/timeouts"
+    tree = f"{TREE}/timeouts"
     values = {
-        name: config.get_float(f"{tree}/{name}", default=getattr(defaults, name)) for name in _TIMEOUT_KEYS
+        name: config.get_float(f"{tree}/{name}", default=default)
+        for name, default in _DEFAULT_TIMEOUTS.items()
     }
     try:
         return Timeouts(**values)

@@ -1,7 +1,4 @@
-"""The executors on the blackboard and their states, as far as the skill board has read them.
-
-The blackboard reports events in any thread; they are queued and handled in the thread of the board.
-"""
+"""The executors on the blackboard and their states, as far as the skill board has read them."""
 
 from __future__ import annotations
 
@@ -59,7 +56,7 @@ class ExecutorWatch(Listener, Observer):
         self._board = board
         self._log = log
         self._owner = owner
-        self._events: deque[tuple[str, str]] = deque()
+        self._events: deque[tuple[str, str]] = deque()  # "there", "wrote" or "gone", and the executor
         self._instances: dict[str, Any] = {}
         self._infos: dict[str, ExecutorInfo] = {}
         self._agents: dict[str, dict[str, ExecutorInfo]] = {}
@@ -132,7 +129,7 @@ class ExecutorWatch(Listener, Observer):
         instance.read()
         agent = instance.agent
         if not agent or not instance.has_writer:
-            return  # it has published nothing yet, or has ended and the next event reports that
+            return  # the executor has published nothing yet, or has ended, which the next event reports
         state = _STATES.get(enum_name(instance.state))
         if state is None:
             self._log.warn(f"the executor {executor} is in an unknown state: {enum_name(instance.state)}")

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from cxbridge.interfaces.instance import Interface
     from cxbridge.interfaces.schema import FieldSchema
 
-_Key = tuple[str, str, bool]
+_Key = tuple[str, str, bool]  # type and id of an interface, and whether it is open for writing
 
 
 class InterfacePool:
@@ -244,6 +244,7 @@ class BoardAccess:
 def _convert_value(value: Any) -> Any:
     if isinstance(value, str):
         return to_lua(value)
+    # an item of an enum becomes a plain number
     return int(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 

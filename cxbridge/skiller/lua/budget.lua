@@ -19,7 +19,11 @@ local DEEP, TOP = 200, 12
 
 local processor_time, match, sub, format = core.native.os.clock, core.native.string.match, core.native.string.sub,
                                            core.native.string.format
-local remaining, deadline, step, ticks, heap, much = 0, 0, STEP, 0, 0, 0
+-- Of the present call: the remaining instructions; the end in processor time (before the first check of the clock, the
+-- seconds of the call); the instructions to the next check of the budget, and the number of these checks to the next check
+-- of the clock; the memory at the last check in KiB, and the memory from which each check also checks the clock.
+local remaining, deadline, step, ticks, heap, large_heap = 0, 0, STEP, 0, 0, 0
+-- The error of an exhausted budget, else false; and the processor time of the first check of the clock.
 local exhausted, began = false, nil
 
 local budget = {}
@@ -71,7 +75,7 @@ local function count()
         if heap - before > LARGE_KIB then
             step = FINE_STEP
             sethook(count, "", FINE_STEP)
-        elseif ticks > 0 and heap < much then
+        elseif ticks > 0 and heap < large_heap then
             return
         end
     end
@@ -119,12 +123,13 @@ local function with_traceback(problem)
     return traceback(text_of(problem), 2)
 end
 
--- because xpcall of Lua 5.1 passes no arguments
+-- The function and arguments of the present call, because xpcall of Lua 5.1 passes no arguments.
 local pending = {}
 local function call_pending()
     return pending[1](pending[2], pending[3], pending[4], pending[5])
 end
 
+-- The rest of the budget of the present loop
 local left_instructions, left_seconds = limits.instructions_per_loop, limits.seconds_per_loop
 
 --- Begin a loop: all calls until the next loop share a budget.
@@ -136,7 +141,7 @@ local function arm(instructions, seconds, fn, a, b, c, d)
     pending[1], pending[2], pending[3], pending[4], pending[5] = fn, a, b, c, d
     remaining, exhausted, step, ticks = instructions, false, STEP, STEPS_TO_CLOCK
     heap = collectgarbage("count")
-    much = heap + MUCH_KIB
+    large_heap = heap + MUCH_KIB
     deadline, began = seconds, nil
 end
 

@@ -23,7 +23,7 @@ for _, kind in ipairs {"float", "uint", "int", "bool", "string"} do
     config["is_" .. kind] = function(_, path) return checked(host.config_is(path, kind)) end
     config["get_" .. kind .. "_or_default"] = function(self, path, default)
         if not self:exists(path) then return default end
-        local result = value(path, kind)
+        local result = value(path, kind) -- no tail call, as above
         return result
     end
 end

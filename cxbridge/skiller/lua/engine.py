@@ -19,7 +19,7 @@ from cxbridge.skiller.lua.limits import Limits
 from cxbridge.skiller.lua.modulepath import ModulePath
 from cxbridge.skiller.lua.placeaccess import make_place_functions
 from cxbridge.skiller.lua.state import HostTable, LuaState
-from cxbridge.skiller.skillstring import ONLY_FAWKES, LuaCall
+from cxbridge.skiller.skillstring import ONLY_FAWKES, LuaCall, format_place
 from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
@@ -142,17 +142,17 @@ class LuaEngine:
         :returns: the mistakes in the calls; empty if there are none.
         """
         make_table = self._state.table
-        prepared = make_table(
+        call_tables = make_table(
             {number: _make_call_table(call, make_table) for number, call in enumerate(calls, start=1)}
         )
-        ok, unknown = self._call("prepare", prepared)[:2]
+        ok, problem = self._call("prepare", call_tables)[:2]
         if ok:
             return ""
-        if not isinstance(unknown, int | float):
-            return str(unknown)
-        call = calls[int(unknown) - 1]
-        position = f"column {call.column}" if call.line == 1 else f"line {call.line}, column {call.column}"
-        return f"{position}: there is no skill '{call.name}'; {ONLY_FAWKES}"
+        # the number of the first call of a missing skill, or the text of another error
+        if not isinstance(problem, int | float):
+            return str(problem)
+        call = calls[int(problem) - 1]
+        return f"{format_place(call.line, call.column)}: there is no skill '{call.name}'; {ONLY_FAWKES}"
 
     def compile(self, skill_string: str) -> str:
         """Compile a skill string as Lua code for :meth:`run`.

@@ -54,7 +54,7 @@ function FSM:set_error(text)
     if text and text ~= "" then log.warn("FSM %s: %s", self.name, text) end
 end
 
-local function select_traces(fsm, wanted)
+local function select_trace_entries(fsm, wanted)
     if not fsm.tracing then return false end
     local found = {}
     for i, entry in ipairs(fsm.trace) do
@@ -65,18 +65,20 @@ end
 
 --- Whether a state was left or entered, and its entries of the trace by index.
 function FSM:traced_state(state)
-    return select_traces(self, function(entry) return entry.from == state or entry.to == state end)
+    return select_trace_entries(self, function(entry) return entry.from == state or entry.to == state end)
 end
 
 --- Whether a transition was taken, and its entries of the trace by index.
 function FSM:traced_trans(transition)
-    return select_traces(self, function(entry) return entry.transition == transition end)
+    return select_trace_entries(self, function(entry) return entry.transition == transition end)
 end
 
 --- Whether a state (or its name) was left or a transition was taken, and its entries of the trace by index.
-function FSM:traced(what)
-    if type(what) == "string" then what = self.states[what] end
-    return select_traces(self, function(entry) return entry.from == what or entry.transition == what end)
+function FSM:traced(subject)
+    if type(subject) == "string" then subject = self.states[subject] end
+    return select_trace_entries(self, function(entry)
+        return entry.from == subject or entry.transition == subject
+    end)
 end
 
 function FSM:reset_trace()
@@ -94,7 +96,7 @@ function FSM:graph() return core.include("graph").fsm(self) end
 
 -- Ticks
 
-local function protected(state, step)
+local function call_protected(state, step)
     state.tested_at = nil
     return xpcall(function() return state[step](state) end, function(problem)
         -- A condition in a text has the line of its transition.
@@ -107,7 +109,7 @@ end
 
 local function note_transition(fsm, target)
     if fsm.tracing then
-        -- A full trace replaces its newest entry, because the first transitions are the interesting ones.
+        -- A full trace replaces its newest entry, because the first transitions explain the later transitions.
         if #fsm.trace > fsm.max_num_traces then table.remove(fsm.trace) end
         table.insert(fsm.trace, {from = fsm.current, transition = fsm.current:last_transition(), to = target})
     end
@@ -124,10 +126,10 @@ end
 function FSM:trans(target)
     while target do
         note_transition(self, target)
-        local left, problem = protected(self.current, "do_exit")
+        local left, problem = call_protected(self.current, "do_exit")
         if not left then self:set_error("Exit exception: " .. tostring(problem)) end
         self.previous, self.current = self.current, target
-        local entered, result = protected(target, "do_init")
+        local entered, result = call_protected(target, "do_init")
         if entered then
             target = result
         elseif target.name == self.fail_state then
@@ -143,7 +145,7 @@ end
 local function start(fsm)
     fsm.current = fsm.states[fsm.start]
     if not fsm.current then error(fsm.defined_at .. "Start state " .. tostring(fsm.start) .. " does not exist", 0) end
-    local entered, result = protected(fsm.current, "do_init")
+    local entered, result = call_protected(fsm.current, "do_init")
     if entered then
         fsm:trans(result)
     else
@@ -161,12 +163,13 @@ local function explain_failure(fsm)
                       "reached fail state " .. fsm.fail_state .. " via unknown transition")
 end
 
---- Run one tick: enter the start state if there is none, then loop the current one, unless it is the fail state.
+--- Run one tick: enter the start state if there is no current state, then loop the current state unless it is the fail
+-- state.
 function FSM:loop()
     self.current_recursion = 0
     if not self.current then start(self) end
     if self.current.name == self.fail_state then return explain_failure(self) end
-    local looped, result = protected(self.current, "do_loop")
+    local looped, result = call_protected(self.current, "do_loop")
     if not looped then
         self:set_error("Loop exception: " .. tostring(result))
         result = self.states[self.fail_state]

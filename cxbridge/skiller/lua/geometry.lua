@@ -214,12 +214,12 @@ end
 Quaternion.__mul = product
 Quaternion.__eq = function(a, b) return a[1] == b[1] and a[2] == b[2] and a[3] == b[3] and a[4] == b[4] end
 
-local function rotated(q, v)
+local function rotate(q, v)
     local r = product(product(q, {v[1], v[2], v[3], 0}), {-q[1], -q[2], -q[3], q[4]})
     return vector(r[1], r[2], r[3])
 end
 
-function Vector3:rotate(axis, angle) return rotated(Quaternion:new(axis, angle), self) end
+function Vector3:rotate(axis, angle) return rotate(Quaternion:new(axis, angle), self) end
 
 --- The angle about z.
 function geometry.get_yaw(q)
@@ -262,13 +262,13 @@ function Transform:setIdentity() Transform.construct(self) end
 
 function Transform:set_data(other) Transform.construct(self, other) end
 
-local function after(t, v)
-    local r = rotated(t.rotation, v)
+local function apply(t, v)
+    local r = rotate(t.rotation, v)
     return vector(r[1] + t.origin[1], r[2] + t.origin[2], r[3] + t.origin[3])
 end
 
 function Transform:mult(t1, t2)
-    local origin, rotation = after(t1, t2.origin), product(t1.rotation, t2.rotation)
+    local origin, rotation = apply(t1, t2.origin), product(t1.rotation, t2.rotation)
     self.origin, self.rotation = origin, rotation
 end
 
@@ -279,14 +279,14 @@ Transform.__mul = function(t, other)
         result:mult(t, other)
         return result
     end
-    return other[4] and product(t.rotation, other) or after(t, other)
+    return other[4] and product(t.rotation, other) or apply(t, other)
 end
 
 Transform.__eq = function(a, b) return a.origin == b.origin and a.rotation == b.rotation end
 
 function Transform:inverse()
     local back = self.rotation:inverse()
-    local o = rotated(back, self.origin)
+    local o = rotate(back, self.origin)
     return Transform:new(back, vector(-o[1], -o[2], -o[3]))
 end
 

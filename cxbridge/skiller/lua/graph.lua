@@ -8,21 +8,21 @@ local graph = {direction = "TB", coloured = true}
 -- The dot language
 
 -- A cache, because the graphs of a machine repeat the same texts, and quoting is most of the work.
-local function remembering(fn)
-    local known, count = {}, 0
+local function cached(fn)
+    local results, count = {}, 0
     return function(text)
         if text ~= text then return fn(text) end -- NaN is not a key
-        local result = known[text]
+        local result = results[text]
         if not result then
-            if count >= 1000 then known, count = {}, 0 end
+            if count >= 1000 then results, count = {}, 0 end
             result = fn(text)
-            known[text], count = result, count + 1
+            results[text], count = result, count + 1
         end
         return result
     end
 end
 
-local quote = remembering(function(text)
+local quote = cached(function(text)
     text = tostring(text)
     local quoted = string.format("%q", text)
     -- \n in labels belongs to dot, so a backslash is doubled only before a quote.
@@ -30,7 +30,7 @@ local quote = remembering(function(text)
     return (quoted:gsub("\\\\", "\\"))
 end)
 
-local node_name = remembering(function(name)
+local node_name = cached(function(name)
     return name:match("^[%w_]+$") and name or string.format("%q", name)
 end)
 
@@ -156,7 +156,7 @@ local function look_of_state(fsm, traced, state, attr, label)
     merge(attr, state.dotattr)
     if label then attr.label = label end
     if is_end(fsm, name) then
-        -- one after the other, because a constructor would insert them in another order
+        -- single assignments, because a constructor would insert the attributes in another order
         attr.shape = "doubleoctagon"
         attr.style = "solid,filled"
         attr.penwidth = "1.0"
@@ -202,7 +202,7 @@ end
 
 local draw
 
-local function prefixed(prefix, name) return prefix and prefix .. "_" .. name or name end
+local function add_prefix(prefix, name) return prefix and prefix .. "_" .. name or name end
 
 local function draw_inner_machine(drawing, prefix, state, counter)
     local inner, name = state.subfsm, state.subfsm.name
@@ -212,17 +212,17 @@ local function draw_inner_machine(drawing, prefix, state, counter)
         counter.n = counter.n + 1
     end
     draw(inner, add_cluster(drawing, name, inner.name, "#f4f4f4"), inner_prefix, counter)
-    add_edge(drawing, prefixed(prefix, state.name), prefixed(inner_prefix, inner.start))
+    add_edge(drawing, add_prefix(prefix, state.name), add_prefix(inner_prefix, inner.start))
     for _, ends in ipairs {{inner.exit_state or false, state.exit_to}, {inner.fail_state or false, state.fail_to}} do
         if ends[1] and ends[2] then
-            add_edge(drawing, prefixed(inner_prefix, ends[1]), prefixed(prefix, ends[2]))
+            add_edge(drawing, add_prefix(inner_prefix, ends[1]), add_prefix(prefix, ends[2]))
         end
     end
 end
 
 -- Machines in a list are drawn, machines with names are not, as in Fawkes.
 local function draw_inner_machines(drawing, prefix, state, counter)
-    local hub = prefixed("g" .. counter.n, "RUN_SUBFSMS")
+    local hub = add_prefix("g" .. counter.n, "RUN_SUBFSMS")
     local cluster = add_cluster(drawing, "cluster_" .. counter.n, state.name, "#f8f8ff")
     counter.n = counter.n + 1
     set(add_node(cluster, hub), "label", "RUN_SUBFSMS")
@@ -234,12 +234,12 @@ local function draw_inner_machines(drawing, prefix, state, counter)
             "fontweight", "bold", "labeljust", "r")
         table.insert(cluster.inner, drawn)
         draw(inner, drawn, inner_prefix, counter)
-        set(add_edge(cluster, hub, prefixed(inner_prefix, inner.start)), "lhead", name, "arrowhead", "dot", "label",
+        set(add_edge(cluster, hub, add_prefix(inner_prefix, inner.start)), "lhead", name, "arrowhead", "dot", "label",
             "uses", "style", "dashed")
     end
-    add_edge(drawing, prefixed(prefix, state.name), hub)
-    if state.exit_to then set(add_edge(drawing, hub, prefixed(prefix, state.exit_to)), "label", "FSMs succeeded") end
-    if state.fail_to then set(add_edge(drawing, hub, prefixed(prefix, state.fail_to)), "label", "FSM failed") end
+    add_edge(drawing, add_prefix(prefix, state.name), hub)
+    if state.exit_to then set(add_edge(drawing, hub, add_prefix(prefix, state.exit_to)), "label", "FSMs succeeded") end
+    if state.fail_to then set(add_edge(drawing, hub, add_prefix(prefix, state.fail_to)), "label", "FSM failed") end
 end
 
 local function shown_states(fsm)
@@ -255,11 +255,11 @@ end
 function draw(fsm, drawing, prefix, counter)
     merge(drawing.attr, fsm.dotattr)
     local first = assert(fsm.states[fsm.start], "FSM grapher: No start node set for FSM or start node not created")
-    look_of_start(fsm, first, add_node(drawing, prefixed(prefix, fsm.start)), prefix and fsm.start)
+    look_of_start(fsm, first, add_node(drawing, add_prefix(prefix, fsm.start)), prefix and fsm.start)
     local shown, traced = shown_states(fsm), traces(fsm)
     for name, state in pairs(shown) do
         if name ~= fsm.start then
-            look_of_state(fsm, traced, state, add_node(drawing, prefixed(prefix, name)), prefix and name)
+            look_of_state(fsm, traced, state, add_node(drawing, add_prefix(prefix, name)), prefix and name)
         end
         if state.subfsm then draw_inner_machine(drawing, prefix, state, counter) end
         if state.subfsms then draw_inner_machines(drawing, prefix, state, counter) end
@@ -269,7 +269,7 @@ function draw(fsm, drawing, prefix, counter)
             local to = transition.state.name
             if to and shown[to] and not transition.hide and not own then
                 look_of_transition(fsm, traced, state, transition,
-                                   add_edge(drawing, prefixed(prefix, name), prefixed(prefix, to)))
+                                   add_edge(drawing, add_prefix(prefix, name), add_prefix(prefix, to)))
             end
         end
     end

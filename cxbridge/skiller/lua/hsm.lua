@@ -18,11 +18,11 @@ function HSM:new_state() error("Only jump states can be created for a HSM") end
 local function apply_defaults(hsm, state)
     if state.name == hsm.exit_state or state.name == hsm.fail_state then return end
     for i, default in ipairs(hsm.default_transitions) do
-        local there = default.state == state.name
+        local is_present = default.state == state.name
         for _, transition in ipairs(state.transitions) do
-            there = there or transition.deftransindex == i
+            is_present = is_present or transition.deftransindex == i
         end
-        if not there then
+        if not is_present then
             log.info("Adding transition %s -> %s (%s, %s)", state.name, default.state,
                      tostring(default.jumpcond), tostring(default.description or ""))
             local transition = state:add_new_transition(default.state, default.jumpcond, default.description)

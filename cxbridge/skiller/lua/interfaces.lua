@@ -60,9 +60,9 @@ local envelope = {
     type = function(self) return self.__type end,
     sender_thread_name = function(self) return self.__envelope.sender_thread_name or "" end,
 }
-for _, who in ipairs {"sender_id", "source_id"} do
-    envelope[who] = function(self)
-        local serial = self.__envelope[who] or ""
+for _, field in ipairs {"sender_id", "source_id"} do
+    envelope[field] = function(self)
+        local serial = self.__envelope[field] or ""
         return {get_string = function() return serial end}
     end
 end

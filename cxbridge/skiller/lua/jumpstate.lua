@@ -70,17 +70,17 @@ end
 
 --- Make a transition without adding it.
 function JumpState:create_transition(target, condition, description, message)
-    local what = string.format(" while adding '%s'", tostring(description))
-    assert(target, self.name .. ": Follow state is nil" .. what)
+    local context = string.format(" while adding '%s'", tostring(description))
+    assert(target, self.name .. ": Follow state is nil" .. context)
     assert(type(target) == "string" or target.name,
-           self.name .. ": Follow state does not have a valid name" .. what)
-    assert(condition ~= nil, self.name .. ": Jump condition is nil" .. what)
-    local fires = condition
+           self.name .. ": Follow state does not have a valid name" .. context)
+    assert(condition ~= nil, self.name .. ": Jump condition is nil" .. context)
+    local test = condition
     if type(condition) == "string" then
-        fires = compile(self, condition)
+        test = compile(self, condition)
         description = description or condition
     elseif condition == true then
-        fires = JumpState.jumpcond_true
+        test = JumpState.jumpcond_true
         description = description or "Unconditional"
     elseif condition == false then
         error(self.name .. ": adding a jump condition for false does not make any sense, it would never fire")
@@ -88,7 +88,7 @@ function JumpState:create_transition(target, condition, description, message)
         error(self.name .. ": type of jump condition must be function, string or boolean")
     end
     local place = type(condition) == "string" and core.place_in_skill() or nil
-    return {state = target, jumpcond = fires, description = description, error = message, place = place}
+    return {state = target, jumpcond = test, description = description, error = message, place = place}
 end
 
 local function add(state, transition, phase)
@@ -187,7 +187,7 @@ local function fire(state, transition)
 end
 
 --- Return the target of the first transition whose condition is true; nil without such a transition.
--- @param before_init true to test the preconditions, else the others
+-- @param before_init true to test the preconditions, else the conditions that are tested after init
 function JumpState:try_transitions(before_init)
     local phase = before_init and "pre" or "post"
     for _, transition in ipairs(self.transitions) do

@@ -45,9 +45,9 @@ local OneSkillState = subclass(SkillJumpState)
 
 function OneSkillState:prepare_arguments()
     local skill = self.skills[1][1].name
-    local given = self.args
-    if given[skill] and next(given[skill]) == nil then given[skill] = nil end
-    if next(given) ~= nil and not given[skill] then self.args = {[skill] = given} end
+    local args = self.args
+    if args[skill] and next(args[skill]) == nil then args[skill] = nil end
+    if next(args) ~= nil and not args[skill] then self.args = {[skill] = args} end
 end
 
 oldstyle.WaitState = WaitState

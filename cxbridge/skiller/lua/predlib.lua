@@ -7,8 +7,8 @@ local predlib = {}
 local libraries = {}
 
 local function find(library, module, name)
-    local known = library.visible[name]
-    if known ~= nil then return known end
+    local dependency = library.visible[name]
+    if dependency ~= nil then return dependency end
     if type(name) == "string" and name:match("^depends_") then return nil end
     local predicate = library.predicates[name]
     assert(predicate, string.format("Predicate %s is not available in module %s", tostring(name), module._NAME))
@@ -60,13 +60,13 @@ function predlib.get_predfunc(module, name)
     return metatable.predicates[name]
 end
 
---- Check the interfaces of a library, which the library opens itself.
+--- Check that a module is a library; a library opens its interfaces itself.
 function predlib.setup(module)
     if type(module) == "string" then module = core.require(module) end
     assert(getmetatable(module), "Predicate library not properly initialized using predlib.module_init")
 end
 
---- Clear the values at the begin of a loop.
+--- Clear the values at the start of a loop.
 function predlib.reset()
     for _, library in pairs(libraries) do
         for name in pairs(library.predicates) do rawset(library.module, name, nil) end

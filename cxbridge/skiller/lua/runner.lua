@@ -50,7 +50,7 @@ function runner.load(space)
     return ok, ok and "" or problem
 end
 
---- Set the calls of skills for each loop: a list of {name=, n=number of arguments, arguments...}.
+--- Set the calls of skills for each loop: a list of {name=, count=number of arguments, arguments...}.
 -- @return true, or false and the number of the first call of a missing skill
 function runner.prepare(calls)
     chunk = nil

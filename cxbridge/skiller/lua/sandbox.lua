@@ -14,13 +14,13 @@ local originals, stand_ins = setmetatable({}, {__mode = "k"}), setmetatable({}, 
 local stand_in_for, call_original
 
 --- The arguments of a call: copies of plain data, and the objects of proxies.
-local function taken(value, depth)
+local function to_original(value, depth)
     local kind = type(value)
     if originals[value] ~= nil then return originals[value] end
     if kind == "table" then
         if depth >= DEEPEST then error("too many tables in each other", 0) end
         local copied = {}
-        for key, item in next, value do copied[taken(key, depth + 1)] = taken(item, depth + 1) end
+        for key, item in next, value do copied[to_original(key, depth + 1)] = to_original(item, depth + 1) end
         return copied
     end
     if kind == "function" or kind == "userdata" then
@@ -29,18 +29,18 @@ local function taken(value, depth)
     return value
 end
 
-local function each(convert, count, ...)
+local function convert_all(convert, count, ...)
     local values = {...}
     for i = 1, count do values[i] = convert(values[i], 0) end
     return unpack(values, 1, count)
 end
 
-local function all_taken(...) return each(taken, select("#", ...), ...) end
+local function to_originals(...) return convert_all(to_original, select("#", ...), ...) end
 
-local function all_given(...) return each(stand_in_for, select("#", ...), ...) end
+local function to_stand_ins(...) return convert_all(stand_in_for, select("#", ...), ...) end
 
 local function forward(operation)
-    return function(a, b) return stand_in_for(operation(taken(a, 0), taken(b, 0))) end
+    return function(a, b) return stand_in_for(operation(to_original(a, 0), to_original(b, 0))) end
 end
 
 local metatable = {
@@ -54,21 +54,20 @@ local metatable = {
     __metatable = "locked",
 }
 
-function call_original(callee, ...) return all_given(callee(all_taken(...))) end
+function call_original(callee, ...) return to_stand_ins(callee(to_originals(...))) end
 
 function stand_in_for(value)
     local kind = type(value)
     if kind ~= "table" and kind ~= "function" and kind ~= "userdata" or originals[value] ~= nil then return value end
-    local known = stand_ins[value]
-    if known then return known end
-    local made
+    if stand_ins[value] then return stand_ins[value] end
+    local stand_in
     if kind == "function" then
-        made = function(...) return call_original(value, ...) end
+        stand_in = function(...) return call_original(value, ...) end
     else
-        made = setmetatable({}, metatable)
+        stand_in = setmetatable({}, metatable)
     end
-    originals[made], stand_ins[value] = value, made
-    return made
+    originals[stand_in], stand_ins[value] = value, stand_in
+    return stand_in
 end
 
 -- Skills: their names, documentation and calls
@@ -78,7 +77,7 @@ local names = setmetatable({}, {__mode = "k"})
 local function callable(name)
     local shown = {name = name, documentation = skillenv.get_skill_module(name).documentation}
     local made = setmetatable({}, {
-        __call = function(_, ...) return all_given(skillenv.call_skill(name, all_taken(...))) end,
+        __call = function(_, ...) return to_stand_ins(skillenv.call_skill(name, to_originals(...))) end,
         __index = function(_, key) return shown[key] end,
         __newindex = function(_, key) error("cannot change " .. tostring(key) .. " of a skill from a skill string", 2) end,
         __metatable = "locked",

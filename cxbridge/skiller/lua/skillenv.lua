@@ -239,10 +239,10 @@ function skillenv.has_skill(name) return by_name[name] ~= nil end
 --- Call a skill as a skill string does: its result counts for the overall status.
 function skillenv.call_skill(name, ...) return call_from_skill_string(by_name[name], ...) end
 
-local function fresh(value)
+local function copy_of(value)
     if type(value) ~= "table" then return value end
     local copy = {}
-    for key, item in pairs(value) do copy[key] = fresh(item) end
+    for key, item in pairs(value) do copy[key] = copy_of(item) end
     return copy
 end
 
@@ -250,9 +250,9 @@ end
 function skillenv.run_calls(calls)
     for _, call in ipairs(calls) do
         if call.count == 1 then
-            call_from_skill_string(by_name[call.name], fresh(call[1]))
+            call_from_skill_string(by_name[call.name], copy_of(call[1]))
         else
-            call_from_skill_string(by_name[call.name], unpack(fresh(call), 1, call.count))
+            call_from_skill_string(by_name[call.name], unpack(copy_of(call), 1, call.count))
         end
     end
 end

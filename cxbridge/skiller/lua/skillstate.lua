@@ -23,14 +23,14 @@ end
 
 -- The labels of the state's own transitions, which precede all other transitions.
 function SkillJumpState:set_transition_labels()
-    local some = #self.skills > 0
+    local has_skills = #self.skills > 0
     self.skill_names = names(self, ", ")
     if self.failure_transition then
-        self.failure_transition.description = some and names(self, " or ") .. " failed" or "Skills failed"
+        self.failure_transition.description = has_skills and names(self, " or ") .. " failed" or "Skills failed"
     end
     local outcome = self.failure_transition and " succeeded" or " done"
-    self.final_transition.description = some and names(self, " and ") .. outcome or "Skills succeeded"
-    if some then self.dotattr.comment = self.skill_names end
+    self.final_transition.description = has_skills and names(self, " and ") .. outcome or "Skills succeeded"
+    if has_skills then self.dotattr.comment = self.skill_names end
     self.fsm:mark_changed()
 end
 
@@ -50,11 +50,11 @@ function SkillJumpState:new(definition)
     resolve(definition)
     local state = JumpState.new(self, definition)
     state.skill_status = status.S_RUNNING
-    local joined = state.final_to == state.fail_to
+    local has_one_target = state.final_to == state.fail_to
     state.final_transition = own_transition(
-        state, state.final_to, joined and self.jumpcond_skill_done or self.jumpcond_skill_final, "final",
+        state, state.final_to, has_one_target and self.jumpcond_skill_done or self.jumpcond_skill_final, "final",
         state.fintrans_dotattr)
-    if not joined then
+    if not has_one_target then
         state.failure_transition = own_transition(
             state, state.fail_to, self.jumpcond_skill_failed, "failure", state.failtrans_dotattr)
     end
@@ -100,9 +100,9 @@ local function collect_arguments(state)
     end
     for _, entry in ipairs(state.skills) do
         local args = defaults_of(entry)
-        local given = state.args[entry[1]] or state.args[entry[1].name]
-        if type(given) == "table" then
-            for name, value in pairs(given) do args[name] = value end
+        local overrides = state.args[entry[1]] or state.args[entry[1].name]
+        if type(overrides) == "table" then
+            for name, value in pairs(overrides) do args[name] = value end
         end
         entry.__args = args
     end

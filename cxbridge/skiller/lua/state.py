@@ -102,7 +102,7 @@ class LuaState:
             self._limit_memory()
             return False, str(error)
         if not isinstance(result, tuple):
-            return result, ""
+            return result, ""  # callers expect a second value, such as an error
         if result[0] is False:
             self._limit_memory()
         return result

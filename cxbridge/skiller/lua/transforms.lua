@@ -37,7 +37,7 @@ function tf:lookup_transform(target, second, third, source_time, fixed, into)
     fill(source_time or third, target, second, checked(host.tf_lookup(target, second, microseconds(at))))
 end
 
-local function found(target, target_time, value, fixed)
+local function find_transform(target, target_time, value, fixed)
     local transform = geometry.StampedTransform:new()
     if fixed then
         tf:lookup_transform(target, target_time, value.frame_id, value.stamp, fixed, transform)
@@ -52,7 +52,7 @@ local function transformer(apply)
     return function(_, target, second, third, fixed, into)
         local value, target_time, out = second, nil, third
         if fixed then value, target_time, out = third, second, into end
-        local transform = found(target, target_time, value, fixed)
+        local transform = find_transform(target, target_time, value, fixed)
         out:set_data(apply(transform, value))
         out.stamp, out.frame_id = Time:new(transform.stamp), target
     end

@@ -11,7 +11,7 @@ local utilities = {}
 
 local tfutils = {}
 
-local function moved(name, pose, from, to)
+local function transform_pose(name, pose, from, to)
     if not tf:can_transform(from, to, Time:new(0, 0)) then
         log.error("tfutils.%s: Transform from %s to %s unavailable", name, tostring(from), tostring(to))
         return nil
@@ -25,7 +25,7 @@ end
 function tfutils.transform(position, from, to)
     local rotation = geometry.create_quaternion_from_yaw(position.ori)
     local pose = geometry.Pose:new(rotation, geometry.Vector3:new(position.x, position.y, 0))
-    local result = moved("transform", pose, from, to)
+    local result = transform_pose("transform", pose, from, to)
     if not result then return nil end
     local origin = result:getOrigin()
     return {x = origin:x(), y = origin:y(), ori = geometry.get_yaw(result), frame = to}
@@ -41,7 +41,7 @@ function tfutils.is_pose(value) return geometry.type_of(value):match("::Pose$") 
 -- type, but for a Pose it is a StampedPose; nil without a transform.
 function tfutils.transform6D(position, from, to)
     if tfutils.is_stamped_pose(position) or tfutils.is_pose(position) then
-        return moved("transform6D", position, from, to)
+        return transform_pose("transform6D", position, from, to)
     end
     if type(position) ~= "table" or type(position.ori) ~= "table" then
         log.error("tfutils.transform6D: invalid input data: %s", geometry.type_of(position))
@@ -50,7 +50,7 @@ function tfutils.transform6D(position, from, to)
     local ori, plain = position.ori, not tfutils.is_quaternion(position.ori)
     if plain then ori = geometry.Quaternion:new(ori.x, ori.y, ori.z, ori.w) end
     local pose = geometry.Pose:new(ori, geometry.Vector3:new(position.x, position.y, position.z))
-    local result = moved("transform6D", pose, from, to)
+    local result = transform_pose("transform6D", pose, from, to)
     if not result then return nil end
     local origin, q = result:getOrigin(), result:getRotation()
     return {
@@ -83,7 +83,7 @@ function lines.center(line)
                                     {x = line:end_point_2(0), y = line:end_point_2(1)}, line:bearing())
 end
 
---- The point at a distance before a centre, turned towards it.
+--- The point at a distance before a centre, turned towards the centre.
 function lines.point_in_front(center, distance)
     return {
         x = center.x - math.cos(center.ori) * distance, y = center.y - math.sin(center.ori) * distance,

@@ -40,13 +40,13 @@ class Outcome:
         """Whether the skill fails."""
         return self.status is not Status.S_FINAL
 
-    def take_duration(self, usual: Outcome) -> Outcome:
+    def take_duration(self, usual_outcome: Outcome) -> Outcome:
         """Return this outcome with the duration of a usual outcome; a success becomes the usual outcome."""
         # a failure takes its share of the usual duration, which then includes the share
-        seconds = None if usual.seconds is None else usual.seconds * self.share
-        then = self.then or usual.then
+        seconds = None if usual_outcome.seconds is None else usual_outcome.seconds * self.share
+        then = self.then or usual_outcome.then
         if not self.failed:
-            return replace(usual, then=then)
+            return replace(usual_outcome, then=then)
         return replace(self, seconds=seconds, share=self.share if seconds is None else 1.0, then=then)
 
 
@@ -66,12 +66,12 @@ class Decider(ABC):
 def decide_outcome(deciders: Iterable[Decider], call: SkillStringCall) -> Outcome | None:
     """Return how a starting call will end; None if no decider knows."""
     # an outcome without duration, e.g. an injected failure, needs the duration of the next decider
-    decided: Outcome | None = None
+    decision: Outcome | None = None
     for decider in sorted(deciders, key=lambda decider: -decider.priority):
         outcome = decider.decide(call)
         if outcome is None:
             continue
-        decided = outcome if decided is None else decided.take_duration(outcome)
-        if decided.seconds is not None:
+        decision = outcome if decision is None else decision.take_duration(outcome)
+        if decision.seconds is not None:
             break
-    return decided
+    return decision

@@ -155,7 +155,7 @@ def read_pattern(config: Configuration, path: str, key: str) -> SkillPattern:
                 config,
                 args_path,
                 f"has the pattern '{value}': {error}",
-                "a regular expression for the whole value, e.g. hello .*",
+                "write a regular expression for the whole value, e.g. hello .*",
             ) from None
     return SkillPattern(
         name=config.get_str(f"{path}/{key}/name"),

@@ -91,7 +91,7 @@ class DecidedExecution:
 
 
 def _partial_steps(steps: Steps, share: float) -> Steps:
-    """Yield the steps of an executor until it reports a share of its progress, or ends."""
+    """Yield the steps of an executor up to a share of the reported progress."""
     with closing(steps):
         for progress in steps:
             fraction = progress.fraction if isinstance(progress, Progress) else progress

@@ -7,6 +7,7 @@ It writes the same states as Fawkes' skiller-simulator, except for the differenc
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.clock import MICROSECONDS, Clock
@@ -46,7 +47,7 @@ class SkillerSimulator(InterfaceSkiller):
         self._deciders = deciders or (StaticEstimator(seconds=1.0),)
         self._outcome: Outcome | None = None
         self._outcomes: list[tuple[str, Outcome]] = []  # of the calls, by skill
-        self._effects: list[tuple[float, Effect]] = []
+        self._effects: list[tuple[float, Effect]] = []  # with the seconds from the start, the earliest first
         self._start_us = self._end_us = 0
 
     @property
@@ -83,14 +84,14 @@ class SkillerSimulator(InterfaceSkiller):
         return is_changed
 
     def start(self, skill_string: str) -> None:
-        ends = [(*self._decide(call), call.name) for call in parse_skill_string(skill_string)]
-        self._outcomes = [(skill, outcome) for _, outcome, skill in ends]
+        calls = parse_skill_string(skill_string)
+        ends = [self._decide(call) for call in calls]
+        self._outcomes = [(call.name, outcome) for call, (_, outcome) in zip(calls, ends, strict=True)]
         # the first failure ends simultaneous calls, or the last success
-        failures = [end for end in ends if end[1].failed]
-        decisive_end = (min if failures else max)(failures or ends, key=lambda end: end[0])
-        seconds, self._outcome, _ = decisive_end
-        effects = [(seconds, outcome.then) for seconds, outcome, _ in ends if outcome.then]
-        self._effects = sorted(effects, key=lambda effect: effect[0])
+        failures = [(seconds, outcome) for seconds, outcome in ends if outcome.failed]
+        seconds, self._outcome = (min if failures else max)(failures or ends, key=itemgetter(0))
+        effects = [(effect_s, outcome.then) for effect_s, outcome in ends if outcome.then]
+        self._effects = sorted(effects, key=itemgetter(0))
         self._start_us = self._clock.now_us()
         self._end_us = self._start_us + round(seconds * MICROSECONDS)
         duration = (
@@ -111,8 +112,10 @@ class SkillerSimulator(InterfaceSkiller):
     def _apply_effects(self, now_us: int) -> None:
         """Apply the effects of ended skills."""
         seconds = (min(now_us, self._end_us) - self._start_us) / MICROSECONDS
-        while self._effects and self._effects[0][0] <= seconds:
-            self._effects.pop(0)[1]()
+        due_effects = [effect for effect_s, effect in self._effects if effect_s <= seconds]
+        self._effects = self._effects[len(due_effects) :]
+        for effect in due_effects:
+            effect()
 
     def drop(self) -> None:
         self._outcome = None

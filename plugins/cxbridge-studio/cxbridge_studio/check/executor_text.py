@@ -45,9 +45,9 @@ def parse_skills(target: str, folder: Path) -> tuple[str, ...] | None:
         text = file.read_text("utf-8", "surrogateescape")
         tree = ast.parse(text, str(file))
     except SyntaxError as error:
-        raise SkillError(f"it does not load: {error.msg}", file=file, line=error.lineno) from None
+        raise SkillError(f"the file does not load: {error.msg}", file=file, line=error.lineno) from None
     except (OSError, ValueError, RecursionError, MemoryError) as error:
-        raise SkillError(f"it does not load: {type(error).__name__}: {error}", file=file) from None
+        raise SkillError(f"the file does not load: {type(error).__name__}: {error}", file=file) from None
     classes = {node.name: node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
     if name not in classes and not re.search(rf"\b{re.escape(name)}\b|import \*", text):
         names = ", ".join(definition.name for definition in classes.values() if definition.bases)
