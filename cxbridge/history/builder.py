@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, Final, Self, TypeVar
 
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
@@ -77,7 +77,7 @@ class HistoryLimits:
     text: int = MAX_TEXT
 
 
-UNLIMITED: Final = HistoryLimits(*[sys.maxsize] * 5)
+UNLIMITED: Final = HistoryLimits(*[sys.maxsize] * len(fields(HistoryLimits)))
 
 
 class RunHistory:
@@ -157,21 +157,20 @@ class RunHistory:
         if event.is_unnamed:
             return
         key = event.env, event.goal
-        goal = former = self._goals.get(key)
-        if event.is_new and former is not None:
-            goal = None  # the id is reused
+        former_goal = self._goals.get(key)
+        goal = None if event.is_new else former_goal  # a new goal may reuse an id
         if goal is None:
             if len(self.goals) >= self._limits.goals:
                 return
-            if former is not None:
-                former.replaced_seq = self.event_count
+            if former_goal is not None:
+                former_goal.replaced_seq = self.event_count
             goal = GoalRecord(
                 len(self.goals),
                 event.env,
                 event.goal,
                 event.goal_class,
                 event.sub_type,
-                life=1 if former is None else former.life + 1,
+                life=1 if former_goal is None else former_goal.life + 1,
             )
             self._goals[key] = goal
             self.goals.append(goal)
@@ -199,15 +198,16 @@ class RunHistory:
             action.params = event.params
             assignment = self._assignments.get(key, ActionAssignment())
             # the assignment may belong to the previous plan-action with these ids
-            action.assignment = ActionAssignment(
-                assignment.skiller, split_fields(event.params[1:-1]) or assignment.arguments
-            )
+            event_arguments = split_fields(event.params[1:-1])  # without parentheses
+            action.assignment = ActionAssignment(assignment.skiller, event_arguments or assignment.arguments)
             self._actions[key] = action
             self.actions.append(action)
             if goal is not None:
                 goal.actions.append(action)
-        if event.call and (not action.sent or action.sent[-1][1:] != (event.skiller, event.call)):
-            action.sent.append(SentCall(self.event_count, event.skiller, event.call))
+        sent_call = SentCall(self.event_count, event.skiller, event.call)
+        # later transitions repeat the message
+        if event.call and (not action.sent or action.sent[-1]._replace(seq=sent_call.seq) != sent_call):
+            action.sent.append(sent_call)
         self._append_change(action.changes, ActionChange(*self._moment, event.state))
 
     @staticmethod
@@ -238,7 +238,8 @@ class RunHistory:
             if call is not None and key not in self._last_call:
                 call.env = event.env
                 # a skill that still runs begins at the read, like the skills of later reads
-                call.begin = call.begin if call.end else self._moment
+                if call.end is None:
+                    call.begin = self._moment
                 self._last_call[key] = call
         self._record_status(key, event)
 

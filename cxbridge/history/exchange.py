@@ -99,7 +99,7 @@ class Exchange:
             yield from (self._make_message(ticket, reply) for reply in replies)
 
     def read_message(self, event: InterfaceMessage) -> Iterator[_MasterMessage]:
-        """Yield a message and the replies that waited for it; nothing before its request."""
+        """Yield a message; REQUEST is followed by its earlier replies, which wait until then."""
         ticket = None if event.outcome == _REFUSED else _read_ticket(event)
         if ticket is None:
             return
@@ -162,7 +162,7 @@ def _make_request(ticket: _Ticket, event: InterfaceMessage, values: Mapping[str,
         parameters = {}
     if not isinstance(parameters, dict):
         parameters = {}
-    mapped = str(parameters.pop(MAPPED_ACTION, ""))
+    mapped_action = str(parameters.pop(MAPPED_ACTION, ""))
     texts = tuple(str(value) if name.isdigit() else f"{name}={value}" for name, value in parameters.items())
     name, skill, agent = (str(values.get(field, "")) for field in ("name", "skill", "agent"))
     return SkillMessage(
@@ -172,7 +172,7 @@ def _make_request(ticket: _Ticket, event: InterfaceMessage, values: Mapping[str,
         skill,
         texts,
         agent,
-        mapped,
+        mapped_action,
         request=name or str(ticket.master),
     )
 
@@ -245,7 +245,7 @@ class BoardExecutions:
             elif message.type == "FEEDBACK":
                 call, summary, count = self._running[key]
                 self._running[key] = _RunningCall(call, summary, count + 1)
-                # an executor has no skill string, whose place in pages gets the progress
+                # an executor has no skill string: pages show the progress in place of a skill string
                 report = f"{message.progress:.0%} {message.status}".rstrip()
                 call.skill_string = truncate(f"{summary}: {count + 1} feedback messages, the last: {report}")
             elif message.type == "FINISH":
@@ -259,9 +259,9 @@ class BoardExecutions:
         call = SkillExecution(
             env, message.node_id, truncate(summary), msgid, moment, None, _RUNNING, request=message.request
         )
-        former = self._running.get((env, message.node_id))
-        if former is not None:  # the executor restarted, or the reply was lost
-            former.call.end, former.call.status = moment, "stopped"
+        previous_run = self._running.get((env, message.node_id))
+        if previous_run is not None:  # the executor restarted, or the reply was lost
+            previous_run.call.end, previous_run.call.status = moment, "stopped"
         self._running[env, message.node_id] = _RunningCall(call, summary, 0)
         if len(self.calls) < self._limit:
             self.calls.append(call)

@@ -69,7 +69,8 @@ class FailureReasons:
         action = self._failed_actions.get(goal.goal)
         if action is not None:
             return self._describe_action(action)
-        # the rules of a goal may name the sub-goal in its error; without an error the last failed one counts
+        # the rules of a goal may name the sub-goal in its error; without an error the last failed
+        # sub-goal counts
         sub_goals = self._failed_sub_goals.get(goal.goal, {})
         candidates = [sub_goals[word] for word in goal.error.split() if word in sub_goals]
         if not goal.error:
@@ -86,7 +87,7 @@ class FailureReasons:
         return message or goal.error
 
     def _describe_action(self, action: PlanActionTransition) -> str:
-        """Return a failed action with its arguments and error, as far as its fact has them."""
+        """Return a failed action with the arguments and error that its fact has."""
         slots = self._find_last_fact_slots(
             "plan-action", {"goal-id": action.goal, "plan-id": action.plan, "id": action.action_id}
         )

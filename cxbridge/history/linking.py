@@ -98,16 +98,10 @@ def _find_recorded_links(history: RunHistory) -> Iterator[SkillLink]:
                 change.seq for change in action.changes if change.seq < seq and change.state in NOT_SENT
             ]
             if candidates and candidates[-1].begin.seq >= max(unsent_seqs, default=0):
-                earlier_changes = [
-                    Moment(change.seq, change.time)
-                    for change in action.changes
-                    if change.seq < candidates[-1].begin.seq
-                ]
-                yield SkillLink(
-                    action,
-                    candidates[-1],
-                    earlier_changes[-1] if earlier_changes else Moment(*action.changes[0][:2]),
-                )
+                begin_seq = candidates[-1].begin.seq
+                earlier_changes = [change for change in action.changes if change.seq < begin_seq]
+                ordered_at = earlier_changes[-1] if earlier_changes else action.changes[0]
+                yield SkillLink(action, candidates[-1], ordered_at.moment)
 
 
 def _guess_links(history: RunHistory, envs_with_messages: Collection[str]) -> Iterator[SkillLink]:
@@ -119,7 +113,7 @@ def _guess_links(history: RunHistory, envs_with_messages: Collection[str]) -> It
     waits.sort(key=lambda wait: wait.running_seq)
     running_seqs = [wait.running_seq for wait in waits]
     skillers = {call.skiller for call in history.calls}
-    paired: set[tuple[int, int]] = set()
+    paired_waits: set[tuple[int, int]] = set()  # the numbers of actions and of their changes to RUNNING
     for call in history.calls if waits else ():
         limit_seq = call.end.seq if call.end is not None else history.event_count
         candidates = [
@@ -135,11 +129,11 @@ def _guess_links(history: RunHistory, envs_with_messages: Collection[str]) -> It
                 wait.action.assignment.skiller == call.skiller
                 or wait.action.assignment.skiller not in skillers
             )
-            and (wait.action.number, wait.running_seq) not in paired
+            and (wait.action.number, wait.running_seq) not in paired_waits
         ]
         if candidates:
             wait = min(candidates, key=partial(_rank_candidate, call, history.end))
-            paired.add((wait.action.number, wait.running_seq))
+            paired_waits.add((wait.action.number, wait.running_seq))
             yield SkillLink(wait.action, call, wait.ordered_at, is_guessed=True)
 
 
@@ -149,13 +143,9 @@ def _find_waits(history: RunHistory) -> Iterator[_Wait]:
         changes = action.changes
         for index, (waiting, change) in enumerate(pairwise(changes)):
             if change.state == _RUNNING_STATE and waiting.state in WAITING_STATES:
-                following = changes[index + 2 : index + 3]
-                yield _Wait(
-                    action,
-                    Moment(waiting.seq, waiting.time),
-                    change.seq,
-                    following[0].time if following else None,
-                )
+                has_ended = index + 2 < len(changes)
+                end_us = changes[index + 2].time if has_ended else None
+                yield _Wait(action, waiting.moment, change.seq, end_us)
 
 
 def _rank_candidate(call: SkillExecution, run_end_us: int, wait: _Wait) -> tuple[int, int, bool, int]:

@@ -33,6 +33,17 @@ ActionKey = tuple[str, str, str]
 """The ids of goal, plan and action."""
 
 
+class Moment(NamedTuple):
+    """The place of an event in a run.
+
+    :param seq: the number of the event, from 0.
+    :param time: microseconds since the start of the run.
+    """
+
+    seq: int
+    time: int
+
+
 class GoalChange(NamedTuple):
     """The state of a goal from an event on."""
 
@@ -51,16 +62,10 @@ class ActionChange(NamedTuple):
     time: int
     state: str
 
-
-class Moment(NamedTuple):
-    """The place of an event in a run.
-
-    :param seq: the number of the event, from 0.
-    :param time: microseconds since the start of the run.
-    """
-
-    seq: int
-    time: int
+    @property
+    def moment(self) -> Moment:
+        """The place of the event in the run."""
+        return Moment(self.seq, self.time)
 
 
 class SentCall(NamedTuple):
@@ -310,6 +315,7 @@ def _parent_number(goal: GoalRecord, lives: Mapping[tuple[str, str], Sequence[Go
     """Return the number of the parent, the life of its id that existed at the time."""
     parent = parent_id(goal.parent)
     parents = () if parent is None else lives.get((goal.env, parent), ())
+    # the first of the last changes with the present parent
     *_, first_seq = (
         change.seq for change in takewhile(lambda change: change.parent == goal.parent, goal.changes[::-1])
     )

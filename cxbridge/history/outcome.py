@@ -70,7 +70,7 @@ def goal_outcome(mode: str, outcome: str) -> OutcomeKind:
 
 
 def action_outcome(state: str) -> OutcomeKind:
-    """Return the outcome of a plan-action in a state; one that waits for its effects counts as running."""
+    """Return the outcome of a plan-action; an action that waits for its effects counts as running."""
     return _ACTION_OUTCOMES.get(state, OutcomeKind.RUNNING)
 
 

@@ -47,7 +47,7 @@ def _format_seconds(value: float) -> str:
 def plan_text(actions: Iterable[PlannedAction]) -> str:
     """Return a plan with a line ``START: (NAME ARGUMENT...) [DURATION]`` for each action.
 
-    An action without times has only the brackets.
+    An action without times has only the part in parentheses.
     """
     return "\n".join(map(_format_action, actions))
 

@@ -45,9 +45,9 @@ class SteadyClock:
         """Return a warning for the user if the clock was set back."""
         if not self.setbacks:
             return []
-        at_us, back_us = self.setbacks[0]
+        setback_us, back_us = self.setbacks[0]
         text = (
-            f"The clock was set back by {back_us / MICROSECONDS:.3f} s at {at_us / MICROSECONDS:.3f} s; "
+            f"The clock was set back by {back_us / MICROSECONDS:.3f} s at {setback_us / MICROSECONDS:.3f} s; "
             "times continue as if it had not been."
         )
         return [text if len(self.setbacks) == 1 else f"{text} It was set back {len(self.setbacks)} times."]

@@ -232,12 +232,13 @@ class TransitionTracker:
             # the message belongs to an earlier plan-action with these ids, or to an earlier try
             self._calls.pop(key, None)
         skiller, call = self._calls.get(key, ("", ""))
+        goal, plan, action_id = key
         return PlanActionTransition(
             time_us=time_us,
             env=self.env,
-            action_id=key[2],
-            goal=key[0],
-            plan=key[1],
+            action_id=action_id,
+            goal=goal,
+            plan=plan,
             action=action,
             state=state,
             params=_format_slot(slots, "param-values"),

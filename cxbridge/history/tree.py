@@ -86,8 +86,8 @@ def goal_line(branch: str, name: str, goal: TreeGoal, *, show_modes: bool = Fals
     :param show_modes: whether to show the mode also next to an outcome.
     """
     has_outcome = goal.outcome not in ("UNKNOWN", "")
-    # a boolean as a factor keeps or drops the text
-    state = " ".join((goal.mode,) * (show_modes or not has_outcome) + (goal.outcome,) * has_outcome)
+    mode = f"{goal.mode} " if show_modes or not has_outcome else ""
+    state = f"{mode}{goal.outcome if has_outcome else ''}".rstrip()
     return GoalLine(
         branch, goal_title(name, goal.goal_class), goal_outcome(goal.mode, goal.outcome), state, goal.error
     )
@@ -106,8 +106,8 @@ def goal_lines(goals: Iterable[NamedGoal], *, show_modes: bool = False) -> Itera
     for number, goal in enumerate(goals_by_number):
         parent_lives = lives.get(parent_id(goal.parent) or "", [])
         # the last life before the goal; the first life if the goal names its parent in advance
-        earlier = [life_number for life_number in parent_lives if life_number < number]
-        parents[number] = earlier[-1] if earlier else parent_lives[0] if parent_lives else None
+        earlier_lives = [life_number for life_number in parent_lives if life_number < number]
+        parents[number] = earlier_lives[-1] if earlier_lives else parent_lives[0] if parent_lives else None
     for number, branch in draw_branches(Forest(parents)):
         goal = goals_by_number[number]
         life = lives[goal.goal].index(number) + 1

@@ -51,19 +51,19 @@ def assign(block: Block, assignments: Iterable[str]) -> bool:
 
 
 def _parse_element(block: Block, field: FieldSchema, text: str) -> bool | int | float | str:
-    stripped = text.strip()
+    word = text.strip()
     try:
         if field.is_string:
             return text
         if field.type == "bool":
-            return _BOOL_LITERALS[stripped.lower()]
+            return _BOOL_LITERALS[word.lower()]
         if field.type in ("float", "double"):
-            return float(stripped)
-        if field.enum is not None and any(item.name == stripped for item in field.enum.items):
-            return stripped
-        return int(stripped)
+            return float(word)
+        if field.enum is not None and any(item.name == word for item in field.enum.items):
+            return word
+        return int(word)
     except (KeyError, ValueError):
-        raise misfit_error(block.SCHEMA.name, field, stripped) from None
+        raise misfit_error(block.SCHEMA.name, field, word) from None
 
 
 def set_field(block: Block, name: str, value: Any) -> None:

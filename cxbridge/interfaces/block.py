@@ -6,13 +6,14 @@ import ctypes
 from collections.abc import Sequence
 from operator import attrgetter
 from struct import Struct
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.schema import FieldSchema
 
-_STAMP = Struct("=qq")
+STAMP: Final = Struct("=qq")
+"""The head of blocks: seconds and microseconds since the epoch, in the host's byte order."""
 
 
 class Block:
@@ -139,7 +140,7 @@ class Block:
     @property
     def timestamp_us(self) -> int:
         """The time stamp in microseconds since the epoch, 0 if it was never set."""
-        seconds, microseconds = _STAMP.unpack_from(self._buf)
+        seconds, microseconds = STAMP.unpack_from(self._buf)
         return int(seconds) * MICROSECONDS + int(microseconds)
 
     def _check_index(self, field: FieldSchema, index: int) -> int:

@@ -40,7 +40,7 @@ class FieldType(Struct, frozen=True):
         """The allowed values in words, for error messages."""
         if self.minimum is not None:
             return f"an integer from {self.minimum} to {self.maximum}"
-        return {"bool": "True or False", "string": "a str"}.get(self.name, "a number")
+        return {"bool": "True or False", "string": "a string"}.get(self.name, "a number")
 
 
 def _make_integer_type(name: str, code: str, size: int) -> FieldType:

@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 from uuid import UUID
 
 from cxbridge.closing import Closing
+from cxbridge.interfaces.block import STAMP
 from cxbridge.interfaces.instance_errors import (
     EnqueueDeniedError,
     ForeignMessageError,
@@ -19,7 +20,7 @@ from cxbridge.interfaces.instance_errors import (
     QueueAccessError,
     UnknownMessageTypeError,
 )
-from cxbridge.interfaces.message import STAMP, Message, MessageQueue, Port
+from cxbridge.interfaces.message import Message, MessageQueue, Port
 from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK
 from cxbridge.interfaces.shared import SharedBlock
 

@@ -51,13 +51,13 @@ def place_fields(fields: Iterable[FieldSchema]) -> tuple[tuple[FieldSchema, ...]
 
     :return: the placed fields in order, and the size of the block in bytes.
     """
-    placed = []
+    placed_fields = []
     end = TIMESTAMP_SIZE
     for field in fields:
         offset = round_up(end, field.elem_size)
-        placed.append(replace(field, offset=offset))
+        placed_fields.append(replace(field, offset=offset))
         end = offset + field.size
-    return tuple(placed), round_up(end, BLOCK_ALIGNMENT)
+    return tuple(placed_fields), round_up(end, BLOCK_ALIGNMENT)
 
 
 def round_up(offset: int, alignment: int) -> int:

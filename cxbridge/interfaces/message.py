@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import struct
 import threading
 from collections import deque
 from collections.abc import Iterator
@@ -11,7 +10,7 @@ from typing import Any, ClassVar, Final, Protocol, Self, TypeVar
 from uuid import UUID
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.interfaces.block import Block
+from cxbridge.interfaces.block import STAMP, Block
 from cxbridge.interfaces.instance_errors import (
     InvalidInstanceError,
     MessageAlreadyQueuedError,
@@ -132,9 +131,6 @@ class ClosedPort:
     def close(self, instance: object) -> None:
         """Do nothing: closing twice is permitted."""
 
-
-STAMP: Final = struct.Struct("=qq")
-"""The head of data blocks: seconds and microseconds since the epoch, in the host's byte order."""
 
 UNKNOWN_THREAD: Final = "Unknown"
 """The sender's thread name of a message from a network."""

@@ -12,9 +12,9 @@ from typing import Any, ClassVar, Final
 from uuid import UUID
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.interfaces.block import Block
+from cxbridge.interfaces.block import STAMP, Block
 from cxbridge.interfaces.instance_errors import TimestampError, WriteDeniedError
-from cxbridge.interfaces.message import STAMP, ClosedPort, Port
+from cxbridge.interfaces.message import ClosedPort, Port
 from cxbridge.interfaces.schema import InterfaceSchema
 
 _NEVER_READ: Final = -1

@@ -90,7 +90,7 @@ class WriteForwarder(Listener, Observer):
         self._reported_keys: set[InterfaceKey] = set()
         # the start of the present loss by the blackboard's clock, and by the monotonic clock
         self._lost_since: tuple[int, float] | None = None
-        self._recheck_at_s: float | None = None
+        self._recheck_due_s: float | None = None
 
     def start(self) -> int:
         """Start listening; return the number of interfaces.
@@ -113,8 +113,8 @@ class WriteForwarder(Listener, Observer):
             self._poll_tasks.get(timeout=timeout)()
             while True:
                 self._poll_tasks.get_nowait()()
-        if self._recheck_at_s is not None and time.monotonic() >= self._recheck_at_s:
-            self._recheck_at_s = None
+        if self._recheck_due_s is not None and time.monotonic() >= self._recheck_due_s:
+            self._recheck_due_s = None
             for key in tuple(self._followed):
                 self._open_or_close(key)
 
@@ -134,14 +134,14 @@ class WriteForwarder(Listener, Observer):
             self._board.bus.unsubscribe(self._on_block_write)
         with self._lock:
             self.enabled = False
-        for followed in self._followed.values():
+        for followed_interface in self._followed.values():
             with suppress(BlackBoardError):  # the blackboard may be gone already
-                followed.instance.close()
+                followed_interface.instance.close()
         self._followed.clear()
 
     def _reopen_after_loss(self) -> None:
         """Open the interfaces that appeared while there was no connection."""
-        self._recheck_at_s = time.monotonic() + _RECHECK_DELAY_S
+        self._recheck_due_s = time.monotonic() + _RECHECK_DELAY_S
         with suppress(BlackBoardError):  # the connection is lost again
             self._open_matching(is_later=True)
 
@@ -157,12 +157,12 @@ class WriteForwarder(Listener, Observer):
         Without a connection, and shortly after its return, the check is postponed, because interfaces
         reappear one by one.
         """
-        if not self._board.connected or (self._recheck_at_s is not None and key in self._followed):
+        if not self._board.connected or (self._recheck_due_s is not None and key in self._followed):
             return
         with suppress(BlackBoardError):  # the connection may be lost just now; then another check follows
-            followed = self._followed.get(key)
-            if followed is not None and followed.instance.valid:
-                if followed.instance.has_writer or followed.instance.num_readers > 1:
+            followed_interface = self._followed.get(key)
+            if followed_interface is not None and followed_interface.instance.valid:
+                if followed_interface.instance.has_writer or followed_interface.instance.num_readers > 1:
                     return
                 self._close(key)
             if self._board.list(escape_glob(key[0]), escape_glob(key[1])):
@@ -180,8 +180,8 @@ class WriteForwarder(Listener, Observer):
         :param is_later: whether the interface appeared after the start, so that its data are a new write.
         """
         key = (interface_type, interface_id)
-        former = self._followed.get(key)
-        if former is not None and former.instance.valid:
+        former_interface = self._followed.get(key)
+        if former_interface is not None and former_interface.instance.valid:
             return
         try:
             instance = self._board.open_for_reading(
@@ -195,7 +195,7 @@ class WriteForwarder(Listener, Observer):
                 self._reported_keys.add(key)
                 self._log.warn(f"{interface_type}::{interface_id} cannot be recorded: {error}")
             return
-        followed = self._followed[key] = _FollowedInterface(instance)
+        followed_interface = self._followed[key] = _FollowedInterface(instance)
         with self._lock:
             instance.read()
             if is_later and instance.uid not in self._uids_from_bus:
@@ -204,23 +204,23 @@ class WriteForwarder(Listener, Observer):
             self._board.register_listener(self, instance, EventKind.DATA_REFRESHED)
             with self._lock:
                 if instance.read():
-                    followed.published_block = instance.to_bytes()
-                    self._publish(instance.SCHEMA, instance.uid, followed.published_block)
+                    followed_interface.published_block = instance.to_bytes()
+                    self._publish(instance.SCHEMA, instance.uid, followed_interface.published_block)
         self._log.info(f"Recording {instance.uid}")
 
     def data_refreshed(self, interface: Interface) -> None:
         """Publish a write."""
-        followed = self._followed.get((interface.type, interface.id))
+        followed_interface = self._followed.get((interface.type, interface.id))
         with self._lock:
-            if followed is None or not interface.valid:
+            if followed_interface is None or not interface.valid:
                 return  # the interface is being closed
             try:
                 interface.read()
             except BlackBoardError:  # the connection is lost, which `_handle_connection_change` reports
                 return
             block = interface.to_bytes()
-            if block != followed.published_block:
-                followed.published_block = None
+            if block != followed_interface.published_block:
+                followed_interface.published_block = None
                 self._publish(interface.SCHEMA, interface.uid, block)
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - a listener's signature

@@ -35,16 +35,16 @@ def event_filter(kinds: Sequence[str], pattern: str) -> EventFilter:
     :param pattern: a regular expression to search in the line.
     :raises TraceError: if a kind or the pattern is invalid.
     """
-    unknown = [kind for kind in kinds if kind not in EVENT_TYPES]
-    if unknown:
+    unknown_kinds = [kind for kind in kinds if kind not in EVENT_TYPES]
+    if unknown_kinds:
         raise TraceError(
-            f"unknown kind of event: '{unknown[0]}'", hint=f"use one of {', '.join(EVENT_TYPES)}"
+            f"unknown kind of event: '{unknown_kinds[0]}'", hint=f"use one of {', '.join(EVENT_TYPES)}"
         )
     types = tuple(EVENT_TYPES[kind] for kind in kinds or EVENT_TYPES)
     try:
         search = re.compile(pattern).search
     except re.error as error:
-        raise TraceError(f"not a regular expression: {pattern!r}: {error}") from error
+        raise TraceError(f"{pattern!r} is not a regular expression: {error}") from error
     return lambda event, line: isinstance(event, types) and search(line) is not None
 
 

@@ -76,7 +76,7 @@ class _Output:
     def __init__(self, recorder: Recorder, writer: RunWriter) -> None:
         self.writer = writer
         self._recorder = recorder
-        self._failed = False
+        self._has_failed = False
         self._lock = threading.RLock()
 
     def write_event(self, event: Event) -> None:
@@ -87,13 +87,13 @@ class _Output:
         """Call a method of the writer, unless the writer has failed."""
         with self._lock:
             # a failed writer still has an open file
-            if self._failed and method != "close":
+            if self._has_failed and method != "close":
                 return
             try:
                 getattr(self.writer, method)(*args)
             except TraceError as error:
                 # a failed writer may fail once more while it is closed: only the first error is reported
-                if not self._failed:
-                    self._failed = True
+                if not self._has_failed:
+                    self._has_failed = True
                     self._recorder.errors.append(error)
                     _log.error("recording stopped: %s", error)

@@ -89,13 +89,13 @@ class SourceNamer:
 
     def _choose_unique_name(self, name: str) -> str:
         """Return an unused name; another content of the same file gets a number."""
-        unique, number = name, 1
+        unique_name, number = name, 1
         stem, dot, suffix = name.rpartition(".")
-        while unique in self._used_names:
+        while unique_name in self._used_names:
             number += 1
-            unique = f"{stem}-{number}.{suffix}" if dot else f"{name}-{number}"
-        self._used_names.add(unique)
-        return unique
+            unique_name = f"{stem}-{number}.{suffix}" if dot else f"{name}-{number}"
+        self._used_names.add(unique_name)
+        return unique_name
 
 
 def _make_attachment_name(event: SourceRead, number: int) -> str:

@@ -54,7 +54,7 @@ def summarise(run: Run) -> Summary:
     :raises TraceError: if the run cannot be read.
     """
     events = dict.fromkeys(EVENT_TYPES, 0)
-    times: list[int] = []
+    times: list[int] = []  # the earliest and the latest time
     # also reads the notes of the run, which are complete after the last event
     for event in run:
         events[event.KIND.name] += 1

@@ -84,7 +84,7 @@ def test_a_difference_is_shown_with_what_led_to_it(
         (["info", "BAD"], "not a recorded run"),
         (["cat", "BAD"], "not a recorded run"),
         (["cat", "RUN", "--kind", "odd"], "unknown kind of event: 'odd'"),
-        (["cat", "RUN", "--match", "("], "not a regular expression"),
+        (["cat", "RUN", "--match", "("], "is not a regular expression"),
     ],
 )
 def test_mistakes(

@@ -23,7 +23,7 @@ def read_constant(element: Element, scope: NameScope, findings: Findings) -> Con
     comment = findings.read_comment(element)
     type_name = findings.read_attribute(element, "type")
     if type_name not in _CONSTANT_TYPES:
-        hint = f"a constant must be {', '.join(_CONSTANT_TYPES)}"
+        hint = f"use one of {', '.join(_CONSTANT_TYPES)}"
         raise findings.make_error(element, f"a constant cannot be of type '{type_name}'", hint)
     text = element.attributes.get("value")
     value = None if text is None else parse_literal(type_name, text)

@@ -103,12 +103,15 @@ class Findings(Struct):
         :param attributes: the names of the attributes that the element can have.
         :param children: the names of the elements that the element can contain.
         """
-        unknown = [(element, f"attribute '{name}'", name, attributes) for name in element.attributes]
-        unknown += [(child, f"<{child.name}>", child.name, children) for child in element.children]
-        for place, subject, name, known in unknown:
-            if name not in known:
+        parts = [(element, f"attribute '{name}'", name, attributes) for name in element.attributes]
+        parts += [(child, f"<{child.name}>", child.name, children) for child in element.children]
+        for place, subject, name, known_names in parts:
+            if name not in known_names:
+                names = ", ".join(known_names)
                 self.report_warning(
-                    place, f"{subject} in <{element.name}> is ignored", f"known: {', '.join(known) or 'none'}"
+                    place,
+                    f"{subject} in <{element.name}> is ignored",
+                    f"known: {names or 'none'}",
                 )
 
 

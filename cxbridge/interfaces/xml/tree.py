@@ -57,7 +57,7 @@ def read_tree(data: bytes, file: str | None = None) -> Element:
             file=file,
             line=1,
             column=1,
-            hint="split it: an interface definition has a few kilobytes",
+            hint="split the file: an interface definition has a few kilobytes",
         )
     # a byte order mark would shift the columns of the first line
     data = data.removeprefix(codecs.BOM_UTF8)
@@ -96,13 +96,15 @@ class _TreeReader:
             self._parser.Parse(self._data, True)
         except expat.ExpatError as error:
             raise InterfaceDefinitionError(
-                f"not well-formed XML: {expat.ErrorString(error.code)}",
+                f"the file is not well-formed XML: {expat.ErrorString(error.code)}",
                 file=self._file,
                 line=error.lineno,
                 column=error.offset + 1,
             ) from None
         except (LookupError, ValueError) as error:
-            raise self._make_error(f"not readable as XML: {error}", "save the file as UTF-8") from None
+            raise self._make_error(
+                f"the file is not readable as XML: {error}", "save the file as UTF-8"
+            ) from None
         if self._root is None:  # pragma: no cover - expat reports a document without an element
             raise self._make_error("the document is empty", "begin with <interface name=...>")
         return self._root

@@ -182,5 +182,5 @@ def pop_equal_pairs(
 def remove_pairs(pairs: Sequence[tuple[Item, Item]], items_a: list[Item], items_b: list[Item]) -> None:
     """Remove the items of pairs from two lists."""
     for run_index, items in enumerate((items_a, items_b)):
-        paired = {pair[run_index] for pair in pairs}
-        items[:] = [item for item in items if item not in paired]
+        paired_items = {pair[run_index] for pair in pairs}
+        items[:] = [item for item in items if item not in paired_items]

@@ -70,8 +70,9 @@ def message_stream(key: Key) -> Hashable:
     """Return the stream of an event: the Skiller or interface that numbers its messages together."""
     if key[0] != "fact":
         return thread_key(key)
-    match = _FACT_ID.search(key[-1])
-    return (key[1], key[2], match.group(1) if match else "")
+    _kind, env, template, _direction, text = key
+    match = _FACT_ID.search(text)
+    return (env, template, match.group(1) if match else "")
 
 
 def describe_lag(lag_s: float) -> str:

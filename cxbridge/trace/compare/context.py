@@ -15,10 +15,10 @@ from cxbridge.trace.formats.base import Run
 from cxbridge.trace.listing import describe_event
 
 LINES_BEFORE = 6
-"""The number of events shown before the one at the difference."""
+"""The number of events shown before the event at the difference."""
 
 LINES_AFTER = 2
-"""The number of events shown after the one at the difference."""
+"""The number of events shown after the event at the difference."""
 
 RULES_BEFORE = 5
 """The number of firings shown before the event at the difference."""
@@ -29,7 +29,7 @@ def read_contexts(
 ) -> dict[int | None, DifferenceContext]:
     """Read a run once, and return the context of each of several events.
 
-    :param positions: the numbers of the events among the compared ones, from 0; the context of None is empty.
+    :param positions: the numbers of the events among the compared events, from 0; None has an empty context.
     """
     contexts: dict[int | None, DifferenceContext] = {position: DifferenceContext() for position in positions}
     positions_in_order = sorted(position for position in contexts if position is not None)
@@ -74,7 +74,7 @@ def read_contexts(
 def event_line(number: int, event: Event, start_us: int, *, here: bool = False) -> EventLine:
     """Return a displayed event.
 
-    :param number: the number of the event among the compared ones, from 0.
+    :param number: the number of the event among the compared events, from 0.
     :param start_us: the start of the run in microseconds.
     :param here: whether the event is at the difference.
     """

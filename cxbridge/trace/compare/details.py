@@ -35,19 +35,23 @@ class DetailChanges:
     def find_changed_details(self, event: Event) -> tuple[str, ...]:
         """Return the details of the next event with replaced times; unchanged details are empty."""
         kind = event.KIND
-        missing = self._missing.get(type(event), ())
-        recorded = tuple("" if name in missing else getattr(event, name) for name in kind.details)
+        missing_names = self._missing.get(type(event), ())
+        recorded_details = tuple(
+            "" if name in missing_names else getattr(event, name) for name in kind.details
+        )
         subject = (kind.name, *(getattr(event, name) for name in kind.subject))
-        former = self._last_details.get(subject)
-        if former is not None and former[0] == recorded:
-            return ("",) * len(recorded)
-        details = tuple(replace_times(replace_times_of_day(value, event.time_us)) for value in recorded)
-        self._last_details[subject] = (recorded, details)
-        if former is None:
+        last_recorded_details, last_details = self._last_details.get(subject, (None, None))
+        if last_recorded_details == recorded_details:
+            return ("",) * len(recorded_details)
+        details = tuple(
+            replace_times(replace_times_of_day(value, event.time_us)) for value in recorded_details
+        )
+        self._last_details[subject] = (recorded_details, details)
+        if last_details is None:
             return details
         return tuple(
-            "" if detail == former_detail else detail
-            for detail, former_detail in zip(details, former[1], strict=True)
+            "" if detail == last_detail else detail
+            for detail, last_detail in zip(details, last_details, strict=True)
         )
 
 
@@ -58,13 +62,13 @@ def find_missing_details(runs: Sequence[Run]) -> MissingDetails:
     """
     missing: dict[type[Event], frozenset[str]] = {}
     for run in runs:
-        examined: set[type[Event]] = set()
+        examined_types: set[type[Event]] = set()
         for event in run.select(*TYPES_WITH_DETAILS):
             event_type = type(event)
-            if event_type not in examined:
-                examined.add(event_type)
-                empty = frozenset(name for name in event.KIND.details if not getattr(event, name))
-                missing[event_type] = missing.get(event_type, frozenset()) | empty
-                if len(examined) == len(TYPES_WITH_DETAILS):
+            if event_type not in examined_types:
+                examined_types.add(event_type)
+                empty_names = frozenset(name for name in event.KIND.details if not getattr(event, name))
+                missing[event_type] = missing.get(event_type, frozenset()) | empty_names
+                if len(examined_types) == len(TYPES_WITH_DETAILS):
                     break
     return missing

@@ -67,8 +67,8 @@ class Alignment:
 
     def unpaired_indices(self, run_index: int) -> list[int]:
         """Return the indices of the states of a run without a partner."""
-        paired = {pair[run_index] for pair in self.pairs}
-        return [index for index in range(self._lengths[run_index]) if index not in paired]
+        paired_indices = {pair[run_index] for pair in self.pairs}
+        return [index for index in range(self._lengths[run_index]) if index not in paired_indices]
 
     def preceding_index(self, run_index: int, edit: Edit) -> int:
         """Return the index of a run's last paired state before a state of the other run only, or -1."""
@@ -91,14 +91,14 @@ class Alignment:
         """
         unpaired_a, unpaired_b = self.unpaired_indices(0), self.unpaired_indices(1)
         thread_steps = [self._count_thread_steps(run_index, thread) for run_index in (0, 1)]
-        # first the moved states, so that a state that is only late is not paired with another one as changed
-        moved = pop_equal_pairs(unpaired_a, unpaired_b, partial(content, 0), partial(content, 1))
-        changed = pop_equal_pairs(
+        # first the moved states: a late state must not be paired with another state as changed
+        moved_pairs = pop_equal_pairs(unpaired_a, unpaired_b, partial(content, 0), partial(content, 1))
+        changed_pairs = pop_equal_pairs(
             unpaired_a, unpaired_b, thread_steps[0].__getitem__, thread_steps[1].__getitem__
         )
         edits = [
             Edit(kind, pair, min(self._make_sort_key(0, pair[0]), self._make_sort_key(1, pair[1])))
-            for kind, pairs in ((DifferenceKind.ORDER, moved), (DifferenceKind.CHANGED, changed))
+            for kind, pairs in ((DifferenceKind.ORDER, moved_pairs), (DifferenceKind.CHANGED, changed_pairs))
             for pair in pairs
         ]
         goal_edits: dict[Hashable, Edit] = {}
@@ -124,12 +124,12 @@ class Alignment:
     def _count_thread_steps(self, run_index: int, thread: StateProperty) -> list[Hashable]:
         """Return, for each state of a run, its thread and the number of the thread's pairs before it."""
         counts: Counter[Hashable] = Counter()
-        paired = {pair[run_index] for pair in self.pairs}
+        paired_indices = {pair[run_index] for pair in self.pairs}
         steps: list[Hashable] = []
         for index in range(self._lengths[run_index]):
             thread_id = thread(run_index, index)
             steps.append((thread_id, counts[thread_id]))
-            counts[thread_id] += index in paired
+            counts[thread_id] += index in paired_indices
         return steps
 
     def _make_sort_key(self, run_index: int, index: int) -> SortKey:

@@ -97,12 +97,12 @@ def _pop_similar_pairs(goals_a: list[Goal], goals_b: list[Goal]) -> list[GoalPai
         for j, goal_b in enumerate(goals_b)
         if goal_a.kind == goal_b.kind
     )
-    paired: set[Goal] = set()
+    paired_goals: set[Goal] = set()
     pairs: list[GoalPair] = []
     for *_, i, j in ranking:
         pair = goals_a[i], goals_b[j]
-        if paired.isdisjoint(pair):
-            paired.update(pair)
+        if paired_goals.isdisjoint(pair):
+            paired_goals.update(pair)
             pairs.append(pair)
     remove_pairs(pairs, goals_a, goals_b)
     return sorted(pairs, key=lambda pair: pair[0].first_position)

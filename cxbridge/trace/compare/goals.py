@@ -99,10 +99,10 @@ class Goal:
         counts: Counter[Thread] = Counter()
         for thread, steps in threads.items():
             stem = replace_names(thread.plan.replace(self.key[1], "@"))
-            renamed = thread._replace(plan=stem)
-            counts[renamed] += 1
-            number = f"[{counts[renamed]}]" if counts[renamed] > 1 else ""
-            self.threads[renamed._replace(plan=f"{stem}{number}")] = steps
+            stem_thread = thread._replace(plan=stem)
+            counts[stem_thread] += 1
+            number = f"[{counts[stem_thread]}]" if counts[stem_thread] > 1 else ""
+            self.threads[stem_thread._replace(plan=f"{stem}{number}")] = steps
 
 
 class GoalForest:
@@ -171,10 +171,10 @@ class GoalForest:
             goal.children = [self.goals[child] for child in forest.children.get(key, ())]
             goal.rename_plans()
             # an error may name one of several siblings that behave equally: the mention tells them apart
-            for number, step in enumerate(goal.transitions):
-                for word in step.state[2].split():
-                    if mentioned := self.goals.get((key[0], word)):
-                        mentioned.error_mentions.append((goal.kind, number))
+            for number, ((_mode, _outcome, error), *_) in enumerate(goal.transitions):
+                for word in error.split():
+                    if mentioned_goal := self.goals.get((key[0], word)):
+                        mentioned_goal.error_mentions.append((goal.kind, number))
         return [self.goals[key] for key in forest.roots]
 
 

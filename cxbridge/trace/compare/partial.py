@@ -59,11 +59,11 @@ def compare_partial(
 
 def _find_goal_differences(match: GoalMatch) -> Iterator[Difference]:
     """Yield the goals that only one run has."""
-    missing = Side(None, "(no such goal)")
+    missing_side = Side(None, "(no such goal)")
     for run_index, kind in enumerate((DifferenceKind.ONLY_A, DifferenceKind.ONLY_B)):
         for goal in match.unmatched_goals[run_index]:
             side = Side(goal.first_position, _describe_goal(goal))
-            sides = (missing, side) if run_index else (side, missing)
+            sides = (missing_side, side) if run_index else (side, missing_side)
             yield Difference(f"a goal that only {'AB'[run_index]} has", match.labels[goal], *sides, kind)
 
 
@@ -88,7 +88,7 @@ def _pair_steps(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Ite
                 yield StepPair(subject, "transition", (steps_a, steps_b))
                 continue
             # an action that only one run has is a difference of the plan already, and details that only one
-            # run has are not compared
+            # run has are not compared; the state of a detail begins with the id of its action
             actions = {step.state[0] for step in steps_a} & {step.state[0] for step in steps_b}
             steps_a, steps_b = (
                 [step for step in steps if step.state[0] in actions] for steps in (steps_a, steps_b)
@@ -106,14 +106,13 @@ def _label_errors(goal: Goal, forest: GoalForest, match: GoalMatch) -> Steps:
     """Return the steps of a goal with labels instead of the ids of goals in its errors."""
 
     def label(word: str) -> str:
-        mentioned = forest.goals.get((goal.key[0], word))
-        return match.labels.get(mentioned, replace_names(word)) if mentioned else replace_names(word)
+        named_goal = forest.goals.get((goal.key[0], word))
+        return match.labels.get(named_goal, replace_names(word)) if named_goal else replace_names(word)
 
     return [
-        step._replace(state=(*step.state[:2], " ".join(map(label, step.state[2].split()))))
-        if step.state[2]
-        else step
+        step._replace(state=(mode, outcome, " ".join(map(label, error.split())))) if error else step
         for step in goal.transitions
+        for mode, outcome, error in [step.state]
     ]
 
 

@@ -66,7 +66,7 @@ def _need_events(run: Run, count: int, view: View) -> None:
     """Check that a run has events of the level, because two empty runs prove nothing."""
     if not count:
         raise TraceError(
-            f"has no events of level {view.value}",
+            f"the run has no events of level {view.value}",
             file=run.path,
-            hint="record at this level or compare at another one, and check that --only selects events",
+            hint="record at this level or compare at another level, and check that --only selects events",
         )

@@ -33,8 +33,8 @@ _WHOLE_GOAL: Final = frozenset({"id", "env", "class", "sub-type"})
 
 def pattern_fields() -> Mapping[str, Mapping[str, str]]:
     """Return the fields that patterns can name with their attributes, by kind; compared kinds first."""
-    compared = [event_type for view in View for event_type in view.event_types]
-    kinds = (event_type.KIND for event_type in (*compared, *EVENT_TYPES.values()))
+    compared_types = [event_type for view in View for event_type in view.event_types]
+    kinds = (event_type.KIND for event_type in (*compared_types, *EVENT_TYPES.values()))
     return {kind.name: kind.patterns for kind in kinds if kind.patterns}
 
 
@@ -88,7 +88,7 @@ def _parse_tests(text: str, condition: str, fields: Mapping[str, str]) -> Iterat
     if not condition:
         return
     if not re.match(r"[a-z-]+=", condition):
-        yield next(iter(fields)), condition
+        yield next(iter(fields)), condition  # a glob alone is for the first field of the kind
         return
     # a comma separates tests only before a field, because a glob may have commas
     for test in re.split(f",(?=(?:{'|'.join(fields)})=)", condition):
@@ -115,7 +115,10 @@ class Selection:
         self.ignore = [parse_pattern(text) for text in ignore]
         for pattern in self.only:
             if pattern.field:
-                raise TraceError(f"--only {pattern.text}: single fields can only be ignored")
+                raise TraceError(
+                    f"--only {pattern.text}: single fields can only be ignored",
+                    hint=f"select {pattern.kind} events as a whole, or use --ignore {pattern.text}",
+                )
         self._matched_patterns: set[str] = set()
 
     def __bool__(self) -> bool:
@@ -173,7 +176,7 @@ class _SelectionReader:
         values = self._pattern_values(event)
         content: Event | None = event
         if self._only:
-            # every pattern is tried, so that each one that matches counts as used
+            # every pattern is tried, so that each matching pattern counts as used
             is_selected = [self._matches(pattern, kind, event, values) for pattern in self._only]
             content = event if any(is_selected) else None
         for pattern in self._ignore:
@@ -201,14 +204,14 @@ class _SelectionReader:
         return values
 
     def _drop_repetition(self, event: Event) -> Event | None:
-        """Return the event, or None if the event repeats the last one of its subject."""
+        """Return the event, or None if the event repeats the last event of its subject."""
         if not event.KIND.subject:
             return event
         subject = event.KIND.name, *(getattr(event, field) for field in event.KIND.subject)
-        timeless = replace(event, time_us=0)
-        if self._last_contents.get(subject) == timeless:
+        timeless_event = replace(event, time_us=0)
+        if self._last_contents.get(subject) == timeless_event:
             return None
-        self._last_contents[subject] = timeless
+        self._last_contents[subject] = timeless_event
         return event
 
 

@@ -33,7 +33,7 @@ State: TypeAlias = tuple[str, ...]
 class Step(NamedTuple):
     """A step of a goal, plan, Skiller or interface.
 
-    :param position: the number of its event among the compared ones, from 0.
+    :param position: the number of the event among the compared events, from 0.
     :param time_us: the time of the event in microseconds.
     """
 
@@ -76,7 +76,9 @@ class StepPair:
         alignment = Alignment(*states)
         # all states have the same subject, so that states between the same pairs count as changed
         edits = alignment.find_edits(
-            lambda run, index: states[run][index], lambda _run, _index: None, lambda _run, _index: None
+            lambda run_index, index: states[run_index][index],
+            lambda _run_index, _index: None,
+            lambda _run_index, _index: None,
         )
         yield from (self._make_difference(alignment, edit) for edit in edits)
         if time_check and self.has_times:
@@ -103,19 +105,19 @@ class StepPair:
         elif edit.kind in ONE_SIDED_KINDS:
             description = f"{description}, which only {run_name} has"
         side_a, side_b = (
-            _make_side(self.steps[run][index])
+            _make_side(self.steps[run_index][index])
             if index != MISSING
-            else self._make_missing_side(run, alignment.preceding_index(run, edit))
-            for run, index in enumerate(edit.indices)
+            else self._make_missing_side(run_index, alignment.preceding_index(run_index, edit))
+            for run_index, index in enumerate(edit.indices)
         )
         return Difference(description, self.subject, side_a, side_b, edit.kind, edit.count)
 
-    def _make_missing_side(self, run: int, preceding_index: int) -> Side:
+    def _make_missing_side(self, run_index: int, preceding_index: int) -> Side:
         """Return the side of a run without a step.
 
         :param preceding_index: the index of the preceding step, or -1.
         """
-        steps = self.steps[run]
+        steps = self.steps[run_index]
         if not steps:
             return Side(None, f"(no {self.noun})")
         adverb = "no further" if preceding_index == len(steps) - 1 else "no such"

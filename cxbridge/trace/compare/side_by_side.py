@@ -73,15 +73,15 @@ def _compare_goals(a: Run, b: Run) -> dict[str, Any]:
     for side, unmatched_goals in zip("ab", match.unmatched_goals, strict=True):
         for goal in unmatched_goals:
             rows[match.labels[goal]] = {"a": None, "b": None, side: bars["ab".index(side)].get(goal.key)}
-    ordered = list(_sort_rows(rows))
+    sorted_rows = list(_sort_rows(rows))
     return {
         "unit": "s" if has_times else "steps",
         "end": dict(zip("ab", ends, strict=True)),
         "start_us": {
             side: history.clock.first_us or 0 for side, history in zip("ab", histories, strict=True)
         },
-        "goals": ordered[:MAX_ROWS],
-        "more_goals": max(0, len(ordered) - MAX_ROWS),
+        "goals": sorted_rows[:MAX_ROWS],
+        "more_goals": max(0, len(sorted_rows) - MAX_ROWS),
     }
 
 

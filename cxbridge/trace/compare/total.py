@@ -70,6 +70,7 @@ def compare_total(
     checks = _PartnerChecks(tolerance_s)
     differences: list[Difference] = []
     tokens_a, tokens_b = iter(readers[0]), iter(readers[1])
+    # the last equal pairs, each with the number of names before it
     window: deque[tuple[tuple[Token, Token], int]] = deque(maxlen=WINDOW_SIZE)
     while True:
         # names are numbered by first appearance, so equal numbers mean the same name up to here

@@ -1,9 +1,8 @@
 """The formats of recorded runs, and opening of a run by its content.
 
 A module or package of this folder, or of a plug-in's table, is a format if it has ``FORMATS``, a tuple of
-:class:`.base.Format`, or ``COPIES``, a tuple of :class:`.base.CopyFormat`. The format of a module with
-``RECORDING``, ``module:function``, is written by runs: the function opens a path for a
-:class:`.base.RecordedRun`.
+:class:`.base.Format`, or ``COPIES``, a tuple of :class:`.base.CopyFormat`. A format in which runs can be
+recorded also has ``RECORDING``, the ``module:function`` that opens a path for a :class:`.base.RecordedRun`.
 """
 
 from __future__ import annotations

@@ -102,9 +102,9 @@ class TransitionsText(Run):
         """
         details = _LastDetails()
         pending: Transition | None = None
-        at_us: int | None = None
+        stated_time_us: int | None = None
         for number, line, is_complete in read_lines(self.path):
-            event = parse_transition(line, number if at_us is None else at_us)
+            event = parse_transition(line, number if stated_time_us is None else stated_time_us)
             if event is not None:
                 # the details of a transition follow its line: it is complete when the next transition begins
                 if pending is not None:
@@ -114,7 +114,7 @@ class TransitionsText(Run):
                 self.note(f"line {number}: the file ends within this line")
             # a time applies to all transitions up to the next time
             elif match := _TIME_LINE.fullmatch(line):
-                at_us = round(float(match.group(1)) * MICROSECONDS)
+                stated_time_us = round(float(match.group(1)) * MICROSECONDS)
             elif pending is not None and (match := _DETAIL_LINE.fullmatch(unescape_record(line))):
                 details.store(pending, match.group(1), match.group(2))
             elif line.strip():
@@ -166,10 +166,10 @@ class _LastDetails:
         subject = self._subject(event)
         # the first transition shows its parameters even if there are none: without a line, a reader would
         # take the details for not recorded
-        former = self._by_subject.get(subject, DEFAULT_DETAILS | {"params": ""})
+        former_details = self._by_subject.get(subject, DEFAULT_DETAILS | {"params": ""})
         self._by_subject[subject] = details
-        for name in (*details, *(former.keys() - details.keys() - DEFAULT_DETAILS.keys())):
-            if details.get(name, "") != former.get(name, ""):
+        for name in (*details, *(former_details.keys() - details.keys() - DEFAULT_DETAILS.keys())):
+            if details.get(name, "") != former_details.get(name, ""):
                 yield escape_record(f"  {name}={details.get(name, '')}")
 
 

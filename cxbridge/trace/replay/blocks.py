@@ -13,7 +13,8 @@ from cxbridge.interfaces.message import ClosedPort
 
 _NO_SERIAL: Final = UUID(int=0)
 _DEFINITION_HINT: Final = (
-    "its definition has changed since the recording; name the folder of the old one with --interface-dir DIR"
+    "the definition of the type has changed since the recording; name the folder of the old definition with "
+    "--interface-dir DIR"
 )
 
 

@@ -39,10 +39,10 @@ class ReplaySelection:
 class ReplayMove(NamedTuple):
     """A write to repeat.
 
-    :param at_us: the position in microseconds since the first event of the run.
+    :param position_us: the position in microseconds since the first event of the run.
     """
 
-    at_us: int
+    position_us: int
     event: InterfaceWrite
 
 

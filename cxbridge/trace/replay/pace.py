@@ -27,14 +27,14 @@ class Pace:
         self._start_s = 0.0
         self._first_us = 0
 
-    def begin(self, at_us: int) -> None:
+    def begin(self, position_us: int) -> None:
         """Start a round of the replay; its first event is at this position."""
         self._start_s = time.monotonic()
-        self._first_us = at_us
+        self._first_us = position_us
 
-    def wait(self, at_us: int) -> bool:
+    def wait(self, position_us: int) -> bool:
         """Wait for the time of a position; return False if the replay is to end."""
-        due_s = self._start_s + (at_us - self._first_us) / MICROSECONDS / self._speed
+        due_s = self._start_s + (position_us - self._first_us) / MICROSECONDS / self._speed
         while (remaining_s := due_s - time.monotonic()) > 0:
             self._on_wait()
             if self._stop.wait(min(remaining_s, _WAIT_SLICE_S)):

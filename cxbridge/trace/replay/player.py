@@ -79,8 +79,8 @@ class ReplayPlayer:
         for move in moves:
             if not has_begun:
                 has_begun = True
-                pace.begin(move.at_us)
-            if not pace.wait(move.at_us):
+                pace.begin(move.position_us)
+            if not pace.wait(move.position_us):
                 return False
             self._write(move.event)
         return True

@@ -17,8 +17,8 @@ from tests.trace.runs import MemoryRun
 def played(run: Any, selection: ReplaySelection = ReplaySelection()) -> list[tuple[float, float]]:  # noqa: B008 - frozen
     """Milliseconds and value of each write."""
     return [
-        (at_us / 1000, event.values["value"])
-        for at_us, event in replay_moves(run, selection)
+        (position_us / 1000, event.values["value"])
+        for position_us, event in replay_moves(run, selection)
         if isinstance(event, InterfaceWrite)
     ]
 
@@ -56,6 +56,6 @@ def test_a_write_with_its_old_stamp_does_not_set_the_clock(tmp_path: Path) -> No
 @given(st.lists(st.tuples(st.sampled_from("ab"), st.integers(0, 10**10)), min_size=1))
 def test_positions_never_decrease(times: list[tuple[str, int]]) -> None:
     run = MemoryRun(InterfaceWrite(time_us, f"Type::{name}", {}) for name, time_us in times)
-    positions = [at_us for at_us, _ in replay_moves(run, ReplaySelection())]
+    positions = [position_us for position_us, _ in replay_moves(run, ReplaySelection())]
     assert positions == sorted(positions)
     assert len(positions) == len(times)

@@ -62,9 +62,12 @@ def make_report(
 ) -> ComparisonReport:
     """Build the report of a comparison; the runs are read again for the context of the first difference."""
     b = others[comparison.other_index]
-    first = comparison.differences[0] if comparison.differences else None
+    first_difference = comparison.differences[0] if comparison.differences else None
     contexts = []
-    for run, side in ((a, first and first.a), (b, first and first.b)):
+    for run, side in (
+        (a, first_difference and first_difference.a),
+        (b, first_difference and first_difference.b),
+    ):
         position = None if side is None else side.position
         contexts.append(read_contexts(run, comparison.view, [position], selection)[position])
     return ComparisonReport(comparison, a, b, *contexts)
@@ -104,16 +107,16 @@ def _report_lines(report: ComparisonReport) -> Iterator[str]:
 
 def _further_lines(comparison: Comparison) -> Iterator[str]:
     """Yield a line per difference after the first."""
-    further = comparison.differences[1:]
-    if not further:
+    further_differences = comparison.differences[1:]
+    if not further_differences:
         return
     yield ""
     yield "further differences:"
-    for difference in further[:MAX_LISTED_DIFFERENCES]:
+    for difference in further_differences[:MAX_LISTED_DIFFERENCES]:
         yield f"  {difference_title(difference)}: A {_side_text(difference.a)}; B {_side_text(difference.b)}"
-    unlisted = len(further) - MAX_LISTED_DIFFERENCES
-    if unlisted > 0:
-        yield f"  and {unlisted} more"
+    unlisted_count = len(further_differences) - MAX_LISTED_DIFFERENCES
+    if unlisted_count > 0:
+        yield f"  and {unlisted_count} more"
 
 
 def _difference_count_text(comparison: Comparison) -> str:

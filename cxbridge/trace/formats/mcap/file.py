@@ -123,7 +123,7 @@ class McapFile:
         """
         pack, chunk, indexes = _MESSAGE.pack, self._chunk, self._message_index
         for channel, time_ns, data in messages:
-            # struct refuses other numbers, which a wrong clock of a robot may yield
+            # struct refuses a time outside of this range, which a robot's wrong clock may yield
             if not 0 <= time_ns <= _MAX_TIME_NS:
                 time_ns = max(0, min(time_ns, _MAX_TIME_NS))  # noqa: PLW2901 - it is the time
             index = indexes[channel]

@@ -70,7 +70,7 @@ class McapRun(Run):
             )
 
     def metadata(self) -> Mapping[str, str]:
-        """Return the values of the metadata records; later ones replace earlier ones."""
+        """Return the values of the metadata records; later records replace values of earlier records."""
         values: dict[str, str] = {}
         for record in self._metadata_records(METADATA_NAME):
             values.update(record)
@@ -176,7 +176,7 @@ class McapRun(Run):
 
 
 class _ChannelDecoders:
-    """The decoders of the messages by channel, for the types of events that are read."""
+    """The decoders of the messages by channel, for the requested types of events."""
 
     def __init__(self, event_types: Iterable[type[Event]]) -> None:
         self._types_by_schema_name = {

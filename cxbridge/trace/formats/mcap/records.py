@@ -18,13 +18,13 @@ from cxbridge.errors import TraceError
 from cxbridge.extras import install_command
 
 MAGIC: Final = b"\x89MCAP0\r\n"
-"""The first eight bytes of an mcap file, and the last eight of a complete one."""
+"""The first eight bytes of an mcap file, and the last eight bytes of a complete file."""
 
 PROFILE: Final = "cxbridge"
 """The profile in the header of files of cxbridge."""
 
 METADATA_NAME: Final = "cxbridge"
-"""The name of metadata records of a run; later ones extend earlier ones."""
+"""The name of metadata records of a run; later records extend earlier records."""
 
 SOURCE_NAME: Final = "cxbridge.source"
 """The name of metadata records of a run's sources."""
@@ -61,7 +61,7 @@ class Record(Struct, frozen=True):
     :param kind: one of the constants above.
     :param start: the offset of its content.
     :param size: the number of bytes of its content.
-    :param is_complete: whether the file contains all of it.
+    :param is_complete: whether the file contains all of the content.
     """
 
     kind: int
@@ -207,7 +207,7 @@ def unpack_chunk(data: bytes, *, is_complete: bool) -> bytes:
     """Return the records within a chunk.
 
     :param is_complete: whether the data are complete; of an incomplete chunk, the existing part is returned.
-    :raises DamageError: if they are damaged or too large, or have an unknown compression.
+    :raises DamageError: if the chunk is damaged or too large, or has an unknown compression.
     """
     fields = FieldReader(data)
     fields.read_uint64(), fields.read_uint64()  # the times of the first and last message
