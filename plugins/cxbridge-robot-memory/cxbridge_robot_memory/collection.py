@@ -38,21 +38,21 @@ class Collection:
         """Return a superset of the matching documents, in insertion order."""
         if not query:
             return self._documents.values()
-        required = list(equalities(query))
-        for path, value in required:
+        required_equalities = list(equalities(query))
+        for path, value in required_equalities:
             if path == "_id":
                 document = self._documents.get(order_key(value))
                 return () if document is None else (document,)
         if len(self._documents) <= _MAX_SCANNED:
             return self._documents.values()
-        indexed = [
+        candidate_lists = [
             index.get(order_key(value), {})
-            for path, value in required
+            for path, value in required_equalities
             if (index := self._index(path)) is not None
         ]
-        if not indexed:
+        if not candidate_lists:
             return self._documents.values()
-        return (self._documents[identity] for identity in min(indexed, key=len))
+        return (self._documents[identity] for identity in min(candidate_lists, key=len))
 
     def _index(self, path: str) -> dict[Hashable, dict[Hashable, None]] | None:
         """Return the index of a path, made if necessary; None if there are too many indexes."""
@@ -72,11 +72,11 @@ class Collection:
         if order_key(document["_id"]) in self._documents:
             raise DuplicateKeyError(f"a document with the _id {document['_id']!r} already exists")
 
-    def store_document(self, document: Document, replaced: Document | None = None) -> None:
+    def store_document(self, document: Document, stored_document: Document | None = None) -> None:
         """Add a document after :meth:`check_new_id`, or replace a stored document."""
         identity = order_key(document["_id"])
         for path, index in self._indexes.items():
-            old_keys = set() if replaced is None else _leaf_keys(replaced, path)
+            old_keys = set() if stored_document is None else _leaf_keys(stored_document, path)
             new_keys = _leaf_keys(document, path)
             _remove_from_index(index, old_keys - new_keys, identity)
             for key in new_keys - old_keys:

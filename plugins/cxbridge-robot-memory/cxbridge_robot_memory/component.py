@@ -35,12 +35,12 @@ def _open_team_store(team: RunBase, agent: str, settings: Settings) -> Store:
     own_file = None if file is None else file.with_name(f"{file.stem}-{agent}{file.suffix}")
     return SplitStore(
         EmbeddedStore(team.clock, own_file),
-        team.shared.get(_open_common_store, team),
+        team.shared.get(_open_shared_store, team),
         settings.distributed_databases,
     )
 
 
-def _open_common_store(team: RunBase) -> Store:
+def _open_shared_store(team: RunBase) -> Store:
     from cxbridge_robot_memory.embedded import EmbeddedStore  # noqa: PLC0415 - as above
 
     return EmbeddedStore(team.clock, Settings.read(team.config).file)

@@ -67,7 +67,7 @@ class EmbeddedStore(Store):
         self._last_stamp = Timestamp(0, 0)
         self._journal = None if file is None else Journal(file)
         if self._journal is not None:
-            # an invalid name of a collection is refused, too
+            # `_collection` also refuses a damaged name of a collection
             self._journal.load_documents(
                 lambda collection, document: self._collection(collection).store_document(document)
             )
@@ -138,7 +138,9 @@ class EmbeddedStore(Store):
     def watch(self, collection: str, query: Mapping[str, Any], on_change: ChangeCallback) -> Watch:
         split_name(collection)
         watch = _LocalWatch(
-            compile_query(copy(query)), on_change, lambda on_close: self._end_watch(collection, on_close)
+            compile_query(copy(query)),
+            on_change,
+            lambda ended_watch: self._end_watch(collection, ended_watch),
         )
         with self._lock:
             self._watches.setdefault(collection, []).append(watch)
@@ -173,26 +175,28 @@ class EmbeddedStore(Store):
         self._notify(collection, "insert", document)
         return document
 
-    def _store_document(self, collection: str, document: Document, replaced: Document | None = None) -> None:
-        """Check and store a document."""
-        documents = self._collection(collection)
+    def _store_document(
+        self, collection: str, document: Document, stored_document: Document | None = None
+    ) -> None:
+        """Check a document, and add it or replace a stored document."""
+        target = self._collection(collection)
         _refuse_dollars(document)
-        if replaced is None:
-            documents.check_new_id(document)
+        if stored_document is None:
+            target.check_new_id(document)
         if self._journal is not None:
             self._journal.store_document(collection, document)
-        documents.store_document(document, replaced)
+        target.store_document(document, stored_document)
 
     def _upsert(self, collection: str, query: Document, changes: Update) -> Document:
         return self._insert(collection, changes.new_document(query, self._present_time()))
 
     def _apply_update(self, collection: str, document: Document, changes: Update) -> Document:
-        changed = changes.apply(document, self._present_time())
-        if changed is None:
+        changed_document = changes.apply(document, self._present_time())
+        if changed_document is None:
             return document
-        self._store_document(collection, changed, document)
-        self._notify(collection, "update", changed)
-        return changed
+        self._store_document(collection, changed_document, document)
+        self._notify(collection, "update", changed_document)
+        return changed_document
 
     def _delete(self, collection: str, document: Document) -> None:
         if self._journal is not None:
@@ -216,7 +220,7 @@ class EmbeddedStore(Store):
         self._last_stamp = Timestamp(seconds, number)
         return self._last_stamp
 
-    def _notify(self, collection: str, kind: str, document: Document) -> None:
+    def _notify(self, collection: str, operation: str, document: Document) -> None:
         stamp = self._next_stamp()
         watches = self._watches.get(collection)
         if not watches:
@@ -225,11 +229,11 @@ class EmbeddedStore(Store):
         database, name = split_name(collection)
         change: ChangeEvent = {
             "_id": {"_data": f"{stamp.time:08x}{stamp.inc:08x}"},
-            "operationType": kind,
+            "operationType": operation,
             "clusterTime": stamp,
             "wallTime": self._present_time(),
         }
-        if kind != "delete":
+        if operation != "delete":
             change["fullDocument"] = document
         change["ns"] = {"db": database, "coll": name}
         change["documentKey"] = {"_id": document["_id"]}
@@ -239,7 +243,7 @@ class EmbeddedStore(Store):
 
 
 def _refuse_dollars(value: Any) -> None:
-    """Raise if a field name starts with a dollar, which has a meaning in extended JSON."""
+    """Raise `QueryError` for a field name with a dollar, which extended JSON in the file would misread."""
     if isinstance(value, dict):
         for name, item in value.items():
             if name.startswith("$"):

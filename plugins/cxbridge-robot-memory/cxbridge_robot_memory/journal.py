@@ -62,13 +62,13 @@ class Journal:
         if tables and (owner, version) != (_APPLICATION_ID, _LAYOUT_VERSION):
             self._db.close()
             raise RobotMemoryError(
-                "this database is not a robot memory, or of another version of cxbridge",
+                "this database is not a robot memory of this version of cxbridge",
                 file=self._file,
                 hint="name another file",
             )
 
     def _refusal_error(self, error: Exception) -> RobotMemoryError:
-        hint = "another process has it open" if "locked" in str(error) else "name another file"
+        hint = "another process has the file open" if "locked" in str(error) else "name another file"
         return RobotMemoryError(f"cannot keep the robot memory here: {error}", file=self._file, hint=hint)
 
     def load_documents(self, store: Callable[[str, Document], object]) -> None:
@@ -128,8 +128,8 @@ def _encoded_id(identity: Any) -> bytes:
     return _encode({"_id": identity})
 
 
-# surrogatepass, because strings of CLIPS may contain bytes other than UTF-8, which are surrogates in Python
 def _encode(document: Document) -> bytes:
+    # strings of CLIPS may contain bytes other than UTF-8, which are surrogates in Python
     return to_text(document).encode(errors="surrogatepass")
 
 

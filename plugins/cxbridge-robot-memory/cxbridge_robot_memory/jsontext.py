@@ -35,8 +35,8 @@ def _extended_value(fields: dict[str, Any]) -> Any:
         return fields
     if fields.keys() in ({"$regex"}, {"$regex", "$options"}) and isinstance(fields["$regex"], str):
         return Regex(fields["$regex"], _sorted_options(fields.get("$options", "")))
-    read = _PARSERS.get(name) if len(fields) == 1 else None
-    return fields if read is None else read(fields[name])
+    parse_value = _PARSERS.get(name) if len(fields) == 1 else None
+    return fields if parse_value is None else parse_value(fields[name])
 
 
 def _sorted_options(letters: Any) -> str:
@@ -51,7 +51,7 @@ def _parse_date(value: Any) -> datetime:
 
 
 def _parse_object_id(digits: Any) -> ObjectId:
-    if not isinstance(digits, str) or len(bytes.fromhex(digits)) != 12:  # noqa: PLR2004
+    if not isinstance(digits, str) or len(bytes.fromhex(digits)) != 12:  # noqa: PLR2004 - the bytes of an ObjectId
         raise QueryError(f"$oid must have 24 hexadecimal digits, not {digits!r}")
     return ObjectId(digits.lower())
 
@@ -90,7 +90,7 @@ def _double_text(value: float) -> str:
     return repr(value) if math.isfinite(value) else f'{{ "$numberDouble" : "{value}" }}'
 
 
-# tried in order: bool is a subclass of int, and must come before
+# tried in order: bool precedes int, because it is a subclass of int
 _FORMATTERS: tuple[tuple[type, Callable[[Any], str]], ...] = (
     (str, _quoted_text),
     (bool, lambda value: "true" if value else "false"),

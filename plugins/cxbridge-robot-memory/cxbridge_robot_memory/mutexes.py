@@ -55,9 +55,8 @@ class Mutexes:
         try:
             mutex = self._store.find_one_and_update(self._collection, query, changes, upsert=True)
         except DuplicateKeyError:
-            return (
-                False  # the query does not match a locked mutex, so the upsert inserts another with its _id
-            )
+            # the query does not match a locked mutex, so that the upsert inserts a document with the same _id
+            return False
         return mutex is not None and mutex.get("locked-by") == owner
 
     def renew(self, name: str, identity: str) -> bool:

@@ -205,9 +205,11 @@ def compile_regex(regex: Regex) -> Matcher:
     :raises QueryError: if the expression is invalid or needs MongoDB. The test raises it for a text that is
         too long.
     """
-    unknown = regex.options.strip("imsx")
-    if unknown:
-        raise QueryError(f"'{unknown[0]}' is not an option of regular expressions", hint="use i, m, s and x")
+    unknown_letters = regex.options.strip("imsx")
+    if unknown_letters:
+        raise QueryError(
+            f"'{unknown_letters[0]}' is not an option of regular expressions", hint="use i, m, s and x"
+        )
     flags = sum(_FLAGS[letter] for letter in set(regex.options))
     try:
         search = re.compile(regex.pattern, flags).search

@@ -62,8 +62,8 @@ class Settings(PluginSettings):
         uri = config.get_str(f"{_CXBRIDGE_KEY}/uri", default="")
         has_distributed = config.get_bool(f"{_CLIENTS_KEY}/robot-memory-distributed/enabled", default=False)
         coordination = f"{_FAWKES_KEY}/coordination"
-        database = config.get_str(f"{coordination}/database", default="robmem_coordination")
-        mutexes = config.get_str(f"{coordination}/mutex-collection", default="mutex")
+        mutex_database = config.get_str(f"{coordination}/database", default="robmem_coordination")
+        mutex_name = config.get_str(f"{coordination}/mutex-collection", default="mutex")
         replica_sets = [
             name
             for name in config.keys(_REPLICA_SETS_KEY)
@@ -83,7 +83,7 @@ class Settings(PluginSettings):
                     f"{_FAWKES_KEY}/distributed-db-names", default=[*defaults.distributed_databases]
                 )
             ),
-            mutex_collection=f"{database}.{mutexes}",
+            mutex_collection=f"{mutex_database}.{mutex_name}",
             replica_sets=tuple(sorted(replica_sets)) or _DEFAULT_SETS,
         )
 

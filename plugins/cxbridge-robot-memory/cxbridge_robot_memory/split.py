@@ -16,20 +16,21 @@ from cxbridge_robot_memory.values import Document
 class SplitStore(Store):
     """Passes each call to the store of the collection's database.
 
-    :param own: the agent's store, which is closed with the split store.
-    :param common: the shared store, which stays open.
-    :param shared: the names of the databases in the shared store.
+    :param own_store: the agent's store, which is closed with the split store.
+    :param shared_store: the store of all agents, which stays open.
+    :param shared_databases: the names of the databases in the shared store.
     """
 
     is_local = True
 
-    def __init__(self, own: Store, common: Store, shared: Sequence[str]) -> None:
-        self._own = own
-        self._common = common
-        self._shared_databases = frozenset(shared)
+    def __init__(self, own_store: Store, shared_store: Store, shared_databases: Sequence[str]) -> None:
+        self._own_store = own_store
+        self._shared_store = shared_store
+        self._shared_databases = frozenset(shared_databases)
 
     def _find_store(self, collection: str) -> Store:
-        return self._common if split_name(collection)[0] in self._shared_databases else self._own
+        database, _ = split_name(collection)
+        return self._shared_store if database in self._shared_databases else self._own_store
 
     def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
         return self._find_store(collection).insert(collection, document)
@@ -73,4 +74,4 @@ class SplitStore(Store):
 
     def close(self) -> None:
         """Close the agent's store."""
-        self._own.close()
+        self._own_store.close()

@@ -87,23 +87,23 @@ class Update:
 
         :raises QueryError: if the update does not suit the document.
         """
-        changed = copy(document)
+        changed_document = copy(document)
         has_changes = False
         for step in self._sorted_steps:
-            has_changes |= _apply_step(step, changed, now)
+            has_changes |= _apply_step(step, changed_document, now)
         if any("." in step.path for step in self._sorted_steps):
-            copy(changed)  # a check: copy() refuses a document that has become too deep
-        if "_id" in document and not is_identical(document["_id"], changed.get("_id", MISSING)):
+            copy(changed_document)  # a check: copy() refuses a document that has become too deep
+        if "_id" in document and not is_identical(document["_id"], changed_document.get("_id", MISSING)):
             raise QueryError("an update cannot change the '_id' of a document")
-        return changed if has_changes else None
+        return changed_document if has_changes else None
 
     def new_document(self, query: Mapping[str, Any], now: datetime) -> Document:
         """Return the document of an upsert: the query's equalities, then the update."""
-        base: Document = {}
-        for path, value in sorted(equalities(query), key=lambda pair: pair[0]):
-            _set_value(base, path, value)
-        changed = self.apply(base, now)
-        return base if changed is None else changed
+        query_document: Document = {}
+        for path, value in sorted(equalities(query), key=lambda equality: equality[0]):
+            _set_value(query_document, path, value)
+        changed_document = self.apply(query_document, now)
+        return query_document if changed_document is None else changed_document
 
 
 def _parse_steps(name: str, fields: Any) -> Iterator[_UpdateStep]:
@@ -137,20 +137,24 @@ def _apply_step(step: _UpdateStep, document: Document, now: datetime) -> bool:
     for field_name in parents:
         parent = parent.get(field_name) if isinstance(parent, dict) else None
     current_value = parent.get(name, MISSING) if isinstance(parent, dict) else MISSING
-    new = step.new_value(current_value, now)
-    if new is MISSING:
+    new_value = step.new_value(current_value, now)
+    if new_value is MISSING:
         if current_value is MISSING:
             return False
         del parent[name]
         return True
     # $currentDate always counts as a change: on a virtual clock, the time may be the same as before
-    if step.operator != "$currentDate" and current_value is not MISSING and is_identical(current_value, new):
+    if (
+        step.operator != "$currentDate"
+        and current_value is not MISSING
+        and is_identical(current_value, new_value)
+    ):
         return False
-    _set_value(document, step.path, new)
+    _set_value(document, step.path, new_value)
     return True
 
 
-def _set_value(document: Document, path: str, new: Any) -> None:
+def _set_value(document: Document, path: str, value: Any) -> None:
     """Set a value, creating documents on the path."""
     *parents, name = path.split(".")
     parent: Any = document
@@ -158,4 +162,4 @@ def _set_value(document: Document, path: str, new: Any) -> None:
         parent = parent.setdefault(field_name, {})
         if not isinstance(parent, dict):
             raise QueryError(f"cannot set '{path}': '{field_name}' is not a document")
-    parent[name] = new
+    parent[name] = value

@@ -130,8 +130,8 @@ NAN_KEY: Key = (NUMBER_POSITION - 1, 0)
 
 def _object_key(items: Iterable[tuple[str, Any]]) -> tuple[Any, ...]:
     # fields are compared by type, then name, then value; the type of NaN is that of numbers
-    keyed = [(name, order_key(item)) for name, item in items]
-    return tuple((NUMBER_POSITION if item == NAN_KEY else item[0], name, item) for name, item in keyed)
+    keys = [(name, order_key(item)) for name, item in items]
+    return tuple((NUMBER_POSITION if key == NAN_KEY else key[0], name, key) for name, key in keys)
 
 
 # for each type: its position in MongoDB's order of types, and a function that returns a value's key within

@@ -32,6 +32,8 @@ class CollectionFunctions:
         self._handles = context.handles
         self._log = context.log
         self._expand_path = expand_path
+        # the types are CLIPS' restrictions of the arguments; after an error the function returns `failure`,
+        # and the log line begins with the operation
         for name, function, types, failure, operation in (
             ("robmem-insert", self.insert, "*;sy", None, "Insert"),
             ("robmem-update", self.update, "*;sy", None, "Update"),
@@ -89,7 +91,7 @@ class CollectionFunctions:
 
     def create_unique_index(self, collection: str, keys: Value) -> None:
         """Create an index that rejects duplicate values."""
-        self._store.create_index(collection, self._document(keys, "robmem-create-index"), unique=True)
+        self._store.create_index(collection, self._document(keys, "robmem-create-unique-index"), unique=True)
 
     def query(self, collection: str, query: Value) -> Value:
         """Return a cursor over the matching documents."""
@@ -156,7 +158,7 @@ class CollectionFunctions:
         return FALSE
 
     def _report_registration(self, name: str, trigger: Trigger | None) -> None:
-        # Fawkes' relation for all triggers, despite its name
+        # as in Fawkes, the feedback of all triggers has this relation, not only that of mutexes
         relation = "mutex-trigger-register-feedback"
         if trigger is None:
             self._context.enqueue_fact(relation, FAIL, name)

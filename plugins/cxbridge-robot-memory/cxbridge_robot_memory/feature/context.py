@@ -36,7 +36,7 @@ class RobotMemoryContext:
         self.handles = Handles()
         self._assertions: deque[Callable[[], object]] = deque()
         self._last_event_us = 0
-        self._operations: dict[str, Future[None]] = {}  # the operations by key
+        self._operations: dict[str, Future[None]] = {}  # by key
         self._threads: ThreadPoolExecutor | None = None
 
     def assert_queued_facts(self) -> None:
@@ -58,8 +58,8 @@ class RobotMemoryContext:
 
         :returns: whether the operation was started.
         """
-        running = self._operations.get(key)
-        if running is not None and not running.done():
+        last_operation = self._operations.get(key)
+        if last_operation is not None and not last_operation.done():
             return False
         # a local store is fast, and its operation in this thread makes runs reproducible
         if self.store.is_local:
@@ -91,7 +91,7 @@ class RobotMemoryContext:
         self._assertions.clear()
 
     def _assert_event(self, name: str, change: ChangeEvent, received_us: int) -> None:
-        # each event has another time, because rules handle the oldest event first
+        # no two events have the same time, because rules handle the oldest event first
         self._last_event_us = max(received_us, self._last_event_us + 1)
         if self.env.assert_string(f"({name})") is None:
             self.log.warn(f"Asserting ({name}) failed: is it a valid relation name?")

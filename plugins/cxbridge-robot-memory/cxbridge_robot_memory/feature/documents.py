@@ -34,6 +34,7 @@ class DocumentFunctions:
     def __init__(self, env: ClipsEnvironment, handles: Handles, log: Logger) -> None:
         self._handles = handles
         self._log = log
+        # the types are CLIPS' restrictions of the arguments; an error returns `failure`
         for name, function, types, failure in (
             ("bson-create", self.create, "*", None),
             ("bson-parse", self.parse, "*;sy", None),

@@ -68,8 +68,8 @@ class RobotMemoryFeature(Feature):
 
     def before_run(self, env: ClipsEnvironment) -> None:
         """Assert the events and replies since the last run."""
-        # a feature that a rule has requested has no component, which otherwise calls `loop` in each cycle; a
-        # second call in a cycle writes nothing
+        # RobotMemoryComponent, which calls `loop` in each cycle, is absent if only a rule requests the
+        # feature; a second call in a cycle writes nothing
         self._memory.loop()
         self._contexts[env.name].assert_queued_facts()
 

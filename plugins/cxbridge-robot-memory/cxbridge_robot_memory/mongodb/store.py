@@ -62,9 +62,9 @@ def make_client(uri: str) -> Client:
 class MongoStore(Store):
     """Documents in one or two MongoDB replica sets.
 
-    :param local: the URI of the robot's set.
-    :param distributed: the URI of the set shared by robots; empty: the same set.
-    :param shared: the databases in the shared set.
+    :param local_uri: the URI of the robot's set.
+    :param distributed_uri: the URI of the set shared by robots; empty: the same set.
+    :param shared_databases: the databases in the shared set.
     :param warn: called when a watch is disconnected or reconnected.
     :raises ConfigError: if a URI is invalid.
     """
@@ -73,15 +73,15 @@ class MongoStore(Store):
 
     def __init__(
         self,
-        local: str,
-        distributed: str = "",
-        shared: Sequence[str] = (),
+        local_uri: str,
+        distributed_uri: str = "",
+        shared_databases: Sequence[str] = (),
         *,
         warn: Callable[[str], object] = lambda _text: None,
     ) -> None:
-        self._local = make_client(local)
-        self._distributed = make_client(distributed) if distributed else self._local
-        self._shared_databases = frozenset(shared)
+        self._local_client = make_client(local_uri)
+        self._distributed_client = make_client(distributed_uri) if distributed_uri else self._local_client
+        self._shared_databases = frozenset(shared_databases)
         self._warn = warn
         self._paused_until: dict[int, float] = {}  # end of the pause after a failure, by id() of the client
         self._watches: set[MongoWatch] = set()
@@ -149,7 +149,7 @@ class MongoStore(Store):
 
     def replica_set_status(self, name: str) -> ReplicaSetStatus:
         """Return the status of a replica set from the first server that replies."""
-        client = self._distributed if name.endswith("distributed") else self._local
+        client = self._distributed_client if name.endswith("distributed") else self._local_client
         try:
             hello = client.admin.command("hello", read_preference=ReadPreference.NEAREST)
         except mongo_errors.PyMongoError as error:
@@ -170,8 +170,8 @@ class MongoStore(Store):
     def close(self) -> None:
         for watch in tuple(self._watches):
             watch.close()
-        self._local.close()
-        self._distributed.close()
+        self._local_client.close()
+        self._distributed_client.close()
 
     @contextmanager
     def _open_collection(self, collection: str) -> Iterator[Collection[Document]]:
@@ -180,16 +180,16 @@ class MongoStore(Store):
         Fails immediately for some time after a failed connection.
         """
         database, name = split_name(collection)
-        client = self._distributed if database in self._shared_databases else self._local
+        client = self._distributed_client if database in self._shared_databases else self._local_client
         if time.monotonic() < self._paused_until.get(id(client), 0.0):
             raise UnreachableError("the database cannot be reached")
         try:
             yield client[database].get_collection(name, codec_options=CODEC)
         except mongo_errors.PyMongoError as error:
-            translated = _convert_error(error)
-            if isinstance(translated, UnreachableError):
+            memory_error = _convert_error(error)
+            if isinstance(memory_error, UnreachableError):
                 self._paused_until[id(client)] = time.monotonic() + _PAUSE_S
-            raise translated from None
+            raise memory_error from None
         except (bson.errors.BSONError, OverflowError, TypeError, ValueError) as error:
             raise QueryError(str(error)) from None
 
@@ -200,5 +200,6 @@ def _convert_error(error: pymongo.errors.PyMongoError) -> RobotMemoryError:
     if isinstance(error, mongo_errors.OperationFailure) and error.code == _DUPLICATE_KEY:
         return DuplicateKeyError(str(error))
     if isinstance(error, mongo_errors.ConnectionFailure | mongo_errors.ExecutionTimeout):
+        # after the reason, pymongo adds the timeout and a description of all servers
         return UnreachableError(f"the database cannot be reached: {error}".split(", Timeout:")[0])
     return QueryError(str(error))
