@@ -140,7 +140,7 @@ def test_a_file_of_another_version_is_refused_and_left_alone(clock, tmp_path):
         database.execute("PRAGMA user_version = 0")
     database.close()
     before = file.read_bytes()
-    with pytest.raises(RobotMemoryError, match="another version of cxbridge"):
+    with pytest.raises(RobotMemoryError, match="not a robot memory of this version of cxbridge"):
         EmbeddedStore(clock, file)
     assert file.read_bytes() == before
 
@@ -148,7 +148,7 @@ def test_a_file_of_another_version_is_refused_and_left_alone(clock, tmp_path):
 def test_one_file_is_for_one_process(clock, tmp_path):
     file = tmp_path / "memory.db"
     store = EmbeddedStore(clock, file)
-    with pytest.raises(RobotMemoryError, match=r"(?s)memory\.db: .*another process has it"):
+    with pytest.raises(RobotMemoryError, match=r"(?s)memory\.db: .*another process has the file"):
         EmbeddedStore(clock, file)
     store.close()
 
