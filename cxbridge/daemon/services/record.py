@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.daemon.services.options import RecordOptions
-from cxbridge.daemon.services.service import ReadyCallback, Service, do_nothing
+from cxbridge.daemon.services.service import ReadyCallback, Service, count_writes, do_nothing
 from cxbridge.events import Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.printing import format_count
@@ -22,14 +22,6 @@ from cxbridge.trace.recorder import Recorder
 
 _PROGRESS_INTERVAL_S = 0.5  # seconds between progress reports
 _SCENARIO = "record"  # the name of the recording in bblogger files
-
-
-def count_writes(writes: Mapping[str, int]) -> str:
-    """Return the numbers of writes and interfaces, with nouns.
-
-    :param writes: the number of writes by interface.
-    """
-    return f"{format_count(sum(writes.values()), 'write')} of {format_count(len(writes), 'interface')}"
 
 
 @dataclass(slots=True)

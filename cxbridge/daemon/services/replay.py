@@ -13,8 +13,7 @@ from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.names import parse_uid
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.daemon.services.options import ReplayOptions
-from cxbridge.daemon.services.record import count_writes
-from cxbridge.daemon.services.service import ReadyCallback, Service, do_nothing
+from cxbridge.daemon.services.service import ReadyCallback, Service, count_writes, do_nothing
 from cxbridge.errors import BlackBoardError, TraceError
 from cxbridge.events import Sink
 from cxbridge.interfaces.classes import make_interface_class

@@ -6,7 +6,7 @@ A service is a long-lived process without an agent: record, replay, gateway or e
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from types import TracebackType
 from typing import Self
@@ -18,6 +18,7 @@ from cxbridge.daemon.process import Notifier
 from cxbridge.events import EventBus, LogLine, Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interrupt import Interrupt
+from cxbridge.printing import format_count
 
 ReadyCallback = Callable[[Callable[[], None]], None]
 """Gets a function that stops the service, when the service is ready."""
@@ -25,6 +26,14 @@ ReadyCallback = Callable[[Callable[[], None]], None]
 
 def do_nothing(_value: object) -> None:
     """Do nothing; the default callback of a service."""
+
+
+def count_writes(writes: Mapping[str, int]) -> str:
+    """Return the numbers of writes and interfaces, with nouns.
+
+    :param writes: the number of writes by interface.
+    """
+    return f"{format_count(sum(writes.values()), 'write')} of {format_count(len(writes), 'interface')}"
 
 
 class Service(ExitStack):
