@@ -1,4 +1,4 @@
-"""Recordings made of a list of events."""
+"""Recordings from lists of events."""
 
 from __future__ import annotations
 
@@ -49,39 +49,39 @@ class ListRun(Run):
 
 
 def us(seconds: float) -> int:
-    """Seconds after a begin at 1000 s."""
+    """Return the time of seconds after a begin at 1000 s."""
     return 1_000_000_000 + round(seconds * 1e6)
 
 
 def goal(
     at: float, name: str, mode: str, outcome: str = "UNKNOWN", error: str = "", parent: str = "nil"
 ) -> Event:
-    """A transition of a goal; its class is its name without digits."""
+    """Return a transition of a goal whose class is its name without digits."""
     return GoalTransition(
         us(at), ENV, name, name.rstrip("0123456789").upper(), "nil", parent, mode, outcome, error
     )
 
 
 def action(at: float, of: str, number: int, name: str, state: str) -> Event:
-    """A transition of an action of a goal's plan."""
+    """Return a transition of an action of a goal's plan."""
     return PlanActionTransition(us(at), ENV, str(number), of, f"{of}-PLAN", name, state)
 
 
 def skill(at: float, text: str, status: str) -> Event:
-    """What the Skiller says."""
+    """Return a status of the Skiller."""
     return SkillStatus(us(at), ENV, "Skiller", text, 1, status)
 
 
 def skill_error(at: float, text: str) -> Event:
-    """The Skiller's interface with the reason of a failure."""
+    """Return a write of the Skiller's interface with the reason of a failure."""
     return InterfaceWrite(us(at), "SkillerInterface::Skiller", {"error": text})
 
 
 def fired(at: float, rule: str, basis: str = "f-1") -> Event:
-    """A rule fired."""
+    """Return the firing of a rule."""
     return RuleFired(us(at), ENV, 1, rule, basis)
 
 
 def fact(at: float, index: int, text: str, *, asserted: bool = True) -> Event:
-    """A fact came or went."""
+    """Return the assertion or retraction of a fact."""
     return FactChange(us(at), ENV, asserted, index, text[1:].split(" ", maxsplit=1)[0].rstrip(")"), text)

@@ -1,4 +1,4 @@
-"""A slot that is added to the deftemplate in `goal.clp`, and nowhere else, is in all that shows goals."""
+"""A slot that is added only to the deftemplate in `goal.clp` appears in all views of goals."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ print(json.dumps([json.loads(to_json(_make_goal({}, values)))["deadline"], schem
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of the package with one more slot of goals."""
+    """Return a copy of the package with an additional slot of goals."""
     folder = tmp_path_factory.mktemp("package")
     ignored = shutil.ignore_patterns("__pycache__")
-    for copied in PACKAGES:
-        shutil.copytree(copied, folder / copied.name, ignore=ignored)
-    for each in ("interfaces", "luaskills"):
-        (folder / each).symlink_to(ROOT / each)
+    for source in PACKAGES:
+        shutil.copytree(source, folder / source.name, ignore=ignored)
+    for name in ("interfaces", "luaskills"):
+        (folder / name).symlink_to(ROOT / name)
     goal = folder / "cxbridge" / DECLARATION.relative_to(PACKAGES[0])
     text = goal.read_text()
     assert text.count("  (multislot warning)") == 1
@@ -68,7 +68,7 @@ def run(package: Path, *arguments: str) -> str:
 
 @pytest.fixture(scope="module")
 def events(package: Path) -> list[dict[str, Any]]:
-    """The transitions of goals of a run whose rules set the slot."""
+    """Return the events of a run whose rules set the slot."""
     agent = package / "agent"
     agent.mkdir()
     (agent / "scenario.yaml").write_text(SCENARIO)
@@ -79,42 +79,44 @@ def events(package: Path) -> list[dict[str, Any]]:
     return [event for event in map(json.loads, lines) if event["kind"] in ("goal", "fact")]
 
 
-def test_the_declaration_is_read():
+def test_declaration_with_slot_is_read():
     assert {slot.name for slot in GOAL_SLOTS} >= {"id", "class", "mode", "params", "is-executable"}
     more = read_slots(DECLARATION.read_text().replace("  (multislot warning)", ADDED))
     (deadline,) = set(more) - set(GOAL_SLOTS)
     assert deadline == ("deadline", False, "INTEGER", "0")
 
 
-def test_facts_and_events_have_it(events: list[dict[str, Any]]):
+def test_facts_and_events_have_slot(events: list[dict[str, Any]]):
     facts = [event["text"] for event in events if event["kind"] == "fact" and event["template"] == "goal"]
     assert any("(deadline 20)" in text for text in facts)
-    told = {(event["goal"], event["slots"].get("deadline")) for event in events if event["kind"] == "goal"}
-    assert told == {("HOUSE", None), ("ROOM", "10"), ("ROOM", "20")}
+    deadlines = {
+        (event["goal"], event["slots"].get("deadline")) for event in events if event["kind"] == "goal"
+    }
+    assert deadlines == {("HOUSE", None), ("ROOM", "10"), ("ROOM", "20")}
 
 
 @pytest.mark.usefixtures("events")
-def test_text_lines_have_it(package: Path):
+def test_text_lines_have_slot(package: Path):
     code = (
         "import sys; from pathlib import Path; from cxbridge.trace.formats.registry import open_run;"
         "from cxbridge.trace.formats.transitions_text import TransitionsWriter as W;"
         "w = W('golden.txt', details=True); [w.write(e) for e in open_run('run.mcap')]; w.close();"
         "print([e.slots.get('deadline') for e in open_run('golden.txt') if e.KIND.name == 'goal'])"
     )
-    said = run(package, "-c", code)
-    assert "'10'" in said
-    assert "'20'" in said
+    output = run(package, "-c", code)
+    assert "'10'" in output
+    assert "'20'" in output
     assert "  deadline=20" in (package / "golden.txt").read_text()
 
 
 @needs_plugin("web")
-def test_rest_has_it(package: Path):
+def test_rest_has_slot(package: Path):
     assert json.loads(run(package, "-c", REST)) == [7, "integer"]
 
 
 @needs_plugin("web")
 @pytest.mark.skipif(NODE is None, reason="needs node")
-def test_the_page_has_it(package: Path, events: list[dict[str, Any]]):
+def test_page_has_slot(package: Path, events: list[dict[str, Any]]):
     static = package / "cxbridge_web" / "static"
     (static / "package.json").write_text('{"type": "module"}')
     (static / "node_modules").mkdir()

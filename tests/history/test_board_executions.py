@@ -1,4 +1,4 @@
-"""A page shows what executors of a skill board did, and the arguments of planned actions."""
+"""The history has the executions of a skill board, and the arguments of planned actions."""
 
 from __future__ import annotations
 
@@ -26,46 +26,46 @@ def exchange(outcome="SUCCEEDED", error=""):
     ]
 
 
-def test_an_execution_has_its_agent_and_its_feedback():
+def test_execution_has_agent_and_feedback():
     (call,) = RunHistory.from_events(exchange()).calls
     assert call.skiller == "e1"
     assert call.skill_string == "move tb3 wp1 of robot1: 2 feedback messages, the last: 50% half"
     assert (call.begin[1], call.end, call.status, call.error) == (2, (5, 5), "S_FINAL", "")
 
 
-def test_an_execution_that_fails_says_why():
+def test_failed_execution_has_error():
     (call,) = RunHistory.from_events(exchange("FAILED", "door closed")).calls
     assert (call.status, call.error) == ("S_FAILED", "door closed")
 
 
-def test_an_execution_that_is_not_over_has_no_end():
+def test_running_execution_has_no_end():
     (call,) = RunHistory.from_events(exchange()[:-1]).calls
     assert (call.status, call.end) == ("S_RUNNING", None)
 
 
-def test_an_execution_is_over_when_its_executor_begins_another():
+def test_execution_ends_when_executor_begins_next():
     first, second = RunHistory.from_events([*exchange()[:-1], *exchange()[:-1]]).calls
     assert (first.status, first.end) == ("stopped", second.begin)
     assert (second.status, second.end) == ("S_RUNNING", None)
 
 
-def test_an_executor_that_refuses_another_request_goes_on():
-    other = [
+def test_refused_request_does_not_end_execution():
+    next_request = [
         message(4, EXECUTOR, "Request", skill="lift", parameters="{}"),
         message(4, BOARD, "Finish", outcome="REFUSED"),
     ]
-    refused = [replace(each, values={**each.values, "master": 8}) for each in other]
+    refused = [replace(event, values={**event.values, "master": 8}) for event in next_request]
     begun, finished = exchange()[:-1], exchange()[-1:]
     (call,) = RunHistory.from_events([*begun, *refused, *finished]).calls
     assert (call.status, call.end and call.end[1]) == ("S_FINAL", 5)
 
 
-def test_what_began_before_the_recording_is_no_call():
-    """Nobody knows its skill; before, each of its messages made one more call."""
+def test_execution_begun_before_recording_is_no_call():
+    """The skill is unknown; each feedback message made a call before."""
     assert RunHistory.from_events(exchange()[1:]).calls == []
 
 
-def test_actions_have_the_arguments_of_the_plan():
+def test_actions_have_arguments_of_plan():
     plan = "(move tb3 here there)\n0.5: (wait) [1.0]"
     history = RunHistory.from_events(
         [

@@ -1,4 +1,4 @@
-"""Which execution of a skill board an action was, and why it failed: `why` and the timeline agree."""
+"""The links between actions and executions of a skill board; `why` and the timeline use the same links."""
 
 from __future__ import annotations
 
@@ -15,13 +15,15 @@ from tests.history.runs import ListRun, action, fact, goal, us
 
 ROBOTS = ("robot1", "robot2", "robot3")
 REASONS = ("door closed", "battery low", "")
-"""Why each robot's skill fails; empty: it succeeds."""
+"""The reason of each robot's failure; an empty reason means success."""
 
 
 def sent(at: float, master: int, kind: str, to_board: bool, env: str = "", **values: object) -> Event:
-    """A message of master ``master`` and its executor; on the blackboard of an agent of several."""
-    own = "SkillBoardInterface::SkillBoard" if to_board else f"SkillExecutorInterface::{ROBOTS[master]}-arm"
-    uid = own.replace("::", f"::{env}/") if env else own
+    """Return a message between a master and its executor, on the blackboard of ``env`` if given."""
+    plain_uid = (
+        "SkillBoardInterface::SkillBoard" if to_board else f"SkillExecutorInterface::{ROBOTS[master]}-arm"
+    )
+    uid = plain_uid.replace("::", f"::{env}/") if env else plain_uid
     ticket = {"board": "SkillBoard", "epoch": 5, "master": master}
     if to_board:
         ticket["executor"] = f"{ROBOTS[master]}-arm"
@@ -43,8 +45,8 @@ def ends(at: float, n: int, reason: str, env: str = "") -> Event:
     return sent(at, n, "Finish", True, env, outcome=outcome, error=reason)
 
 
-def a_run(order: tuple[int, ...], over: tuple[float, ...], *, facts: bool = False) -> ListRun:
-    """Three robots that move at a time: they begin in ``order``, and end at times of their own."""
+def run_of_robots(order: tuple[int, ...], over: tuple[float, ...], *, facts: bool = False) -> ListRun:
+    """Return a run of three parallel robots: they begin in ``order`` and end at ``over``."""
     events: list[Event] = []
     for n in range(3):
         events += [goal(0, f"g{n}", "DISPATCHED"), action(0, f"g{n}", 1, "move", "FORMULATED")]
@@ -62,7 +64,7 @@ def a_run(order: tuple[int, ...], over: tuple[float, ...], *, facts: bool = Fals
     return ListRun(events)
 
 
-def linked(run):
+def links_by_goal(run):
     return {
         link.action.goal: (link.call.skiller, link.call.error)
         for link in find_skill_links(RunHistory.from_events(run))
@@ -73,20 +75,20 @@ EXPECTED = {f"g{n}": (f"{ROBOTS[n]}-arm", REASONS[n]) for n in range(3)}
 
 
 @pytest.mark.parametrize("order", list(permutations(range(3))))
-def test_robots_that_move_at_a_time(order):
+def test_actions_of_parallel_robots_have_their_executions(order):
     for over in permutations((3.0, 5.0, 8.0)):
-        run = a_run(order, over)
-        assert linked(run) == EXPECTED
+        run = run_of_robots(order, over)
+        assert links_by_goal(run) == EXPECTED
 
 
 @pytest.mark.parametrize("order", list(permutations(range(3))))
-def test_with_facts_the_arguments_pair_those_that_end_at_the_same_time(order):
-    run = a_run(order, (3.0, 3.0, 3.0), facts=True)
-    assert linked(run) == EXPECTED
+def test_arguments_in_facts_link_executions_with_same_end(order):
+    run = run_of_robots(order, (3.0, 3.0, 3.0), facts=True)
+    assert links_by_goal(run) == EXPECTED
 
 
-def test_an_action_that_fails_twice_has_the_reason_of_each_time():
-    def once(at, number, reason):
+def test_repeated_action_has_reason_of_each_failure():
+    def attempt(at, number, reason):
         return [
             action(at, "g0", number, "move", "FORMULATED"),
             action(at, "g0", number, "move", "WAITING"),
@@ -96,32 +98,37 @@ def test_an_action_that_fails_twice_has_the_reason_of_each_time():
             action(at + 1, "g0", number, "move", "EXECUTION-FAILED"),
         ]
 
-    run = ListRun([goal(0, "g0", "DISPATCHED"), *once(0, 1, "door closed"), *once(5, 2, "battery low")])
-    found = find_skill_links(RunHistory.from_events(run))
-    assert [(link.action.id, link.call.error) for link in found] == [
+    run = ListRun([goal(0, "g0", "DISPATCHED"), *attempt(0, 1, "door closed"), *attempt(5, 2, "battery low")])
+    links = find_skill_links(RunHistory.from_events(run))
+    assert [(link.action.id, link.call.error) for link in links] == [
         ("1", "door closed"),
         ("2", "battery low"),
     ]
 
 
-def of(env: str, event: Event) -> Event:
-    """The event of another environment."""
+def in_env(env: str, event: Event) -> Event:
+    """Return the event in another environment."""
     assert isinstance(event, GoalTransition | PlanActionTransition)
     return replace(event, env=env)
 
 
-@pytest.mark.parametrize(("one", "other"), list(permutations(("robot1", "robot2"))))
-def test_agents_of_one_run_have_their_own_boards(one, other):
-    """Their executors may have the same names: each agent has its own blackboard."""
+@pytest.mark.parametrize(("first", "second"), list(permutations(("robot1", "robot2"))))
+def test_agents_of_same_run_have_separate_boards(first, second):
+    """Each agent has its own blackboard, so executors may have equal names."""
     events: list[Event] = []
-    for env in (one, other):
-        events.append(of(env, goal(0, f"of-{env}", "DISPATCHED")))
-        events += [of(env, action(0, f"of-{env}", 1, "move", state)) for state in ("FORMULATED", "WAITING")]
+    for env in (first, second):
+        events.append(in_env(env, goal(0, f"of-{env}", "DISPATCHED")))
+        events += [
+            in_env(env, action(0, f"of-{env}", 1, "move", state)) for state in ("FORMULATED", "WAITING")
+        ]
         events += begins(1, 0, env)
-        events.append(of(env, action(1, f"of-{env}", 1, "move", "RUNNING")))
-    for env, reason in ((one, "door closed"), (other, "battery low")):
+        events.append(in_env(env, action(1, f"of-{env}", 1, "move", "RUNNING")))
+    for env, reason in ((first, "door closed"), (second, "battery low")):
         failed = action(3, f"of-{env}", 1, "move", "EXECUTION-FAILED")
-        events += [ends(3, 0, reason, env), of(env, failed)]
+        events += [ends(3, 0, reason, env), in_env(env, failed)]
     run = ListRun(events)
-    expected = {f"of-{one}": ("robot1-arm", "door closed"), f"of-{other}": ("robot1-arm", "battery low")}
-    assert linked(run) == expected
+    expected = {
+        f"of-{first}": ("robot1-arm", "door closed"),
+        f"of-{second}": ("robot1-arm", "battery low"),
+    }
+    assert links_by_goal(run) == expected

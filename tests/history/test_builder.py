@@ -1,4 +1,4 @@
-"""The history that a run's events tell."""
+"""The history of a run from its events."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def calls(*events: Event) -> list[tuple[str, str, bool]]:
     ]
 
 
-def test_a_family_of_goals():
+def test_family_of_goals_has_forest_and_changes():
     history = RunHistory.from_events(family())
-    assert [each.id for each in history.goals] == ["gen1", "gen2", "RUN-gen3"]
+    assert [goal.id for goal in history.goals] == ["gen1", "gen2", "RUN-gen3"]
     assert list(goal_forest(history.goals).parents.values()) == [2, 2, None]
     assert [change.mode for change in history.goals[1].changes] == [
         "FORMULATED",
@@ -43,7 +43,7 @@ def test_a_family_of_goals():
     assert history.event_count == len(family())
 
 
-def test_parents_in_a_circle_and_parents_never_seen():
+def test_parents_in_circle_or_missing_make_roots():
     goals = [
         record(0, "a", "b"),
         record(1, "b", "a"),
@@ -51,25 +51,25 @@ def test_parents_in_a_circle_and_parents_never_seen():
         record(3, "d", "gone"),
         record(4, "e", "e"),
     ]
-    found = goal_forest(goals).parents
-    assert found[3] is None
-    assert found[4] is None
-    assert sorted([found[0], found[1]], key=str) in ([0, None], [1, None])
-    assert found[2] == 0
+    parents = goal_forest(goals).parents
+    assert parents[3] is None
+    assert parents[4] is None
+    assert sorted([parents[0], parents[1]], key=str) in ([0, None], [1, None])
+    assert parents[2] == 0
 
 
 @given(st.lists(st.integers(0, 7), max_size=8))
-def test_every_goal_has_a_root(chosen):
+def test_every_goal_has_root(chosen):
     goals = [record(number, f"g{number}", f"g{parent}") for number, parent in enumerate(chosen)]
-    found = goal_forest(goals).parents
+    parents = goal_forest(goals).parents
     for start in range(len(goals)):
         at, steps = start, 0
-        while (up := found[at]) is not None:
+        while (up := parents[at]) is not None:
             at, steps = up, steps + 1
             assert steps <= len(goals)
 
 
-def test_a_skill_lasts_from_running_to_its_end():
+def test_call_lasts_from_running_to_end():
     assert calls(
         status("", "S_INACTIVE", 0),
         status("a", "S_RUNNING"),
@@ -78,26 +78,26 @@ def test_a_skill_lasts_from_running_to_its_end():
     ) == [("a", "S_FINAL", False)]
 
 
-def test_a_skill_that_is_cut_off_is_not_over():
+def test_call_without_end_is_running():
     assert calls(status("a", "S_RUNNING")) == [("a", "S_RUNNING", True)]
 
 
-def test_a_skill_that_another_one_follows_was_stopped():
+def test_next_skill_stops_running_call():
     assert calls(status("a", "S_RUNNING"), status("b", "S_RUNNING", 2), status("b", "S_FAILED", 2)) == [
         ("a", "stopped", False),
         ("b", "S_FAILED", False),
     ]
 
 
-def test_what_a_used_skiller_did_before_is_no_call():
+def test_end_of_earlier_skill_is_no_call():
     assert calls(status("old", "S_FINAL"), status("old", "S_FINAL")) == []
 
 
-def test_a_skill_between_two_looks_is_a_call():
+def test_final_status_alone_is_call():
     assert calls(status("", "S_INACTIVE", 0), status("a", "S_FINAL")) == [("a", "S_FINAL", False)]
 
 
-def test_the_error_of_a_skill_is_in_its_interface():
+def test_call_has_error_of_interface():
     write = InterfaceWrite(0, "SkillerInterface::Skiller", {"error": "no way"})
     history = RunHistory.from_events([status("a", "S_RUNNING"), write, status("a", "S_FAILED")])
     assert history.calls[0].error == "no way"
@@ -107,11 +107,11 @@ def plan(time: int, call: str, status_: str) -> PlannerCall:
     return PlannerCall(time, "e", call, "g", "pyperplan", "d", "(p)", status_, 1500, 3, "no plan")
 
 
-def test_a_call_of_a_planner_lasts_from_its_start_to_its_answer():
+def test_planner_call_lasts_from_start_to_result():
     history = RunHistory.from_events(
         [plan(0, "1", "started"), plan(3, "1", "found"), plan(4, "", "failed"), plan(5, "2", "started")]
     )
-    assert [(each.begin, each.end, each.status) for each in history.planner_calls] == [
+    assert [(call.begin, call.end, call.status) for call in history.planner_calls] == [
         ((0, 0), (1, 3), "found"),
         ((2, 4), (2, 4), "failed"),
         ((3, 5), None, ""),
@@ -120,42 +120,42 @@ def test_a_call_of_a_planner_lasts_from_its_start_to_its_answer():
     assert history.planner_calls[1].text.startswith("no plan, ")
 
 
-def test_a_goal_that_is_retracted_and_comes_again_is_one_goal():
+def test_goal_retracted_and_asserted_again_is_same_goal():
     history = RunHistory.from_events(
         [goal("a", "FORMULATED"), goal("a", "RETRACTED"), goal("a", "FORMULATED")]
     )
-    assert [[change.mode for change in each.changes] for each in history.goals] == [
+    assert [[change.mode for change in record.changes] for record in history.goals] == [
         ["FORMULATED", "RETRACTED", "FORMULATED"]
     ]
 
 
-def test_it_can_be_read_between_two_events():
+def test_history_is_readable_after_each_event():
     history = RunHistory()
-    seen = []
+    snapshots = []
     for event in family():
         history.record_event(event)
-        seen.append((history.event_count, [each.mode for each in history.goals]))
-    assert [count for count, _ in seen] == list(range(1, len(family()) + 1))
-    assert seen[0][1] == ["FORMULATED"]
-    assert seen[-1][1] == ["FINISHED", "FINISHED", "FINISHED"]
+        snapshots.append((history.event_count, [record.mode for record in history.goals]))
+    assert [count for count, _ in snapshots] == list(range(1, len(family()) + 1))
+    assert snapshots[0][1] == ["FORMULATED"]
+    assert snapshots[-1][1] == ["FINISHED", "FINISHED", "FINISHED"]
 
 
-def test_a_skill_string_that_is_cut_is_still_one_skill():
-    """It was `stopped`, and began again with each status: the cut text was compared with the whole."""
+def test_truncated_skill_string_is_single_call():
+    """A comparison of the cut text with the whole text made a call of each status."""
     text = f'say{{text="{"x" * 3000}"}}'
     found = calls(status(text, "S_RUNNING"), status(text, "S_RUNNING"), status(text, "S_FINAL"))
     assert [found_status for _, found_status, _ in found] == ["S_FINAL"]
     assert len(found[0][0]) < len(text)
 
 
-def test_the_error_of_a_skill_is_in_the_fact_that_the_executive_has_of_it():
+def test_call_has_error_of_skiller_fact():
     text = '(SkillerInterface (id "Skiller") (skill_string "a") (error "no way") (msgid 1) (status S_FAILED))'
     fact = FactChange(1, "executive", True, 7, "SkillerInterface", text)
     history = RunHistory.from_events([status("a", "S_RUNNING"), fact, status("a", "S_FAILED", time=1)])
     assert history.calls[0].error == "no way"
 
 
-def test_times_are_since_the_begin_of_the_run():
+def test_times_are_relative_to_start_of_run():
     history = RunHistory(start_us=1_000_000)
     history.record_event(status("a", "S_RUNNING", time=3_500_000))
     assert history.calls[0].begin == (0, 2_500_000)
@@ -166,7 +166,7 @@ def write(skiller: str, text: str, state: str, msgid: int, time: int, error: str
     return InterfaceWrite(time, f"SkillerInterface::{skiller}", values)
 
 
-def test_a_skiller_that_no_executive_reads_has_its_calls():
+def test_skiller_without_executive_has_calls():
     history = RunHistory.from_events(
         [
             write("r1/S", "", "S_INACTIVE", 0, 0),
@@ -179,7 +179,7 @@ def test_a_skiller_that_no_executive_reads_has_its_calls():
     assert (call.begin[1], call.end and call.end[1]) == (10, 20)
 
 
-def test_what_an_executive_reads_counts():
+def test_status_of_executive_has_precedence_over_writes():
     history = RunHistory.from_events(
         [
             write("Skiller", "a", "S_RUNNING", 1, 0),
@@ -194,7 +194,7 @@ def test_what_an_executive_reads_counts():
 
 @pytest.mark.skipif(not RECORDINGS.is_dir(), reason="needs the recordings of Fawkes, shared/traces")
 @pytest.mark.parametrize("name", NAMES)
-def test_the_recordings_of_fawkes_have_their_goals_and_skills(name):
+def test_fawkes_recordings_have_goals_and_skills(name):
     history = RunHistory.from_events(open_run(recording(name)))
     goals = history.goals
     assert len(goals) == 20
@@ -202,7 +202,7 @@ def test_the_recordings_of_fawkes_have_their_goals_and_skills(name):
     assert [goals[number].outcome for number in goal_forest(goals).roots] == ["COMPLETED"]
 
 
-def test_a_history_keeps_the_first_goals_and_the_first_and_last_transitions():
+def test_limited_history_has_first_goals_and_outer_transitions():
     limits = HistoryLimits(goals=2, actions=1, calls=1, transitions=3)
     history = RunHistory.from_events(
         [*family(), status("a", "S_RUNNING", 1), status("b", "S_RUNNING", 2)], limits

@@ -1,4 +1,4 @@
-"""Trees of goals: whatever the slots say, each goal is shown once, in every view."""
+"""Trees of goals: each view shows each goal once, with any parents."""
 
 from __future__ import annotations
 
@@ -31,23 +31,25 @@ SHAPES = {
 
 
 @pytest.mark.parametrize("count", range(1, many(6, 5)))
-def test_every_way_to_have_parents_is_a_forest(count: int) -> None:
+def test_any_parents_make_forest(count: int) -> None:
     goals = range(count)
     for chosen in product([None, *goals, "elsewhere"], repeat=count):
-        given = dict(zip(goals, chosen, strict=True))
-        forest = Forest(given)
-        walked = [each for each, _ in forest.walk()]
+        given_parents = dict(zip(goals, chosen, strict=True))
+        forest = Forest(given_parents)
+        walked = [node for node, _ in forest.walk()]
         assert sorted(walked) == list(goals)
         depths = dict(forest.walk())
-        for each, parent in forest.parents.items():
-            assert depths[each] == (0 if parent is None else depths[parent] + 1)
-        cut = [each for each in goals if given[each] in given and forest.parents[each] is None]
-        assert len(cut) == rings(given)
-        assert all(each == min(ring_of(each, given)) for each in cut)
+        for node, parent in forest.parents.items():
+            assert depths[node] == (0 if parent is None else depths[parent] + 1)
+        cut = [
+            node for node in goals if given_parents[node] in given_parents and forest.parents[node] is None
+        ]
+        assert len(cut) == count_rings(given_parents)
+        assert all(node == min(ring_of(node, given_parents)) for node in cut)
 
 
 def ring_of(start: int, parents: dict[int, object]) -> list[int]:
-    """The goals on the ring that a goal is on; none when it is on none."""
+    """Return the goals of the ring with a goal, empty without a ring."""
     ring: list[int] = [start]
     while (above := parents.get(ring[-1])) in parents:
         assert isinstance(above, int)
@@ -59,57 +61,57 @@ def ring_of(start: int, parents: dict[int, object]) -> list[int]:
     return []
 
 
-def rings(parents: dict[int, object]) -> int:
-    """How many rings there are."""
-    return len({frozenset(ring) for each in parents if (ring := ring_of(each, parents))})
+def count_rings(parents: dict[int, object]) -> int:
+    """Return the number of rings."""
+    return len({frozenset(ring) for node in parents if (ring := ring_of(node, parents))})
 
 
 def selected(name: str, parent: str) -> GoalTransition:
     return GoalTransition(0, "executive", name, "C", "nil", parent, "SELECTED", "", "")
 
 
-def of_result(shape: dict[str, str]) -> list[str]:
-    goals = tuple(selected(each, above) for each, above in shape.items())
+def result_goals(shape: dict[str, str]) -> list[str]:
+    goals = tuple(selected(name, parent) for name, parent in shape.items())
     result = RunResult(COMPLETED, "", "", goals, 0, 0, 0.0, 0.0)
     return [line.split("─ ")[-1].split(" (")[0] for line in result.goal_lines()]
 
 
-def of_test(shape: dict[str, str]) -> list[str]:
+def tree_goals(shape: dict[str, str]) -> list[str]:
     return [
         line.split("─ ")[-1].split()[0] for line in goal_tree(RunHistory.from_events(events(shape)).goals)
     ]
 
 
-def of_comparison(shape: dict[str, str]) -> list[str]:
-    return [each.key[1] for each in walk_goals(GoalForest(MemoryRun(events(shape))).roots)]
+def comparison_goals(shape: dict[str, str]) -> list[str]:
+    return [node.key[1] for node in walk_goals(GoalForest(MemoryRun(events(shape))).roots)]
 
 
-def of_trail(shape: dict[str, str]) -> list[str]:
+def trail_goals(shape: dict[str, str]) -> list[str]:
     return [line.goal for line in goal_lines({event.goal: event for event in events(shape)})]
 
 
-def of_report(shape: dict[str, str]) -> list[str]:
+def report_goals(shape: dict[str, str]) -> list[str]:
     goals = RunHistory.from_events(events(shape)).goals
     return [goals[number].id for number, _ in goal_forest(goals).walk()]
 
 
 def events(shape: dict[str, str]) -> list[Any]:
-    """The goals, as transitions."""
-    made = [goal(0.0, each, "FORMULATED", parent=above) for each, above in shape.items()]
-    made += [goal(1.0, each, "SELECTED", parent=above) for each, above in shape.items()]
-    return made
+    """Return transitions of the goals."""
+    transitions = [goal(0.0, name, "FORMULATED", parent=parent) for name, parent in shape.items()]
+    transitions += [goal(1.0, name, "SELECTED", parent=parent) for name, parent in shape.items()]
+    return transitions
 
 
-VIEWS = (of_result, of_test, of_comparison, of_trail, of_report)
+VIEWS = (result_goals, tree_goals, comparison_goals, trail_goals, report_goals)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("view", VIEWS, ids=lambda view: view.__name__)
-def test_each_goal_is_shown_once_whatever_is_its_parent(view, shape: str) -> None:
+def test_view_shows_each_goal_once(view, shape: str) -> None:
     assert sorted(view(SHAPES[shape])) == sorted(SHAPES[shape])
 
 
-def test_a_goal_without_id_is_above_nobody() -> None:
+def test_goal_without_id_is_no_parent() -> None:
     assert parent_id("nil") is parent_id("") is None
     goals = selected("nil", "nil"), selected("a", "nil")
     result = RunResult(0, "", "", goals, 0, 0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""Which skill an action ran, where several robots run skills at a time: `why` and the timeline agree."""
+"""The links between actions and skill calls of several robots; `why` and the timeline use the same links."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from tests.history.runs import ENV, ListRun, action, fact, goal, us
 
 ROBOTS = ("robot1", "robot2", "robot3")
 PLACES = ("hall", "hall-2", "office")
-"""A place whose name is the begin of another's."""
+"""A place whose name begins another place's name."""
 
 Pairs = dict[str, tuple[str, str]]
 
 
-def runs(at: float, skiller: str, text: str, status: str, msgid: int = 1) -> Event:
-    """What a robot's Skiller says."""
+def skill_status(at: float, skiller: str, text: str, status: str, msgid: int = 1) -> Event:
+    """Return a status of a robot's Skiller."""
     return SkillStatus(us(at), ENV, skiller, text, msgid, status)
 
 
-def linked(run: Run) -> Pairs:
+def links_by_goal(run: Run) -> Pairs:
     return {
         link.action.goal: (link.call.skiller, link.call.skill_string)
         for link in find_skill_links(RunHistory.from_events(run))
@@ -45,10 +45,10 @@ def expected() -> Pairs:
     }
 
 
-def a_run(order: tuple[int, ...], ends: tuple[float, ...], *, facts: bool) -> ListRun:
-    """Three robots that move at a time: they begin in ``order``, and end at times of their own.
+def run_of_robots(order: tuple[int, ...], ends: tuple[float, ...], *, facts: bool) -> ListRun:
+    """Return a run of three robots that move at the same time: they begin in ``order``, and end at ``ends``.
 
-    The actions come to run in the order of their goals.
+    The actions become RUNNING in the order of their goals.
     """
     events: list[Event] = []
     for n in range(3):
@@ -60,108 +60,108 @@ def a_run(order: tuple[int, ...], ends: tuple[float, ...], *, facts: bool) -> Li
             events.append(fact(0, 100 + n, text))
         events.append(action(0.5, f"g{n}", 1, "move", "WAITING"))
     calls = list(expected().values())
-    events += [runs(1, *calls[n], "S_RUNNING") for n in order]
+    events += [skill_status(1, *calls[n], "S_RUNNING") for n in order]
     events += [action(1, f"g{n}", 1, "move", "RUNNING") for n in range(3)]
     for n in sorted(range(3), key=lambda n: ends[n]):
-        events.append(runs(ends[n], *calls[n], "S_FINAL"))
+        events.append(skill_status(ends[n], *calls[n], "S_FINAL"))
         events.append(action(ends[n], f"g{n}", 1, "move", "EXECUTION-SUCCEEDED"))
     return ListRun(events)
 
 
 @pytest.mark.parametrize("order", list(permutations(range(3))))
-def test_a_recording_without_facts_pairs_those_that_end_together(order):
+def test_equal_ends_link_actions_without_facts(order):
     for ends in permutations((3.0, 5.0, 8.0)):
-        run = a_run(order, ends, facts=False)
-        assert linked(run) == expected()
+        run = run_of_robots(order, ends, facts=False)
+        assert links_by_goal(run) == expected()
 
 
 @pytest.mark.parametrize("order", list(permutations(range(3))))
-def test_with_facts_skiller_and_arguments_pair_those_that_end_at_the_same_time(order):
-    run = a_run(order, (3.0, 3.0, 3.0), facts=True)
-    assert linked(run) == expected()
+def test_skiller_and_arguments_in_facts_link_calls_with_same_end(order):
+    run = run_of_robots(order, (3.0, 3.0, 3.0), facts=True)
+    assert links_by_goal(run) == expected()
 
 
-def test_each_action_of_two_robots_has_the_skill_of_its_own_robot(tmp_path: Path):
+def test_each_action_of_two_robots_has_call_of_its_robot(tmp_path: Path):
     recorded = tmp_path / "two.mcap"
     run_scenario(
         RunOptions(scenario=shipped_dir("scenarios") / "two-robots", trace=recorded, trace_level="facts")
     )
-    whole = open_run(recorded)
-    asked: dict[tuple[str, str], str] = {}
-    for event in whole:
+    run = open_run(recorded)
+    expected_skillers: dict[tuple[str, str], str] = {}
+    for event in run:
         if isinstance(event, FactChange) and event.asserted and event.template == "plan-action":
             slots = parse_fact(event.text)[1]
-            asked[slots["goal-id"], slots["id"]] = slots["skiller"].strip('"')
-    told = [event for event in whole if isinstance(event, SkillStatus)]
-    assert len({event.skiller for event in told}) == 2
-    paired = find_skill_links(RunHistory.from_events(whole))
-    for link in paired:
-        assert asked[link.action.goal, link.action.id] == link.call.skiller
-    assert paired
-    waited = {
+            expected_skillers[slots["goal-id"], slots["id"]] = slots["skiller"].strip('"')
+    statuses = [event for event in run if isinstance(event, SkillStatus)]
+    assert len({event.skiller for event in statuses}) == 2
+    links = find_skill_links(RunHistory.from_events(run))
+    for link in links:
+        assert expected_skillers[link.action.goal, link.action.id] == link.call.skiller
+    assert links
+    running = {
         (event.goal, event.action_id)
-        for event in whole
+        for event in run
         if isinstance(event, PlanActionTransition) and event.state == "RUNNING"
     }
-    assert len(waited) == len(paired)
+    assert len(running) == len(links)
 
 
-def sent(at: float, of: str, state: str, call: str = "") -> PlanActionTransition:
-    """A transition that says with which message robot1 got the action."""
-    made = action(at, of, 1, "move", state)
-    assert isinstance(made, PlanActionTransition)
-    return replace(made, skiller="robot1" if call else "", call=call)
+def sent_action(at: float, of: str, state: str, call: str = "") -> PlanActionTransition:
+    """Return a transition with the id of the message that sent the action to robot1."""
+    transition = action(at, of, 1, "move", state)
+    assert isinstance(transition, PlanActionTransition)
+    return replace(transition, skiller="robot1" if call else "", call=call)
 
 
-def test_a_number_that_a_refused_message_has_again_is_not_the_call_before():
-    """After a restart of the Skiller numbers begin anew: the second message was refused, and nothing ran."""
+def test_refused_message_with_reused_id_has_no_call():
+    """Ids restart with the Skiller: the second message was refused, and no skill ran."""
     events: list[Event] = [
         goal(0, "g0", "DISPATCHED"),
-        sent(0, "g0", "PENDING"),
-        sent(0, "g0", "WAITING"),
-        runs(1, "robot1", "move{}", "S_RUNNING", 7),
-        sent(1, "g0", "RUNNING", "7"),
-        runs(2, "robot1", "move{}", "S_FINAL", 7),
-        sent(2, "g0", "FINAL", "7"),
+        sent_action(0, "g0", "PENDING"),
+        sent_action(0, "g0", "WAITING"),
+        skill_status(1, "robot1", "move{}", "S_RUNNING", 7),
+        sent_action(1, "g0", "RUNNING", "7"),
+        skill_status(2, "robot1", "move{}", "S_FINAL", 7),
+        sent_action(2, "g0", "FINAL", "7"),
         goal(3, "g1", "DISPATCHED"),
-        sent(3, "g1", "PENDING"),
-        sent(3, "g1", "WAITING"),
-        sent(4, "g1", "FAILED", "7"),
+        sent_action(3, "g1", "PENDING"),
+        sent_action(3, "g1", "WAITING"),
+        sent_action(4, "g1", "FAILED", "7"),
     ]
     assert [
         (link.action.goal, link.is_guessed) for link in find_skill_links(RunHistory.from_events(events))
     ] == [("g0", False)]
 
 
-def test_an_agent_that_does_not_say_it_is_guessed_beside_one_that_does():
+def test_agent_without_call_ids_is_linked_by_guess():
     events: list[Event] = [
         event
-        for own, call in (("new", "3"), ("old", ""))
+        for env, call in (("new", "3"), ("old", ""))
         for event in (
-            replace(goal(0, "g", "DISPATCHED"), env=own),
-            replace(sent(0, "g", "WAITING"), env=own),
-            replace(runs(1, f"{own}-robot", "move{}", "S_RUNNING", 3), env=own),
-            replace(sent(1, "g", "RUNNING"), env=own, call=call, skiller="new-robot" if call else ""),
+            replace(goal(0, "g", "DISPATCHED"), env=env),
+            replace(sent_action(0, "g", "WAITING"), env=env),
+            replace(skill_status(1, f"{env}-robot", "move{}", "S_RUNNING", 3), env=env),
+            replace(sent_action(1, "g", "RUNNING"), env=env, call=call, skiller="new-robot" if call else ""),
         )
     ]
-    found = {
+    links = {
         link.action.env: (link.call.skiller, link.is_guessed)
         for link in find_skill_links(RunHistory.from_events(events))
     }
-    assert found == {"new": ("new-robot", False), "old": ("old-robot", True)}
+    assert links == {"new": ("new-robot", False), "old": ("old-robot", True)}
 
 
-def test_of_two_actions_that_wait_the_action_with_the_name_of_the_skill_has_run_it():
+def test_waiting_action_with_name_of_skill_is_linked():
     events = [
         goal(0, "g", "DISPATCHED"),
         *(action(1, "g", number, name, "WAITING") for number, name in ((1, "other"), (2, "move"))),
-        runs(2, "Skiller", "move{}", "S_RUNNING"),
+        skill_status(2, "Skiller", "move{}", "S_RUNNING"),
         *(action(2, "g", number, name, "RUNNING") for number, name in ((1, "other"), (2, "move"))),
     ]
     (link,) = find_skill_links(RunHistory.from_events(events))
     assert link.action.name == "move"
 
 
-def test_a_skill_that_no_action_waits_for_has_no_action():
-    events = [runs(at, "Skiller", "a", status) for at, status in ((1, "S_RUNNING"), (2, "S_FINAL"))]
+def test_skill_without_waiting_action_has_no_link():
+    events = [skill_status(at, "Skiller", "a", status) for at, status in ((1, "S_RUNNING"), (2, "S_FINAL"))]
     assert find_skill_links(RunHistory.from_events(events)) == []

@@ -1,4 +1,4 @@
-"""An id that an agent uses for a second goal keeps both lives: in the history, in `why`, on the page."""
+"""A second goal with the same id has separate lives in the history, in `why` and on the page."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "run.mcap"
 
 
-def test_a_program_sees_both_lives(recorded: Path):
+def test_run_has_both_lives_of_goals(recorded: Path):
     run = open_run(recorded)
     assert [(goal.name, goal.outcome) for goal in run.goals] == [
         ("HOUSE", "FAILED"),
@@ -78,14 +78,14 @@ def test_a_program_sees_both_lives(recorded: Path):
     assert [line.split(" (")[0] for line in lines[:4]] == ["HOUSE", "└─ ROOM", "HOUSE#2", "└─ ROOM#2"]
 
 
-def test_a_log_of_facts_says_it_too(recorded: Path, tmp_path: Path):
+def test_log_of_facts_has_both_lives(recorded: Path, tmp_path: Path):
     run = open_run(recorded)
     log = tmp_path / "run.log"
     convert(run.source, log, "fawkes-log")
     assert [goal.name for goal in open_run(log).goals] == [goal.name for goal in run.goals]
 
 
-def test_a_goal_that_a_rule_retracts_and_asserts_in_its_next_mode_is_one_goal(tmp_path: Path):
+def test_goal_asserted_in_next_mode_is_same_goal(tmp_path: Path):
     (tmp_path / "scenario.yaml").write_text(SCENARIO)
     (tmp_path / "twice.clp").write_text(
         "(defrule begin (executive-initialized) => (assert (goal (id A) (class LOOK))))\n"
@@ -103,8 +103,8 @@ def test_a_goal_that_a_rule_retracts_and_asserts_in_its_next_mode_is_one_goal(tm
 
 
 @pytest.mark.parametrize("name", ["test-scenario", "workshop"])
-def test_the_result_of_a_run_lists_the_goals_of_the_recording(name: str, tmp_path: Path):
-    """In one a goal is tried again, in both the core gives goals their ids."""
+def test_result_has_goals_of_recording(name: str, tmp_path: Path):
+    """A goal is tried again in the test scenario; the core gives goals their ids in both."""
     scenario, trace = shipped_dir("scenarios") / name, tmp_path / "run.mcap"
     result = run_scenario(RunOptions(scenario=scenario, trace=trace, timeout=60.0))
     goals = [(goal.id, goal.parent, goal.mode, goal.outcome, goal.error) for goal in open_run(trace).goals]

@@ -1,4 +1,4 @@
-"""Plans as text and back."""
+"""Plans as text."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ actions = st.builds(PlannedAction, names, st.lists(names, max_size=4).map(tuple)
 
 
 @given(st.lists(actions, max_size=6).map(tuple))
-def test_a_plan_is_read_back_to_the_last_digit(plan: tuple[PlannedAction, ...]) -> None:
+def test_plan_text_is_parsed_exactly(plan: tuple[PlannedAction, ...]) -> None:
     assert parse_plan_text(plan_text(plan)) == plan
 
 
-def test_how_it_looks() -> None:
+def test_plan_text_has_times_and_arguments() -> None:
     plan = [PlannedAction("serve", ("egg",), 4.5, 2.0), PlannedAction("noop")]
     assert plan_text(plan) == "4.5: (serve egg) [2.0]\n(noop)"
 
 
-def test_what_is_no_plan_is_refused() -> None:
+def test_invalid_plan_is_refused() -> None:
     with pytest.raises(ValueError, match="not an action of a plan: 'serve egg'"):
         parse_plan_text("serve egg")

@@ -1,4 +1,4 @@
-"""The tracker tells a transition exactly when a state changed."""
+"""The tracker returns a transition when a state changes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SKILLER = {
 
 
 @pytest.mark.parametrize("slot", ["mode", "outcome", "parent", "error"])
-def test_a_goal_is_told_when_its_state_changes(slot: str) -> None:
+def test_change_of_state_is_goal_transition(slot: str) -> None:
     tracker = TransitionTracker("executive")
     assert tracker.track_assertion(1, "goal", GOAL) is not None
     assert tracker.track_assertion(2, "goal", GOAL) is None
@@ -38,13 +38,13 @@ def test_a_goal_is_told_when_its_state_changes(slot: str) -> None:
 
 
 @pytest.mark.parametrize("slot", ["message", "class", "sub-type"])
-def test_a_goal_is_not_told_when_only_something_else_changes(slot: str) -> None:
+def test_change_of_other_slots_is_no_transition(slot: str) -> None:
     tracker = TransitionTracker("executive")
     tracker.track_goal(1, GOAL)
     assert tracker.track_goal(2, {**GOAL, slot: "OTHER"}) is None
 
 
-def test_a_plan_action_is_named_by_goal_plan_and_id() -> None:
+def test_plan_action_is_identified_by_goal_plan_and_id() -> None:
     tracker = TransitionTracker("executive")
     assert tracker.track_assertion(1, "plan-action", ACTION) is not None
     assert tracker.track_assertion(1, "plan-action", ACTION) is None
@@ -53,7 +53,7 @@ def test_a_plan_action_is_named_by_goal_plan_and_id() -> None:
     assert tracker.track_plan_action(3, {**ACTION, "action-name": "other", "state": "OTHER"}) is None
 
 
-def test_every_skiller_fact_is_told() -> None:
+def test_every_skiller_fact_is_status() -> None:
     tracker = TransitionTracker("executive")
     for _ in range(2):
         event = tracker.track_assertion(5, "SkillerInterface", SKILLER)
@@ -62,7 +62,7 @@ def test_every_skiller_fact_is_told() -> None:
     assert event.skill_string == 'say{text="a", wait=true}'  # type: ignore[union-attr]
 
 
-def test_a_modified_fact_is_retracted_and_asserted_and_not_forgotten() -> None:
+def test_modified_fact_is_no_transition() -> None:
     tracker = TransitionTracker("executive")
     for template, slots in (("goal", GOAL), ("plan-action", ACTION)):
         assert tracker.track_assertion(1, template, slots) is not None
@@ -70,8 +70,8 @@ def test_a_modified_fact_is_retracted_and_asserted_and_not_forgotten() -> None:
         assert tracker.track_assertion(2, template, slots) is None
 
 
-def test_goals_that_come_and_go_for_ever_leave_nothing_behind() -> None:
-    """The tracker once kept every goal and plan-action: a leak in a daemon that makes goals for ever."""
+def test_memory_of_tracker_is_bounded() -> None:
+    """A tracker that kept all goals and plan-actions leaked memory in a daemon."""
     tracker = TransitionTracker("executive")
     stays = {**GOAL, "id": "stays"}
     tracker.track_assertion(0, "goal", stays)
@@ -99,11 +99,11 @@ def test_goals_that_come_and_go_for_ever_leave_nothing_behind() -> None:
         ("time", {}),
     ],
 )
-def test_facts_of_somebody_elses_templates_mean_nothing(template: str, slots: dict[str, str]) -> None:
+def test_facts_of_foreign_templates_are_ignored(template: str, slots: dict[str, str]) -> None:
     assert TransitionTracker("executive").track_assertion(0, template, slots) is None
 
 
-def test_a_fact_without_a_slot_leaves_no_trace() -> None:
+def test_fact_without_slot_is_ignored() -> None:
     tracker = TransitionTracker("executive")
     assert (
         tracker.track_assertion(0, "goal", {key: value for key, value in GOAL.items() if key != "class"})

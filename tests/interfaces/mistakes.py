@@ -1,6 +1,6 @@
-"""Wrong definitions: the mistake, the definition, the line, part of the message."""
+"""Invalid definitions: the mistake, the definition, the line, part of the message."""
 
-# ruff: noqa: E501, Q000 - one mistake a line
+# ruff: noqa: E501, Q000 - a line per mistake
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Definitions for tests: written by hand, and made up by hypothesis."""
+"""Definitions for tests, fixed and generated."""
 
 from __future__ import annotations
 
@@ -31,24 +31,24 @@ DATA = '<data><comment>c</comment><field type="int32" name="number">c</field></d
 
 
 def definition(*parts: str, name: str = "SampleInterface") -> bytes:
-    """Return a definition of which the first line is the head and each part a line of its own."""
+    """Return a definition with the head in line 1 and each part in a separate line."""
     return "\n".join([f'{DOCTYPE}<interface name="{name}">', *parts, "</interface>"]).encode()
 
 
 def data_block(*fields: str) -> bytes:
-    """Return a definition with these fields: field N stands in line N + 2, column 1."""
+    """Return a definition with these fields: field N is in line N + 2, column 1."""
     return definition("<data><comment>c</comment>", *fields, "</data>")
 
 
 def measured_rows() -> list[dict[str, Any]]:
-    """Return what was measured of the real definitions; nothing where that is absent."""
+    """Return the measurements of the real definitions, empty without the measurements."""
     path = SHARED / "compat" / "interfaces.json"
     rows: list[dict[str, Any]] = json.loads(path.read_text()) if path.is_file() else []
     return rows
 
 
 def bare(interface_class: type[Interface]) -> Any:
-    """Return a block of an interface's class that belongs to no blackboard."""
+    """Return a block of an interface class without a blackboard."""
     block = interface_class.__new__(interface_class)
     Block.__init__(block)
     return block
@@ -61,7 +61,7 @@ def block_of(*fields: str, enums: str = "") -> Any:
     return bare(make_interface_class(parse_bytes(data)))
 
 
-# -- made up definitions
+# -- generated definitions
 
 _WORD = st.text(string.ascii_letters + string.digits + "_", min_size=1, max_size=12)
 NAMES = st.builds(lambda head, tail: head + tail, st.sampled_from(string.ascii_letters), _WORD).filter(
@@ -77,7 +77,7 @@ INT32 = st.integers(-(1 << 31), (1 << 31) - 1)
 
 @st.composite
 def enums(draw: st.DrawFn, names: list[str]) -> EnumSchema:
-    """Make an enum; takes its names off the list."""
+    """Draw an enum, whose names leave the list."""
     numbers = draw(st.lists(INT32, min_size=1, max_size=4, unique=True))
     items = tuple(EnumItem(names.pop(), number, draw(COMMENTS)) for number in numbers)
     return EnumSchema(names.pop(), items, draw(COMMENTS))
@@ -85,7 +85,7 @@ def enums(draw: st.DrawFn, names: list[str]) -> EnumSchema:
 
 @st.composite
 def unplaced_fields(draw: st.DrawFn, name: str, known: tuple[EnumSchema, ...]) -> FieldSchema:
-    """Make a field of any type."""
+    """Draw a field of any type."""
     by_name = {enum.name: enum for enum in known}
     type_name = draw(st.sampled_from([*TYPES, *by_name]))
     length = draw(st.one_of(st.none(), st.integers(1, 9)))
@@ -97,7 +97,7 @@ def unplaced_fields(draw: st.DrawFn, name: str, known: tuple[EnumSchema, ...]) -
 
 @st.composite
 def schemas(draw: st.DrawFn) -> InterfaceSchema:
-    """Make a whole schema; its hash is zeros."""
+    """Draw a schema, whose hash is zeros."""
     names = draw(st.lists(NAMES, min_size=30, max_size=30, unique_by=str.lower))
     type_name = draw(NAMES) + "Interface"
     known = tuple(draw(enums(names)) for _ in range(draw(st.integers(0, 2))))
@@ -119,11 +119,11 @@ def schemas(draw: st.DrawFn) -> InterfaceSchema:
 
 
 def schema_xml(schema: InterfaceSchema) -> bytes:
-    """Write a schema as a definition."""
+    """Return the definition of a schema."""
     lines = [DOCTYPE, f"<interface name={quoteattr(schema.name)}>", "<constants>"]
     lines += [
-        f'<constant type="{one.type}" name="{one.name}" value="{one.value}">{escape(one.comment)}</constant>'
-        for one in schema.constants
+        f'<constant type="{c.type}" name="{c.name}" value="{c.value}">{escape(c.comment)}</constant>'
+        for c in schema.constants
     ]
     for enum in schema.enums:
         lines.append(f'<enum name="{enum.name}"><comment>{escape(enum.comment)}</comment>')

@@ -1,4 +1,4 @@
-"""``NAME=VALUE`` for fields of every type: what is shown reads back, and what does not fit is refused."""
+"""``NAME=VALUE`` assigns fields of all types: printed values are accepted, invalid values are refused."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _ENUM = (
 )
 _VALUES: dict[str, st.SearchStrategy[Any]] = {
     **{
-        name: st.integers(each.minimum, each.maximum)
-        for name, each in TYPES.items()
-        if each.minimum is not None
+        name: st.integers(field_type.minimum, field_type.maximum)
+        for name, field_type in TYPES.items()
+        if field_type.minimum is not None
     },
     "bool": st.booleans(),
     "float": st.floats(width=32, allow_nan=False),
@@ -28,7 +28,7 @@ _VALUES: dict[str, st.SearchStrategy[Any]] = {
     "string": st.text(st.sampled_from("aä\"',[]=\\ \n\x1b\udcff"), max_size=5),
     "Mode": st.sampled_from(["OFF", "ON"]),
 }
-"""Values of each type that a field can have, a new type fails the test until it is here."""
+"""Possible values of each type; a type without values fails the test."""
 
 
 def _fields() -> list[str]:
@@ -46,8 +46,8 @@ def _block() -> Any:
 
 
 @given(st.data())
-def test_what_is_shown_is_read(data: st.DataObject):
-    block, other = _block(), _block()
+def test_printed_values_are_accepted(data: st.DataObject):
+    block, copy = _block(), _block()
     for field in block.fields():
         value = _VALUES[field.type]
         block.set(field.name, data.draw(st.tuples(value, value, value) if field.is_array else value))
@@ -55,12 +55,12 @@ def test_what_is_shown_is_read(data: st.DataObject):
         name: value if isinstance(value, str) else field_text(value)
         for name, value in block.as_dict().items()
     }
-    assign(other, [f"{name}={text}" for name, text in texts.items()])
-    assert other.as_dict() == block.as_dict()
+    assign(copy, [f"{name}={text}" for name, text in texts.items()])
+    assert copy.as_dict() == block.as_dict()
 
 
 @pytest.mark.parametrize(
-    ("given", "name", "value"),
+    ("assignment", "name", "value"),
     [
         ("a_uint32=007", "a_uint32", 7),
         ("some_int8=01,2,3", "some_int8", (1, 2, 3)),
@@ -69,14 +69,14 @@ def test_what_is_shown_is_read(data: st.DataObject):
         ("a_string=elevenbytes", "a_string", "elevenbytes"),
     ],
 )
-def test_what_people_type(given: str, name: str, value: object):
+def test_typed_values_are_converted(assignment: str, name: str, value: object):
     block = _block()
-    assert assign(block, [given])
+    assert assign(block, [assignment])
     assert block.get(name) == value
 
 
 @pytest.mark.parametrize(
-    ("given", "complaint"),
+    ("assignment", "problem"),
     [
         ("a_Mode=9", "one of OFF, ON"),
         ("a_Mode=MAYBE", "one of OFF, ON"),
@@ -88,9 +88,9 @@ def test_what_people_type(given: str, name: str, value: object):
         ("a_bool=maybe", "True or False"),
     ],
 )
-def test_what_does_not_fit_is_refused(given: str, complaint: str):
+def test_invalid_values_are_refused(assignment: str, problem: str):
     block = _block()
     with pytest.raises(InterfaceError) as caught:
-        assign(block, [given])
-    assert complaint in str(caught.value)
+        assign(block, [assignment])
+    assert problem in str(caught.value)
     assert not any(block.to_bytes())

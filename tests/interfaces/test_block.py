@@ -15,7 +15,7 @@ from tests.support import many
 ENUM = (
     '<enum name="Mode"><comment>c</comment><item name="OFF">c</item><item name="ON" value="5">c</item></enum>'
 )
-NUMBERS = [name for name, one in TYPES.items() if one.minimum is not None]
+NUMBERS = [name for name, field_type in TYPES.items() if field_type.minimum is not None]
 SCALARS = [*NUMBERS, "bool", "float", "double"]
 VALUES: dict[str, st.SearchStrategy[Any]] = {
     **{name: st.integers(TYPES[name].minimum, TYPES[name].maximum) for name in NUMBERS},
@@ -51,40 +51,40 @@ def _zero() -> None:
     BLOCK._changed = BLOCK._refreshed = False
 
 
-def same(one: object, other: object) -> bool:
-    return repr(one) == repr(other)  # nan is nan, -0.0 is not 0.0
+def is_same(first: object, second: object) -> bool:
+    return repr(first) == repr(second)  # equal for NaN, different for -0.0 and 0.0
 
 
 @given(st.data())
 @settings(max_examples=many(100, 25), deadline=None)
-def test_scalars_come_back(data: st.DataObject) -> None:
+def test_scalars_are_stored_and_read(data: st.DataObject) -> None:
     for name in SCALARS:
         value = data.draw(VALUES[name])
         setattr(BLOCK, name.upper(), value)
-        assert same(getattr(BLOCK, name.upper()), value)
+        assert is_same(getattr(BLOCK, name.upper()), value)
         place = BLOCK.field(name.upper())
-        assert same(struct.unpack_from("=" + place.storage.code, BLOCK.to_bytes(), place.offset)[0], value)
+        assert is_same(struct.unpack_from("=" + place.storage.code, BLOCK.to_bytes(), place.offset)[0], value)
 
 
 @given(st.data())
 @settings(max_examples=many(60, 25), deadline=None)
-def test_arrays_come_back_filled_up_with_zeros(data: st.DataObject) -> None:
+def test_short_arrays_are_padded_with_zeros(data: st.DataObject) -> None:
     for name in SCALARS:
         values = data.draw(st.lists(VALUES[name], max_size=3))
         attribute = name.upper() + "_LIST"
         setattr(BLOCK, attribute, values)
         zero = {"bool": False, "float": 0.0, "double": 0.0}.get(name, 0)
-        assert same(getattr(BLOCK, attribute), tuple(values + [zero] * (3 - len(values))))
+        assert is_same(getattr(BLOCK, attribute), tuple(values + [zero] * (3 - len(values))))
         index = data.draw(st.integers(0, 2))
-        one = data.draw(VALUES[name])
-        BLOCK.set(attribute, one, index)
-        assert same(BLOCK.get(attribute, index), one)
-        assert same(BLOCK.get(attribute)[index], one)
+        value = data.draw(VALUES[name])
+        BLOCK.set(attribute, value, index)
+        assert is_same(BLOCK.get(attribute, index), value)
+        assert is_same(BLOCK.get(attribute)[index], value)
 
 
 @given(st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"])))
 @settings(max_examples=many(200, 50), deadline=None)
-def test_text_is_cut_between_characters_and_always_ends(text: str) -> None:
+def test_text_is_cut_between_characters_and_terminated(text: str) -> None:
     BLOCK.text = text
     read = BLOCK.text
     assert text.startswith(read)
@@ -98,7 +98,7 @@ def test_text_is_cut_between_characters_and_always_ends(text: str) -> None:
 
 @given(st.binary(max_size=11))
 @settings(deadline=None)
-def test_bytes_that_are_no_utf8_survive(data: bytes) -> None:
+def test_bytes_outside_utf8_survive(data: bytes) -> None:
     data = data.replace(b"\0", b"x")
     chunk = bytearray(BLOCK.to_bytes())
     place = BLOCK.field("text")
@@ -110,13 +110,13 @@ def test_bytes_that_are_no_utf8_survive(data: bytes) -> None:
     assert BLOCK.to_bytes() == chunk
 
 
-def test_a_string_without_length_is_one_char_and_one_of_length_1_is_always_empty() -> None:
+def test_string_without_length_is_char_and_length_1_is_empty() -> None:
     BLOCK.letter = "xy"
     BLOCK.nothing = "xy"
     assert (BLOCK.letter, BLOCK.nothing) == ("x", "")
 
 
-def test_enums_are_members_and_unknown_numbers_stay_numbers() -> None:
+def test_enums_are_members_and_unknown_numbers_are_numbers() -> None:
     mode = type(BLOCK).Mode
     BLOCK.mode = mode.ON
     assert BLOCK.mode is mode.ON
@@ -165,17 +165,17 @@ def test_enums_are_members_and_unknown_numbers_stay_numbers() -> None:
         ("FLOAT_LIST", [1e39]),
     ],
 )
-def test_a_value_that_does_not_fit_is_refused_and_changes_nothing(name: str, value: object) -> None:
+def test_invalid_value_is_refused_without_change(name: str, value: object) -> None:
     before = BLOCK.to_bytes()
-    for refused in (lambda: setattr(BLOCK, name, value), lambda: BLOCK.set(name, value)):
+    for assign in (lambda: setattr(BLOCK, name, value), lambda: BLOCK.set(name, value)):
         with pytest.raises(InterfaceError, match=rf"SampleInterface\.{name} of type \w+ cannot be") as caught:
-            refused()
+            assign()
         assert (caught.value.hint or "").startswith("it holds")
     assert BLOCK.to_bytes() == before
     assert not BLOCK._changed
 
 
-def test_marks_follow_fawkes() -> None:
+def test_changed_and_refreshed_flags_follow_fawkes() -> None:
     BLOCK.INT32 = 0
     assert (BLOCK._changed, BLOCK._refreshed) == (False, True)
     BLOCK.INT32 = 4
@@ -195,7 +195,7 @@ def test_marks_follow_fawkes() -> None:
         assert (BLOCK._changed, BLOCK._refreshed) == (False, True), name
 
 
-def test_the_generic_setter_only_refreshes() -> None:
+def test_generic_setter_only_refreshes() -> None:
     BLOCK.set("INT32", 4)
     BLOCK.set("INT32_LIST", 4, 1)
     assert (BLOCK._changed, BLOCK._refreshed) == (False, True)
@@ -203,7 +203,7 @@ def test_the_generic_setter_only_refreshes() -> None:
     assert BLOCK.get("INT32_LIST") == (0, 4, 0)
 
 
-def test_whole_blocks() -> None:
+def test_chunk_replaces_block_without_flags() -> None:
     BLOCK.INT8 = -1
     chunk = BLOCK.to_bytes()
     BLOCK.INT8 = 5
@@ -215,9 +215,9 @@ def test_whole_blocks() -> None:
         BLOCK.set_from_chunk(b"abc")
 
 
-def test_fields_by_name() -> None:
+def test_fields_are_found_by_name() -> None:
     assert BLOCK.as_dict()["INT8"] == 0
-    assert list(BLOCK.as_dict()) == [one.name for one in BLOCK.fields()]
+    assert list(BLOCK.as_dict()) == [field.name for field in BLOCK.fields()]
     assert (BLOCK.maxlenof("text"), BLOCK.maxlenof("INT8"), BLOCK.maxlenof("INT8_LIST")) == (12, 1, 3)
     assert type(BLOCK).INT8.__doc__ == "what it is for"
     with pytest.raises(InterfaceError, match="has no field 'no'"):

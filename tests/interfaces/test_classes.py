@@ -14,7 +14,7 @@ from cxbridge.interfaces.xml.parser import parse_bytes
 from tests.interfaces.samples import DATA, bare, definition
 
 
-def test_a_class_has_what_fawkes_classes_have() -> None:
+def test_class_has_members_of_fawkes_class() -> None:
     from cxbridge.interfaces import NavigatorInterface as Navigator
 
     assert issubclass(Navigator, Interface)
@@ -36,7 +36,7 @@ def test_messages_take_fields_by_position_and_keyword() -> None:
         Navigator.PlaceGotoMessage(3)  # type: ignore[arg-type]
 
 
-def test_a_name_never_hides_what_an_interface_needs() -> None:
+def test_reserved_names_get_underscore() -> None:
     constants = (
         "<constants>"
         '<constant type="int8" name="set" value="1">c</constant>'
@@ -48,7 +48,7 @@ def test_a_name_never_hides_what_an_interface_needs() -> None:
     assert (interface.set_, interface.get_, interface.E.mro_) == (1, interface.E.get, 1)
 
 
-def test_the_layout_is_that_of_a_c_struct() -> None:
+def test_layout_is_that_of_c_struct() -> None:
     for name in default_registry().names():
         schema = default_registry().schema(name)
         make_view(schema.fields, schema.datasize)
@@ -58,7 +58,7 @@ def test_the_layout_is_that_of_a_c_struct() -> None:
         make_view(schema.fields, schema.datasize + 8)
 
 
-def test_importing_the_package_parses_nothing() -> None:
+def test_import_of_package_parses_no_definitions() -> None:
     import subprocess
 
     code = "import sys, cxbridge.interfaces; print('cxbridge.interfaces.registry' in sys.modules)"
@@ -66,7 +66,7 @@ def test_importing_the_package_parses_nothing() -> None:
     assert run.stdout.strip() == "False"
 
 
-def test_every_shipped_type_can_be_imported() -> None:
+def test_all_shipped_types_can_be_imported() -> None:
     import cxbridge.interfaces as package
 
     for name in default_registry().names():

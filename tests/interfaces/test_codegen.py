@@ -27,25 +27,25 @@ def load(source: str, name: str) -> Any:
     return getattr(module, name)
 
 
-def test_the_text_is_that_of_the_golden_file() -> None:
+def test_stub_equals_golden_file() -> None:
     # made by: cxbridge interface compile --stubs tests/interfaces/data/CompiledInterface.xml
     golden = (DATA / "CompiledInterface.pyi.golden").read_text(encoding="utf-8")
     assert stub_source(parse_file(SAMPLE)) == golden
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_compiled_class_equals_the_one_made_from_xml(name: str) -> None:
+def test_compiled_class_equals_class_from_xml(name: str) -> None:
     schema = default_registry().schema(name)
     compiled = load(module_source(schema), name)
-    made: Any = default_registry().get(name)
+    from_xml: Any = default_registry().get(name)
     assert issubclass(compiled, Interface)
     assert replace(compiled.SCHEMA, source=schema.source) == schema
-    assert list(compiled.MESSAGES) == list(made.MESSAGES)
-    assert bare(compiled).as_dict() == bare(made).as_dict()
+    assert list(compiled.MESSAGES) == list(from_xml.MESSAGES)
+    assert bare(compiled).as_dict() == bare(from_xml).as_dict()
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_stub_of_each_shipped_type_is_up_to_date(name: str) -> None:
+def test_stub_of_shipped_type_is_current(name: str) -> None:
     # made by: cxbridge interface compile --stubs NAME -o cxbridge/interfaces/stubs
     stubs = PACKAGES[0] / "interfaces" / "stubs"
     assert (stubs / f"{name}.pyi").read_text(encoding="utf-8") == stub_source(default_registry().schema(name))
@@ -54,13 +54,13 @@ def test_the_stub_of_each_shipped_type_is_up_to_date(name: str) -> None:
 
 @given(schemas())
 @settings(max_examples=25, deadline=None)
-def test_made_up_schemas_compile(schema: InterfaceSchema) -> None:
+def test_generated_schemas_compile(schema: InterfaceSchema) -> None:
     compiled = load(module_source(schema), schema.name)
     assert schema == compiled.SCHEMA
     compile(stub_source(schema), "stub", "exec")
 
 
-def test_the_text_of_a_definition_never_becomes_code() -> None:
+def test_definition_text_is_no_code() -> None:
     evil = '"""; import os; os.abort() #\\'
     data = (
         f"<interface name='AInterface' author='{evil}'><constants><constant type='string' name='S' "

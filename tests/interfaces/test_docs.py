@@ -1,4 +1,4 @@
-"""The examples about interface types run, and its definition is correct."""
+"""The documentation's examples about interface types run, and its definition is correct."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ PAGE = (ROOT / "docs" / "blackboard.md").read_text(encoding="utf-8").partition("
 LAYOUTS = (ROOT / "docs" / "evidence" / "blackboard.md").read_text(encoding="utf-8")
 
 
-def test_the_examples_run(capsys: pytest.CaptureFixture[str]) -> None:
+def test_examples_run(capsys: pytest.CaptureFixture[str]) -> None:
     for example in re.findall(r"```python\n(.*?)```", PAGE + LAYOUTS, re.DOTALL):
         names: dict[str, Any] = {}
         exec(compile(example, "docs/blackboard.md", "exec"), names)
     assert capsys.readouterr().out.startswith("say{text='hello'} 1040\n2 S_FINAL\n")
 
 
-def test_the_definition_is_correct() -> None:
+def test_definition_is_correct() -> None:
     found = re.search(r"^    <\?xml.*?</interface>", PAGE, re.DOTALL | re.MULTILINE)
     assert found
     result = check_bytes(textwrap.dedent(found.group()).encode())

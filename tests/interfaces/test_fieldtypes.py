@@ -11,12 +11,12 @@ from cxbridge.interfaces.names import interface_type_name, message_type_name
 
 
 @pytest.mark.parametrize("name", TYPES)
-def test_sizes_are_those_of_struct(name: str) -> None:
+def test_sizes_equal_those_of_struct(name: str) -> None:
     assert struct.calcsize("=" + TYPES[name].code) == TYPES[name].size
     assert struct.calcsize("@" + TYPES[name].code) == TYPES[name].size
 
 
-def test_an_enum_is_stored_as_int32() -> None:
+def test_enum_is_stored_as_int32() -> None:
     assert storage_type("SomeEnum") is TYPES["int32"]
 
 
@@ -50,16 +50,16 @@ def test_an_enum_is_stored_as_int32() -> None:
         ("SomeEnum", "1", None),
     ],
 )
-def test_literals(type_name: str, text: str, value: object) -> None:
+def test_literals_are_parsed(type_name: str, text: str, value: object) -> None:
     assert parse_literal(type_name, text) == value
 
 
 @given(st.floats(width=32))
-def test_a_float_stays_what_it_is(value: float) -> None:
+def test_32_bit_float_is_unchanged(value: float) -> None:
     assert struct.pack("d", round_to_float(value)) == struct.pack("d", value)
 
 
-def test_suffixes() -> None:
+def test_type_names_get_suffix() -> None:
     assert interface_type_name("Skiller") == "SkillerInterface"
     assert interface_type_name("InterfaceOfMine") == "InterfaceOfMine"
     assert message_type_name("Say") == "SayMessage"

@@ -1,4 +1,4 @@
-"""Instances and messages on a port of their own, without a blackboard."""
+"""Instances and messages with a test port, without a blackboard."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CountInterface: Any = make_class()
 
 
 class CountingPort:
-    """A port that notes what it is asked for."""
+    """A port that records its calls."""
 
     mem_serial = 3
 
@@ -92,7 +92,7 @@ def open_on(port: Port[Interface], *, writer: bool = False) -> Any:
     return CountInterface(port, id="a", owner="me", serial=SERIAL, writer=writer)
 
 
-def test_reading_copies_only_what_is_new(port):
+def test_read_copies_new_data_only(port):
     reader = open_on(port)
     reader.read()
     assert port.fetches == 1
@@ -105,7 +105,7 @@ def test_reading_copies_only_what_is_new(port):
     assert port.fetches == 2
 
 
-def test_a_writer_need_not_read_what_it_wrote(port):
+def test_writer_does_not_fetch_own_write(port):
     writer = open_on(port, writer=True)
     writer.count = 5
     writer.write()
@@ -113,7 +113,7 @@ def test_a_writer_need_not_read_what_it_wrote(port):
     assert port.fetches == 0
 
 
-def test_flags_of_a_write_are_those_since_the_write_before(port):
+def test_flags_of_write_are_those_since_previous_write(port):
     writer = open_on(port, writer=True)
     writer.write()
     writer.count = 1
@@ -125,13 +125,13 @@ def test_flags_of_a_write_are_those_since_the_write_before(port):
     assert port.published == [(None, False), (True, True), (True, False), (False, True)]
 
 
-def test_a_closed_instance_refuses_everything_but_its_names(port):
+def test_closed_instance_refuses_calls_but_has_names(port):
     writer = open_on(port, writer=True)
     reader = open_on(port)
     writer.close()
     reader.close()
     assert (writer.valid, writer.uid, writer.serial) == (False, "CountInterface::a", SERIAL)
-    for refused, name in [
+    for call, name in [
         (reader.read, "read()"),
         (writer.write, "write()"),
         (lambda: reader.msgq_enqueue(CountInterface.SetCountMessage()), "msgq_enqueue()"),
@@ -140,7 +140,7 @@ def test_a_closed_instance_refuses_everything_but_its_names(port):
         (lambda: reader.writer, "writer()"),
     ]:
         with pytest.raises(instance_errors.InvalidInstanceError) as caught:
-            refused()
+            call()
         assert caught.value.message == (
             f"The interface CountInterface::a (instance serial {SERIAL}) is invalid. "
             f"You cannot call {name} anymore."
@@ -150,7 +150,7 @@ def test_a_closed_instance_refuses_everything_but_its_names(port):
         writer.write()
 
 
-def test_a_closed_instance_goes_away_without_the_garbage_collector(port):
+def test_closed_instance_is_freed_without_garbage_collector(port):
     instance = open_on(port)
     count = sys.getrefcount(instance)
     instance.close()

@@ -20,24 +20,24 @@ OWN = {
     "SkillBoardInterface",
     "SkillExecutorInterface",
 }
-"""Types that Fawkes does not have."""
+"""Types that Fawkes lacks."""
 
 
 @pytest.mark.parametrize("name", sorted(set(default_registry().names()) - OWN))
-def test_every_shipped_type_has_a_hash_that_fawkes_knows(name: str) -> None:
+def test_shipped_type_has_hash_of_fawkes(name: str) -> None:
     schema = default_registry().schema(name)
     known = known_hashes(schema)
     assert known
-    assert all(len(one) == 16 for one in known)
+    assert all(len(hash_) == 16 for hash_ in known)
     assert hash_for_wire(schema) in known
-    assert schema.hash not in known  # the words are our own
+    assert schema.hash not in known  # the comments differ from Fawkes'
     assert accepts_hash(schema, known[0])
     assert accepts_hash(schema, schema.hash)
     assert not accepts_hash(schema, bytes(16))
 
 
 @pytest.mark.parametrize("name", sorted(set(default_registry().names()) - OWN))
-def test_who_uses_fawkes_definitions_takes_ours_of_equal_layout(name: str) -> None:
+def test_fawkes_definition_accepts_equal_layout(name: str) -> None:
     ours = default_registry().schema(name)
     theirs = replace(ours, hash=known_hashes(ours)[0])
     assert accepts_hash(theirs, ours.hash)
@@ -70,16 +70,16 @@ def changed_schemas() -> list[InterfaceSchema]:
 
 
 @pytest.mark.parametrize("schema", changed_schemas())
-def test_another_layout_never_gets_a_known_hash(schema: InterfaceSchema) -> None:
+def test_changed_layout_has_no_known_hash(schema: InterfaceSchema) -> None:
     assert layout_fingerprint(schema) != layout_fingerprint(SKILLER)
     assert known_hashes(schema) == ()
     assert hash_for_wire(schema) == schema.hash
     assert not accepts_hash(schema, hash_for_wire(SKILLER))
 
 
-def test_words_make_no_difference() -> None:
+def test_comments_do_not_change_known_hashes() -> None:
     (enum,) = SKILLER.enums
-    other = replace(
+    changed = replace(
         SKILLER,
         hash=bytes(16),
         comment="other words",
@@ -87,10 +87,10 @@ def test_words_make_no_difference() -> None:
         constants=(),
         enums=(replace(enum, comment="other words"),),
     )
-    assert known_hashes(other) == known_hashes(SKILLER)
+    assert known_hashes(changed) == known_hashes(SKILLER)
 
 
-def test_an_unknown_type_has_its_own_hash() -> None:
+def test_unknown_type_has_own_hash() -> None:
     schema = parse_bytes(definition(DATA))
     assert known_hashes(schema) == ()
     assert hash_for_wire(schema) == schema.hash

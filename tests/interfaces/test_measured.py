@@ -1,4 +1,4 @@
-"""The real definitions against what was measured of the C++ code that Fawkes' generator made of them."""
+"""The real definitions have the layout of the C++ code of Fawkes' generator."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ def real_schema(row: dict[str, Any]) -> InterfaceSchema:
 
 
 @needs_shared
-def test_there_are_52_rows() -> None:
+def test_measurements_have_52_rows() -> None:
     assert len(ROWS) == 52
 
 
 @by_row
-def test_each_real_definition_equals_its_row(row: dict[str, Any]) -> None:
+def test_definition_equals_its_row(row: dict[str, Any]) -> None:
     shown = schema_object(real_schema(row))
     measured = {key: value for key, value in row.items() if key in shown}
-    # what was measured twice is listed once
+    # schema_object has equal values only once
     measured["messages"] = [
         {key: message[key] for key in ("name", "datasize", "fields")} for message in row["messages"]
     ]
@@ -53,20 +53,20 @@ def test_each_real_definition_equals_its_row(row: dict[str, Any]) -> None:
 
 
 @by_row
-def test_each_real_definition_makes_a_class_whose_fields_lie_right(row: dict[str, Any]) -> None:
+def test_class_of_definition_has_measured_layout(row: dict[str, Any]) -> None:
     interface = make_interface_class(real_schema(row))
-    _check_places(bare(interface), row)
+    _check_layout(bare(interface), row)
     for message in row["messages"]:
-        _check_places(interface.MESSAGES[message["name"]](), message)
+        _check_layout(interface.MESSAGES[message["name"]](), message)
     for enum in row["enums"]:
-        made = getattr(interface, enum["name"])
-        assert [(item.name, item.value) for item in made] == [
+        enum_class = getattr(interface, enum["name"])
+        assert [(item.name, item.value) for item in enum_class] == [
             (item["name"], item["value"]) for item in enum["items"]
         ]
 
 
-def _check_places(block: Any, row: dict[str, Any]) -> None:
-    """Set each field in turn and see that its bytes, and no others, are no longer zero."""
+def _check_layout(block: Any, row: dict[str, Any]) -> None:
+    """Set each field in turn; only its bytes are no longer zero."""
     assert len(block.to_bytes()) == row["datasize"]
     for measured in row["fields"]:
         field = block.field(measured["name"])
@@ -87,7 +87,7 @@ def _full(field: FieldSchema) -> Any:
 
 @needs_shared
 @pytest.mark.parametrize("name", SHIPPED)
-def test_each_shipped_definition_has_the_layout_of_fawkes(name: str) -> None:
+def test_shipped_definition_has_layout_of_fawkes(name: str) -> None:
     shown, row = schema_object(default_registry().schema(name)), BY_NAME[name]
     for key in ("datasize", "num_fields", "fields", "enums", "constants"):
         assert shown[key] == row[key], key
@@ -97,5 +97,5 @@ def test_each_shipped_definition_has_the_layout_of_fawkes(name: str) -> None:
 
 
 @by_row
-def test_the_table_of_known_hashes_is_that_of_the_rows(row: dict[str, Any]) -> None:
+def test_known_hashes_equal_rows(row: dict[str, Any]) -> None:
     assert known_hashes(real_schema(row)) == (bytes.fromhex(row["hash"]),)

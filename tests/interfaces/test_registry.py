@@ -11,7 +11,7 @@ from cxbridge.interfaces.xml.parser import parse_bytes
 from tests.interfaces.samples import DATA, definition
 
 
-def test_the_first_folder_wins_and_the_shipped_one_is_last(tmp_path: Path) -> None:
+def test_first_folder_has_precedence_and_shipped_folder_is_last(tmp_path: Path) -> None:
     first, second = tmp_path / "a", tmp_path / "b"
     for folder in (first, second):
         folder.mkdir()
@@ -27,7 +27,7 @@ def test_the_first_folder_wins_and_the_shipped_one_is_last(tmp_path: Path) -> No
     assert registry.dirs[:2] == (first, second)
 
 
-def test_an_unknown_type_is_explained(tmp_path: Path) -> None:
+def test_unknown_type_is_error_with_hint(tmp_path: Path) -> None:
     registry = InterfaceRegistry([tmp_path])
     with pytest.raises(InterfaceError) as caught:
         registry.get("SkilerInterface")
@@ -40,12 +40,12 @@ def test_an_unknown_type_is_explained(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["../SkillerInterface", "", "/etc/passwd", "a b"])
-def test_a_type_is_never_a_path(name: str) -> None:
+def test_type_name_is_never_path(name: str) -> None:
     with pytest.raises(InterfaceError, match="not found"):
         default_registry().get(name)
 
 
-def test_only_what_is_asked_for_is_read(tmp_path: Path) -> None:
+def test_registry_reads_requested_types_only(tmp_path: Path) -> None:
     (tmp_path / "WrongInterface.xml").write_text("<interface")
     (tmp_path / "OtherInterface.xml").write_bytes(definition(DATA))
     registry = InterfaceRegistry([tmp_path])
@@ -56,7 +56,7 @@ def test_only_what_is_asked_for_is_read(tmp_path: Path) -> None:
         registry.get("OtherInterface")
 
 
-def test_a_class_made_elsewhere_can_be_added() -> None:
+def test_class_can_be_added() -> None:
     registry = InterfaceRegistry(shipped=False)
     interface = make_interface_class(parse_bytes(definition(DATA)))
     registry.add(interface)

@@ -24,7 +24,7 @@ from cxbridge.trace.replay.blocks import BlockMaker
 from tests.programs import Started
 from tests.support import SHARED, needs_plugin, needs_shared
 from tests.trace.boards import REMOTE, WAIT_S, Site, until
-from tests.trace.replay.samples import BEGIN_US, UID, Ear, begin, record, write
+from tests.trace.replay.samples import BEGIN_US, UID, WriteListener, begin, record, write
 
 RECORDING = SHARED / "traces" / "test-scenario" / "skiller-1" / "bblogger"
 
@@ -81,7 +81,7 @@ class Running:
 @contextmanager
 def site_with_ear(transport, folder):
     with Site(transport, folder) as site:
-        yield site, Ear(site.board)
+        yield site, WriteListener(site.board)
 
 
 def bblogger_folder(folder):
@@ -106,9 +106,9 @@ def test_a_recording_comes_to_its_end(transport, kind, tmp_path):
     )
     with site_with_ear(transport, tmp_path) as (site, ear):
         report = replay(ReplayOptions(run=run, url=site.url))
-        until(lambda: len(ear.heard) == 2)
+        until(lambda: len(ear.writes) == 2)
     assert (report.end, report.writes, report.rounds) == (DONE, {UID: 2}, 1)
-    assert ear.heard == [(1, BEGIN_US + 1000), (2, BEGIN_US + 2000)]
+    assert ear.writes == [(1, BEGIN_US + 1000), (2, BEGIN_US + 2000)]
 
 
 @needs_shared
@@ -132,7 +132,7 @@ def test_a_folder_that_fawkes_wrote_is_played(transport: str, tmp_path: Path) ->
 def test_a_lost_connection_is_the_end(transport, tmp_path):
     run = record(tmp_path / "r.mcap", write(0, 1), write(3_600_000, 2))
     site = Site(transport, tmp_path)
-    ear = Ear(site.board)
+    ear = WriteListener(site.board)
     try:
         running = Running(ReplayOptions(run=run, url=site.url))
         until(lambda: ear.values == [1])
@@ -145,7 +145,7 @@ def test_a_loop_goes_on_until_it_is_stopped(tmp_path):
     run = record(tmp_path / "r.mcap", write(0, 1), write(1, 2))
     with site_with_ear("ipc", tmp_path) as (site, ear):
         running = Running(ReplayOptions(run=run, url=site.url, loop=True))
-        until(lambda: len(ear.heard) >= 5)
+        until(lambda: len(ear.writes) >= 5)
         report = running.stop()
     assert report.rounds >= 3
     assert ear.values[:5] == [1, 2, 1, 2, 1]

@@ -1,4 +1,4 @@
-"""cxbridge writes the recorded_rows values of Fawkes' interfaces in the recorded_rows order."""
+"""cxbridge writes the recorded values of Fawkes' interfaces in the recorded order."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def log_texts(run: str, component: str) -> list[tuple[str, str]]:
 
 
 def run_scenario(rig: Rig) -> None:
-    """Send the orders of the recorded_rows runs, each after the end of its predecessor."""
+    """Send the orders of the recorded runs, each after the end of its predecessor."""
     rig.loop()
     rig.send("AcquireControl", False)
     rig.loop(2)

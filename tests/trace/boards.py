@@ -1,4 +1,4 @@
-"""Every kind of blackboard, seen from a recorder: a server's board, and a way to it that can be cut."""
+"""Blackboards of all transports for recorders: the board of a server, and clients of the server."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WAIT_S = 20
 
 
 class Site:
-    """A blackboard, and its server unless it is local. A context manager."""
+    """A context manager of a blackboard, with a server unless the blackboard is local."""
 
     def __init__(self, transport: str, folder: Path, *interface_dirs: Path) -> None:
         self.transport = transport
@@ -31,7 +31,7 @@ class Site:
         self.up()
 
     def up(self) -> None:
-        """Begin, or come back with an empty blackboard."""
+        """Start with an empty blackboard, or restart."""
         clock = RealClock()
         self.board = LocalBlackBoard(self.registry, clock, EventBus(clock))
         self._server: Any = None
@@ -46,13 +46,13 @@ class Site:
             self.url = self._server.endpoints[0]
 
     def down(self) -> None:
-        """Go away."""
+        """Stop the server and the blackboard."""
         if self._server is not None:
             self._server.stop()
         self.board.shutdown()
 
     def connect(self) -> BlackBoard:
-        """Return the blackboard as a client sees it; the same one where it is local."""
+        """Return a client's blackboard, or the local blackboard."""
         if self.transport == "local":
             return self.board
         clock = RealClock()
@@ -66,10 +66,10 @@ class Site:
 
 
 def until(condition: Callable[[], object]) -> None:
-    """Wait until a condition holds; fail when it never does."""
+    """Wait until a condition holds; fail after WAIT_S."""
     pause = threading.Event()
     for _ in range(WAIT_S * 100):
         if condition():
             return
         pause.wait(0.01)
-    raise AssertionError("it never came to that")
+    raise AssertionError("the condition does not hold")

@@ -1,4 +1,4 @@
-"""Changes of runs: those that a comparison must find, and those that it must not mind."""
+"""Changes of runs that comparisons must find, and changes that comparisons must ignore."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from cxbridge.history.transitions import Transition
 E = TypeVar("E", bound=Event)
 
 Mutation = Callable[[list[Transition], Random], list[Transition] | None]
-"""Returns a changed copy, None when the event it hit upon cannot be changed in this way."""
+"""Returns a changed copy, or None if the chosen event does not allow the change."""
 
 
 def thread(event: Transition) -> tuple[str, ...]:
-    """What the event is a step of: a goal, a plan, a skiller."""
+    """Return the thread of the event: a goal, a plan or a skiller."""
     if isinstance(event, GoalTransition):
         return ("goal", event.goal)
     if isinstance(event, PlanActionTransition):
@@ -35,7 +35,7 @@ def thread(event: Transition) -> tuple[str, ...]:
 
 
 def state(event: Transition) -> tuple[str, ...]:
-    """What counts of the event in partial order, within its thread."""
+    """Return the part of the event that counts in partial order within its thread."""
     if isinstance(event, GoalTransition):
         return (event.mode, event.outcome, event.error)
     if isinstance(event, PlanActionTransition):
@@ -44,7 +44,7 @@ def state(event: Transition) -> tuple[str, ...]:
 
 
 def _neighbour(events: list[Transition], at: int, step: int) -> int | None:
-    """The index of the previous (-1) or next (1) event of the same thread."""
+    """Return the index of the previous (-1) or next (1) event of the same thread."""
     places = range(at + 1, len(events)) if step > 0 else range(at - 1, -1, -1)
     return next((i for i in places if thread(events[i]) == thread(events[at])), None)
 
@@ -67,7 +67,7 @@ def swap(events: list[Transition], random: Random) -> list[Transition] | None:
     return changed
 
 
-def _altered(kind: type[Event], field: str, values: list[str]) -> Mutation:
+def _alter_field(kind: type[Event], field: str, values: list[str]) -> Mutation:
     def alter(events: list[Transition], random: Random) -> list[Transition] | None:
         at = random.randrange(len(events))
         value = random.choice(values)
@@ -81,7 +81,7 @@ def _altered(kind: type[Event], field: str, values: list[str]) -> Mutation:
 
 
 def orphan(events: list[Transition], random: Random) -> list[Transition] | None:
-    """Take a goal from its parent for good."""
+    """Remove a goal's parent for the rest of the run."""
     at = random.randrange(len(events))
     goal = events[at]
     if not isinstance(goal, GoalTransition) or goal.parent == "nil" or _neighbour(events, at, 1) is not None:
@@ -93,20 +93,20 @@ MUTATIONS: list[Mutation] = [
     drop,
     swap,
     orphan,
-    _altered(GoalTransition, "mode", ["FORMULATED", "SELECTED", "EXPANDED", "FINISHED", "ODD"]),
-    _altered(GoalTransition, "outcome", ["COMPLETED", "FAILED", "REJECTED"]),
-    _altered(GoalTransition, "error", ["ODD", "SUB-GOAL-FAILED gen8"]),
-    _altered(GoalTransition, "goal_class", ["ODD"]),
-    _altered(GoalTransition, "params", ["(odd)", "()"]),
-    _altered(GoalTransition, "meta", ["(odd)"]),
-    _altered(GoalTransition, "priority", ["77.0"]),
-    _altered(GoalTransition, "resources", ["(odd)"]),
-    _altered(PlanActionTransition, "params", ["(odd)", '("with text")']),
-    _altered(PlanActionTransition, "state", ["PENDING", "RUNNING", "FINAL", "EXECUTION-FAILED"]),
-    _altered(PlanActionTransition, "action", ["odd"]),
-    _altered(PlanActionTransition, "action_id", ["15"]),
-    _altered(SkillStatus, "skill_string", ["", 'say{text="odd"}']),
-    _altered(SkillStatus, "status", ["S_INACTIVE", "S_FAILED"]),
+    _alter_field(GoalTransition, "mode", ["FORMULATED", "SELECTED", "EXPANDED", "FINISHED", "ODD"]),
+    _alter_field(GoalTransition, "outcome", ["COMPLETED", "FAILED", "REJECTED"]),
+    _alter_field(GoalTransition, "error", ["ODD", "SUB-GOAL-FAILED gen8"]),
+    _alter_field(GoalTransition, "goal_class", ["ODD"]),
+    _alter_field(GoalTransition, "params", ["(odd)", "()"]),
+    _alter_field(GoalTransition, "meta", ["(odd)"]),
+    _alter_field(GoalTransition, "priority", ["77.0"]),
+    _alter_field(GoalTransition, "resources", ["(odd)"]),
+    _alter_field(PlanActionTransition, "params", ["(odd)", '("with text")']),
+    _alter_field(PlanActionTransition, "state", ["PENDING", "RUNNING", "FINAL", "EXECUTION-FAILED"]),
+    _alter_field(PlanActionTransition, "action", ["odd"]),
+    _alter_field(PlanActionTransition, "action_id", ["15"]),
+    _alter_field(SkillStatus, "skill_string", ["", 'say{text="odd"}']),
+    _alter_field(SkillStatus, "status", ["S_INACTIVE", "S_FAILED"]),
 ]
 
 
@@ -118,7 +118,7 @@ _MSGID = re.compile(r"(?<=\(msgid )[1-9]\d*")
 
 
 def distinct(random: Random, below: int) -> Iterator[int]:
-    """Draw numbers from 1 on, each once, when one is wanted."""
+    """Yield distinct random numbers from 1."""
     drawn = {0}
     while len(drawn) < below:
         number = random.randrange(1, below)
@@ -128,7 +128,7 @@ def distinct(random: Random, below: int) -> Iterator[int]:
 
 
 class Renaming:
-    """Gives everything that is named by accident another name, and every event another time."""
+    """Renames all generated names, and gives each event another time."""
 
     def __init__(self, random: Random) -> None:
         self._random = random
@@ -177,13 +177,13 @@ class Renaming:
 
 
 def renumber(events: Sequence[E], random: Random) -> list[E]:
-    """Give every id, UUID, fact index and message id another number, and every event another time."""
+    """Return events with other ids, UUIDs, fact indices, message ids and times."""
     renaming = Renaming(random)
     return [cast("E", renaming(event)) for event in events]
 
 
 def shuffle(events: list[Transition], random: Random, steps: int = 3000) -> list[Transition]:
-    """Exchange neighbours that do not depend on each other, many times."""
+    """Return events after many exchanges of independent neighbours."""
     parents = {event.goal: event.parent for event in events if isinstance(event, GoalTransition)}
     changed = list(events)
     for _ in range(steps):
@@ -193,8 +193,8 @@ def shuffle(events: list[Transition], random: Random, steps: int = 3000) -> list
     return changed
 
 
-def _independent(one: Transition, other: Transition, parents: dict[str, str]) -> bool:
-    goals = [getattr(event, "goal", "") for event in (one, other)]
+def _independent(first: Transition, second: Transition, parents: dict[str, str]) -> bool:
+    goals = [getattr(event, "goal", "") for event in (first, second)]
     if goals[0] == goals[1] or parents.get(goals[0]) == goals[1] or parents.get(goals[1]) == goals[0]:
         return False
-    return thread(one) != thread(other)
+    return thread(first) != thread(second)

@@ -1,4 +1,4 @@
-"""Runs in memory, and the recordings of the real Fawkes, for the tests of this folder."""
+"""Runs in memory, and the recordings of Fawkes."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ NAMES = ("skiller-1", "skiller-2", "simulator-1")
 
 
 def recording(name: str) -> Path:
-    """The text log of a recording."""
+    """Return the path of the text log of a recording."""
     return RECORDINGS / name / "fawkes.log"
 
 
 class MemoryRun(Run):
-    """A run that is a list of events."""
+    """A run with a list of events."""
 
     format = "memory"
 
@@ -56,7 +56,7 @@ def skill(text: str, status: str, msgid: int = 1) -> SkillStatus:
 
 
 def family() -> list[Event]:
-    """A goal with two children of one kind that run at the same time, one with a plan and a skill."""
+    """Return the events of a goal with two parallel children of a class, one with a plan and a skill."""
     return [
         goal("gen1", "FORMULATED"),
         goal("gen2", "FORMULATED"),

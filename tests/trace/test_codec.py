@@ -1,4 +1,4 @@
-"""Events as JSON and back: the text is the one that Python's json writes, as the first recordings have it."""
+"""Events as JSON: the text equals that of Python's json, as in the first recordings."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ def item(value: Any) -> Any:
     return value.value if isinstance(value, Level) else value.name if isinstance(value, Enum) else value
 
 
-def expected(event: Event) -> bytes:
-    """The text as Python's own json writes it."""
+def expected_text(event: Event) -> bytes:
+    """Return the text of Python's own json."""
     plain = {name: item(getattr(event, name)) for name in event.__struct_fields__}
     if "values" in plain:
         plain["values"] = {
-            name: [item(each) for each in value] if isinstance(value, list | tuple) else item(value)
+            name: [item(element) for element in value] if isinstance(value, list | tuple) else item(value)
             for name, value in plain["values"].items()
         }
     text = json.dumps(plain, ensure_ascii=False, separators=(",", ":"), default=bytes.hex)
     return text.encode("utf-8", "backslashreplace")
 
 
-any_text = st.text(st.characters())  # halves of characters, too
+any_text = st.text(st.characters())  # including halves of surrogate pairs
 odd = st.one_of(
     st.floats(), st.floats(width=32), st.floats(1e-6, 1e-3), st.floats(1e15, 1e17), any_text, st.binary()
 )
@@ -61,12 +61,12 @@ def test_events_round_trip_through_json(event: Event) -> None:
 
 
 @given(strategies.events | odd_events)
-def test_the_text_is_that_of_the_first_recordings(event: Event) -> None:
-    assert encode(event) == expected(event)
+def test_text_equals_that_of_first_recordings(event: Event) -> None:
+    assert encode(event) == expected_text(event)
 
 
 @given(odd_values)
-def test_values_alone_have_the_same_text(values: dict[str, Any]) -> None:
+def test_values_alone_have_same_text(values: dict[str, Any]) -> None:
     assert (
         dump_json(values)
         == encode(InterfaceWrite(0, "", values)).decode()[len('{"time_us":0,"uid":"","values":') : -1]
@@ -74,29 +74,32 @@ def test_values_alone_have_the_same_text(values: dict[str, Any]) -> None:
 
 
 @given(odd_events)
-def test_what_json_alone_understands_is_read_as_json_reads_it(event: Event) -> None:
+def test_text_of_decoded_event_is_unchanged(event: Event) -> None:
     read = make_decoder(type(event))(encode(event))
     assert encode(read) == encode(event)
 
 
 @given(strategies.events)
-def test_the_kind_comes_before_the_fields(event: Event) -> None:
+def test_kind_precedes_fields(event: Event) -> None:
     plain = json.loads(encode_with_kind(event))
     assert list(plain) == ["kind", *json.loads(encode(event))]
     assert EVENT_TYPES[plain["kind"]] is type(event)
 
 
 @given(strategies.events)
-def test_events_have_the_fields_and_types_of_their_schema(event: Event) -> None:
+def test_events_have_fields_and_types_of_schema(event: Event) -> None:
     schema = event_json_schema(type(event))
     plain = json.loads(encode(event))
     assert list(plain) == list(schema["properties"])
     assert set(schema["required"]) <= set(plain)
     types = {"integer": int, "string": str, "boolean": bool, "object": dict}
-    assert all(type(plain[name]) is types[each["type"]] for name, each in schema["properties"].items())
+    assert all(
+        type(plain[name]) is types[schema_field["type"]]
+        for name, schema_field in schema["properties"].items()
+    )
 
 
-def test_values_of_interfaces_that_json_does_not_know() -> None:
+def test_enums_bytes_and_surrogates_are_encoded() -> None:
     event = InterfaceWrite(
         0, "A::b", {"mode": Mode.SLOW, "modes": [Mode.SLOW], "data": b"\x01\xff", "half": "\ud800"}
     )
@@ -106,7 +109,7 @@ def test_values_of_interfaces_that_json_does_not_know() -> None:
 
 @pytest.mark.parametrize("field", ["time_us", "goal", "error"])
 @pytest.mark.parametrize("change", ["missing", "wrong"])
-def test_what_is_no_event_is_refused(field: str, change: str) -> None:
+def test_invalid_event_is_refused(field: str, change: str) -> None:
     plain = json.loads(encode(goal("gen1", "FORMULATED")))
     if change == "missing":
         del plain[field]
@@ -116,7 +119,7 @@ def test_what_is_no_event_is_refused(field: str, change: str) -> None:
         make_decoder(GoalTransition)(json.dumps(plain).encode())
 
 
-def test_two_kinds_of_one_name_are_refused() -> None:
+def test_second_kind_with_same_name_is_refused() -> None:
     with pytest.raises(ValueError, match="two kinds of events are called 'goal'"):
 
         class Another(Event, frozen=True):

@@ -1,4 +1,4 @@
-"""Runs copied from format to format."""
+"""Copies of runs in other formats."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.trace.runs import NAMES, RECORDINGS, MemoryRun, family, recording
 
 @needs_shared
 @pytest.mark.parametrize("name", NAMES)
-def test_a_recording_survives_the_way_through_mcap(name: str, tmp_path: Path) -> None:
+def test_recording_is_unchanged_by_conversion_to_mcap(name: str, tmp_path: Path) -> None:
     assert convert(open_run(recording(name)), tmp_path / "run.mcap", "mcap") == []
     copy = open_run(tmp_path / "run.mcap")
     assert list(copy) == list(open_run(recording(name)))
@@ -25,7 +25,7 @@ def test_a_recording_survives_the_way_through_mcap(name: str, tmp_path: Path) ->
     assert (tmp_path / "run.txt").read_bytes() == (RECORDINGS / name / "trace.txt").read_bytes()
 
 
-def test_what_has_no_place_in_a_text_log_is_told(tmp_path: Path) -> None:
+def test_events_without_place_in_log_have_notes(tmp_path: Path) -> None:
     notes = convert(MemoryRun(family()), tmp_path / "run.log", "fawkes-log")
     assert notes == [
         "fawkes-log can store nothing of the run: the copy is empty",
@@ -34,15 +34,15 @@ def test_what_has_no_place_in_a_text_log_is_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("to", copy_formats())
-def test_a_file_that_cannot_be_made(to: str, tmp_path: Path) -> None:
+def test_copy_to_impossible_path_is_error(to: str, tmp_path: Path) -> None:
     (tmp_path / "missing").touch()
     with pytest.raises(CxbridgeError, match="cannot be written"):
         convert(MemoryRun(family()), tmp_path / "missing" / "run", to)
 
 
-@pytest.mark.parametrize("to", sorted({*copy_formats()} - {"csv"}))  # which has its own
+@pytest.mark.parametrize("to", sorted({*copy_formats()} - {"csv"}))  # csv has a separate test
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")
-def test_a_full_disk_is_our_error(to: str, tmp_path: Path) -> None:
+def test_full_disk_is_error(to: str, tmp_path: Path) -> None:
     source = tmp_path / "run"
     source.write_text("I 01:00:00.000000 A: b\n")
     events = [*open_run(source), *family()]

@@ -1,4 +1,4 @@
-"""The sample of docs/recording.md works as shown."""
+"""The sample of docs/recording.md runs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 from tests.support import ROOT
 
 
-def test_the_sample_works(capsys):
+def test_sample_prints_promised_output(capsys):
     page = (ROOT / "docs" / "recording.md").read_text()
     (sample,) = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
     (promised,) = re.findall(r"# prints (.*)", sample)

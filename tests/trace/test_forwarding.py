@@ -1,4 +1,4 @@
-"""What a forwarder publishes of the writes on a blackboard, the same on every transport."""
+"""The events that a forwarder publishes of the writes on a blackboard, equal for all transports."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from cxbridge.trace.forwarding import WriteForwarder
 from tests.trace.boards import REMOTE, TRANSPORTS, Site, until
 
 
-class Forwarded:
-    """A forwarder that a thread polls, and all that it has published."""
+class PolledForwarder:
+    """A forwarder with a polling thread, and its published events."""
 
     def __init__(self, board: BlackBoard, *patterns: str) -> None:
         self.board = board
@@ -44,7 +44,7 @@ class Forwarded:
         self.forwarder.close()
 
     def levels(self, uid: str = "SwitchInterface::s") -> list[float]:
-        """The values of a switch that were published."""
+        """Return the published values of a switch."""
         return [e.values["value"] for e in self.published if isinstance(e, InterfaceWrite) and e.uid == uid]
 
     def lines(self) -> list[str]:
@@ -55,14 +55,14 @@ class Forwarded:
 
 
 @contextmanager
-def forwarded(site: Site, *patterns: str) -> Iterator[Forwarded]:
+def forwarded(site: Site, *patterns: str) -> Iterator[PolledForwarder]:
     with ExitStack() as stack:
         board = site.connect()
         if board is not site.board:
             stack.callback(board.shutdown)
-        made = Forwarded(board, *patterns)
-        stack.callback(made.close)
-        yield made
+        forwarder = PolledForwarder(board, *patterns)
+        stack.callback(forwarder.close)
+        yield forwarder
 
 
 @pytest.fixture(params=TRANSPORTS)
@@ -76,32 +76,32 @@ def write(writer: SwitchInterface, value: float) -> None:
     writer.write()
 
 
-def test_every_write_is_told_once_in_order_with_its_own_stamp(site):
+def test_each_write_is_published_once_in_order_with_its_stamp(site):
     writer = site.board.open_for_writing(SwitchInterface, "s")
-    with forwarded(site, "SwitchInterface") as made:
-        assert made.found == 1
+    with forwarded(site, "SwitchInterface") as run:
+        assert run.found == 1
         stamps = []
         for number in range(1, 101):
             write(writer, number)
             stamps.append(writer.timestamp_us)
-        until(lambda: len(made.levels()) == 100)
-    assert made.levels() == list(range(1, 101))
-    writes = [event for event in made.published if isinstance(event, InterfaceWrite)]
+        until(lambda: len(run.levels()) == 100)
+    assert run.levels() == list(range(1, 101))
+    writes = [event for event in run.published if isinstance(event, InterfaceWrite)]
     assert [event.time_us for event in writes] == stamps
-    blocks = [event for event in made.published if isinstance(event, BlockWrite)]
+    blocks = [event for event in run.published if isinstance(event, BlockWrite)]
     assert [event.uid for event in blocks] == ["SwitchInterface::s"] * 100
     assert blocks[-1].block == writer.to_bytes()
-    assert made.forwarder.counts == {"SwitchInterface::s": 100}
+    assert run.forwarder.counts == {"SwitchInterface::s": 100}
 
 
-def test_what_was_there_before_is_not_told(site):
+def test_earlier_data_are_not_published(site):
     write(site.board.open_for_writing(SwitchInterface, "s"), 1)
-    with forwarded(site, "SwitchInterface") as made:
+    with forwarded(site, "SwitchInterface") as run:
         pass
-    assert made.levels() == []
+    assert run.levels() == []
 
 
-def test_a_write_while_the_listener_is_registered_is_told_once(tmp_path, monkeypatch):
+def test_write_during_registration_is_published_once(tmp_path, monkeypatch):
     with Site("local", tmp_path) as site:
         writer, register = site.board.open_for_writing(SwitchInterface, "s"), site.board.register_listener
 
@@ -111,113 +111,113 @@ def test_a_write_while_the_listener_is_registered_is_told_once(tmp_path, monkeyp
 
         monkeypatch.setattr(site.board, "reports_writes", False, raising=False)
         monkeypatch.setattr(site.board, "register_listener", write_and_register)
-        with forwarded(site, "SwitchInterface") as made:
-            (followed,) = made.forwarder._followed.values()
-            made.forwarder.data_refreshed(followed.instance)  # the event of the first write comes late
+        with forwarded(site, "SwitchInterface") as run:
+            (followed,) = run.forwarder._followed.values()
+            run.forwarder.data_refreshed(followed.instance)  # the event of the first write is late
             write(writer, 2)
-    assert made.levels() == [1, 2]
+    assert run.levels() == [1, 2]
 
 
-def test_only_what_matches_is_told(site):
+def test_only_matching_interfaces_are_published(site):
     writers = [site.board.open_for_writing(SwitchInterface, name) for name in ("ab", "ac", "b")]
-    with forwarded(site, "SwitchInterface::a[!b]", "SwitchInterface::b") as made:
+    with forwarded(site, "SwitchInterface::a[!b]", "SwitchInterface::b") as run:
         for writer in writers:
             write(writer, 1)
-        until(lambda: made.levels("SwitchInterface::ac") and made.levels("SwitchInterface::b"))
-    assert sorted(made.forwarder.counts) == ["SwitchInterface::ac", "SwitchInterface::b"]
+        until(lambda: run.levels("SwitchInterface::ac") and run.levels("SwitchInterface::b"))
+    assert sorted(run.forwarder.counts) == ["SwitchInterface::ac", "SwitchInterface::b"]
 
 
-def test_an_interface_that_comes_later_is_told_with_what_it_holds_by_then(site):
-    with forwarded(site, "SwitchInterface") as made:
+def test_later_interface_is_published_with_its_data(site):
+    with forwarded(site, "SwitchInterface") as run:
         writer = site.board.open_for_writing(SwitchInterface, "s")
         write(writer, 1)
-        until(lambda: made.follows("SwitchInterface::s"))
+        until(lambda: run.follows("SwitchInterface::s"))
         write(writer, 2)
-        until(lambda: made.levels()[-1:] == [2])
-    assert made.levels() == [1, 2]
+        until(lambda: run.levels()[-1:] == [2])
+    assert run.levels() == [1, 2]
 
 
-def test_an_interface_goes_when_only_the_recorder_has_it_and_may_come_again(site):
-    with forwarded(site, "SwitchInterface") as made:
+def test_interface_ends_with_last_writer_and_may_return(site):
+    with forwarded(site, "SwitchInterface") as run:
         for number in (1, 2):
             with site.board.open_for_writing(SwitchInterface, "s") as writer:
-                until(lambda: made.lines().count("Recording SwitchInterface::s") == number)  # noqa: B023
+                until(lambda: run.lines().count("Recording SwitchInterface::s") == number)  # noqa: B023
                 write(writer, number)
-                until(lambda: made.levels()[-1:] == [number])  # noqa: B023
+                until(lambda: run.levels()[-1:] == [number])  # noqa: B023
             until(lambda: not site.board.list("SwitchInterface"))
-    assert made.levels() == [1, 2]
+    assert run.levels() == [1, 2]
 
 
 @pytest.mark.parametrize("transport", ["ipc", "tcp"])
-def test_what_arrived_before_the_end_is_told(transport, tmp_path):
+def test_writes_before_end_are_published(transport, tmp_path):
     with Site(transport, tmp_path) as site:
         writer = site.board.open_for_writing(SwitchInterface, "s")
-        with forwarded(site, "SwitchInterface") as made:
-            waiting = made.board._dispatcher._queue.qsize  # type: ignore[attr-defined]
-            with made.forwarder._lock:  # its listener has to wait
+        with forwarded(site, "SwitchInterface") as run:
+            waiting = run.board._dispatcher._queue.qsize  # type: ignore[attr-defined]
+            with run.forwarder._lock:  # the listener has to wait
                 for number in range(1, 51):
                     write(writer, number)
                 until(lambda: waiting() == 49)
-        assert made.levels() == list(range(1, 51))
+        assert run.levels() == list(range(1, 51))
 
 
-def test_a_stamp_that_is_no_time_is_replaced_by_the_time_of_arrival(site):
+def test_invalid_stamp_is_replaced_by_time_of_arrival(site):
     writer = site.board.open_for_writing(SwitchInterface, "s")
-    with forwarded(site, "SwitchInterface") as made:
+    with forwarded(site, "SwitchInterface") as run:
         writer.auto_timestamping = False
         writer.set_timestamp(1 << 60)
         write(writer, 1)
-        until(made.levels)
-    (write_event,) = [event for event in made.published if isinstance(event, InterfaceWrite)]
-    (block_event,) = [event for event in made.published if isinstance(event, BlockWrite)]
+        until(run.levels)
+    (write_event,) = [event for event in run.published if isinstance(event, InterfaceWrite)]
+    (block_event,) = [event for event in run.published if isinstance(event, BlockWrite)]
     assert write_event.time_us == block_event.time_us < 1 << 53
 
 
-def test_while_it_is_switched_off_nothing_is_told(site):
+def test_disabled_forwarder_publishes_nothing(site):
     writer = site.board.open_for_writing(SwitchInterface, "s")
-    with forwarded(site, "SwitchInterface") as made:
-        reader = made.board.open_for_reading(SwitchInterface, "s")
+    with forwarded(site, "SwitchInterface") as run:
+        reader = run.board.open_for_reading(SwitchInterface, "s")
         for number, enabled in enumerate((True, False, True), 1):
-            made.forwarder.enabled = enabled
+            run.forwarder.enabled = enabled
             write(writer, number)
             until(lambda: reader.read() and reader.value == number)  # noqa: B023
-            made.board.flush()
-    assert made.levels() == [1, 3]
-    assert made.forwarder.counts == {"SwitchInterface::s": 2}
+            run.board.flush()
+    assert run.levels() == [1, 3]
+    assert run.forwarder.counts == {"SwitchInterface::s": 2}
 
 
 @pytest.mark.parametrize("transport", REMOTE)
-def test_a_server_that_restarts_is_followed_and_the_gap_told_once(transport, tmp_path):
-    with Site(transport, tmp_path) as site, forwarded(site, "SwitchInterface") as made:
+def test_forwarder_follows_restarted_server_with_one_gap(transport, tmp_path):
+    with Site(transport, tmp_path) as site, forwarded(site, "SwitchInterface") as run:
         writer = site.board.open_for_writing(SwitchInterface, "s")
-        until(lambda: made.follows("SwitchInterface::s"))
+        until(lambda: run.follows("SwitchInterface::s"))
         write(writer, 1)
-        until(lambda: made.levels() == [1])
+        until(lambda: run.levels() == [1])
         site.down()
-        until(lambda: not made.board.connected)
+        until(lambda: not run.board.connected)
         site.up()
-        until(lambda: made.forwarder.gaps)
+        until(lambda: run.forwarder.gaps)
         write(site.board.open_for_writing(SwitchInterface, "s"), 2)
         write(site.board.open_for_writing(SwitchInterface, "new"), 3)
-        until(lambda: made.levels() == [1, 2] and made.levels("SwitchInterface::new") == [3])
-    assert len(made.forwarder.gaps) == 1
-    assert made.forwarder.gaps[0].seconds > 0
-    assert sum("A gap" in line for line in made.lines()) == 1
-    assert not any("disappeared before" in line for line in made.lines())
+        until(lambda: run.levels() == [1, 2] and run.levels("SwitchInterface::new") == [3])
+    assert len(run.forwarder.gaps) == 1
+    assert run.forwarder.gaps[0].seconds > 0
+    assert sum("A gap" in line for line in run.lines()) == 1
+    assert not any("disappeared before" in line for line in run.lines())
 
 
 @pytest.mark.parametrize("transport", REMOTE)
-def test_a_server_that_does_not_come_back_is_a_gap_too(transport, tmp_path):
+def test_lost_server_is_gap(transport, tmp_path):
     with Site(transport, tmp_path) as site:
-        with forwarded(site, "SwitchInterface") as made:
+        with forwarded(site, "SwitchInterface") as run:
             site.down()
-            until(lambda: not made.board.connected)
-            until(lambda: made.forwarder._lost_since)
+            until(lambda: not run.board.connected)
+            until(lambda: run.forwarder._lost_since)
         site.up()
-    assert len(made.forwarder.gaps) == 1
+    assert len(run.forwarder.gaps) == 1
 
 
-def test_a_type_that_we_do_not_know_is_told_once_and_the_others_are_recorded(tmp_path):
+def test_unknown_type_is_logged_once_and_other_types_published(tmp_path):
     (tmp_path / "OtherInterface.xml").write_text(
         '<interface name="OtherInterface" author="x" year="1"><data><comment>c</comment>'
         '<field name="a" type="int32">a</field></data></interface>'
@@ -225,9 +225,9 @@ def test_a_type_that_we_do_not_know_is_told_once_and_the_others_are_recorded(tmp
     with Site("ipc", tmp_path, tmp_path) as site:
         site.board.open_for_writing("OtherInterface", "o")
         writer = site.board.open_for_writing(SwitchInterface, "s")
-        with forwarded(site, "*") as made:
+        with forwarded(site, "*") as run:
             with site.board.open_for_reading("OtherInterface", "o"):
                 pass
             write(writer, 1)
-            until(made.levels)
-        assert len([line for line in made.lines() if "cannot be recorded" in line]) == 1
+            until(run.levels)
+        assert len([line for line in run.lines() if "cannot be recorded" in line]) == 1

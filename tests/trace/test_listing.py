@@ -38,6 +38,6 @@ def call(status: str, *, call_id: str = "plan-1", **named: object) -> PlannerCal
         ),
     ],
 )
-def test_messages_and_planner_calls_in_words(event: Event, text: str) -> None:
+def test_messages_and_planner_calls_have_texts(event: Event, text: str) -> None:
     (line,) = text_lines(MemoryRun([event]), event_filter([], ""))
     assert line == f"    0.000000 {text}"

@@ -1,4 +1,4 @@
-"""The recorder writes what its level asks for, and a failing writer does not stop the run."""
+"""The recorder writes the events of its level; a failed writer does not stop the run."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from tests.trace.runs import goal
 
 
 class ListWriter(RunWriter):
-    """Keeps what it is given; fails from the event number ``full`` on."""
+    """Collects events; fails at event number ``full``."""
 
     def __init__(self, full: int = 1000) -> None:
         self.events: list[Event] = []
@@ -75,7 +75,7 @@ TRANSITIONS = {GoalTransition, InterfaceWrite, InterfaceMessage, PlannerCall}
         (RecordLevel.FACTS, TRANSITIONS | {RuleFired, FactChange}),
     ],
 )
-def test_levels(level: RecordLevel, expected: set[type[Event]]) -> None:
+def test_level_selects_event_types(level: RecordLevel, expected: set[type[Event]]) -> None:
     bus, writer = EventBus(VirtualClock()), ListWriter()
     with Recorder(bus, [writer], level):
         assert bus.wants(LogLine)
@@ -86,7 +86,7 @@ def test_levels(level: RecordLevel, expected: set[type[Event]]) -> None:
     assert not bus.wants(GoalTransition)
 
 
-def test_everything_is_passed_on_and_closing_twice_does_nothing() -> None:
+def test_recorder_forwards_calls_and_closes_once() -> None:
     bus, writer = EventBus(VirtualClock()), ListWriter()
     recorder = Recorder(bus, [writer])
     recorder.describe({"spec": "test"})
@@ -99,7 +99,7 @@ def test_everything_is_passed_on_and_closing_twice_does_nothing() -> None:
     assert not writer.events
 
 
-def test_events_of_several_threads_are_written_one_at_a_time() -> None:
+def test_events_of_several_threads_are_written_in_turn() -> None:
     class SlowWriter(ListWriter):
         busy = False
 
@@ -112,12 +112,12 @@ def test_events_of_several_threads_are_written_one_at_a_time() -> None:
 
     bus, writer = EventBus(VirtualClock()), SlowWriter()
     with Recorder(bus, [writer]), ThreadPoolExecutor(4) as threads:
-        for done in [threads.submit(bus.emit, EVENTS[0]) for _ in range(40)]:
-            done.result()
+        for future in [threads.submit(bus.emit, EVENTS[0]) for _ in range(40)]:
+            future.result()
     assert len(writer.events) == 40
 
 
-def test_a_full_disk_ends_the_recording_not_the_run() -> None:
+def test_full_disk_ends_recording_and_not_run() -> None:
     bus, broken, healthy = EventBus(VirtualClock()), ListWriter(full=1), ListWriter()
     with Recorder(bus, [broken, healthy], RecordLevel.FACTS) as recorder:
         for event in EVENTS:

@@ -1,4 +1,4 @@
-"""What a run was made of: written with it, listed and extracted."""
+"""The sources of a run are recorded, listed and extracted."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from tests.trace.runs import family
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    """The test scenario, recorded with its rules."""
+    """Return a recording of the test scenario with its rules."""
     path = tmp_path_factory.mktemp("run") / "run.mcap"
     run_scenario(RunOptions(scenario=ROOT / "scenarios" / "test-scenario", trace=path, trace_level="rules"))
     return open_run(path)
 
 
-def test_what_is_attached_is_what_was_read(recorded: Run) -> None:
+def test_attached_sources_equal_read_files(recorded: Run) -> None:
     sources = list(run_sources(recorded))
     for source in sources:
         if source.role in {"clips", "pddl", "config"}:
@@ -50,25 +50,25 @@ def test_what_is_attached_is_what_was_read(recorded: Run) -> None:
     assert [int(PurePosixPath(name).name[:4]) for name in numbered] == list(range(1, len(numbered) + 1))
 
 
-def test_a_copy_keeps_what_the_run_was_made_of(recorded: Run, tmp_path: Path) -> None:
+def test_copy_has_sources_of_run(recorded: Run, tmp_path: Path) -> None:
     convert(recorded, tmp_path / "copy.mcap", "mcap")
     copy = open_run(tmp_path / "copy.mcap")
     assert list(copy.attachments()) == list(recorded.attachments())
     assert list(copy.source_records()) == list(recorded.source_records())
 
 
-def test_bytes_are_attached_once_and_another_content_gets_another_name() -> None:
+def test_equal_bytes_are_attached_once() -> None:
     namer = SourceNamer()
 
-    def told(owner: str, data: bytes) -> tuple[str, bool]:
+    def attach(owner: str, data: bytes) -> tuple[str, bool]:
         event = SourceRead(1, "clips", owner, "/a/x.clp", data, {"how": "load", "within": ""})
         record, attachment = namer.make_record(event)
         assert "within" not in record
         return record["attachment"], attachment is not None
 
-    assert told("a", b"1") == ("clips/a/0001-x.clp", True)
-    assert told("b", b"1") == ("clips/a/0001-x.clp", False)
-    assert told("b", b"2") == ("clips/b/0002-x.clp", True)
+    assert attach("a", b"1") == ("clips/a/0001-x.clp", True)
+    assert attach("b", b"1") == ("clips/a/0001-x.clp", False)
+    assert attach("b", b"2") == ("clips/b/0002-x.clp", True)
     pddl = [
         namer.make_record(SourceRead(1, "pddl", "", "d.pddl", data, {}))[0] for data in (b"1", b"2", b"1")
     ]
@@ -90,7 +90,7 @@ def test_names_of_attachments_are_safe(role: str, owner: str, name: str) -> None
     assert all(char.isalnum() or char in "-._/" for char in attachment.name)
 
 
-def test_extracting(recorded: Run, tmp_path: Path) -> None:
+def test_interfaces_and_configuration_are_extracted(recorded: Run, tmp_path: Path) -> None:
     files = extract_files(recorded, tmp_path / "out", "interfaces/*")
     assert tmp_path / "out" / "interfaces" / "SkillerInterface.xml" in files
     registry = InterfaceRegistry([tmp_path / "out" / "interfaces"], shipped=False)
@@ -104,7 +104,7 @@ def test_extracting(recorded: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "name", ["../evil", "/etc/evil", "a/../../evil", "a//b", "", ".", "a\\..\\b", "a\0b"]
 )
-def test_a_name_that_leads_out_of_the_folder_is_not_extracted(name: str, tmp_path: Path) -> None:
+def test_name_outside_of_folder_is_not_extracted(name: str, tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     with path.open("wb") as file:
         writer = Writer(file)
@@ -117,39 +117,41 @@ def test_a_name_that_leads_out_of_the_folder_is_not_extracted(name: str, tmp_pat
     assert sorted(tmp_path.iterdir()) == [path]
 
 
-def test_what_is_refused_leaves_no_file(tmp_path: Path) -> None:
-    """A name that leads out, a file that is there, one that is damaged: each after files that are good."""
+def test_refused_extraction_leaves_no_file(tmp_path: Path) -> None:
+    """The refused file, outside of the folder, existing or damaged, follows good files."""
     path = tmp_path / "run.mcap"
 
-    def recorded_with(name: str) -> Run:
+    def record_with(name: str) -> Run:
         with path.open("wb") as file:
             writer = Writer(file)
             writer.start(profile="cxbridge")
-            for each in ("a", "b/c", name):
-                writer.add_attachment(0, 0, each, "text/plain", b"unharmed" if each == name else b"good")
+            for file_name in ("a", "b/c", name):
+                writer.add_attachment(
+                    0, 0, file_name, "text/plain", b"unharmed" if file_name == name else b"good"
+                )
             writer.finish()
         return open_run(path)
 
-    def is_refused(run: Run, reason: str) -> None:
+    def check_refused(run: Run, reason: str) -> None:
         with pytest.raises(TraceError, match=reason):
             extract_files(run, out)
-        assert [each for each in out.rglob("*") if each.is_file() and each != there] == []
+        assert [file for file in out.rglob("*") if file.is_file() and file != existing] == []
 
     out = tmp_path / "out"
-    there = out / "d"
-    is_refused(recorded_with("../d"), "it is not extracted")
-    run = recorded_with("d")
+    existing = out / "d"
+    check_refused(record_with("../d"), "it is not extracted")
+    run = record_with("d")
     out.mkdir(exist_ok=True)
-    there.touch()
-    is_refused(run, "the file exists already")
-    there.unlink()
-    is_refused(recorded_with("a"), "cannot be written")
-    recorded_with("d")
+    existing.touch()
+    check_refused(run, "the file exists already")
+    existing.unlink()
+    check_refused(record_with("a"), "cannot be written")
+    record_with("d")
     path.write_bytes(path.read_bytes().replace(b"unharmed", b"deformed"))
-    is_refused(open_run(path), "damaged|checksum|CRC")
+    check_refused(open_run(path), "damaged|checksum|CRC")
 
 
-def test_a_damaged_attachment_is_told_and_the_events_are_read(tmp_path: Path) -> None:
+def test_damaged_attachment_is_error_but_events_are_read(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     with McapWriter(path) as writer:
         writer.write(SourceRead(1, "pddl", "", "d.pddl", b"(define (domain unharmed))", {}))

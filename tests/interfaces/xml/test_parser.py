@@ -21,7 +21,7 @@ from tests.support import many
     [case[1:] for case in MISTAKES],
     ids=[case[0] for case in MISTAKES],
 )
-def test_explains_a_mistake_at_its_place(data: bytes, line: int, message: str) -> None:
+def test_mistake_is_error_with_line(data: bytes, line: int, message: str) -> None:
     result = check_bytes(data, "x.xml")
     assert result.schema is None
     error = result.errors[0]
@@ -32,7 +32,7 @@ def test_explains_a_mistake_at_its_place(data: bytes, line: int, message: str) -
     assert caught.value.location == error.location
 
 
-def test_finds_all_mistakes_of_a_file() -> None:
+def test_all_mistakes_of_file_are_found() -> None:
     data = data_block(
         '<field type="uint33" name="a">c</field>',
         '<field type="int8" name="read" length="0">c</field>',
@@ -54,11 +54,11 @@ def test_finds_all_mistakes_of_a_file() -> None:
         '<?xml version="1.0" encoding="ISO-8859-1"?>',
     ],
 )
-def test_accepts_the_usual_heads(head: str) -> None:
+def test_usual_heads_are_accepted(head: str) -> None:
     assert parse_bytes(f'{head}<interface name="A">{DATA}</interface>'.encode()).name == "AInterface"
 
 
-def test_reads_what_fawkes_reads() -> None:
+def test_definition_has_values_of_fawkes() -> None:
     schema = parse_bytes(
         definition(
             "<constants>",
@@ -83,11 +83,11 @@ def test_reads_what_fawkes_reads() -> None:
     assert schema.fields[0].enum is schema.enums[0]
     assert schema.fields[1].default == "abc"
     assert schema.datasize == 32
-    # the message's own fields come first
+    # own fields of the message precede its references
     assert [(field.name, field.offset) for field in schema.messages[0].fields] == [("b", 16), ("text", 17)]
 
 
-def test_warns_of_what_fawkes_ignores() -> None:
+def test_ignored_parts_have_warnings() -> None:
     result = check_bytes(
         definition(
             "<comment>c</comment>",
@@ -98,11 +98,11 @@ def test_warns_of_what_fawkes_ignores() -> None:
         )
     )
     assert result.errors == ()
-    assert [one.line for one in result.warnings] == [2, 4, 4, 6]
+    assert [warning.line for warning in result.warnings] == [2, 4, 4, 6]
     assert "length" in (result.warnings[-1].hint or "")
 
 
-def test_the_hash_is_the_md5_of_the_bytes(tmp_path: Path) -> None:
+def test_hash_is_md5_of_bytes(tmp_path: Path) -> None:
     path = tmp_path / "SampleInterface.xml"
     path.write_bytes(definition(DATA))
     schema = parse_file(path)
@@ -111,13 +111,13 @@ def test_the_hash_is_the_md5_of_the_bytes(tmp_path: Path) -> None:
     assert schema.source == str(path)
 
 
-def test_a_wrong_field_is_not_told_again_where_it_is_referred_to() -> None:
+def test_reference_to_invalid_field_has_no_second_error() -> None:
     fields = '<data><comment>c</comment><field type="int33" name="a">c</field></data>'
     message = '<message name="Do"><comment>c</comment><ref>a</ref></message>'
     assert len(check_bytes(definition(fields, message)).errors) == 1
 
 
-def test_a_hostile_file_of_a_mebibyte_does_not_take_long() -> None:
+def test_hostile_file_is_parsed_in_bounded_time() -> None:
     started = time.monotonic()
     for part in (
         b"<x/>",
@@ -134,7 +134,7 @@ def test_a_hostile_file_of_a_mebibyte_does_not_take_long() -> None:
 
 @given(schemas())
 @settings(max_examples=many(60, 25), deadline=None)
-def test_a_schema_written_as_xml_reads_the_same(schema: InterfaceSchema) -> None:
+def test_schema_is_parsed_from_its_xml(schema: InterfaceSchema) -> None:
     data = schema_xml(schema)
     result = check_bytes(data)
     assert result.errors == ()
@@ -143,9 +143,9 @@ def test_a_schema_written_as_xml_reads_the_same(schema: InterfaceSchema) -> None
     assert read.hash == hashlib.md5(data).digest()
     for name in ("name", "datasize", "fields", "enums", "constants", "comment"):
         assert getattr(read, name) == getattr(schema, name)
-    for one, other in zip(read.messages, schema.messages, strict=True):
-        # references come after the message's own fields, as they do in the samples
-        assert one == other
+    for message, expected in zip(read.messages, schema.messages, strict=True):
+        # own fields of the message precede its references, as in the samples
+        assert message == expected
 
 
 @given(st.binary(max_size=200))
@@ -195,7 +195,7 @@ _SNIPPETS = [
 ]
 
 
-def test_a_definition_in_a_file_of_another_name_is_a_mistake(tmp_path: Path) -> None:
+def test_definition_in_file_of_another_name_is_mistake(tmp_path: Path) -> None:
     for name in ("ArmInterface.xml", "hand.txt"):
         file = tmp_path / name
         file.write_text(f'<interface name="HandInterface">{DATA}</interface>')

@@ -83,7 +83,7 @@ def rigs(request: pytest.FixtureRequest, server: ZmqBlackBoardServer) -> Iterato
 
 
 def loop_both(rigs: tuple[RealRig, RealRig], done: Callable[[], bool]) -> None:
-    """Loop loop_both rigs until the condition holds."""
+    """Loop both rigs until the condition holds."""
 
     def check() -> bool:
         for host in rigs[1].hosts:

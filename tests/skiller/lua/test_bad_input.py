@@ -1,4 +1,4 @@
-"""Bad input to skills: each kind run_failing once, and the Skiller accepts the next skill string."""
+"""Bad input to skills: each kind fails once, and the Skiller accepts the next skill string."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""State machines run as in Fawkes: the order of take_calls, preconditions, timeouts, errors, sub-skills."""
+"""State machines run as in Fawkes: the order of calls, preconditions, timeouts, errors, sub-skills."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ end
 
 
 def make(tmp_path: Path, body: str, mode: Mode = "fawkes") -> Rig:
-    """Return a Skiller whose skill ``test`` has this body; ``follow(STATE...)`` logs the take_calls."""
+    """Return a Skiller whose skill ``test`` has this body; ``follow(STATE...)`` logs the calls."""
     space = SKILLS["space"] + 'skillenv.use_skill("skills.test")'
     write_skills(tmp_path, SKILLS | {"space": space, "test": HEAD + body})
     rig = Rig()
@@ -39,7 +39,7 @@ def make(tmp_path: Path, body: str, mode: Mode = "fawkes") -> Rig:
 
 
 def take_calls(rig: Rig) -> list[str]:
-    """Return the take_calls logged since the last call, and clear the log."""
+    """Return the calls logged since the last call, and clear the log."""
     texts = [text for text in rig.logged(Level.INFO) if not text.startswith("MainThread")]
     rig.forget()
     return texts

@@ -1,4 +1,4 @@
-"""The executor of a simulated add_robot base, on a virtual clock."""
+"""The executor of a simulated robot base, on a virtual clock."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Alignment: partners are equal, in order, and as many as there can be when the edits are few."""
+"""Alignments: partners are equal and ordered, and their number is maximal for few edits."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ few = st.lists(st.integers(0, 4), max_size=14)
 
 
 def longest_common(a: Sequence[int], b: Sequence[int]) -> int:
-    """Length of a longest common subsequence, by the book."""
+    """Return the length of a longest common subsequence."""
     row = [0] * (len(b) + 1)
-    for one in a:
+    for left in a:
         before = 0
-        for at, other in enumerate(b, 1):
-            before, row[at] = row[at], before + 1 if one == other else max(row[at], row[at - 1])
+        for at, right in enumerate(b, 1):
+            before, row[at] = row[at], before + 1 if left == right else max(row[at], row[at - 1])
     return row[-1]
 
 
-def check(a: Sequence[int], b: Sequence[int]) -> int:
-    """The number of partners; they must be partners."""
+def count_partners(a: Sequence[int], b: Sequence[int]) -> int:
+    """Return the number of partners; check that partners are equal and ordered."""
     pairs = align(a, b)
-    assert all(a[one] == b[other] for one, other in pairs)
+    assert all(a[left] == b[right] for left, right in pairs)
     for run in (0, 1):
         indices = [pair[run] for pair in pairs]
         assert indices == sorted(set(indices))
@@ -33,20 +33,20 @@ def check(a: Sequence[int], b: Sequence[int]) -> int:
 
 
 @given(few, few)
-def test_a_short_edit_is_the_shortest(a: list[int], b: list[int]) -> None:
-    assert check(a, b) == longest_common(a, b)
+def test_short_alignment_is_maximal(a: list[int], b: list[int]) -> None:
+    assert count_partners(a, b) == longest_common(a, b)
 
 
-def test_what_both_have_once_is_found_among_much_that_differs() -> None:
+def test_unique_events_are_aligned_among_differences() -> None:
     a = [*range(1000), *range(5000, 5500)]
     b = [*range(2000, 3000), *range(5000, 5500)]
     b[500:500] = [7, 8, 9]
-    assert check(a, b) == 503
+    assert count_partners(a, b) == 503
 
 
-def test_repetitions_are_aligned_by_runs() -> None:
-    """Rules fire again and again: hardly one comes only once, but some sequences do."""
+def test_repetitions_are_aligned_by_sequences() -> None:
+    """Rules fire repeatedly: few events are unique, but some sequences are."""
     a = [at * at % 23 for at in range(2000)]
     a[1000:1000] = [90, 91, 90, 92, 91]
-    b = [each for at, each in enumerate(a) if at % 11]
-    assert check(a, b) > 0.9 * len(b)
+    b = [value for at, value in enumerate(a) if at % 11]
+    assert count_partners(a, b) > 0.9 * len(b)

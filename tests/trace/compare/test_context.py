@@ -1,4 +1,4 @@
-"""What led to an event: the goals as a tree, the rules and events before it."""
+"""The context of an event: the goals as a tree, and the preceding rules and events."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from cxbridge.trace.compare.context import LINES_AFTER, LINES_BEFORE, RULES_BEFO
 from tests.trace.runs import MemoryRun, family, goal
 
 
-def test_goals_are_a_tree_without_retracted_roots() -> None:
+def test_goals_are_tree_without_retracted_roots() -> None:
     events = [
         *family(),
         goal("gen7", "RETRACTED"),
@@ -24,7 +24,7 @@ def test_goals_are_a_tree_without_retracted_roots() -> None:
     ]
 
 
-def test_so_many_lines_before_and_after_and_so_many_rules() -> None:
+def test_context_has_fixed_numbers_of_lines_and_rules() -> None:
     events: list[Event] = []
     for number in range(30):
         time_us = number * 1_000_000

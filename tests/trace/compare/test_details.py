@@ -1,4 +1,4 @@
-"""Parameters and the like count at the level transitions, when all runs have them."""
+"""Details such as parameters are compared at the level transitions if all runs have them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WITHOUT = [with_details(event, **dict.fromkeys(event.KIND.details, "")) for even
 
 
 def changed(field: str, value: str) -> list[Event]:
-    """The family, in which one field of all events of its last goal or its only plan-action is another."""
+    """Return the family with a changed field in all events of its last goal, or in its only plan-action."""
     if field == "plan":
         return [
             with_details(event, params=value) if isinstance(event, PlanActionTransition) else event
@@ -39,7 +39,7 @@ def changed(field: str, value: str) -> list[Event]:
 
 @pytest.mark.parametrize("order", Order)
 @pytest.mark.parametrize("field", ["params", "meta", "priority", "resources", "plan"])
-def test_one_that_differs_everywhere_is_one_difference(field, order):
+def test_field_changed_everywhere_is_one_difference(field, order):
     comparison = compare_runs(
         MemoryRun(family()), [MemoryRun(changed(field, "(odd)"))], View.TRANSITIONS, order
     )
@@ -50,16 +50,16 @@ def test_one_that_differs_everywhere_is_one_difference(field, order):
 
 
 @pytest.mark.parametrize("order", Order)
-def test_what_one_run_does_not_record_does_not_count(order):
+def test_details_missing_in_one_run_are_not_compared(order):
     odd = changed("params", "(odd)")
     for pair in ((odd, WITHOUT), (WITHOUT, odd), (WITHOUT, WITHOUT)):
-        one, other = map(MemoryRun, pair)
-        assert compare_runs(one, [other], View.TRANSITIONS, order).same
+        first, second = map(MemoryRun, pair)
+        assert compare_runs(first, [second], View.TRANSITIONS, order).same
     assert not compare_runs(MemoryRun(odd), [MemoryRun(family())], View.TRANSITIONS, order).same
 
 
 @pytest.mark.parametrize("order", Order)
-def test_names_and_times_in_them_are_no_difference(order):
+def test_names_and_times_in_details_are_no_difference(order):
     runs = [
         MemoryRun(
             [
@@ -74,11 +74,11 @@ def test_names_and_times_in_them_are_no_difference(order):
     assert compare_runs(runs[0], runs[1:], View.TRANSITIONS, order).same
 
 
-def test_a_recording_of_an_earlier_version_is_read():
+def test_recording_of_earlier_version_is_read():
     event = goal("gen1", "FORMULATED")
     text = encode(event).decode()
     for name in event.KIND.details:
         text = text.replace(f',"{name}":"{getattr(event, name)}"', "")
     assert "params" not in text
-    found = make_decoder(type(event))(text.encode())
-    assert found == replace(event, params="", meta="", priority="", resources="")
+    decoded = make_decoder(type(event))(text.encode())
+    assert decoded == replace(event, params="", meta="", priority="", resources="")

@@ -1,4 +1,4 @@
-"""What is reported about two runs that differ: what a person would name, and nothing twice."""
+"""The differences of edited runs: each edit is reported once, in the words of a reader."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ def kinds(comparison: Comparison) -> list[DifferenceKind]:
     return [difference.kind for difference in comparison.differences]
 
 
-def renamed(events: Sequence[Event], names: dict[str, str]) -> list[Event]:
+def rename_goals(events: Sequence[Event], names: dict[str, str]) -> list[Event]:
     def text(value: str) -> str:
         return re.sub(r"gen\d+", lambda match: names.get(match.group(), match.group()), value)
 
-    found = []
+    rename_goals = []
     for event in events:
         fields = {
             name: text(getattr(event, name))
             for name in ("goal", "parent", "plan", "error")
             if hasattr(event, name)
         }
-        found.append(replace(event, **fields))
-    return found
+        rename_goals.append(replace(event, **fields))
+    return rename_goals
 
 
 START = 12
-"""Where the family's skill starts: without it, its end is left over from another run."""
+"""Index of the start of the family's skill; without the start, the end belongs to an earlier run."""
 
 
 def two_goals() -> list[Event]:
@@ -56,10 +56,10 @@ def two_goals() -> list[Event]:
     ]
 
 
-def test_goals_created_in_another_order_are_one_difference_of_order() -> None:
-    """The ids are swapped as well, as gensym would: all later events differ in ids only."""
+def test_other_order_of_goals_is_one_difference() -> None:
+    """The ids are swapped as well, as by gensym: all later events differ in ids only."""
     events = two_goals()
-    other = renamed([events[1], events[0], *events[2:]], {"gen1": "gen2", "gen2": "gen1"})
+    other = rename_goals([events[1], events[0], *events[2:]], {"gen1": "gen2", "gen2": "gen1"})
     comparison = compare(events, other)
     assert kinds(comparison) == [DifferenceKind.ORDER]
     assert comparison.differences[0].subject == "goal gen1 of class FIRST"
@@ -70,7 +70,7 @@ def test_goals_created_in_another_order_are_one_difference_of_order() -> None:
 
 
 @pytest.mark.parametrize("at", [at for at in range(len(family())) if at != START])
-def test_an_event_that_is_missing_is_one_difference_where_it_is(at: int) -> None:
+def test_missing_event_is_one_difference_at_its_position(at: int) -> None:
     events = family()
     other = [*events[:at], *events[at + 1 :]]
     comparison = compare(events, other)
@@ -82,7 +82,7 @@ def test_an_event_that_is_missing_is_one_difference_where_it_is(at: int) -> None
 
 
 @pytest.mark.parametrize("at", range(len(family()) - 1))
-def test_neighbours_that_are_exchanged_are_one_difference(at: int) -> None:
+def test_swapped_neighbours_are_one_difference(at: int) -> None:
     events = family()
     other = [*events[:at], events[at + 1], events[at], *events[at + 2 :]]
     comparison = compare(events, other)
@@ -90,7 +90,7 @@ def test_neighbours_that_are_exchanged_are_one_difference(at: int) -> None:
     assert comparison.differences[0].position == at
 
 
-def test_a_goal_that_is_missing_is_one_difference() -> None:
+def test_missing_goal_is_one_difference() -> None:
     events = two_goals()
     events[4:4] = [action("gen1", "1", state) for state in ("PENDING", "RUNNING", "FINAL")]
     other = [event for event in events if getattr(event, "goal", "") != "gen1"]
@@ -103,8 +103,8 @@ def test_a_goal_that_is_missing_is_one_difference() -> None:
     assert difference.what == "a goal that only A has"
 
 
-def test_an_inserted_skill_does_not_shift_message_ids() -> None:
-    """Once every later message id differed."""
+def test_inserted_skill_does_not_shift_message_ids() -> None:
+    """Without the correction, all later message ids would differ."""
     events = [
         skill(name, status, msgid)
         for msgid, name in enumerate("abcd", 2)
@@ -120,7 +120,7 @@ def test_an_inserted_skill_does_not_shift_message_ids() -> None:
     assert (difference.kind, difference.count, difference.b.position) == (DifferenceKind.ONLY_B, 2, 4)
 
 
-def test_one_odd_message_id_is_told_once() -> None:
+def test_single_other_message_id_is_one_difference() -> None:
     events = [skill("a", "S_RUNNING", 2), *(skill(name, "S_RUNNING", 3) for name in "bcd")]
     other = [*events[:2], skill("c", "S_RUNNING", 9), events[3]]
     (difference,) = compare(events, other, view=View.SKILLS).differences
@@ -136,15 +136,15 @@ def test_one_odd_message_id_is_told_once() -> None:
         ({"parent": "gen9"}, "another parent"),
     ],
 )
-def test_what_changed_is_named(changes: dict[str, str], what: str) -> None:
+def test_difference_names_changed_fields(changes: dict[str, str], what: str) -> None:
     events = two_goals()
     other = [*events[:4], replace(events[4], **changes), *events[5:]]
     (difference,) = compare(events, other).differences
     assert (difference.kind, difference.what, difference.position) == (DifferenceKind.CHANGED, what, 4)
 
 
-def test_other_goals_of_one_kind_are_told_apart_by_what_came_before() -> None:
-    """Which of two equal goals fails is a difference in what both do, not another order of goals."""
+def test_equal_goals_are_distinguished_by_earlier_events() -> None:
+    """A failure of the other goal is a difference of outcomes, and not an order of goals."""
     events = [goal("gen1", "FORMULATED"), goal("gen2", "FORMULATED")]
     a = [*events, goal("gen1", "FINISHED", "FAILED"), goal("gen2", "FINISHED", "COMPLETED")]
     b = [*events, goal("gen2", "FINISHED", "FAILED"), goal("gen1", "FINISHED", "COMPLETED")]
@@ -153,14 +153,14 @@ def test_other_goals_of_one_kind_are_told_apart_by_what_came_before() -> None:
     assert compare(a, b, Order.PARTIAL).same
 
 
-def test_a_run_that_ends_early_is_told_so_in_both_orders() -> None:
+def test_early_end_is_one_difference_in_both_orders() -> None:
     events = family()
     total, partial = compare(events, events[:9]), compare(events, events[:9], Order.PARTIAL)
     assert total.differences[0].what == "B ends here, A continues"
     assert total.differences[0].a.position == partial.differences[0].a.position == 9
 
 
-def test_rules_that_hardly_fire_once_are_aligned() -> None:
+def test_rules_without_unique_firings_are_aligned() -> None:
     rules = [RuleFired(0, "executive", at, f"rule-{at * at % 23}", "") for at in range(500)]
     other = [*rules[:100], *rules[103:300], RuleFired(0, "executive", 1, "odd", ""), *rules[300:]]
     comparison = compare(rules, other, view=View.RULES)

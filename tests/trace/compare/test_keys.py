@@ -1,4 +1,4 @@
-"""A skiller that was used before the run says at first how its last skill ended: that makes no difference."""
+"""The first status of a used Skiller, the end of its last skill, makes no difference to a fresh Skiller."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ States = list[tuple[str, int, str]]
 FRESH: States = [("", 0, "S_INACTIVE"), ("a", 2, "S_RUNNING"), ("a", 2, "S_FINAL")]
 
 
-def same(a: States, b: States, view: View, order: Order) -> bool:
+def is_same(a: States, b: States, view: View, order: Order) -> bool:
     runs = [
         MemoryRun(SkillStatus(at, "executive", "Skiller", *state) for at, state in enumerate(states))
         for states in (a, b)
@@ -38,15 +38,14 @@ def same(a: States, b: States, view: View, order: Order) -> bool:
         ([("z", 5, "S_INACTIVE"), ("a", 7, "S_RUNNING"), ("a", 7, "S_FINAL")], False),
     ],
 )
-def test_the_last_state_of_a_used_skiller_is_that_of_a_fresh_one(
+def test_first_status_of_used_skiller_equals_fresh_skiller(
     used: States, expected: bool, view: View, order: Order
 ) -> None:
-    """Once a run on a used Skiller differed from one on a fresh Skiller at its very first state."""
-    assert same(used, FRESH, view, order) is expected
-    assert same(FRESH, used, view, order) is expected
+    assert is_same(used, FRESH, view, order) is expected
+    assert is_same(FRESH, used, view, order) is expected
 
 
 @pytest.mark.parametrize("order", list(Order))
-def test_an_end_that_is_told_twice_later_is_told_twice(order: Order) -> None:
+def test_later_repeated_end_differs_in_total_order_only(order: Order) -> None:
     twice = [*FRESH, FRESH[-1]]
-    assert same(FRESH, twice, View.SKILLS, order) is (order is Order.PARTIAL)
+    assert is_same(FRESH, twice, View.SKILLS, order) is (order is Order.PARTIAL)

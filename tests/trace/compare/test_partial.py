@@ -1,4 +1,4 @@
-"""What partial order minds and what it does not, case by case."""
+"""Partial order: the differences that count, and the differences that do not."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def compare(a: Sequence[Event], *others: Sequence[Event]) -> Comparison:
     return compare_partial(MemoryRun(a), [MemoryRun(events) for events in others])
 
 
-def test_a_goal_may_have_its_parent_from_the_start() -> None:
+def test_later_parent_equals_parent_from_start() -> None:
     later = [
         goal("gen1", "FORMULATED"),
         goal("R-gen2", "FORMULATED"),
@@ -26,7 +26,7 @@ def test_a_goal_may_have_its_parent_from_the_start() -> None:
     assert compare(later, at_once).same
 
 
-def test_the_last_parent_counts() -> None:
+def test_last_parent_counts() -> None:
     child = [goal("R-gen2", "FORMULATED"), goal("gen1", "FORMULATED", parent="R-gen2")]
     comparison = compare(child, [goal("R-gen2", "FORMULATED"), goal("gen1", "FORMULATED")])
     assert [difference.what for difference in comparison.differences] == [
@@ -46,7 +46,7 @@ def test_equal_siblings_may_change_places() -> None:
     assert compare(events, other).same
 
 
-def test_siblings_that_both_differ_are_paired_by_their_similarity() -> None:
+def test_different_siblings_are_paired_by_similarity() -> None:
     modes = ("FORMULATED", "SELECTED", "DISPATCHED", "FINISHED"), ("FORMULATED", "EXPANDED", "COMMITTED")
     a = [goal(f"gen{number}", mode) for number in (0, 1) for mode in modes[number]]
     b = [goal(f"gen{8 - number}", mode) for number in (1, 0) for mode in (*modes[number], "RETRACTED")]
@@ -56,16 +56,16 @@ def test_siblings_that_both_differ_are_paired_by_their_similarity() -> None:
     ] * 2
 
 
-def test_a_child_stays_on_its_side_of_its_parent() -> None:
+def test_child_and_parent_keep_their_order() -> None:
     events = family()
     early = [events[-1], *events[:-1]]
-    early = [*events[:-2], events[-1], events[-2]]  # the parent is done before its child is
+    early = [*events[:-2], events[-1], events[-2]]  # the parent ends before its child
     comparison = compare(events, early)
     assert not comparison.same
     assert "on the other side of transitions of goal RUN-gen3" in comparison.differences[0].what
 
 
-def test_plans_with_other_numbers_in_their_ids_are_compared_in_order() -> None:
+def test_plans_with_numbered_ids_are_compared_in_order() -> None:
     first, second, third = (
         [
             goal("gen1", "X"),
@@ -77,13 +77,13 @@ def test_plans_with_other_numbers_in_their_ids_are_compared_in_order() -> None:
     assert not compare(first, third).same
 
 
-def test_a_plan_stays_on_its_side_of_its_goal() -> None:
+def test_plan_and_goal_keep_their_order() -> None:
     events = [goal("gen1", "FORMULATED"), goal("gen1", "EXPANDED"), action("gen1", "1", "RUNNING")]
     assert not compare(events, [events[0], events[2], events[1]]).same
 
 
-def test_only_relations_that_all_others_agree_on_count() -> None:
-    """Two recordings in which a child finished on either side of its parent allow both."""
+def test_only_orders_common_to_all_other_runs_count() -> None:
+    """Two recordings with both orders of a child's end and its parent's end allow both orders."""
     events = family()
     parent_first = [*events[:-2], events[-1], events[-2]]
     assert compare(events, events, parent_first).same
@@ -91,13 +91,13 @@ def test_only_relations_that_all_others_agree_on_count() -> None:
     assert not compare(parent_first, events, events).same
 
 
-def test_a_status_said_again_and_message_ids_do_not_count() -> None:
+def test_repeated_status_and_message_ids_do_not_count() -> None:
     once = [skill("", "S_INACTIVE", 0), skill("say{}", "S_RUNNING", 2), skill("say{}", "S_FINAL", 2)]
-    again = [skill("", "S_INACTIVE", 1), *once[1:], skill("say{}", "S_FINAL", 3)]
-    assert compare([*family(), *once], [*family(), *again]).same
+    repeated = [skill("", "S_INACTIVE", 1), *once[1:], skill("say{}", "S_FINAL", 3)]
+    assert compare([*family(), *once], [*family(), *repeated]).same
 
 
-def test_an_error_that_names_another_goal_is_found() -> None:
+def test_error_with_other_goal_is_found() -> None:
     events = family()
     other = [
         *events[:-1],
@@ -107,7 +107,7 @@ def test_an_error_that_names_another_goal_is_found() -> None:
     assert comparison.differences[0].subject == "goal /RUN"
 
 
-def test_the_goal_that_an_error_names_is_told_from_its_equals() -> None:
+def test_goal_in_error_is_distinguished_from_foreign_goal() -> None:
     def pair(failed: str) -> list[Event]:
         error = f"SUB-GOAL-FAILED {failed}"
         parent = [goal("R-gen3", "FORMULATED"), goal("R-gen3", "FINISHED", "FAILED", error=error)]
@@ -118,7 +118,7 @@ def test_the_goal_that_an_error_names_is_told_from_its_equals() -> None:
     assert not compare(pair("gen1"), pair("gen7")).same
 
 
-def test_a_ring_of_parents_in_a_damaged_file_is_survived() -> None:
+def test_circle_of_parents_is_compared() -> None:
     ring = [goal("gen1", "FORMULATED", parent="gen2"), goal("gen2", "FORMULATED", parent="gen1")]
     assert compare(ring, ring).same
     assert not compare(ring, ring[:1]).same

@@ -1,4 +1,4 @@
-"""The recordings of the real Fawkes compare as their README says, at every level and order."""
+"""The recordings of Fawkes compare as in their README, at all levels and orders."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RECORDED = [View.TRANSITIONS, View.SKILLS, View.RULES, View.FACTS]
 
 @pytest.mark.parametrize("order", Order)
 @pytest.mark.parametrize("view", RECORDED)
-def test_both_runs_of_the_skiller_are_the_same(view: View, order: Order) -> None:
+def test_runs_of_skiller_are_same(view: View, order: Order) -> None:
     comparison = compare_runs(
         open_run(recording("skiller-1")), [open_run(recording("skiller-2"))], view, order
     )
@@ -29,7 +29,7 @@ def test_both_runs_of_the_skiller_are_the_same(view: View, order: Order) -> None
     ("view", "count"),
     [(View.TRANSITIONS, 1), (View.SKILLS, 1), (View.RULES, 0), (View.FACTS, 2)],
 )
-def test_the_simulator_differs_in_one_message_id_in_total_order(view: View, count: int) -> None:
+def test_simulator_differs_in_one_message_id_in_total_order(view: View, count: int) -> None:
     comparison = compare_runs(
         open_run(recording("skiller-1")), [open_run(recording("simulator-1"))], view, Order.TOTAL
     )
@@ -38,12 +38,12 @@ def test_the_simulator_differs_in_one_message_id_in_total_order(view: View, coun
 
 
 @pytest.mark.parametrize("view", RECORDED)
-def test_the_simulator_is_the_same_in_partial_order(view: View) -> None:
+def test_simulator_is_same_in_partial_order(view: View) -> None:
     logs = [open_run(recording(name)) for name in NAMES]
     assert compare_runs(logs[2], logs[:2], view, Order.PARTIAL).same
 
 
 @pytest.mark.parametrize("order", Order)
-def test_a_log_and_its_transitions_text_are_the_same(order: Order) -> None:
+def test_log_and_its_transitions_text_are_same(order: Order) -> None:
     text = open_run(RECORDINGS / "skiller-1" / "trace.txt")
     assert compare_runs(text, [open_run(recording("skiller-1"))], View.TRANSITIONS, order).same

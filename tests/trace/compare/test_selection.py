@@ -1,4 +1,4 @@
-"""What --only and --ignore leave of a run."""
+"""The events of a run after --only and --ignore."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ from cxbridge.trace.compare.selection import Selection, parse_pattern
 from tests.trace.runs import MemoryRun, action, family, goal, skill
 
 
-def left(events: Sequence[Event], only: Sequence[str] = (), ignore: Sequence[str] = ()) -> list[int]:
-    """The indices of the events that count."""
+def selected_indices(
+    events: Sequence[Event], only: Sequence[str] = (), ignore: Sequence[str] = ()
+) -> list[int]:
+    """Return the indices of the selected events."""
     take = Selection(only, ignore).content_selector()
     return [at for at, event in enumerate(events) if take(event) is not None]
 
@@ -61,13 +63,17 @@ EVENTS: list[Event] = [
         ("interface:uid=Position::/robot.base", [9]),
     ],
 )
-def test_what_a_pattern_matches(pattern: str, matched: list[int]) -> None:
-    assert left(EVENTS, only=[pattern]) == matched
-    assert left(EVENTS, ignore=[pattern]) == [at for at in range(len(EVENTS)) if at not in matched]
+def test_pattern_selects_matching_events(pattern: str, matched: list[int]) -> None:
+    assert selected_indices(EVENTS, only=[pattern]) == matched
+    assert selected_indices(EVENTS, ignore=[pattern]) == [
+        at for at in range(len(EVENTS)) if at not in matched
+    ]
 
 
-def test_what_matches_one_only_and_no_ignore_counts() -> None:
-    assert left(EVENTS, ["goal:class=TEST*", "skill"], ["goal:mode=RETRACTED", "plan-action"]) == [0, 4]
+def test_event_that_matches_only_and_no_ignore_is_selected() -> None:
+    assert selected_indices(
+        EVENTS, ["goal:class=TEST*", "skill"], ["goal:mode=RETRACTED", "plan-action"]
+    ) == [0, 4]
 
 
 @pytest.mark.parametrize(
@@ -85,37 +91,37 @@ def test_what_matches_one_only_and_no_ignore_counts() -> None:
         ("fact.b:t", FactChange(0, "e", True, 1, "t", "(t 1 2"), FactChange(0, "e", True, 1, "t", "(t 1 2")),
     ],
 )
-def test_a_field_can_be_left_out(pattern: str, event: Event, expected: Event) -> None:
+def test_field_can_be_ignored(pattern: str, event: Event, expected: Event) -> None:
     assert Selection(ignore=[pattern]).content_selector()(event) == expected
 
 
-def test_an_event_that_differs_in_what_is_left_out_alone_does_not_count() -> None:
+def test_event_that_differs_in_ignored_field_only_is_ignored() -> None:
     beats: list[Event] = [InterfaceWrite(at, "A::1", {"beat": at, "x": at // 3}) for at in range(6)]
-    assert left(beats, ignore=["interface.beat:A::1"]) == [0, 3]
+    assert selected_indices(beats, ignore=["interface.beat:A::1"]) == [0, 3]
     errors = [goal("g", "FINISHED", "FAILED", error=error) for error in ("", "X", "Y")]
-    assert left(errors, ignore=["goal.error"]) == [0]
+    assert selected_indices(errors, ignore=["goal.error"]) == [0]
     repeated = [errors[0], goal("h", "FINISHED", "FAILED"), errors[1]]
-    assert left(repeated, ignore=["goal.error"]) == [0, 1]
+    assert selected_indices(repeated, ignore=["goal.error"]) == [0, 1]
 
 
 @pytest.mark.parametrize("order", Order)
-def test_runs_that_differ_in_what_is_ignored_are_the_same(order: Order) -> None:
+def test_runs_with_ignored_differences_are_same(order: Order) -> None:
     events = family()
     other = [*events[:-1], goal("RUN-gen3", "FINISHED", "FAILED", goal_class="PARENT", error="ODD")]
 
-    def same(**patterns: list[str]) -> bool:
+    def is_same(**patterns: list[str]) -> bool:
         selection = Selection(**patterns)
         return compare_runs(MemoryRun(events), [MemoryRun(other)], order=order, selection=selection).same
 
-    assert not same(ignore=["goal:class=WORK"])
-    assert not same(only=["goal:class=PARENT"])
-    assert same(ignore=["goal:class=PARENT"])
-    assert same(ignore=["goal.error"])
-    assert same(only=["goal:class=WORK", "skill"])
-    assert same(ignore=["goal:outcome=FAILED,class=PARENT"])
+    assert not is_same(ignore=["goal:class=WORK"])
+    assert not is_same(only=["goal:class=PARENT"])
+    assert is_same(ignore=["goal:class=PARENT"])
+    assert is_same(ignore=["goal.error"])
+    assert is_same(only=["goal:class=WORK", "skill"])
+    assert is_same(ignore=["goal:outcome=FAILED,class=PARENT"])
 
 
-def test_the_numbers_of_a_difference_are_those_of_what_is_compared() -> None:
+def test_numbers_of_difference_count_selected_events() -> None:
     events = family()
     other = [*events[:12], skill("odd{}", "S_RUNNING"), *events[13:]]
     for order in Order:
@@ -125,7 +131,7 @@ def test_the_numbers_of_a_difference_are_those_of_what_is_compared() -> None:
         assert (comparison.count_a, comparison.differences[0].a.position) == (2, 0)
 
 
-def test_patterns_that_met_nothing_are_known() -> None:
+def test_unused_patterns_are_listed() -> None:
     selection = Selection(only=["goal", "rule:x"], ignore=["goal:gen7"])
     compare_runs(MemoryRun(family()), [MemoryRun(family())], selection=selection)
     assert selection.unused_patterns == ["rule:x", "goal:gen7"]
@@ -141,13 +147,13 @@ def test_patterns_that_met_nothing_are_known() -> None:
         ("plan-action.class", "plan-action has no field 'class' to leave out"),
     ],
 )
-def test_what_is_no_pattern_is_refused(pattern: str, message: str) -> None:
+def test_invalid_pattern_is_refused(pattern: str, message: str) -> None:
     with pytest.raises(TraceError, match=message) as caught:
         parse_pattern(pattern)
     assert (caught.value.hint or "").startswith("use one of ")
 
 
-def test_only_selects_whole_events_and_some_of_the_level() -> None:
+def test_only_selects_whole_events_of_level() -> None:
     with pytest.raises(TraceError, match="single fields can only be ignored"):
         Selection(only=["goal.error"])
     with pytest.raises(TraceError, match="has no events of level skills") as caught:

@@ -1,4 +1,4 @@
-"""Times count when a tolerance is given, from the thread or from the begin."""
+"""Times are compared within a tolerance, per thread of events."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from tests.trace.runs import MemoryRun, family, goal
 SECOND = 1_000_000
 
 
-def timed(events: Sequence[Event], late: dict[int, float] | None = None, start: int = 0) -> list[Event]:
-    """The events a second apart; from some of them on the run is late by so many seconds."""
+def with_times(events: Sequence[Event], late: dict[int, float] | None = None, start: int = 0) -> list[Event]:
+    """Return the events a second apart; each index in ``late`` delays the rest of the run by its seconds."""
     delay = 0.0
-    found = []
+    events_with_times = []
     for at, event in enumerate(events):
         delay += (late or {}).get(at, 0.0)
-        found.append(replace(event, time_us=start + at * SECOND + round(delay * SECOND)))
-    return found
+        events_with_times.append(replace(event, time_us=start + at * SECOND + round(delay * SECOND)))
+    return events_with_times
 
 
 def compare(
@@ -38,31 +38,31 @@ def compare(
 
 
 @pytest.mark.parametrize("order", Order)
-def test_a_delay_is_found_once_in_its_thread(order: Order) -> None:
-    """At event 14 the skill is over: its status, then what follows from it."""
-    a = timed(family())
-    assert compare(a, timed(family(), start=77 * SECOND), order, 0).same
-    comparison = compare(a, timed(family(), {14: 2.0}), order, 0.5)
+def test_delay_is_found_once_per_thread(order: Order) -> None:
+    """The skill ends at event 14; its consequences follow."""
+    a = with_times(family())
+    assert compare(a, with_times(family(), start=77 * SECOND), order, 0).same
+    comparison = compare(a, with_times(family(), {14: 2.0}), order, 0.5)
     assert {difference.kind for difference in comparison.differences} == {DifferenceKind.TIME}
     assert comparison.differences[0].a.position == 14
     assert "another time: 2 s later in B" in comparison.differences[0].what
     assert len(comparison.differences) == 4  # the skill, its action, its goal, the parent
-    assert compare(a, timed(family(), {14: 0.4}), order, 0.5).same
-    early = compare(a, timed(family(), {5: -0.6}), order, 0.5).differences
+    assert compare(a, with_times(family(), {14: 0.4}), order, 0.5).same
+    early = compare(a, with_times(family(), {5: -0.6}), order, 0.5).differences
     assert [difference.a.position for difference in early] == [5, 7, 8]
     assert "another time: 0.6 s earlier in B" in early[0].what
 
 
 @pytest.mark.parametrize("order", Order)
-def test_times_are_compared_behind_other_differences_too(order: Order) -> None:
-    other = timed(family(), {16: 3.0})
+def test_times_are_compared_after_other_differences(order: Order) -> None:
+    other = with_times(family(), {16: 3.0})
     other[12] = replace(other[12], skill_string="odd{}")
-    kinds = [difference.kind for difference in compare(timed(family()), other, order, 1).differences]
+    kinds = [difference.kind for difference in compare(with_times(family()), other, order, 1).differences]
     assert kinds[0] is DifferenceKind.CHANGED
     assert DifferenceKind.TIME in kinds
 
 
-def test_a_limit_is_within() -> None:
+def test_tolerance_includes_its_limit() -> None:
     a = [goal("g", "A"), goal("g", "B", time_us=SECOND)]
     b = [goal("g", "A"), goal("g", "B", time_us=SECOND + 500_000)]
     assert compare(a, b, Order.TOTAL, 0.5).same
@@ -70,14 +70,14 @@ def test_a_limit_is_within() -> None:
 
 
 @pytest.mark.parametrize("order", Order)
-def test_interfaces_have_times_as_well(order: Order) -> None:
+def test_times_of_interface_writes_are_compared(order: Order) -> None:
     a: list[Event] = [InterfaceWrite(at * SECOND, "A::1", {"x": at}) for at in range(3)]
     b = [*a[:2], replace(a[2], time_us=5 * SECOND)]
     comparison = compare(a, b, order, 1, View.BLACKBOARD)
     assert [difference.kind for difference in comparison.differences] == [DifferenceKind.TIME]
 
 
-def test_firings_have_no_partners_in_partial_order() -> None:
+def test_rules_have_no_times_in_partial_order() -> None:
     rules = [RuleFired(0, "e", 1, "r", "")]
     with pytest.raises(TraceError, match="rules have no times that could be compared"):
         compare(rules, rules, Order.PARTIAL, 1, View.RULES)

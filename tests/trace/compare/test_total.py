@@ -1,4 +1,4 @@
-"""Total order: the same events in the same order, names by first appearance."""
+"""Total order: the same events in the same order, with names by first appearance."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cxbridge.trace.compare.runs import compare_runs
 from tests.trace.runs import MemoryRun, family, goal, skill
 
 
-def same(
+def is_same(
     a: Sequence[Event], b: Sequence[Event], view: View = View.TRANSITIONS, order: Order = Order.TOTAL
 ) -> bool:
     return compare_runs(MemoryRun(a), [MemoryRun(b)], view, order).same
@@ -25,7 +25,7 @@ def fact(text: str, index: int = 1) -> FactChange:
 
 
 @pytest.mark.parametrize(
-    ("one", "other", "expected"),
+    ("text_a", "text_b", "expected"),
     [
         ("(goal (id gen3))", "(goal (id gen4))", True),
         ("(goal (id A-gen3))", "(goal (id B-gen3))", False),
@@ -50,56 +50,56 @@ def fact(text: str, index: int = 1) -> FactChange:
         ("(general 3)", "(general 4)", False),
     ],
 )
-def test_names_in_facts(one: str, other: str, expected: bool) -> None:
-    assert same([fact(one, 1)], [fact(other, 7)], View.FACTS) is expected
-    assert same([fact(one, 1)], [fact(other, 7)], View.FACTS, Order.PARTIAL) is (
-        expected or one.startswith("(pair")  # who is who cannot be told without an order
+def test_generated_names_in_facts_are_no_difference(text_a: str, text_b: str, expected: bool) -> None:
+    assert is_same([fact(text_a, 1)], [fact(text_b, 7)], View.FACTS) is expected
+    assert is_same([fact(text_a, 1)], [fact(text_b, 7)], View.FACTS, Order.PARTIAL) is (
+        expected or text_a.startswith("(pair")  # without an order, names cannot be told apart
     )
 
 
-def test_message_ids_count_from_the_first_skill_of_each_skiller() -> None:
-    one = [skill("", "S_INACTIVE", 0), skill("say{}", "S_RUNNING", 2), skill("go{}", "S_RUNNING", 3)]
+def test_message_ids_count_from_first_skill_of_each_skiller() -> None:
+    first = [skill("", "S_INACTIVE", 0), skill("say{}", "S_RUNNING", 2), skill("go{}", "S_RUNNING", 3)]
     shifted = [skill("", "S_INACTIVE", 0), skill("say{}", "S_RUNNING", 52), skill("go{}", "S_RUNNING", 53)]
-    known = [skill("", "S_INACTIVE", 1), *one[1:]]
-    assert same(one, shifted, View.SKILLS)
-    assert not same(one, known, View.SKILLS)
-    assert same(one, known, View.SKILLS, Order.PARTIAL)
+    known = [skill("", "S_INACTIVE", 1), *first[1:]]
+    assert is_same(first, shifted, View.SKILLS)
+    assert not is_same(first, known, View.SKILLS)
+    assert is_same(first, known, View.SKILLS, Order.PARTIAL)
 
 
-def test_rules_in_another_order_are_the_same_in_partial_order_only() -> None:
-    one: list[Event] = [RuleFired(0, "executive", 1, "a", "f-1"), RuleFired(0, "executive", 2, "b", "f-2")]
-    other = one[::-1]
-    assert not same(one, other, View.RULES)
-    assert same(one, other, View.RULES, Order.PARTIAL)
-    assert not same(one, one[:1], View.RULES, Order.PARTIAL)
+def test_order_of_rules_counts_in_total_order_only() -> None:
+    first: list[Event] = [RuleFired(0, "executive", 1, "a", "f-1"), RuleFired(0, "executive", 2, "b", "f-2")]
+    second = first[::-1]
+    assert not is_same(first, second, View.RULES)
+    assert is_same(first, second, View.RULES, Order.PARTIAL)
+    assert not is_same(first, first[:1], View.RULES, Order.PARTIAL)
 
 
-def test_interface_writes_are_compared_by_interface_in_partial_order() -> None:
+def test_writes_are_compared_per_interface_in_partial_order() -> None:
     def write(uid: str, **values: object) -> Event:
         return InterfaceWrite(0, uid, values)
 
-    one = [write("A::1", x=1), write("B::1", x=1), write("A::1", x=2)]
-    other = [write("B::1", x=1), write("A::1", x=1), write("A::1", x=1), write("A::1", x=2)]
-    assert not same(one, other, View.BLACKBOARD)
-    assert same(one, other, View.BLACKBOARD, Order.PARTIAL)
-    assert not same(one, other[:-1], View.BLACKBOARD, Order.PARTIAL)
+    first = [write("A::1", x=1), write("B::1", x=1), write("A::1", x=2)]
+    second = [write("B::1", x=1), write("A::1", x=1), write("A::1", x=1), write("A::1", x=2)]
+    assert not is_same(first, second, View.BLACKBOARD)
+    assert is_same(first, second, View.BLACKBOARD, Order.PARTIAL)
+    assert not is_same(first, second[:-1], View.BLACKBOARD, Order.PARTIAL)
 
 
 @pytest.mark.parametrize("order", Order)
 @pytest.mark.parametrize("view", View)
-def test_nothing_is_not_the_same_as_nothing(view: View, order: Order) -> None:
+def test_empty_runs_are_not_same(view: View, order: Order) -> None:
     with pytest.raises(TraceError, match=f"has no events of level {view.value}"):
         compare_runs(MemoryRun([]), [MemoryRun([])], view, order)
 
 
-def test_the_run_that_differs_is_told() -> None:
+def test_comparison_has_index_of_different_run() -> None:
     comparison = compare_runs(
         MemoryRun(family()), [MemoryRun(family()), MemoryRun([goal("gen1", "FORMULATED")])]
     )
     assert comparison.other_index == 1
 
 
-def test_message_ids_count_by_skiller_also_in_facts() -> None:
+def test_message_ids_in_facts_count_per_skiller() -> None:
     def facts(first: int, second: int) -> list[Event]:
         return [
             fact(f'(SkillerInterface (id "{name}") (msgid {msgid + at}))')
@@ -107,11 +107,11 @@ def test_message_ids_count_by_skiller_also_in_facts() -> None:
             for name, msgid in (("Left", first), ("Right", second))
         ]
 
-    assert same(facts(2, 5), facts(7, 90), View.FACTS)
-    assert not same(facts(2, 5), [*facts(7, 90)[:-1], facts(7, 91)[-1]], View.FACTS)
+    assert is_same(facts(2, 5), facts(7, 90), View.FACTS)
+    assert not is_same(facts(2, 5), [*facts(7, 90)[:-1], facts(7, 91)[-1]], View.FACTS)
 
 
-def test_what_one_skiller_did_more_does_not_hide_the_ids_of_another() -> None:
+def test_extra_skill_of_one_skiller_keeps_ids_of_another() -> None:
     def status(skiller: str, text: str, msgid: int) -> SkillStatus:
         return SkillStatus(0, "executive", skiller, text, msgid, "S_RUNNING")
 

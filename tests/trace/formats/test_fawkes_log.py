@@ -1,4 +1,4 @@
-"""Fawkes' text log: written as it was recorded, read whatever it holds."""
+"""Fawkes' text log: the writer repeats recordings exactly, the reader accepts any text."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def transitions(path: Path) -> list[str]:
 
 @needs_shared
 @pytest.mark.parametrize("name", NAMES)
-def test_the_recordings_read_as_fawkes_own_tools_read_them(name: str) -> None:
+def test_recordings_are_read_as_by_fawkes_tools(name: str) -> None:
     run = open_run(recording(name))
     events = list(run)
     transitions = [format_transition(event) for event in events if isinstance(event, TRANSITION_TYPES)]
@@ -56,10 +56,10 @@ def test_the_recordings_read_as_fawkes_own_tools_read_them(name: str) -> None:
 
 @needs_shared
 @pytest.mark.parametrize("name", NAMES)
-def test_the_recordings_are_written_as_they_were(name: str, tmp_path: Path) -> None:
+def test_recordings_are_written_unchanged(name: str, tmp_path: Path) -> None:
     with FawkesLogWriter(tmp_path / "types") as writer:
-        wanted = writer.event_types(RecordLevel.TRANSITIONS)
-    path = write(tmp_path / "log", [event for event in open_run(recording(name)) if type(event) in wanted])
+        types = writer.event_types(RecordLevel.TRANSITIONS)
+    path = write(tmp_path / "log", [event for event in open_run(recording(name)) if type(event) in types])
     assert path.read_bytes() == recording(name).read_bytes()
 
 
@@ -83,23 +83,23 @@ facts = st.builds(
 
 @settings(max_examples=many(60, 25))
 @given(st.lists(st.one_of(log_lines, firings, facts), min_size=1, max_size=8))
-def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, events: list[Event]) -> None:
+def test_log_events_round_trip(tmp_path_factory: pytest.TempPathFactory, events: list[Event]) -> None:
     path = write(tmp_path_factory.mktemp("log") / "log", events)
     assert [event for event in open_run(path) if not isinstance(event, TRANSITION_TYPES)] == events
 
 
-def test_times_go_on_over_midnight_and_back_when_the_clock_is_set(tmp_path: Path) -> None:
+def test_times_increase_over_midnight_and_follow_clock_set_back(tmp_path: Path) -> None:
     clocks = ("23:59:59.000000", "00:00:01.000000", "00:00:00.500000", "00:00:02.000000")
     events, _ = read(tmp_path / "log", "".join(f"I {clock} A: b\n" for clock in clocks))
     assert [event.time_us - events[0].time_us for event in events] == [0, 2_000_000, 1_500_000, 3_000_000]
 
 
-def test_bytes_that_are_no_utf_8(tmp_path: Path) -> None:
+def test_bytes_outside_utf8_are_escaped(tmp_path: Path) -> None:
     events, _ = read(tmp_path / "log", b"I 01:00:00.000000 A: caf\xe9\n")
     assert events == [LogLine(3600 * MICROSECONDS, Level.INFO, "A", "caf\\xe9")]
 
 
-def test_text_before_the_first_entry_and_broken_stamps_are_told(tmp_path: Path) -> None:
+def test_text_before_first_entry_and_broken_stamps_have_notes(tmp_path: Path) -> None:
     events, notes = read(tmp_path / "log", f"hello\n{ENTRY}D 01:37:20.000000 no component\n")
     assert len(events) == 1
     assert notes == [
@@ -108,7 +108,7 @@ def test_text_before_the_first_entry_and_broken_stamps_are_told(tmp_path: Path) 
     ]
 
 
-def test_a_fact_that_is_cut_off_is_told_and_left_out(tmp_path: Path) -> None:
+def test_truncated_fact_is_left_out_with_note(tmp_path: Path) -> None:
     fact = "D 01:37:20.000000 CLIPS (executive): ==> f-3     (goal (id gen1) (cla"
     events, notes = read(tmp_path / "log", ENTRY + fact)
     assert len(events) == 1
@@ -118,7 +118,7 @@ def test_a_fact_that_is_cut_off_is_told_and_left_out(tmp_path: Path) -> None:
     ]
 
 
-def test_environments_have_their_own_goals(tmp_path: Path) -> None:
+def test_environments_have_separate_goals(tmp_path: Path) -> None:
     slots = "(class A) (sub-type nil) (parent nil) (mode M) (outcome O) (error)"
     fact = f"==> f-3     (goal (id gen1) {slots})\n"
     content = "".join(f"D 01:37:20.000000 CLIPS ({env}): {fact}" for env in ("one", "two", "one"))
@@ -127,32 +127,32 @@ def test_environments_have_their_own_goals(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("prefix", ["", "D 01:37:20.000000 A: "])
-def test_a_huge_line_is_refused(tmp_path: Path, prefix: str) -> None:
+def test_huge_line_is_refused(tmp_path: Path, prefix: str) -> None:
     path = tmp_path / "log"
     path.write_text(ENTRY + prefix + "x" * (MAX_LINE_BYTES + 1))
     with pytest.raises(TraceError, match=r"log:2: the line has more than 4 MiB"):
         list(open_run(path))
 
 
-def test_a_huge_entry_is_refused(tmp_path: Path) -> None:
+def test_huge_entry_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "log"
     path.write_text(ENTRY + ("x" * 99 + "\n") * (MAX_LINE_BYTES // 100 + 10))
     with pytest.raises(TraceError, match=r"log:1: the entry has more than 4 MiB"):
         list(open_run(path))
 
 
-def test_a_small_log_cut_off_at_every_byte(tmp_path: Path) -> None:
+def test_truncated_log_has_events_before_cut(tmp_path: Path) -> None:
     fact = '(SkillerInterface (id "Skiller") (skill_string "a\nb") (msgid 3) (status S_FINAL))'
     lines = (ENTRY, f"D 01:37:20.000000 CLIPS (executive): ==> f-86    {fact}\n", ENTRY)
     content = "".join(lines).encode()
-    whole, _ = read(tmp_path / "whole", content)
-    assert len(whole) >= len(lines)
+    all_events, _ = read(tmp_path / "whole", content)
+    assert len(all_events) >= len(lines)
     for size in range(len(content)):
         (tmp_path / "cut").write_bytes(content[:size])
         with suppress(TraceError):
-            found = list(open_run(tmp_path / "cut"))
-            kept = found[:-1]  # the last one may be a text that was cut off
-            assert kept == whole[: len(kept)]
+            events = list(open_run(tmp_path / "cut"))
+            kept = events[:-1]  # the text of the last entry may be truncated
+            assert kept == all_events[: len(kept)]
 
 
 def test_old_entries_are_flushed_while_writing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -163,6 +163,6 @@ def test_old_entries_are_flushed_while_writing(tmp_path: Path, monkeypatch: pyte
 
 
 @pytest.mark.parametrize(("text", "expected"), [("caf\udce9", b"caf\xe9"), ("\ud800", b"\\ud800")])
-def test_text_that_is_no_unicode_is_written(tmp_path: Path, text: str, expected: bytes) -> None:
+def test_text_outside_unicode_is_written(tmp_path: Path, text: str, expected: bytes) -> None:
     path = write(tmp_path / "log", [LogLine(0, Level.INFO, "A", text)])
     assert path.read_bytes() == b"I 00:00:00.000000 A: " + expected + b"\n"

@@ -1,4 +1,4 @@
-"""A recording that a process writes is not lost to another one."""
+"""Recordings are protected from other processes."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ pytest.importorskip("fcntl")
 
 
 @pytest.mark.parametrize("writer", [McapWriter, FawkesLogWriter])
-def test_a_file_that_is_being_written_stays_as_it_is(tmp_path, writer):
-    """A daemon that was started a second time by mistake cut off the recording of the first."""
+def test_file_being_written_is_not_changed(tmp_path, writer):
+    """The accidental second start of a daemon truncated the recording of the first daemon."""
     path = tmp_path / "run"
     with writer(path):
         before = path.read_bytes()
         with pytest.raises(TraceError, match="another process is writing this file"):
             writer(path)
         assert path.read_bytes() == before
-    with writer(path):  # again when the other is done
+    with writer(path):  # the first writer is closed
         pass
 
 
-def test_it_is_empty_afterwards_and_a_link_is_followed(tmp_path):
+def test_exclusive_file_is_emptied_through_link(tmp_path):
     path, link = tmp_path / "file", tmp_path / "link"
-    path.write_bytes(b"what was there before")
+    path.write_bytes(b"earlier content")
     link.symlink_to(path)
     with open_exclusively(link) as file:
         file.write(b"new")
     assert path.read_bytes() == b"new"
 
 
-def test_what_is_there_is_kept_under_the_time_of_its_last_change(tmp_path):
+def test_previous_file_is_kept_under_its_time(tmp_path):
     path, stamp = tmp_path / "run.mcap", 1_700_000_000
     names = []
     for text in ("first", "second"):
@@ -53,7 +53,7 @@ def test_what_is_there_is_kept_under_the_time_of_its_last_change(tmp_path):
     assert names == [first, first.replace(".mcap", "-2.mcap")]
 
 
-def test_what_is_empty_no_file_a_link_or_being_written_is_not_renamed(tmp_path):
+def test_empty_file_link_and_file_being_written_are_not_renamed(tmp_path):
     empty, link, busy = tmp_path / "empty", tmp_path / "link", tmp_path / "busy"
     empty.touch()
     link.symlink_to(busy)

@@ -1,4 +1,4 @@
-"""Every kind of bad file gives one clear error, never a traceback of another kind."""
+"""Bad files of any kind are a single error without another traceback."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def read(path: Path, content: bytes) -> int:
         (b"goal gen1 class=A sub-type=nil\nx\n", ":1: this line is not a transition"),
     ],
 )
-def test_bad_files(tmp_path: Path, content: bytes, message: str) -> None:
+def test_bad_file_is_error_with_reason(tmp_path: Path, content: bytes, message: str) -> None:
     with pytest.raises(CxbridgeError, match=message) as caught:
         read(tmp_path / "file", content)
     assert caught.value.exit_status == 2
@@ -64,7 +64,7 @@ def test_bad_files(tmp_path: Path, content: bytes, message: str) -> None:
     st.sampled_from([b"", MCAP, BBLOGGER, b"I 01:00:00.000000 A: b\n", b"goal gen1 class=A sub-type=nil "]),
 )
 @example(b"", b"")
-def test_no_content_raises_anything_else(
+def test_any_content_is_read_or_refused(
     tmp_path_factory: pytest.TempPathFactory, content: bytes, start: bytes
 ) -> None:
     try:
@@ -73,7 +73,7 @@ def test_no_content_raises_anything_else(
         assert error.file is not None or "not found" in error.message  # noqa: PT017 - most inputs raise
 
 
-def test_a_folder_without_recordings(tmp_path: Path) -> None:
+def test_folder_without_recordings_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.log").write_text("no bblogger file")
     with pytest.raises(TraceError, match="not a recorded run"):
         open_run(tmp_path)
@@ -90,8 +90,8 @@ def test_transitions_as_text_round_trip(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["folder", "pipe", "socket", "device"])
-def test_what_is_no_file(tmp_path: Path, name: str) -> None:
-    """None of them is waited for, or read without end."""
+def test_path_that_is_no_file_is_refused(tmp_path: Path, name: str) -> None:
+    """The check must neither wait nor read without an end."""
     path = tmp_path / name
     if name == "folder":
         path.mkdir()
@@ -110,7 +110,7 @@ def test_what_is_no_file(tmp_path: Path, name: str) -> None:
     assert caught.value.exit_status == 2
 
 
-def test_what_may_not_be_read(tmp_path: Path) -> None:
+def test_unreadable_file_and_folder_are_errors(tmp_path: Path) -> None:
     path = tmp_path / "run.log"
     path.write_text("I 01:00:00.000000 A: b\n")
     path.chmod(0)
@@ -119,7 +119,7 @@ def test_what_may_not_be_read(tmp_path: Path) -> None:
     folder = tmp_path / "folder"
     folder.mkdir()
     (folder / "a.log").write_bytes(BBLOGGER)
-    for mode in (0o444, 0o000):  # its files have names, but no more; not even that
+    for mode in (0o444, 0o000):  # the folder has listable names, then not even names
         folder.chmod(mode)
         with unprivileged(), pytest.raises(TraceError, match="cannot be read: Permission denied"):
             open_run(folder)

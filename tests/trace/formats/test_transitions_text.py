@@ -1,4 +1,4 @@
-"""Transitions as text, one a line."""
+"""Transitions as text, a line for each."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ SKILL = SkillStatus(0, "executive", "Skiller", 'say{text="Hello", wait=true}', 2
         ),
     ],
 )
-def test_environment_and_skiller_are_named_unless_they_go_without_saying(event, line, tmp_path):
+def test_only_other_environment_and_skiller_are_named(event, line, tmp_path):
     assert format_transition(event) == line
     assert parse_transition(line) == event
     with TransitionsWriter(tmp_path / "run") as writer:
@@ -52,7 +52,7 @@ NAMES = st.text("aB1 :-_=\"'", min_size=1, max_size=8)
 
 
 @given(WORDS, NAMES, NAMES)
-def test_what_is_written_is_read(word, env, skiller):
+def test_transition_text_round_trips(word, env, skiller):
     for event in (
         replace(GOAL, env=env, goal=word, goal_class=word, error=env),
         replace(ACTION, env=env, action=word),
@@ -61,15 +61,15 @@ def test_what_is_written_is_read(word, env, skiller):
         assert parse_transition(format_transition(event)) == event
 
 
-def test_values_and_times_of_a_golden_run_come_back(tmp_path):
-    one = goal("gen1", "FORMULATED", time_us=2_033_333)
+def test_golden_run_keeps_values_and_times(tmp_path):
+    first = goal("gen1", "FORMULATED", time_us=2_033_333)
     events = [
-        one,
-        replace(one, mode="SELECTED", priority="3", meta="(tried once)"),
+        first,
+        replace(first, mode="SELECTED", priority="3", meta="(tried once)"),
         replace(action("gen1", "1", "PENDING"), time_us=3_000_000, params='(warn ") meta=(" "two\nlines")'),
         replace(skill("say{}", "S_RUNNING"), time_us=3_000_000),
         replace(action("gen1", "1", "RUNNING"), time_us=4_000_000, params="()"),
-        replace(one, time_us=4_000_000, mode="FINISHED", priority="3", meta="()"),
+        replace(first, time_us=4_000_000, mode="FINISHED", priority="3", meta="()"),
     ]
     with TransitionsWriter(tmp_path / "golden", details=True, start_us=0) as writer:
         for event in events:
@@ -85,7 +85,7 @@ def test_values_and_times_of_a_golden_run_come_back(tmp_path):
     ]
 
 
-def test_a_value_that_belongs_to_no_transition_is_an_error(tmp_path):
+def test_value_without_transition_is_error(tmp_path):
     (tmp_path / "golden").write_text(
         "  params=()\ngoal g class=A sub-type=nil parent=nil mode=M outcome=U error=\n"
     )

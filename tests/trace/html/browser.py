@@ -1,4 +1,4 @@
-"""A headless browser for the tests of pages; they skip where there is none."""
+"""A headless browser for the tests of pages, which are skipped without a browser."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _CONSOLE = re.compile(r":CONSOLE[^\]]*\] (.*)")
 
 
 @dataclass
-class Shown:
-    """What a browser made of a page.
+class RenderedPage:
+    """A page after its scripts.
 
-    :param dom: the document after its scripts ran.
-    :param console: what was written to the console: errors, and what the policy refused.
+    :param dom: the document after its scripts.
+    :param console: the lines of the console: errors, and refusals by the policy.
     """
 
     dom: str
@@ -43,8 +43,8 @@ def _run(profile: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
 
 
-def show(page: Path, profile: Path, *, fragment: str = "") -> Shown:
-    """Open a page, let its scripts run, and return what became of it."""
+def show(page: Path, profile: Path, *, fragment: str = "") -> RenderedPage:
+    """Open a page, let its scripts run, and return the result."""
     done = _run(
         profile,
         "--enable-logging=stderr",
@@ -52,4 +52,4 @@ def show(page: Path, profile: Path, *, fragment: str = "") -> Shown:
         "--dump-dom",
         page.as_uri() + fragment,
     )
-    return Shown(done.stdout, _CONSOLE.findall(done.stderr))
+    return RenderedPage(done.stdout, _CONSOLE.findall(done.stderr))

@@ -1,4 +1,4 @@
-"""Recordings to replay, and who listens to what comes of them."""
+"""Recordings for replays, and a listener for the replayed writes."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ UID = "SwitchInterface::s"
 
 
 def write(at_ms: float, value: float, uid: str = UID, **more: Any) -> InterfaceWrite:
-    """A write of a switch, so many milliseconds after the begin."""
+    """Return a write of a switch, milliseconds after the begin."""
     values = {"enabled": True, "value": value, "history": 0.0, "short_activations": 0, "long_activations": 0}
     values["activation_count"] = 0
     return InterfaceWrite(BEGIN_US + round(at_ms * 1000), uid, values | more)
 
 
 def message(at_ms: float, uid: str = UID, kind: str = "SetMessage", **values: Any) -> InterfaceMessage:
-    """A message to a switch."""
-    return InterfaceMessage(BEGIN_US + round(at_ms * 1000), uid, kind, 1, "somebody", "queued", values)
+    """Return a message to a switch."""
+    return InterfaceMessage(BEGIN_US + round(at_ms * 1000), uid, kind, 1, "sender", "queued", values)
 
 
 def begin() -> LogLine:
-    """The first event of a recording."""
+    """Return the first event of a recording."""
     return LogLine(BEGIN_US, LogLevel.INFO, "test", "it begins")
 
 
@@ -42,30 +42,30 @@ def record(path: Path, *events: Event) -> Path:
 
 
 def recorded(folder: Path, *events: Event) -> Any:
-    """Return a recording, opened."""
+    """Return an open recording."""
     return open_run(record(folder / "run.mcap", *events))
 
 
-class Ear(Listener):
-    """Reads every write of an interface.
+class WriteListener(Listener):
+    """Reads each write of an interface.
 
-    :ivar heard: value and time stamp of each; ``changes``: how many changed something.
+    :ivar writes: value and time stamp of each write; ``changes``: the number of writes with changes.
     """
 
     def __init__(self, board: BlackBoard, uid: str = UID) -> None:
-        self.heard: list[tuple[float, int]] = []
+        self.writes: list[tuple[float, int]] = []
         self.changes = 0
         kind, _, interface_id = uid.partition("::")
-        self.reader: Any = board.open_for_reading(kind, interface_id, owner="ear")
+        self.reader: Any = board.open_for_reading(kind, interface_id, owner="listener")
         board.register_listener(self, self.reader)
 
     @property
     def values(self) -> list[float]:
-        return [value for value, _ in self.heard]
+        return [value for value, _ in self.writes]
 
     def data_refreshed(self, interface: Interface) -> None:
         self.reader.read()
-        self.heard.append((self.reader.value, self.reader.timestamp_us))
+        self.writes.append((self.reader.value, self.reader.timestamp_us))
 
     def data_changed(self, interface: Interface) -> None:
         self.changes += 1

@@ -1,4 +1,4 @@
-"""Blocks from recorded values: the same bytes again, for each of our types; what does not fit is reported."""
+"""Blocks from recorded values equal the recorded blocks; values that do not fit are errors."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ NAMES = default_registry().names()
 
 
 def values_of(field: FieldSchema) -> st.SearchStrategy[object]:
-    """Values of a field as a recording has them."""
+    """Return possible recorded values of a field."""
     if field.is_string:
         return st.text(st.characters(codec="ascii", min_codepoint=1), max_size=field.runtime_length - 1)
     if field.enum is not None:
-        one: st.SearchStrategy[object] = st.sampled_from([item.name for item in field.enum.items])
+        item: st.SearchStrategy[object] = st.sampled_from([item.name for item in field.enum.items])
     elif field.type == "bool":
-        one = st.booleans()
+        item = st.booleans()
     elif field.type in ("float", "double"):
-        one = st.floats(width=32, allow_nan=False, allow_infinity=False)
+        item = st.floats(width=32, allow_nan=False, allow_infinity=False)
     else:
-        one = st.integers(0, 100)
+        item = st.integers(0, 100)
     length = field.length
     if length is None:
-        return one
-    some = min(length, 6)  # repeated: nobody has the time for 360 numbers
-    return st.lists(one, min_size=some, max_size=some).map(lambda them: (them * length)[:length])
+        return item
+    some = min(length, 6)  # repeated, because 360 drawn numbers take too long
+    return st.lists(item, min_size=some, max_size=some).map(lambda values: (values * length)[:length])
 
 
 @pytest.mark.parametrize("name", NAMES)
 @given(data=st.data())
-def test_what_was_recorded_of_a_block_makes_that_block(name: str, data: st.DataObject) -> None:
+def test_recorded_values_make_recorded_block(name: str, data: st.DataObject) -> None:
     interface_class = default_registry().get(name)
     schema, maker = interface_class.SCHEMA, BlockMaker(interface_class)
     values = {field.name: data.draw(values_of(field), field.name) for field in schema.fields}
@@ -49,13 +49,13 @@ def test_what_was_recorded_of_a_block_makes_that_block(name: str, data: st.DataO
     assert maker.make_block(stored.values, 1_700_000_000_123_456, f"{name}::x") == block  # type: ignore[attr-defined]
 
 
-def test_a_field_that_is_gone_is_told_with_its_name() -> None:
+def test_removed_field_is_error_with_name() -> None:
     maker = BlockMaker(default_registry().get("SwitchInterface"))
     with pytest.raises(TraceError, match="only the recording has strength"):
         maker.make_block(write(0, 1, strength=3).values, 0, UID)
 
 
-def test_a_field_that_is_new_is_told_with_its_name() -> None:
+def test_new_field_is_error_with_name() -> None:
     maker = BlockMaker(default_registry().get("SwitchInterface"))
     values = dict(write(0, 1).values)
     del values["history"]
@@ -64,7 +64,7 @@ def test_a_field_that_is_new_is_told_with_its_name() -> None:
     assert "--interface-dir" in str(caught.value)
 
 
-def test_a_value_of_another_type_is_told() -> None:
+def test_value_of_wrong_type_is_error() -> None:
     maker = BlockMaker(default_registry().get("SwitchInterface"))
     with pytest.raises(TraceError, match=r"SwitchInterface::s does not fit: .*value"):
         maker.make_block(write(0, "much").values, 0, UID)  # type: ignore[arg-type]

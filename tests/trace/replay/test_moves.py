@@ -1,4 +1,4 @@
-"""What is played, and when, of recordings with every kind of clock."""
+"""The events of a replay and their times, with all kinds of clocks."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from tests.trace.replay.samples import UID, recorded, write
 from tests.trace.runs import MemoryRun
 
 
-def played(run: Any, selection: ReplaySelection = ReplaySelection()) -> list[tuple[float, float]]:  # noqa: B008 - frozen
-    """Milliseconds and value of each write."""
+def replayed_writes(run: Any, selection: ReplaySelection = ReplaySelection()) -> list[tuple[float, float]]:  # noqa: B008 - frozen
+    """Return milliseconds and value of each write."""
     return [
         (position_us / 1000, event.values["value"])
         for position_us, event in replay_moves(run, selection)
@@ -23,34 +23,34 @@ def played(run: Any, selection: ReplaySelection = ReplaySelection()) -> list[tup
     ]
 
 
-def test_positions_count_from_the_first_event(tmp_path: Path) -> None:
+def test_positions_are_relative_to_first_event(tmp_path: Path) -> None:
     run = recorded(tmp_path, write(100, 1), write(250, 2))
-    assert played(run) == [(100, 1), (250, 2)]
-    found = survey_replay(run, ReplaySelection())
-    assert found.write_counts == {UID: 2}
+    assert replayed_writes(run) == [(100, 1), (250, 2)]
+    survey = survey_replay(run, ReplaySelection())
+    assert survey.write_counts == {UID: 2}
 
 
-def test_from_begins_with_what_the_interfaces_held(tmp_path: Path) -> None:
+def test_start_begins_with_values_of_interfaces(tmp_path: Path) -> None:
     other = "SwitchInterface::t"
     run = recorded(tmp_path, write(0, 1), write(10, 2), write(20, 7, other), write(2000, 3), write(3000, 4))
-    assert played(run, ReplaySelection(start_s=1, end_s=2)) == [(1000, 2), (1000, 7), (2000, 3)]
-    assert played(run, ReplaySelection(start_s=9)) == [(9000, 4), (9000, 7)]
+    assert replayed_writes(run, ReplaySelection(start_s=1, end_s=2)) == [(1000, 2), (1000, 7), (2000, 3)]
+    assert replayed_writes(run, ReplaySelection(start_s=9)) == [(9000, 4), (9000, 7)]
 
 
-def test_what_is_out_of_order_moves_nothing_else(tmp_path: Path) -> None:
+def test_unordered_write_moves_no_other_write(tmp_path: Path) -> None:
     other = "SwitchInterface::t"
     run = recorded(tmp_path, write(1000, 1), write(900, 2, other), write(1001, 3), write(2000, 4))
-    assert played(run) == [(1000, 1), (1000, 2), (1001, 3), (2000, 4)]
+    assert replayed_writes(run) == [(1000, 1), (1000, 2), (1001, 3), (2000, 4)]
 
 
-def test_no_time_passes_where_the_clock_was_set_back(tmp_path: Path) -> None:
+def test_no_time_passes_when_clock_is_set_back(tmp_path: Path) -> None:
     run = recorded(tmp_path, write(90_000, 1), write(1000, 2), write(1500, 3))
-    assert played(run) == [(90_000, 1), (90_000, 2), (90_500, 3)]
+    assert replayed_writes(run) == [(90_000, 1), (90_000, 2), (90_500, 3)]
 
 
-def test_a_write_with_its_old_stamp_does_not_set_the_clock(tmp_path: Path) -> None:
+def test_write_with_old_stamp_does_not_set_clock(tmp_path: Path) -> None:
     run = recorded(tmp_path, write(0, 1), write(5000, 2, "SwitchInterface::t"), write(0, 1), write(6000, 3))
-    assert played(run) == [(0, 1), (5000, 2), (5000, 1), (6000, 3)]
+    assert replayed_writes(run) == [(0, 1), (5000, 2), (5000, 1), (6000, 3)]
 
 
 @given(st.lists(st.tuples(st.sampled_from("ab"), st.integers(0, 10**10)), min_size=1))

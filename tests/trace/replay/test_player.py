@@ -1,4 +1,4 @@
-"""What a replay does to a blackboard, the same on every transport."""
+"""The effects of a replay on a blackboard, equal for all transports."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cxbridge.trace.replay.moves import ReplaySelection, replay_moves, survey_re
 from cxbridge.trace.replay.pace import Pace
 from cxbridge.trace.replay.player import ReplayPlayer
 from tests.trace.boards import TRANSPORTS, Site, until
-from tests.trace.replay.samples import BEGIN_US, UID, Ear, recorded, write
+from tests.trace.replay.samples import BEGIN_US, UID, WriteListener, recorded, write
 
 OTHER = "SwitchInterface::t"
 
@@ -28,7 +28,7 @@ def site(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Site]:
 
 @contextmanager
 def opened(site: Site, run: Any, selection: ReplaySelection) -> Iterator[ReplayPlayer]:
-    """A player that has its interfaces open."""
+    """Yield a player with open interfaces."""
     board = site.connect()
     player = ReplayPlayer(board)
     try:
@@ -43,22 +43,22 @@ def opened(site: Site, run: Any, selection: ReplaySelection) -> Iterator[ReplayP
 
 
 def play(site: Site, run: Any, selection: ReplaySelection | None = None) -> ReplayPlayer:
-    """Play all of a run at once."""
+    """Play a run without pauses."""
     chosen = selection or ReplaySelection()
     with opened(site, run, chosen) as player:
         assert player.play(replay_moves(run, chosen), Pace(1e9, threading.Event(), lambda: None))
         return player
 
 
-def test_each_write_comes_with_its_recorded_stamp(site: Site, tmp_path: Path) -> None:
-    ear = Ear(site.board)
+def test_each_write_has_recorded_stamp(site: Site, tmp_path: Path) -> None:
+    listener = WriteListener(site.board)
     player = play(site, recorded(tmp_path, *(write(ms, ms) for ms in range(1, 51))))
-    until(lambda: len(ear.heard) == 50)
-    assert ear.heard == [(ms, BEGIN_US + ms * 1000) for ms in range(1, 51)]
+    until(lambda: len(listener.writes) == 50)
+    assert listener.writes == [(ms, BEGIN_US + ms * 1000) for ms in range(1, 51)]
     assert player.write_counts == {UID: 50}
 
 
-def test_all_are_open_before_the_first_write_and_closed_at_the_end(site: Site, tmp_path: Path) -> None:
+def test_interfaces_are_open_before_first_write_and_closed_at_end(site: Site, tmp_path: Path) -> None:
     run = recorded(tmp_path, write(1, 1), write(2, 2, OTHER))
     with opened(site, run, ReplaySelection()):
         infos = {info.uid: info for info in site.board.list("SwitchInterface")}
@@ -67,7 +67,7 @@ def test_all_are_open_before_the_first_write_and_closed_at_the_end(site: Site, t
     until(lambda: not site.board.list("SwitchInterface"))
 
 
-def test_a_writer_that_exists_is_one_clear_error(site: Site, tmp_path: Path) -> None:
+def test_existing_writer_is_error(site: Site, tmp_path: Path) -> None:
     site.board.open_for_writing("SwitchInterface", "t", owner="the robot")
     run = recorded(tmp_path, write(1, 1), write(2, 2, OTHER))
     with pytest.raises(BlackBoardError, match="SwitchInterface::t cannot be replayed: it has a writer"):
@@ -75,7 +75,7 @@ def test_a_writer_that_exists_is_one_clear_error(site: Site, tmp_path: Path) -> 
     until(lambda: [info.uid for info in site.board.list("SwitchInterface")] == [OTHER])
 
 
-def test_another_definition_at_the_other_end_is_refused(site: Site, tmp_path: Path) -> None:
+def test_other_definition_on_server_is_refused(site: Site, tmp_path: Path) -> None:
     if site.transport == "local":
         pytest.skip("a blackboard in this process has one definition of a type")
     folder = tmp_path / "old"
@@ -84,20 +84,20 @@ def test_another_definition_at_the_other_end_is_refused(site: Site, tmp_path: Pa
         '<!DOCTYPE interface SYSTEM "interface.dtd"><interface name="SwitchInterface">'
         '<data><comment>c</comment><field type="int32" name="number">c</field></data></interface>'
     )
-    with Site(site.transport, folder, folder) as other:
-        other.board.open_for_reading("SwitchInterface", "s", owner="old")
+    with Site(site.transport, folder, folder) as other_site:
+        other_site.board.open_for_reading("SwitchInterface", "s", owner="old")
         with pytest.raises(BlackBoardError):
-            play(other, recorded(tmp_path, write(1, 1)))
+            play(other_site, recorded(tmp_path, write(1, 1)))
 
 
-def test_only_changed_data_raise_a_changed_event(tmp_path: Path) -> None:
+def test_only_changed_data_raise_changed_event(tmp_path: Path) -> None:
     with Site("local", tmp_path) as site:
-        ear = Ear(site.board)
+        listener = WriteListener(site.board)
         play(site, recorded(tmp_path, write(1, 1), write(2, 1), write(3, 2), write(4, 2)))
-        assert (len(ear.heard), ear.changes) == (4, 2)
+        assert (len(listener.writes), listener.changes) == (4, 2)
 
 
-def test_a_later_write_that_does_not_fit_is_told(tmp_path: Path) -> None:
+def test_later_write_that_does_not_fit_is_error(tmp_path: Path) -> None:
     with (
         Site("local", tmp_path) as site,
         pytest.raises(TraceError, match="only the recording has extra"),

@@ -28,7 +28,7 @@ from cxbridge.trace.formats.registry import open_run
 from cxbridge_web.pages import STATIC_FOLDER
 from cxbridge_web.report import report
 from tests.support import share
-from tests.trace.html.browser import Shown, needs_browser, show
+from tests.trace.html.browser import RenderedPage, needs_browser, show
 from tests.trace.runs import MemoryRun, family, goal
 from web_tests.test_escaping import HOSTILE, Collector
 
@@ -72,7 +72,7 @@ def data_of(page: str) -> bytes:
     return gzip.decompress(b64decode(found[1]))
 
 
-def look_at(page: str, tmp_path: Path, fragment: str = "") -> Shown:
+def look_at(page: str, tmp_path: Path, fragment: str = "") -> RenderedPage:
     file = tmp_path / "run.html"
     file.write_text(page, encoding="utf-8")
     shown = show(file, tmp_path / "profile", fragment=fragment)

@@ -1,4 +1,4 @@
-"""Mcap files that are cut off, damaged, of another version, huge, or none; table: docs/evidence/proofs.md."""
+"""Mcap files that are truncated, damaged, of another version, or huge; table: docs/evidence/proofs.md."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ TEMPORARY = settings(max_examples=many(150, 37), deadline=None)
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, Path]:
-    """A file of three chunks with attachments, and where to put what becomes of it."""
+    """Return the bytes of a file with three chunks and attachments, and a path for changed copies."""
     path = tmp_path_factory.mktemp("mcap") / "run"
     return write_three_chunks(path), path
 
 
 def write_three_chunks(path: Path) -> bytes:
-    """Write a file of three chunks with attachments; return its bytes."""
+    """Write a file with three chunks and attachments; return its bytes."""
     with McapWriter(path) as writer:
         writer.describe({"spec": "test"})
         for number, event in enumerate(EVENTS):
@@ -46,7 +46,7 @@ def write_three_chunks(path: Path) -> bytes:
 
 
 def read(path: Path, content: bytes) -> list[Event]:
-    """Return the events of a file; nothing when it is refused."""
+    """Return the events of a file, none if the file is refused."""
     path.write_bytes(content)
     try:
         return list(open_run(path))
@@ -55,33 +55,33 @@ def read(path: Path, content: bytes) -> list[Event]:
 
 
 def messages_before(content: bytes, end: int) -> int:
-    """Return how many whole messages the first bytes of a file have, by the file's own records."""
+    """Return the number of complete messages before an offset, by the records of the file."""
     count, at = 0, len(mcap.MAGIC)
     inside = -1
     while at + mcap.HEAD.size <= end:
         kind, size = mcap.HEAD.unpack_from(content, at)
         if kind == mcap.CHUNK and inside < at:
             inside = at + mcap.HEAD.size + size
-            at += mcap.HEAD.size + 8 * 3 + 4 + 4 + 8  # the records of a chunk that is not packed
+            at += mcap.HEAD.size + 8 * 3 + 4 + 4 + 8  # the records of an uncompressed chunk
             continue
         at += mcap.HEAD.size + size
         count += kind == mcap.MESSAGE and at <= end
     return count
 
 
-def test_a_file_cut_anywhere_reads_up_to_there(whole: tuple[bytes, Path]) -> None:
+def test_truncated_file_has_events_before_cut(whole: tuple[bytes, Path]) -> None:
     content, path = whole
-    seen = 0
+    count = 0
     for end in sorted({*range(0, len(content), many(1, 29)), len(content) - 1}):
-        found = read(path, content[:end])
-        assert found == EVENTS[: len(found)]
-        assert len(found) == messages_before(content, end), end
-        assert len(found) >= seen
-        seen = len(found)
-    assert seen == len(EVENTS)
+        events = read(path, content[:end])
+        assert events == EVENTS[: len(events)]
+        assert len(events) == messages_before(content, end), end
+        assert len(events) >= count
+        count = len(events)
+    assert count == len(EVENTS)
 
 
-def test_a_cut_file_says_so_and_its_files_are_listed(whole: tuple[bytes, Path]) -> None:
+def test_truncated_file_has_note_and_attachments(whole: tuple[bytes, Path]) -> None:
     content, path = whole
     path.write_bytes(content[: len(content) * 2 // 3])
     run = open_run(path)
@@ -93,17 +93,17 @@ def test_a_cut_file_says_so_and_its_files_are_listed(whole: tuple[bytes, Path]) 
 
 @TEMPORARY
 @given(st.data())
-def test_flipped_bits_never_change_what_is_read(whole: tuple[bytes, Path], data: st.DataObject) -> None:
+def test_flipped_bits_never_change_events(whole: tuple[bytes, Path], data: st.DataObject) -> None:
     content, path = whole
     at = data.draw(st.integers(0, len(content) - 1))
     flipped = bytes([content[at] ^ (1 << data.draw(st.integers(0, 7)))])
-    found = read(path, content[:at] + flipped + content[at + 1 :])
-    assert found == EVENTS[: len(found)]
+    events = read(path, content[:at] + flipped + content[at + 1 :])
+    assert events == EVENTS[: len(events)]
 
 
 @TEMPORARY
 @given(st.binary(max_size=300))
-def test_anything_behind_the_magic_gives_our_error_or_events(whole: tuple[bytes, Path], junk: bytes) -> None:
+def test_junk_after_magic_has_no_events(whole: tuple[bytes, Path], junk: bytes) -> None:
     _, path = whole
     assert read(path, mcap.MAGIC + junk) == []
 
@@ -116,8 +116,8 @@ def block(data: bytes) -> bytes:
     return struct.pack("<I", len(data)) + data
 
 
-def mixed(path: Path, *more: bytes) -> Path:
-    """Put records behind those of a file that goes on."""
+def write_foreign(path: Path, *more: bytes) -> Path:
+    """Write records after the schema and channel of a file without an end."""
     with path.open("wb") as file:
         header = block(b"cxbridge") + block(b"another")
         file.write(mcap.MAGIC + mcap.HEAD.pack(mcap.HEADER, len(header)) + header)
@@ -133,13 +133,13 @@ def mixed(path: Path, *more: bytes) -> Path:
 LINE = b'{"time_us":%d,"level":"I","component":"a","text":"b"'
 
 
-def test_fields_and_kinds_of_later_versions_are_passed_over(tmp_path: Path) -> None:
-    """A field more in a message, a record of an unknown kind, a schema of a kind of event to come."""
+def test_fields_and_kinds_of_later_versions_are_ignored(tmp_path: Path) -> None:
+    """A later version has an additional field, an unknown kind of record, and a new kind of event."""
     unknown = mcap.HEAD.pack(0x7F, 3) + b"abc"
     schema = struct.pack("<H", 2) + block(b"cxbridge.Later") + block(b"jsonschema") + block(b"{}")
     channel = struct.pack("<HH", 2, 2) + block(b"/later") + block(b"json") + block(b"")
     later = message(b'{"what":1}').replace(struct.pack("<HI", 1, 0), struct.pack("<HI", 2, 0), 1)
-    path = mixed(
+    path = write_foreign(
         tmp_path / "run",
         mcap.HEAD.pack(mcap.SCHEMA, len(schema)) + schema,
         mcap.HEAD.pack(mcap.CHANNEL, len(channel)) + channel,
@@ -149,17 +149,19 @@ def test_fields_and_kinds_of_later_versions_are_passed_over(tmp_path: Path) -> N
     )
     run = open_run(path)
     assert [event.time_us for event in run] == [1]
-    assert run.notes == ["damaged or cut off: the file ends too early; read up to there"]  # it has no footer
+    assert run.notes == [
+        "damaged or cut off: the file ends too early; read up to there"
+    ]  # the file has no footer
 
 
-def test_a_message_of_an_earlier_version_gives_one_error(tmp_path: Path) -> None:
-    path = mixed(tmp_path / "run", message(b'{"time_us":1,"level":"I","component":"a"}'))
+def test_message_of_earlier_version_is_error(tmp_path: Path) -> None:
+    path = write_foreign(tmp_path / "run", message(b'{"time_us":1,"level":"I","component":"a"}'))
     with pytest.raises(TraceError, match=r"a message that is not an event of kind .*text") as caught:
         list(open_run(path))
     assert "another version" in str(caught.value)
 
 
-def test_a_clock_that_goes_backwards_stays_as_it_is(tmp_path: Path) -> None:
+def test_backward_clock_keeps_order_of_file(tmp_path: Path) -> None:
     events = [goal("gen1", "FORMULATED", time_us=time_us) for time_us in (5_000_000, 1_000_000, 3_000_000)]
     with McapWriter(tmp_path / "run") as writer:
         for event in events:
@@ -172,14 +174,16 @@ def test_a_clock_that_goes_backwards_stays_as_it_is(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("packing", ["zstd", "lz4"])
-def test_a_packed_chunk_that_unpacks_to_more_than_it_says_is_refused(packing: str, tmp_path: Path) -> None:
+def test_compressed_chunk_larger_than_declared_is_refused(packing: str, tmp_path: Path) -> None:
     import lz4.frame
     import zstandard
 
     bomb = message(LINE % 1 + b"}") + b"\0" * (64 << 20)
     packed = zstandard.compress(bomb) if packing == "zstd" else lz4.frame.compress(bomb)
     head = struct.pack("<QQQI", 0, 0, 1000, 0) + block(packing.encode()) + struct.pack("<Q", len(packed))
-    path = mixed(tmp_path / "run", mcap.HEAD.pack(mcap.CHUNK, len(head) + len(packed)) + head + packed)
+    path = write_foreign(
+        tmp_path / "run", mcap.HEAD.pack(mcap.CHUNK, len(head) + len(packed)) + head + packed
+    )
     tracemalloc.start()
     try:
         with pytest.raises(TraceError, match="damaged or cut off before the first event"):
@@ -194,8 +198,8 @@ def lines(count: int) -> Iterator[LogLine]:
         yield LogLine(number, Level.INFO, "component", "x" * 400)
 
 
-def test_memory_does_not_grow_with_the_file(tmp_path: Path) -> None:
-    """Writing and reading 20 MB; by hand it was 300 MB, with the same bounds (docs/evidence/proofs.md)."""
+def test_memory_does_not_grow_with_file(tmp_path: Path) -> None:
+    """Writes and reads 20 MB; a manual check with 300 MB had the same bounds (docs/evidence/proofs.md)."""
     path = tmp_path / "run"
     tracemalloc.start()
     try:
@@ -210,16 +214,16 @@ def test_memory_does_not_grow_with_the_file(tmp_path: Path) -> None:
     assert peak < 6 << 20
 
 
-def test_no_length_in_a_file_is_believed(whole: tuple[bytes, Path]) -> None:
-    """A record of a channel with 2^63-1 bytes ended the reading in a traceback."""
+def test_wrong_length_is_never_trusted(whole: tuple[bytes, Path]) -> None:
+    """The length 2^63-1 of a channel record caused a traceback."""
     content, path = whole
     for damaged in wrong_lengths(content):
         path.write_bytes(damaged)
-        use(path)
+        read_all(path)
 
 
 def wrong_lengths(content: bytes) -> Iterator[bytes]:
-    """Copies of a file with a large number at any place."""
+    """Yield copies of a file with a large number at each position."""
     for size, lengths in ((8, (2**63 - 1, 2**64 - 1)), (4, (2**32 - 1,))):
         for at in range(len(mcap.MAGIC), len(content) - size, many(1, 61)):
             for length in lengths:
@@ -227,7 +231,7 @@ def wrong_lengths(content: bytes) -> Iterator[bytes]:
 
 
 def wrong_record_lengths(content: bytes) -> Iterator[bytes]:
-    """Copies of a file with too large a length of a record."""
+    """Yield copies of a file with a too large record length."""
     heads, at = [], len(mcap.MAGIC)
     while at < len(content) - len(mcap.MAGIC):
         kind, size = mcap.HEAD.unpack_from(content, at)
@@ -239,8 +243,8 @@ def wrong_record_lengths(content: bytes) -> Iterator[bytes]:
             yield content[:head] + length.to_bytes(8, "little") + content[head + 8 :]
 
 
-def use(path: Path) -> None:
-    """Read all of a file: whatever it holds, there are our errors or none."""
+def read_all(path: Path) -> None:
+    """Read a file in all ways; only TraceErrors are accepted."""
     for work in (
         lambda: list(open_run(path)),
         lambda: open_run(path).metadata(),

@@ -1,4 +1,4 @@
-"""Our mcap files: read by the library as by us, and up to the damage when they are damaged."""
+"""Mcap files of cxbridge: the mcap library reads them, and damaged files keep the earlier events."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ def write(path: Path, events: list[Event]) -> Path:
 
 @settings(max_examples=many(60, 25))
 @given(st.lists(strategies.events, max_size=10))
-def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, events: list[Event]) -> None:
+def test_mcap_events_round_trip(tmp_path_factory: pytest.TempPathFactory, events: list[Event]) -> None:
     run = open_run(write(tmp_path_factory.mktemp("mcap") / "run", events))
     assert isinstance(run, McapRun)
     assert list(run) == events == list(run)
     assert not run.notes
 
 
-def test_topics_schemas_and_times_as_any_tool_sees_them(tmp_path: Path) -> None:
+def test_library_reads_topics_schemas_and_times(tmp_path: Path) -> None:
     uid = "AInterface::b::c"
     events = [
         goal("gen1", "FORMULATED", time_us=5),
@@ -72,7 +72,7 @@ def test_topics_schemas_and_times_as_any_tool_sees_them(tmp_path: Path) -> None:
     ]
 
 
-def test_metadata_and_attachments(tmp_path: Path) -> None:
+def test_metadata_and_attachments_round_trip(tmp_path: Path) -> None:
     attachment = Attachment("test/domain.pddl", "text/plain", b"(define)")
     with McapWriter(tmp_path / "run") as writer:
         writer.describe({"spec": "test", "result": "running"})
@@ -86,7 +86,7 @@ def test_metadata_and_attachments(tmp_path: Path) -> None:
     assert list(run) == family()
 
 
-def test_a_run_that_was_killed_reads_up_to_the_last_flush(tmp_path: Path) -> None:
+def test_file_of_killed_run_has_events_before_last_flush(tmp_path: Path) -> None:
     with McapWriter(tmp_path / "running") as writer:
         for event in family():
             writer.write(event)
@@ -104,7 +104,7 @@ def test_old_events_are_flushed_while_writing(tmp_path: Path, monkeypatch: pytes
         assert list(open_run(tmp_path / "run")) == family()[:1]
 
 
-def _foreign(path: Path, profile: str, data: bytes) -> Path:
+def _write_foreign(path: Path, profile: str, data: bytes) -> Path:
     with path.open("wb") as file:
         writer = Writer(file)
         writer.start(profile=profile)
@@ -115,27 +115,27 @@ def _foreign(path: Path, profile: str, data: bytes) -> Path:
     return path
 
 
-def test_an_mcap_file_of_somebody_else_is_refused(tmp_path: Path) -> None:
+def test_mcap_file_of_another_program_is_refused(tmp_path: Path) -> None:
     with pytest.raises(TraceError, match="not a run recorded by cxbridge"):
-        list(open_run(_foreign(tmp_path / "run", "ros2", b"{}")))
+        list(open_run(_write_foreign(tmp_path / "run", "ros2", b"{}")))
 
 
 @pytest.mark.parametrize(
     "data", [b"{}", b"[]", b"\xff", b"3", b'{"time_us": "x"}', b"[" * 100_000, HUGE_TIME]
 )
-def test_a_message_that_is_no_event_is_refused(tmp_path: Path, data: bytes) -> None:
+def test_message_that_is_no_event_is_refused(tmp_path: Path, data: bytes) -> None:
     with pytest.raises(TraceError, match="a message that is not an event"):
-        list(open_run(_foreign(tmp_path / "run", "cxbridge", data)))
+        list(open_run(_write_foreign(tmp_path / "run", "cxbridge", data)))
 
 
-def test_a_compressed_file_reads_as_well(tmp_path: Path) -> None:
-    """The library compresses by default: the foreign writer above does, too."""
+def test_compressed_file_is_read(tmp_path: Path) -> None:
+    """The library compresses by default, also in the writer of foreign files above."""
     plain = json.dumps({**dict.fromkeys(event_json_schema(type(family()[0]))["required"], "a"), "time_us": 1})
-    assert len(list(open_run(_foreign(tmp_path / "run", "cxbridge", plain.encode())))) == 1
+    assert len(list(open_run(_write_foreign(tmp_path / "run", "cxbridge", plain.encode())))) == 1
 
 
-def test_recording_loads_neither_the_library_nor_compressors(tmp_path: Path) -> None:
-    """They take longer to load than a whole run takes to record."""
+def test_recording_loads_no_library_and_no_compressors(tmp_path: Path) -> None:
+    """Loading takes longer than the recording of a whole run."""
     code = (
         "import sys; from cxbridge.trace.formats.mcap.writer import McapWriter;"
         f"McapWriter({str(tmp_path / 'run')!r}).close();"
@@ -146,6 +146,6 @@ def test_recording_loads_neither_the_library_nor_compressors(tmp_path: Path) -> 
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")
-def test_a_full_disk_is_our_error() -> None:
+def test_full_disk_is_trace_error() -> None:
     with pytest.raises(TraceError, match="cannot be written"):
         McapWriter("/dev/full")

@@ -9,7 +9,7 @@ from tests.history.runs import ENV, ListRun, goal
 
 
 def test_why_names_the_reason():
-    run = board.a_run((0, 1, 2), (3.0, 5.0, 8.0))
+    run = board.run_of_robots((0, 1, 2), (3.0, 5.0, 8.0))
     evidence = RecordedEvidence(
         ListRun([*run.events, goal(9, "g0", "FINISHED", "FAILED", "ACTION-FAILED")]), None, ENV
     )
