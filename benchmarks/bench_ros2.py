@@ -76,9 +76,9 @@ def goals(node: Node, count: ActionClient) -> Iterator[float]:
 
 def measure_rclpy() -> dict[str, float]:
     """Return the medians of rclpy's round trips, in microseconds."""
-    from ros2_tests.conftest import HERE, with_ros
+    from ros2_tests.conftest import HERE, make_ros_python_command
 
-    command = with_ros(str(HERE / "with_rclpy/user.py"), str(COUNT))
+    command = make_ros_python_command(str(HERE / "with_rclpy/user.py"), str(COUNT))
     found = json.loads(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
     return {"topic": found["trip"] * 1e6, "service": found["call"] * 1e6, "goal": found["goal"] * 1e6}
 
@@ -88,10 +88,10 @@ def main() -> None:
     if any(not os.environ.get(name) for name in NEEDED):
         print("nothing is measured: ROS2_SETUP names no ROS 2")
         return
-    from ros2_tests.conftest import start
+    from ros2_tests.conftest import start_peer
 
     os.environ.update(ROS_DOMAIN_ID=str(1 + os.getpid() % 100), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
-    peer = start("rclpy", "peer.py")
+    peer = start_peer("rclpy", "peer.py")
     try:
         rounds = [(measure_cxbridge(), measure_rclpy()) for _ in range(ROUNDS)]
     finally:

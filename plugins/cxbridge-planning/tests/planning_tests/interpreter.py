@@ -1,4 +1,4 @@
-"""PDDL executed as its definition says, object by object: slow, plain, and not the code under test."""
+"""A slow and plain interpreter of PDDL, independent of the code under test."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from cxbridge.executive.pddl.ast import (
 
 
 class World:
-    """A problem, and what can be done in it."""
+    """A problem with its states and actions."""
 
     def __init__(self, domain, problem):
         self.domain, self.problem = domain, problem
-        supers: dict[str, set[str]] = {}
-        for name, above in pairs_of(domain.types):
-            supers.setdefault(name, set()).add(above or "object")
+        supertypes: dict[str, set[str]] = {}
+        for name, supertype in pairs_of(domain.types):
+            supertypes.setdefault(name, set()).add(supertype or "object")
         self.types: dict[str, set[str]] = {}
         for name, type_ in (*pairs_of(domain.constants), *pairs_of(problem.objects)):
             seen, queue = {"object"}, [type_ or "object"]
@@ -34,36 +34,38 @@ class World:
                 each = queue.pop()
                 if each not in seen:
                     seen.add(each)
-                    queue += supers.get(each, ())
+                    queue += supertypes.get(each, ())
             self.types.setdefault(name, set()).update(seen)
         self.initial = frozenset((a.predicate, tuple(t.name for t in a.arguments)) for a in problem.init)
 
     def objects(self, types):
-        return [name for name, has in self.types.items() if not types or has & set(types)]
+        return [
+            name for name, types_of_object in self.types.items() if not types or types_of_object & set(types)
+        ]
 
     def choices(self, variables):
         names = names_of(variables)
         pools = [self.objects(group.types) for group in variables for _ in group.names]
         return [dict(zip(names, choice, strict=True)) for choice in product(*pools)]
 
-    def holds(self, formula, state, binding):  # noqa: PLR0911  a case for each kind of formula
+    def is_true(self, formula, state, binding):  # noqa: PLR0911  a case for each kind of formula
         match formula:
             case None:
                 return True
             case Atom():
                 return self.fact(formula, binding) in state
             case And(parts=parts):
-                return all(self.holds(part, state, binding) for part in parts)
+                return all(self.is_true(part, state, binding) for part in parts)
             case Or(parts=parts):
-                return any(self.holds(part, state, binding) for part in parts)
+                return any(self.is_true(part, state, binding) for part in parts)
             case Not(part=part):
-                return not self.holds(part, state, binding)
+                return not self.is_true(part, state, binding)
             case Imply(condition=first, consequence=second):
-                return not self.holds(first, state, binding) or self.holds(second, state, binding)
+                return not self.is_true(first, state, binding) or self.is_true(second, state, binding)
             case TermComparison(left=left, right=right):
                 return self.object(left, binding) == self.object(right, binding)
             case Quantified(quantifier=quantifier, variables=variables, part=part):
-                each = (self.holds(part, state, {**binding, **more}) for more in self.choices(variables))
+                each = (self.is_true(part, state, {**binding, **more}) for more in self.choices(variables))
                 return all(each) if quantifier == "forall" else any(each)
         raise AssertionError(formula)
 
@@ -75,7 +77,7 @@ class World:
         return atom.predicate, tuple(self.object(term, binding) for term in atom.arguments)
 
     def changes(self, effect, state, binding):
-        """Yield fact and truth of each change."""
+        """Yield the fact of each change, and whether the change adds the fact."""
         match effect:
             case Atom():
                 yield self.fact(effect, binding), True
@@ -85,43 +87,43 @@ class World:
                 for part in parts:
                     yield from self.changes(part, state, binding)
             case When(condition=condition, effect=part):
-                if self.holds(condition, state, binding):
+                if self.is_true(condition, state, binding):
                     yield from self.changes(part, state, binding)
             case Quantified(variables=variables, part=part):
                 for more in self.choices(variables):
                     yield from self.changes(part, state, {**binding, **more})
 
-    def after(self, state, action, binding):
-        """The state after an action; None when it cannot be done."""
-        if not self.holds(action.condition, state, binding):
+    def apply(self, state, action, binding):
+        """Return the state after an action, or None if the action is impossible."""
+        if not self.is_true(action.condition, state, binding):
             return None
         changes = list(self.changes(action.effect, state, binding))
-        adds = {fact for fact, true in changes if true}
-        return (state - {fact for fact, true in changes if not true}) | adds
+        adds = {fact for fact, is_added in changes if is_added}
+        return (state - {fact for fact, is_added in changes if not is_added}) | adds
 
     def is_solution(self, plan):
-        """Whether a plan can be done and ends in the goal."""
+        """Whether a plan is possible and reaches the goal."""
         state = self.initial
         for step in plan:
             (action,) = (each for each in self.domain.actions if each.name == step.name)
             binding = dict(zip(names_of(action.parameters), step.arguments, strict=True))
             assert binding in self.choices(action.parameters)
-            state = self.after(state, action, binding)
+            state = self.apply(state, action, binding)
             if state is None:
                 return False
-        return self.holds(self.problem.goal, state, {})
+        return self.is_true(self.problem.goal, state, {})
 
-    def solvable(self):
-        """Whether some state that can be reached is a goal: all of them are looked at."""
+    def is_solvable(self):
+        """Whether any reachable state fulfils the goal, by a search of all states."""
         seen, queue = {self.initial}, [self.initial]
         while queue:
             state = queue.pop()
-            if self.holds(self.problem.goal, state, {}):
+            if self.is_true(self.problem.goal, state, {}):
                 return True
             for action in self.domain.actions:
                 for binding in self.choices(action.parameters):
-                    then = self.after(state, action, binding)
-                    if then is not None and then not in seen:
-                        seen.add(then)
-                        queue.append(then)
+                    next_state = self.apply(state, action, binding)
+                    if next_state is not None and next_state not in seen:
+                        seen.add(next_state)
+                        queue.append(next_state)
         return False

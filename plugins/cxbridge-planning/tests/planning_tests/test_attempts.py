@@ -1,4 +1,4 @@
-"""`auto`: planners try one after the other, and the result says which did, and why."""
+"""The planner `auto`, which tries planners in turn and names the reasons of failures."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ DOMAIN = parse_domain("""(define (domain t) (:requirements :durative-actions) (:
   (:durative-action work :parameters () :duration (= ?duration 3) :effect (at end (done))))""")
 PROBLEM = parse_problem("(define (problem p) (:domain t) (:init) (:goal (done)))", DOMAIN)
 PLANS = "printf ';;;; Solution Found\\n0.000: (work) [3.000]\\n'"
-WRONG = "printf ';;;; Solution Found\\n0.000: (work) [7.000]\\n'"
+INVALID_PLANS = "printf ';;;; Solution Found\\n0.000: (work) [7.000]\\n'"
 CRASHES = "echo 'no idea'; exit 9"
 HANGS = "exec sleep 1000"
 
 
 @pytest.fixture
-def programs(tmp_path, monkeypatch):
-    """Put two temporal planners on the PATH, in this order; no other one is installed."""
+def add_programs(tmp_path, monkeypatch):
+    """Return a function that puts two temporal planners on the PATH, as the only installed planners."""
 
-    def put(optic, popf):
+    def add(optic, popf):
         for name, script in (("optic-clp", optic), ("popf", popf)):
             (tmp_path / name).write_text(f"#!/bin/sh\n{script}\n")
             (tmp_path / name).chmod(0o755)
@@ -33,7 +33,7 @@ def programs(tmp_path, monkeypatch):
 
     monkeypatch.setattr(unified, "find_spec", lambda _name: None)
     monkeypatch.setattr("cxbridge_planning.engines.programs.find_spec", lambda _name: None)
-    return put
+    return add
 
 
 @pytest.fixture
@@ -43,37 +43,40 @@ def service():
 
 
 @pytest.mark.parametrize(
-    ("optic", "why"),
+    ("optic", "reason"),
     [
         (CRASHES, "optic ended with exit status 9 and without a plan: no idea"),
-        (WRONG, "optic made an invalid plan: step 1, (work): it takes 7 s, but the domain requires 3"),
+        (
+            INVALID_PLANS,
+            "optic made an invalid plan: step 1, (work): it takes 7 s, but the domain requires 3",
+        ),
         (HANGS, "optic found no plan within 1"),
         ("kill -SEGV $$", "optic ended with exit status -11"),
     ],
 )
-def test_the_next_planner_tries_when_one_fails(programs, service, optic, why):
-    programs(optic, PLANS)
+def test_next_planner_replaces_failed_planner(add_programs, service, optic, reason):
+    add_programs(optic, PLANS)
     result = service.plan(PlanRequest(DOMAIN, PROBLEM, timeout=3.0))
     assert (result.status, result.planner) == (PlanStatus.PLANNED, "popf"), result.message
-    assert why in result.why
+    assert reason in result.why
     assert "pyperplan does not support durative actions (action work)" in result.why
 
 
-def test_when_all_fail_the_message_has_each_reason(programs, service):
-    programs(CRASHES, WRONG)
+def test_message_has_reasons_of_all_failed_planners(add_programs, service):
+    add_programs(CRASHES, INVALID_PLANS)
     result = service.plan(PlanRequest(DOMAIN, PROBLEM, timeout=10.0))
     assert result.status is PlanStatus.FAILED
     assert "no idea" in result.message
     assert "it takes 7 s" in result.message
 
 
-def test_a_proof_that_there_is_no_plan_is_the_last_word(programs, service):
-    programs("echo unsolvable", CRASHES)
+def test_proof_of_unsolvability_ends_attempts(add_programs, service):
+    add_programs("echo unsolvable", CRASHES)
     assert service.plan(PlanRequest(DOMAIN, PROBLEM)).status is PlanStatus.NO_PLAN
 
 
-def test_a_time_out_says_what_was_tried_and_what_else_there_is(programs, service):
-    programs(HANGS, HANGS)
+def test_timeout_names_tried_and_missing_planners(add_programs, service):
+    add_programs(HANGS, HANGS)
     result = service.plan(PlanRequest(DOMAIN, PROBLEM, timeout=0.6))
     assert result.status is PlanStatus.TIMEOUT
     assert result.message.startswith(
@@ -82,15 +85,15 @@ def test_a_time_out_says_what_was_tried_and_what_else_there_is(programs, service
     assert "aries" in result.message
 
 
-def test_without_a_fitting_planner_each_is_named_with_its_reason(programs, service):
-    programs(PLANS, PLANS)
+def test_unsupported_problem_names_all_planners(add_programs, service):
+    add_programs(PLANS, PLANS)
     text = "(:predicates (done) (p)) (:action a :parameters () :precondition (not (p)) :effect (p))"
-    odd = parse_domain(
+    domain = parse_domain(
         "(define (domain t) (:requirements :durative-actions :adl) "
         f"{text} (:durative-action work :parameters () :duration (= ?duration 3) :effect (at end (done))))"
     )
     with pytest.raises(UnsupportedProblemError) as raised:
-        choose_planners(AUTO, odd, PROBLEM)
+        choose_planners(AUTO, domain, PROBLEM)
     for name in planner_names():
         assert name in raised.value.message
 
@@ -103,24 +106,24 @@ COSTS = """(define (domain c) (:requirements :strips :action-costs) (:predicates
 TASK = "(define (problem x) (:domain c) (:init (= (total-cost) 0)) (:goal (b)) {metric})"
 
 
-def choice(metric):
+def choose(metric):
     domain = parse_domain(COSTS)
     return choose_planners(AUTO, domain, parse_problem(TASK.format(metric=metric), domain))
 
 
-def test_planners_that_ignore_costs_come_last_when_the_metric_asks_for_costs():
-    found = choice("(:metric minimize (total-cost))")
-    ignoring = [planner.name in {"pyperplan", "tamer"} for planner in found.planners]
-    assert ignoring == sorted(ignoring)
-    assert "pyperplan ignores costs of actions" in found.reasons
+def test_cost_metric_puts_planners_without_costs_last():
+    chosen = choose("(:metric minimize (total-cost))")
+    ignores_costs = [planner.name in {"pyperplan", "tamer"} for planner in chosen.planners]
+    assert ignores_costs == sorted(ignores_costs)
+    assert "pyperplan ignores costs of actions" in chosen.reasons
 
 
-def test_without_a_metric_costs_are_no_need():
-    assert "pyperplan ignores costs of actions" not in choice("").reasons
+def test_costs_without_metric_are_not_needed():
+    assert "pyperplan ignores costs of actions" not in choose("").reasons
 
 
 @pytest.mark.skipif(bool(make_planner("aries").not_installed), reason="needs aries")
-def test_costs_count(service):
+def test_plan_minimises_costs(service):
     domain = parse_domain(COSTS)
     problem = parse_problem(TASK.format(metric="(:metric minimize (total-cost))"), domain)
     result = service.plan(PlanRequest(domain, problem))
@@ -146,7 +149,7 @@ FRACTIONS = {Need.NUMERIC_CHANGES, Need.NUMBERS, Need.FRACTIONS}
         ("(p)", "(> (/ (f) 3) 1)", "", {Need.NUMBERS, Need.FRACTIONS}),
     ],
 )
-def test_needs_of_numbers(effect, condition, init, expected):
+def test_needs_of_numeric_problems(effect, condition, init, expected):
     domain = parse_domain(
         f"""(define (domain d) (:requirements :fluents) (:predicates (p)) (:functions (f))
       (:action a :parameters () :precondition {condition} :effect {effect}))"""
@@ -156,7 +159,7 @@ def test_needs_of_numbers(effect, condition, init, expected):
 
 
 @pytest.mark.parametrize("name", planner_names())
-def test_what_a_planner_ignores_it_does_not_understand(name):
+def test_planner_ignores_only_unsupported_needs(name):
     planner = make_planner(name)
     assert not planner.understands & planner.ignores
     assert all(len(each) > 1 for each in planner.fails_with)

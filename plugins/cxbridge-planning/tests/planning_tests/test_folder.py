@@ -1,4 +1,4 @@
-"""Engines leave no temporary files behind, however they are ended."""
+"""The temporary files of engines, which are removed after each kind of end."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ def base(tmp_path, monkeypatch):
     return tmp_path
 
 
-def folders(base):
+def find_folders(base):
     return [path for path in base.iterdir() if path.name.startswith(FOLDER_PREFIX)]
 
 
-def gone(look):
+def becomes_false(condition):
     deadline_s = time.monotonic() + WAIT_S
-    while look():
+    while condition():
         if time.monotonic() > deadline_s:
             return False
         time.sleep(0.05)
     return True
 
 
-def test_what_an_engine_leaves_goes_with_its_process(base):
+def test_close_removes_files_of_killed_engine(base):
     process = PlannerProcess()
-    (folder,) = folders(base)
+    (folder,) = find_folders(base)
     (folder / "aries-1234").mkdir()
     os.kill(process._process.pid, signal.SIGKILL)
     process.close()
-    assert folders(base) == []
+    assert find_folders(base) == []
 
 
 OWNER = """
@@ -57,7 +57,7 @@ time.sleep(600)
 """
 
 
-def test_when_the_owner_is_killed_its_planners_end_and_their_files_go(tmp_path, monkeypatch):
+def test_kill_of_owner_ends_planners_and_removes_files(tmp_path, monkeypatch):
     owner = subprocess.Popen(
         [sys.executable, "-c", OWNER],
         cwd=ROOT,
@@ -69,9 +69,9 @@ def test_when_the_owner_is_killed_its_planners_end_and_their_files_go(tmp_path, 
     worker = int(owner.stdout.readline())
     owner.kill()
     owner.communicate()
-    assert gone(
+    assert becomes_false(
         lambda: Path(f"/proc/{worker}/cmdline").exists() and Path(f"/proc/{worker}/cmdline").read_bytes()
     )
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
 
-    assert gone(lambda: folders(tmp_path))
+    assert becomes_false(lambda: find_folders(tmp_path))

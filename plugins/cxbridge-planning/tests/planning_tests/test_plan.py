@@ -18,7 +18,7 @@ PROBLEM = """(define (problem p) (:domain d) (:objects a b c)
 
 
 @pytest.fixture
-def files(tmp_path):
+def write_files(tmp_path):
     def write(domain=DOMAIN, problem=PROBLEM):
         paths = [tmp_path / "domain.pddl", tmp_path / "problem.pddl"]
         for path, text in zip(paths, (domain, problem), strict=True):
@@ -28,33 +28,35 @@ def files(tmp_path):
     return write
 
 
-def test_a_plan_is_printed_a_step_a_line(files, capsys):
-    assert invoke(["plan", *files()]) == 0
+def test_plan_has_line_for_each_step(write_files, capsys):
+    assert invoke(["plan", *write_files()]) == 0
     assert capsys.readouterr().out == "(go a b)\n(go b c)\n"
 
 
-def test_as_json(files, capsys):
-    assert invoke(["plan", *files(), "--json", "--planner", "pyperplan", "--option", "search=astar"]) == 0
-    answer = json.loads(capsys.readouterr().out)
-    assert (answer["status"], answer["planner"]) == ("PLANNED", "pyperplan")
-    assert answer["actions"][0] == {"name": "go", "arguments": ["a", "b"], "start": None, "duration": None}
+def test_plan_is_printed_as_json(write_files, capsys):
+    assert (
+        invoke(["plan", *write_files(), "--json", "--planner", "pyperplan", "--option", "search=astar"]) == 0
+    )
+    result = json.loads(capsys.readouterr().out)
+    assert (result["status"], result["planner"]) == ("PLANNED", "pyperplan")
+    assert result["actions"][0] == {"name": "go", "arguments": ["a", "b"], "start": None, "duration": None}
 
 
-def test_into_a_file(files, tmp_path, capsys):
-    assert invoke(["plan", *files(), "-o", str(tmp_path / "plan")]) == 0
+def test_plan_is_written_to_file(write_files, tmp_path, capsys):
+    assert invoke(["plan", *write_files(), "-o", str(tmp_path / "plan")]) == 0
     assert (tmp_path / "plan").read_text() == "(go a b)\n(go b c)\n"
     assert capsys.readouterr().out == ""
 
 
-def test_no_plan(files, capsys):
-    assert invoke(["plan", *files(problem=PROBLEM.replace("(at c)", "(link c a)"))]) == 1
+def test_unsolvable_problem_exits_with_1(write_files, capsys):
+    assert invoke(["plan", *write_files(problem=PROBLEM.replace("(at c)", "(link c a)"))]) == 1
     out, err = capsys.readouterr()
     assert out == ""
     assert "says that there is no plan" in err
 
 
-def test_out_of_time(files, capsys):
-    assert invoke(["plan", *files(), "--timeout", "0.001"]) == 3
+def test_timeout_exits_with_3(write_files, capsys):
+    assert invoke(["plan", *write_files(), "--timeout", "0.001"]) == 3
     assert "no plan within 0.001 s" in capsys.readouterr().err
 
 
@@ -68,29 +70,29 @@ def test_out_of_time(files, capsys):
         (["--timeout", "-1"], "timeout"),
     ],
 )
-def test_wrong_use(files, capsys, monkeypatch, tmp_path, arguments, message):
+def test_invalid_options_exit_with_2(write_files, capsys, monkeypatch, tmp_path, arguments, message):
     monkeypatch.setenv("PATH", str(tmp_path))
-    assert invoke(["plan", *files(), *arguments]) == 2
+    assert invoke(["plan", *write_files(), *arguments]) == 2
     assert message in capsys.readouterr().err
 
 
-def test_wrong_files(files, capsys):
-    domain, problem = files(problem=PROBLEM.replace("(at a)", "(on a)"))
+def test_invalid_files_exit_with_2(write_files, capsys):
+    domain, problem = write_files(problem=PROBLEM.replace("(at a)", "(on a)"))
     assert invoke(["plan", domain, problem]) == 2
     assert f"{problem}:2:" in capsys.readouterr().err
     assert invoke(["plan", domain]) == 2
     assert invoke(["plan", domain, f"{problem}x"]) == 2
 
 
-def test_a_problem_that_the_planner_does_not_take(files, capsys):
+def test_unsupported_problem_exits_with_2(write_files, capsys):
     domain = DOMAIN.replace("(:predicates", "(:functions (n)) (:predicates").replace(
         "(and (at ?a)", "(and (< (n) 3) (at ?a)"
     )
-    assert invoke(["plan", *files(domain=domain), "--planner", "pyperplan"]) == 2
+    assert invoke(["plan", *write_files(domain=domain), "--planner", "pyperplan"]) == 2
     assert "pyperplan does not support numbers (action go)" in capsys.readouterr().err
 
 
-def test_the_planners(capsys):
+def test_list_has_planners(capsys):
     assert invoke(["plan", "--list"]) == 0
     assert capsys.readouterr().out.startswith("pyperplan       installed\n")
     assert invoke(["plan", "--list", "--json"]) == 0
@@ -98,7 +100,7 @@ def test_the_planners(capsys):
 
 
 @pytest.mark.parametrize(
-    ("plan", "status", "said"),
+    ("plan", "status", "output"),
     [
         ("(go a b)\n(go b c)\n", 0, "the plan holds: 2 steps"),
         ("; a comment\n0.000: ( GO A B ) [1.000]\n\n 1.5:(go b c)\n", 0, "the plan holds: 2 steps"),
@@ -106,10 +108,10 @@ def test_the_planners(capsys):
         ("(go a b)\n(go a b)\n", 1, "the plan does not hold: step 2, (go a b): (at a) is false"),
     ],
 )
-def test_a_plan_is_validated(files, tmp_path, capsys, plan, status, said):
+def test_plan_is_validated(write_files, tmp_path, capsys, plan, status, output):
     (tmp_path / "plan").write_text(plan)
-    assert invoke(["plan", *files(), "--validate", str(tmp_path / "plan")]) == status
-    assert said in capsys.readouterr().out
+    assert invoke(["plan", *write_files(), "--validate", str(tmp_path / "plan")]) == status
+    assert output in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -120,15 +122,15 @@ def test_a_plan_is_validated(files, tmp_path, capsys, plan, status, said):
         ("(go a z)", "does not exist: z"),
     ],
 )
-def test_a_file_that_is_no_plan_is_refused(files, tmp_path, capsys, plan, message):
+def test_invalid_plan_file_is_refused(write_files, tmp_path, capsys, plan, message):
     (tmp_path / "plan").write_text(plan)
-    assert invoke(["plan", *files(), "--validate", str(tmp_path / "plan")]) == 2
+    assert invoke(["plan", *write_files(), "--validate", str(tmp_path / "plan")]) == 2
     assert message in capsys.readouterr().err
 
 
-def test_a_domain_as_fawkes_reads_it(files, capsys):
+def test_strict_fawkes_refuses_wrong_case(write_files, capsys):
     domain = DOMAIN.replace("link ?a ?b)) :effect", "Link ?a ?b)) :effect")
-    assert invoke(["plan", *files(domain=domain)]) == 0
-    assert invoke(["plan", *files(domain=domain), "--strict", "fawkes"]) == 2
+    assert invoke(["plan", *write_files(domain=domain)]) == 0
+    assert invoke(["plan", *write_files(domain=domain), "--strict", "fawkes"]) == 2
     assert "Unknown predicate: Link" in capsys.readouterr().err
-    assert invoke(["plan", *files(), "--strict", "val"]) == 2
+    assert invoke(["plan", *write_files(), "--strict", "val"]) == 2

@@ -17,20 +17,20 @@ from tests.support import share
 
 @pytest.fixture(scope="module")
 def waypoints(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The recording of a run with executors and a planner."""
+    """Record a run with executors and a planner."""
     trace = tmp_path_factory.mktemp("waypoints") / "run.mcap"
     run_scenario(RunOptions(scenario=SCENARIOS / "waypoints", trace=trace))
     return trace
 
 
 @pytest.mark.parametrize("name", share(["test-scenario-pddl", "waypoints", "temporal"], 2))
-def test_a_run_repeats_loop_by_loop(name: str, tmp_path: Path) -> None:
+def test_replay_equals_run_in_each_loop(name: str, tmp_path: Path) -> None:
     if name == "temporal" and not INSTALLED:
         pytest.skip("pip install 'cxbridge-planning[engines]'")
     repeat(name, tmp_path)
 
 
-def test_another_skill_of_an_executor_is_a_divergence(waypoints: Path) -> None:
+def test_changed_skill_of_executor_is_divergence(waypoints: Path) -> None:
     def change(event: Event) -> Event:
         if (
             isinstance(event, InterfaceMessage)
@@ -46,25 +46,25 @@ def test_another_skill_of_an_executor_is_a_divergence(waypoints: Path) -> None:
     assert "the moon" in result.reason
 
 
-def test_executors_do_without_recorded_messages(waypoints: Path) -> None:
+def test_executors_need_no_recorded_messages(waypoints: Path) -> None:
     assert replay(rewrite(waypoints, lambda e: None if isinstance(e, InterfaceMessage) else e)).status == 0
 
 
-def test_a_planner_is_not_asked_again(waypoints: Path, tmp_path: Path) -> None:
-    again = tmp_path / "again.mcap"
+def test_replay_uses_recorded_plans(waypoints: Path, tmp_path: Path) -> None:
+    trace_file = tmp_path / "replay.mcap"
 
     def change(event: Event) -> Event:
         if isinstance(event, PlannerCall) and event.plan:
             return replace(event, reason="", plan=event.plan.replace("wp-init wp", "wp-init the-moon-"))
         return event
 
-    result = replay(rewrite(waypoints, change), trace=again)
+    result = replay(rewrite(waypoints, change), trace=trace_file)
     assert result.status == 1
-    plans = [event.plan for event in open_run(again) if isinstance(event, PlannerCall)]
+    plans = [event.plan for event in open_run(trace_file) if isinstance(event, PlannerCall)]
     assert "the-moon-" in plans[-1]
 
 
-def test_another_problem_for_the_planner_is_a_divergence(waypoints: Path) -> None:
+def test_changed_problem_of_planner_is_divergence(waypoints: Path) -> None:
     def change(event: Event) -> Event:
         return replace(event, problem="(at moon)") if isinstance(event, PlannerCall) else event
 

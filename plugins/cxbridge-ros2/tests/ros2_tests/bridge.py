@@ -1,4 +1,4 @@
-"""A rosbridge for the tests: as much of its protocol as a client of ours uses, on a node of ours.
+"""A rosbridge for tests: the part of the protocol that cxbridge's client uses, on a node of cxbridge.
 
 ::
 
@@ -27,7 +27,7 @@ DEEP = QosProfile(depth=300)
 
 
 class Bridge:
-    """What clients have asked for; all is done in the one thread that polls."""
+    """The subscriptions, clients and goals of a rosbridge. Only the polling thread uses them."""
 
     def __init__(self) -> None:
         self.inbox: queue.SimpleQueue[tuple[ServerConnection, dict[str, Any]]] = queue.SimpleQueue()
@@ -45,17 +45,17 @@ class Bridge:
         while not self.inbox.empty():
             socket, op = self.inbox.get()
             getattr(self, op["op"])(socket, op)
-        for number, (socket, op, sent, told) in list(self._goals.items()):
+        for number, (socket, op, sent, last_feedback) in list(self._goals.items()):
             head = {"id": number, "action": op["action"]}
-            if sent.feedback is not None and sent.feedback is not told[0]:
-                told[0] = sent.feedback
+            if sent.feedback is not None and sent.feedback is not last_feedback[0]:
+                last_feedback[0] = sent.feedback
                 send(socket, {**head, "op": "action_feedback", "values": sent.feedback})
             if sent.is_over:
                 del self._goals[number]
-                done = {**head, "op": "action_result", "result": True, "values": sent.result}
+                result = {**head, "op": "action_result", "result": True, "values": sent.result}
                 if sent.is_accepted is False:
-                    done |= {"result": False, "values": "Action goal was rejected"}
-                send(socket, {**done, "status": sent.status})
+                    result |= {"result": False, "values": "Action goal was rejected"}
+                send(socket, {**result, "status": sent.status})
 
     def advertise(self, _socket: ServerConnection, op: dict[str, Any]) -> None:
         self._publishers[op["topic"]] = self._node.create_publisher(op["topic"], op["type"], DEEP)
@@ -67,7 +67,7 @@ class Bridge:
         self._publishers.pop(op["topic"]).close()
 
     def subscribe(self, socket: ServerConnection, op: dict[str, Any]) -> None:
-        """Subscribe once for all ids that a client has for a topic, as the real bridge does."""
+        """Subscribe once for all ids of a client and a topic, like the real rosbridge."""
 
         def receive(message: Any) -> None:
             send(socket, {"op": "publish", "topic": op["topic"], "msg": message})
@@ -87,8 +87,8 @@ class Bridge:
         client = self._clients.get(op["service"]) or self._node.create_client(op["service"], op["type"])
         self._clients[op["service"]] = client
         head = {"op": "service_response", "id": op["id"], "service": op["service"]}
-        if op["service"] == "/nobody":
-            send(socket, {**head, "result": False, "values": "Service /nobody does not exist"})
+        if op["service"] == "/missing":
+            send(socket, {**head, "result": False, "values": "Service /missing does not exist"})
             return
         while not client.has_server:
             self._node.poll(0.05)
@@ -117,7 +117,9 @@ class Bridge:
         self._goals[op["id"]] = socket, op, client.send(op["args"]), [None]
 
     def cancel_action_goal(self, _socket: ServerConnection, op: dict[str, Any]) -> None:
-        if op["id"] in self._goals and self._goals[op["id"]][2].is_accepted:  # else the real one does nothing
+        if (
+            op["id"] in self._goals and self._goals[op["id"]][2].is_accepted
+        ):  # the real rosbridge ignores earlier cancels
             self._goals[op["id"]][2].cancel()
 
 

@@ -1,4 +1,4 @@
-"""Clients of another node's parameters and lifecycle, for tests. Answers come while our node is polled."""
+"""Clients of the parameters and the lifecycle of nodes, whose responses arrive during polls."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ def subscribe_log(node: Node, on_line: Callable[[LogLine], None]) -> None:
 
 
 class LifecycleClient(Closing):
-    """Leads another managed node. Answers come while our node is polled.
+    """A client of the lifecycle of a managed node. Responses arrive while the client's node is polled.
 
-    :param target: the other node, e.g. ``/robot1/controller``.
+    :param target: the managed node, e.g. ``/robot1/controller``.
     """
 
     def __init__(self, node: Node, target: str) -> None:
@@ -48,34 +48,34 @@ class LifecycleClient(Closing):
 
     @property
     def has_server(self) -> bool:
-        """Whether the node runs, and is managed."""
+        """Whether the managed node runs."""
         return self._change.has_server and self._state.has_server
 
     def state(self, done: Callable[[LifecycleState], None]) -> None:
-        """Ask for the state; ``done`` gets it."""
+        """Request the state, and pass the state to ``done``."""
 
-        def take(response: Message) -> None:
+        def receive(response: Message) -> None:
             found = response["current_state"]["id"]
             done(LifecycleState(found) if found in list(LifecycleState) else LifecycleState.UNKNOWN)
 
-        self._state.call({}, take)
+        self._state.call({}, receive)
 
     def change(self, name: str, done: Callable[[bool], None]) -> None:
-        """Ask for a transition, e.g. :data:`ACTIVATE`; ``done`` gets whether it was done."""
+        """Request a transition, e.g. :data:`ACTIVATE`, and pass its success to ``done``."""
         names = (CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE, SHUTDOWN)
         transition = {"id": names.index(name) + 1 if name in names else 0, "label": name}
         self._change.call({"transition": transition}, lambda response: done(bool(response["success"])))
 
     def close(self) -> None:
-        """Ask no more."""
+        """Close the clients of the services."""
         self._change.close()
         self._state.close()
 
 
 class ParameterClient(Closing):
-    """Asks another node for its parameters, and sets them. Answers come while the node is polled.
+    """A client of the parameters of a node. Responses arrive while the client's node is polled.
 
-    :param target: the other node, e.g. ``/robot1/controller``.
+    :param target: the node with the parameters, e.g. ``/robot1/controller``.
     """
 
     def __init__(self, node: Node, target: str) -> None:
@@ -89,44 +89,44 @@ class ParameterClient(Closing):
 
     @property
     def has_server(self) -> bool:
-        """Whether the node runs, and answers."""
+        """Whether all services have a server."""
         return all(each.has_server for each in (self._get, self._set, self._list))
 
     def get(self, names: Sequence[str], done: Callable[[Mapping[str, ParameterValue]], None]) -> None:
-        """Ask for values; ``done`` gets them by name, and none of all when one of them is not known."""
+        """Request values, and pass them by name to ``done``: no value if any name is unknown."""
 
-        def take(response: Message) -> None:
+        def receive(response: Message) -> None:
             done(dict(zip(names, map(decode_value, response["values"]), strict=False)))
 
-        self._get.call({"names": list(names)}, take)
+        self._get.call({"names": list(names)}, receive)
 
     def set(self, values: Mapping[str, ParameterValue], done: Callable[[Mapping[str, str]], None]) -> None:
-        """Set values, one after the other; ``done`` gets why each is refused, empty where it is not."""
-        wanted = [{"name": name, "value": encode_value(value)} for name, value in values.items()]
+        """Set values in sequence, and pass the reasons of refusals to ``done``: empty for set values."""
+        parameters = [{"name": name, "value": encode_value(value)} for name, value in values.items()]
 
-        def take(response: Message) -> None:
+        def receive(response: Message) -> None:
             reasons = [
                 "" if each["successful"] else each["reason"] or "refused" for each in response["results"]
             ]
             done(dict(zip(values, reasons, strict=False)))
 
-        self._set.call({"parameters": wanted}, take)
+        self._set.call({"parameters": parameters}, receive)
 
     def list(
         self, done: Callable[[Sequence[str]], None], prefixes: Sequence[str] = (), depth: int = 0
     ) -> None:
-        """Ask for names; ``done`` gets them.
+        """Request names, and pass them to ``done``.
 
-        :param prefixes: those below these only, e.g. ``planner`` of ``planner.timeout``; empty: all.
-        :param depth: how many names deep; 0: all.
+        :param prefixes: parents of the names, e.g. ``planner`` of ``planner.timeout``; empty: all.
+        :param depth: the maximum depth of names; 0: no maximum.
         """
 
-        def take(response: Message) -> None:
+        def receive(response: Message) -> None:
             done(list(response["result"]["names"]))
 
-        self._list.call({"prefixes": list(prefixes), "depth": depth}, take)
+        self._list.call({"prefixes": list(prefixes), "depth": depth}, receive)
 
     def close(self) -> None:
-        """Ask no more."""
+        """Close the clients of the services."""
         for each in (self._get, self._set, self._list):
             each.close()

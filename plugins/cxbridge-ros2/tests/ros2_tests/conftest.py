@@ -1,4 +1,4 @@
-"""Peers of the tests: ours, and those of a real ROS 2 where ``ROS2_SETUP`` names its folder."""
+"""Peers of the tests: nodes of cxbridge, and nodes of the real ROS 2 in the folder ``ROS2_SETUP``."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 HERE = Path(__file__).parent
 SETUP = os.environ.get("ROS2_SETUP", "")
 OVERLAY = os.environ.get("ROS2_OVERLAY", "")
-"""A folder with the ``setup.bash`` of more packages than that of ``ROS2_SETUP``, e.g. cx_msgs."""
+"""A folder whose ``setup.bash`` adds packages to those of ``ROS2_SETUP``, e.g. cx_msgs."""
 needs_ros = pytest.mark.skipif(not SETUP, reason="ROS2_SETUP names no folder with the setup.bash of a ROS 2")
 
 
 def _slot() -> int:
-    """Return one of twelve numbers: no two workers of a run have the same, nor have most runs."""
+    """Return one of twelve numbers: each worker of a run has a different number, and so have most runs."""
     worker, run = (os.environ.get(f"PYTEST_XDIST_{each}") for each in ("WORKER", "TESTRUNUID"))
     if worker is None or run is None:
         return os.getpid() % 12
@@ -37,9 +37,9 @@ def _slot() -> int:
 
 @pytest.fixture(scope="module")
 def domain() -> Iterator[int]:
-    """Set a DDS domain of this process' own, and keep discovery on this host.
+    """Set a DDS domain for this process alone, and limit discovery to this host.
 
-    The 17 domains after it are this process', too: ``domain + 3``.
+    This process may use the next 17 domains, too: ``domain + 3``.
     """
     number = 1 + _slot() * 18  # the ports of DDS suffice for 232 domains
     with pytest.MonkeyPatch.context() as patch:
@@ -50,8 +50,8 @@ def domain() -> Iterator[int]:
 
 
 @pytest.fixture(autouse=True, scope="session")
-def qos_is_read_by_one_thread() -> Iterator[None]:
-    """Let each Qos that a thread reads without READ_QOS fail: cyclonedds reads them into shared buffers."""
+def check_qos_reads() -> Iterator[None]:
+    """Fail if a thread reads a Qos without READ_QOS: cyclonedds reads every Qos into shared buffers."""
     with suppress(ImportError), pytest.MonkeyPatch.context() as patch:
         from cyclonedds.qos import _CQos
 
@@ -59,72 +59,72 @@ def qos_is_read_by_one_thread() -> Iterator[None]:
 
         read = _CQos.cqos_to_qos
 
-        def checked(pointer: object) -> object:
+        def read_with_check(pointer: object) -> object:
             assert QOS_LOCK.locked(), "a Qos is read without READ_QOS"
             return read(pointer)
 
-        patch.setattr(_CQos, "cqos_to_qos", checked)
+        patch.setattr(_CQos, "cqos_to_qos", read_with_check)
         yield
         return
     yield
 
 
 HUBS = os.environ.get("ROS2_HUBS", "")
-"""The folder that with_rclcpp was built in."""
+"""The build folder of with_rclcpp."""
 
 
 @cache
 def find_package(name: str) -> Path | None:
     """Return the prefix of a package of the ROS, if the ROS has the package."""
-    command = in_ros("printenv", "AMENT_PREFIX_PATH")
+    command = make_ros_command("printenv", "AMENT_PREFIX_PATH")
     result = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True) if SETUP else None
     prefixes = map(Path, result.stdout.strip().split(os.pathsep) if result else ())
     return next((prefix for prefix in prefixes if (prefix / "share" / name).is_dir()), None)
 
 
-def in_ros(*command: str) -> list[str]:
+def make_ros_command(*command: str) -> list[str]:
     """Return a command that runs a program in the environment of ROS."""
     script = f"source {shlex.quote(OVERLAY or SETUP)}/setup.bash && exec {shlex.join(command)}"
     rmw = os.environ.get("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp")
     return ["env", f"RMW_IMPLEMENTATION={rmw}", "bash", "-c", script]
 
 
-def with_ros(*command: str) -> list[str]:
+def make_ros_python_command(*command: str) -> list[str]:
     """Return a command with which the Python of ROS (``ROS2_PYTHON``) runs a script of this folder."""
-    return in_ros(os.environ.get("ROS2_PYTHON", "python3"), *command)
+    return make_ros_command(os.environ.get("ROS2_PYTHON", "python3"), *command)
 
 
 @contextmanager
-def forked(module: str, *arguments: str) -> Iterator[Forked]:
-    """Run ``main`` of a module as a process; it is ready."""
-    made = nursery().begin(arguments, program=module)
-    with made.process, made.stdin, made.stdout, made.stderr:
-        assert made.stdout.readline() == b"ready\n", made.stderr.read().decode()
+def run_module(module: str, *arguments: str) -> Iterator[Forked]:
+    """Run ``main`` of a module as a process, and wait until the process is ready."""
+    forked = nursery().begin(arguments, program=module)
+    with forked.process, forked.stdin, forked.stdout, forked.stderr:
+        assert forked.stdout.readline() == b"ready\n", forked.stderr.read().decode()
         try:
-            yield made.process
+            yield forked.process
         finally:
-            made.process.kill()
-            made.process.wait(60)
+            forked.process.kill()
+            forked.process.wait(60)
 
 
 @contextmanager
-def started(kind: str, script: str, *arguments: str) -> Iterator[None]:
-    """Run a script of rclpy, or the module of that name of ours."""
+def run_peer(kind: str, script: str, *arguments: str) -> Iterator[None]:
+    """Run a script of rclpy, or the module of the same name in this folder."""
     if kind == "ours":
-        with forked(f"ros2_tests.{Path(script).stem}", *arguments):
+        with run_module(f"ros2_tests.{Path(script).stem}", *arguments):
             yield
     else:
-        process = start(kind, script, *arguments)
+        process = start_peer(kind, script, *arguments)
         yield
-        stop(process)
+        kill_peer(process)
 
 
-def start(kind: str, script: str, *arguments: str) -> subprocess.Popen[str]:
-    """Start a script of rclpy or a program of rclcpp; it is ready."""
+def start_peer(kind: str, script: str, *arguments: str) -> subprocess.Popen[str]:
+    """Start a script of rclpy or a program of rclcpp, and wait until the process is ready."""
     if kind == "rclcpp":
-        command = in_ros(str(Path(HUBS) / script), *arguments)
+        command = make_ros_command(str(Path(HUBS) / script), *arguments)
     else:
-        command = with_ros(str(HERE / "with_rclpy" / script), *arguments)
+        command = make_ros_python_command(str(HERE / "with_rclpy" / script), *arguments)
     process = subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=HERE.parent.parent
     )
@@ -133,46 +133,46 @@ def start(kind: str, script: str, *arguments: str) -> subprocess.Popen[str]:
     return process
 
 
-def stop(process: subprocess.Popen[str]) -> None:
-    """Kill a peer."""
+def kill_peer(process: subprocess.Popen[str]) -> None:
+    """Kill the process of a peer."""
     process.kill()
     process.communicate()
 
 
 def free_port() -> int:
-    """Return a TCP port of this host that is free."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return int(free.getsockname()[1])
+    """Return a free TCP port of this host."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
 
 
 def wait_for_port(port: int) -> None:
-    """Wait for a listener."""
+    """Wait until a process listens on a port."""
 
     def is_open() -> bool:
         with socket.socket() as probe:
             return probe.connect_ex(("127.0.0.1", port)) == 0
 
-    until(is_open, lambda: time.sleep(0.1))
+    wait_until(is_open, lambda: time.sleep(0.1))
 
 
-def until(done: Callable[[], Any], *polls: Callable[[], object], limit_s: float = 45.0) -> None:
+def wait_until(done: Callable[[], Any], *polls: Callable[[], object], limit_s: float = 45.0) -> None:
     """Poll until a condition is true."""
     end_s = time.monotonic() + limit_s
     while not done():
-        assert time.monotonic() < end_s, "it took too long"
+        assert time.monotonic() < end_s, "the condition stayed false for too long"
         for poll in polls:
             poll()
 
 
 def poll_until(node: Node, done: Callable[[], Any], limit_s: float = 45.0) -> None:
     """Poll a node until a condition is true."""
-    until(done, lambda: node.poll(0.05), limit_s=limit_s)
+    wait_until(done, lambda: node.poll(0.05), limit_s=limit_s)
 
 
 @pytest.fixture(scope="module", params=["ours", pytest.param("rclpy", marks=needs_ros)])
 def peer(request: pytest.FixtureRequest, domain: int) -> Iterator[str]:
-    """A node that echoes /there to /back, adds, and counts; its kind."""
+    """Run a node with an echo of /there on /back, a service and an action; return the kind of node."""
     pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
-    with started(request.param, "peer.py"):
+    with run_peer(request.param, "peer.py"):
         yield request.param

@@ -1,4 +1,4 @@
-"""Messages of any type, with values that are drawn."""
+"""Messages of any type, with random values."""
 
 from __future__ import annotations
 
@@ -17,20 +17,22 @@ _NUMBERS = (0, 1, -1, 2, 3, 4, 5, 6, 7, 127, -128, 255, 2**31 - 1, -(2**31), 2**
 _FLOATS = (0.0, -0.0, 1.0, -1e308, 1e308, float("nan"), float("inf"), float("-inf"))
 
 
-class Drawer:
-    """Draws messages of any type."""
+class MessageGenerator:
+    """Makes messages of any type with random values."""
 
     def __init__(self, types: Definitions, random: Random) -> None:
         self.random, self._types, self._codec = random, types, Codec(types)
 
-    def message(self, name: TypeName) -> dict[str, Any]:
+    def make_message(self, name: TypeName) -> dict[str, Any]:
         fields = self._types.find_fields(name)
-        return {field: self._value(kind) for field, kind in fields if field != EMPTY_MESSAGE_FIELD}
+        return {
+            field: self._value(field_type) for field, field_type in fields if field != EMPTY_MESSAGE_FIELD
+        }
 
-    def _value(self, kind: FieldType) -> Any:
-        node, rest = kind
+    def _value(self, field_type: FieldType) -> Any:
+        node, rest = field_type
         if node == Nodetype.NAME:
-            return self.message(parse_type(rest))
+            return self.make_message(parse_type(rest))
         if node == Nodetype.BASE:
             return self._base(*rest)
         of, count = rest
@@ -51,13 +53,15 @@ class Drawer:
         low, high = (0, 2**bits - 1) if name[0] in "ub" else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
         return self.random.choice([each for each in (*_NUMBERS, low, high) if low <= each <= high])
 
-    def data(self, name: TypeName) -> bytes:
-        """Return a message, or bytes that were one, or never."""
-        made = self._codec.encode(name, self.message(name))
-        what = self.random.randrange(5)
-        if what == 0:
-            return made[: self.random.randrange(5, len(made) + 1)]  # the wheel sends no empty ones
-        if what == 1:
-            place = self.random.randrange(4, max(5, len(made)))
-            return made[:place] + self.random.randbytes(3) + made[place + 3 :]
-        return b"\0\1\0\0" + self.random.randbytes(self.random.randrange(1, 80)) if what == 2 else made
+    def make_data(self, name: TypeName) -> bytes:
+        """Return an encoded message, a damaged message, or random bytes."""
+        data = self._codec.encode(name, self.make_message(name))
+        choice = self.random.randrange(5)
+        if choice == 0:
+            return data[
+                : self.random.randrange(5, len(data) + 1)
+            ]  # the wheel of Cyclone DDS sends no empty data
+        if choice == 1:
+            position = self.random.randrange(4, max(5, len(data)))
+            return data[:position] + self.random.randbytes(3) + data[position + 3 :]
+        return b"\0\1\0\0" + self.random.randbytes(self.random.randrange(1, 80)) if choice == 2 else data

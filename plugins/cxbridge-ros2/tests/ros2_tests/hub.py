@@ -1,4 +1,4 @@
-"""Both sides of a hub in one process, on nodes of this process, or on DDS."""
+"""Both sides of a hub, on nodes of this process or on DDS."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ skill-board:
   agents:
     robot1:
       executors:
-        others: {class: "CLASS", skills: [move, wave]}
+        hub: {class: "CLASS", skills: [move, wave]}
 """
 PERFORMER = """
 skill-board:
@@ -51,26 +51,26 @@ ros2:
 
 
 class Work(SkillExecutor):
-    """Does as the last parameter says: ``fail``, ``long``, or anything else."""
+    """An executor whose last parameter selects the end: ``fail``, ``long``, or success."""
 
     skills = ("move", "wave", "count")
 
     def execute(self, call: SkillCall) -> Steps:
-        how = list(call.parameters.values())[-1] if call.parameters else ""
+        mode = list(call.parameters.values())[-1] if call.parameters else ""
         self.log.info(f"{call.skill} {dict(call.parameters)}")
         try:
-            for step in range(100_000 if how == "long" else STEPS):
+            for step in range(100_000 if mode == "long" else STEPS):
                 yield Progress(min(1.0, step / STEPS), f"step {step}")
         except GeneratorExit:
             self.log.info(f"{call.skill} was stopped")
             raise
-        if how == "fail":
+        if mode == "fail":
             raise SkillFailedError("door closed")
-        return Progress(1.0, "there")
+        return Progress(1.0, "arrived")
 
 
 class Side:
-    """The parts of a run: a skill board, and performers."""
+    """One side of a hub: a skill board and performers."""
 
     def __init__(self, text: str, clock: Clock) -> None:
         self.clock = clock
@@ -93,19 +93,19 @@ class Side:
     def _note(self, event: Any) -> None:
         self.lines.append(event.text)
 
-    def ask(self, skill: str, *values: object, agent: str = "robot1", **named: object) -> Master:
-        """Have a skill executed."""
+    def request_skill(self, skill: str, *values: object, agent: str = "robot1", **named: object) -> Master:
+        """Request the execution of a skill."""
         numbered = {str(number): value for number, value in enumerate(values, start=1)}
         return self.service.local_calls.ask(skill, numbered | named, agent, lambda _master: None)
 
     def loop(self) -> None:
-        """Do the work of a run's loop."""
+        """Run the loops of the board and the performers once."""
         self.service.loop()
         for performer in self.performers:
             performer.loop()
 
     def close(self) -> None:
-        """End it."""
+        """Close the performers and the board."""
         for performer in self.performers:
             performer.close()
         self.service.close()
@@ -119,42 +119,42 @@ class World:
         self.clock = clock
         self.sides: list[Side] = []
 
-    def side(self, text: str, **words: str) -> Side:
-        """Add a side; words in capitals are replaced in its configuration."""
+    def add_side(self, text: str, **words: str) -> Side:
+        """Add a side; ``words`` replace words in capitals in the configuration."""
         for word, value in words.items():
             text = text.replace(word, value)
         self.sides.append(Side(text, self.clock))
         return self.sides[-1]
 
     def loop(self, loops: int = 1) -> None:
-        """Let all sides loop."""
+        """Run the loops of all sides."""
         for _ in range(loops):
-            for side in self.sides:
-                side.loop()
+            for each in self.sides:
+                each.loop()
             self.clock.sleep_until(self.clock.now_us() + LOOP_US)
 
-    def until(self, done: Callable[[], Any], limit_s: float = 20.0) -> None:
-        """Loop until it is done."""
+    def wait_until(self, done: Callable[[], Any], limit_s: float = 20.0) -> None:
+        """Loop until a condition is true."""
         end_us = self.clock.now_us() + round(limit_s * 1e6)
         real_end = time.monotonic() + limit_s
         while not done():
             self.loop()
-            assert self.clock.now_us() < end_us, [side.lines for side in self.sides]
-            assert time.monotonic() < real_end, [side.lines for side in self.sides]
+            assert self.clock.now_us() < end_us, [each.lines for each in self.sides]
+            assert time.monotonic() < real_end, [each.lines for each in self.sides]
 
-    def over(self, *masters: Master) -> list[tuple[str, str]]:
-        """Loop until skills are over; return their states and errors."""
-        self.until(lambda: all(master.is_over for master in masters), limit_s=60)
+    def wait_for_ends(self, *masters: Master) -> list[tuple[str, str]]:
+        """Loop until skills are over, and return their states and errors."""
+        self.wait_until(lambda: all(master.is_over for master in masters), limit_s=60)
         return [(str(master.state), master.error) for master in masters]
 
     def close(self) -> None:
-        """End all sides."""
-        for side in self.sides:
-            side.close()
+        """Close all sides."""
+        for each in self.sides:
+            each.close()
 
 
 class LocalWorld(World):
-    """Sides whose nodes reach each other in this process, on a virtual clock."""
+    """Sides whose nodes share a graph in this process, on a virtual clock."""
 
     def __init__(self, patch: Callable[[type, str, Any], None]) -> None:
         super().__init__(VirtualClock())
@@ -165,62 +165,62 @@ class LocalWorld(World):
             lambda _settings, name, _definitions, _report, _rights: self.graph.join(name),
         )
 
-    def stranger(self, protocol: str, name: str = "stranger") -> Stranger:
-        """Add a node that publishes the test's words."""
-        return Stranger(self, protocol, name)
+    def add_peer(self, protocol: str, name: str = "peer") -> HubPeer:
+        """Add a node that publishes messages of the test."""
+        return HubPeer(self, protocol, name)
 
 
-class Stranger:
-    """Hears all words, and publishes the test's."""
+class HubPeer:
+    """A node that receives all messages of a hub, and publishes messages of a test."""
 
     def __init__(self, world: LocalWorld, protocol: str, name: str) -> None:
         self.name = name
-        self.heard: list[HubMessage] = []
-        self.signs: list[Heartbeat] = []
+        self.messages: list[HubMessage] = []
+        self.heartbeats: list[Heartbeat] = []
         self.node = world.graph.join(name)
         self.world = world
-        self.hub = Hub(self.node, PROTOCOLS[protocol], "", self.heard.append, self.signs.append)
+        self.hub = Hub(self.node, PROTOCOLS[protocol], "", self.messages.append, self.heartbeats.append)
 
-    def say(self, kind: MessageKind, key: ActionKey, node: str = "", **fields: Any) -> None:
-        """Say a word."""
+    def send(self, kind: MessageKind, key: ActionKey, node: str = "", **fields: Any) -> None:
+        """Publish a message."""
         self.hub.publish(HubMessage(kind, node or self.name, key, **fields))
 
-    def begin(self, key: ActionKey, node: str = "ours_move", **fields: Any) -> None:
-        """Request an action, and confirm its performer."""
-        self.say(MessageKind.REQUEST, key, **fields)
-        assert self.hear(MessageKind.RESPONSE).key == key
-        self.say(MessageKind.CONFIRM, key, node, **fields)
+    def request_and_confirm(self, key: ActionKey, node: str = "ours_move", **fields: Any) -> None:
+        """Request an action, and confirm the performer."""
+        self.send(MessageKind.REQUEST, key, **fields)
+        assert self.receive(MessageKind.RESPONSE).key == key
+        self.send(MessageKind.CONFIRM, key, node, **fields)
 
-    def perform(self) -> ActionKey:
-        """Answer a REQUEST, wait for CONFIRM, and return the action."""
-        request = self.hear(MessageKind.REQUEST)
-        self.say(MessageKind.RESPONSE, request.key, skill_string=request.skill_string)
-        assert self.hear(MessageKind.CONFIRM, self.name).key == request.key
+    def accept_request(self) -> ActionKey:
+        """Answer a REQUEST, wait for the CONFIRM, and return the action."""
+        request = self.receive(MessageKind.REQUEST)
+        self.send(MessageKind.RESPONSE, request.key, skill_string=request.skill_string)
+        assert self.receive(MessageKind.CONFIRM, self.name).key == request.key
         return request.key
 
-    def live(self, life: PerformerState, action: str = "move") -> None:
-        """Give a sign of life."""
-        self.hub.publish_heartbeat(Heartbeat(self.name, action, life), self.world.clock.now_us())
+    def send_heartbeat(self, state: PerformerState, action: str = "move") -> None:
+        """Publish a heartbeat."""
+        self.hub.publish_heartbeat(Heartbeat(self.name, action, state), self.world.clock.now_us())
 
-    def hear(self, kind: MessageKind, node: str = "", limit_s: float = 20.0) -> HubMessage:
-        """Loop until a word comes, and return it; forget it and the words before."""
+    def receive(self, kind: MessageKind, node: str = "", limit_s: float = 20.0) -> HubMessage:
+        """Loop until a message arrives, and return the message; drop this and all earlier messages."""
 
         def found() -> list[int]:
             self.node.poll()
             return [
                 number
-                for number, word in enumerate(self.heard)
-                if word.kind == kind and node in ("", word.node)
+                for number, message in enumerate(self.messages)
+                if message.kind == kind and node in ("", message.node)
             ]
 
-        self.world.until(found, limit_s)
+        self.world.wait_until(found, limit_s)
         number = found()[0]
-        word = self.heard[number]
-        del self.heard[: number + 1]
-        return word
+        message = self.messages[number]
+        del self.messages[: number + 1]
+        return message
 
-    def silent(self, *kinds: MessageKind, loops: int = 20) -> bool:
-        """Whether none of these words comes."""
+    def receives_none(self, *kinds: MessageKind, loops: int = 20) -> bool:
+        """Whether no message of the kinds arrives."""
         self.world.loop(loops)
         self.node.poll()
-        return not any(word.kind in kinds for word in self.heard)
+        return not any(message.kind in kinds for message in self.messages)

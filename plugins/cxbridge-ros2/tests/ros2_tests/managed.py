@@ -1,4 +1,4 @@
-"""The node of with_rclpy/managed.py, by cxbridge."""
+"""The managed node of with_rclpy/managed.py, implemented with cxbridge."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def main() -> None:
     def clean_up() -> bool:
         raise RuntimeError("cannot clean up")
 
-    work = {CONFIGURE: configure, ACTIVATE: lambda: next(attempts) > 0, CLEANUP: clean_up}
-    Lifecycle(node, "managed", work, clock, bus.logger("Work").error)
+    callbacks = {CONFIGURE: configure, ACTIVATE: lambda: next(attempts) > 0, CLEANUP: clean_up}
+    Lifecycle(node, "managed", callbacks, clock, bus.logger("Work").error)
     print("ready", flush=True)  # noqa: T201
     while True:
         node.poll(0.05)

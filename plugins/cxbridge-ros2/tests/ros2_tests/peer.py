@@ -1,4 +1,4 @@
-"""The node of with_rclpy/peer.py, by cxbridge."""
+"""The peer of with_rclpy/peer.py, implemented with cxbridge."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ class Fibonacci(ActionServer):
         return super().decide(served) if served.goal["order"] >= 0 else GoalResponse.REJECT
 
 
-def node_of(transport: str = "dds", url: str = "") -> Node:
-    """Make the peer's node."""
+def make_node(transport: str = "dds", url: str = "") -> Node:
+    """Make the node of the peer."""
     settings = {"transport": transport} | ({"url": url} if url else {})
     types = Definitions([PACKAGES], environment={})
     return NodeSettings.parse(settings, Path(), "peer").join("peer", types, None, ALL_RIGHTS)
 
 
 def main() -> None:
-    node = node_of(*sys.argv[1:])
-    many = QosProfile(depth=100)
-    back = node.create_publisher("/back", "std_msgs/msg/String", many)
-    node.subscribe("/there", "std_msgs/msg/String", back.publish, many)
+    node = make_node(*sys.argv[1:])
+    profile = QosProfile(depth=100)
+    back = node.create_publisher("/back", "std_msgs/msg/String", profile)
+    node.subscribe("/there", "std_msgs/msg/String", back.publish, profile)
     node.serve("/add", "example_interfaces/srv/AddTwoInts", lambda each: {"sum": each["a"] + each["b"]})
     server = Fibonacci(node, "/fibonacci", "example_interfaces/action/Fibonacci", count, RealClock())
     print("ready", flush=True)  # noqa: T201

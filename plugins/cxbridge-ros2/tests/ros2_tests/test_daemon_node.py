@@ -1,4 +1,4 @@
-"""A daemon as a managed node: its log, its life and its parameters, asked by our clients."""
+"""A daemon as a managed node: its log, lifecycle and parameters."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from cxbridge_ros2.transports.dds import DdsNode
 from ros2_tests.clients import LifecycleClient, ParameterClient, subscribe_log
 from ros2_tests.conftest import poll_until
 from ros2_tests.experts.agents import FAST
-from ros2_tests.test_managed import answer
+from ros2_tests.test_managed import wait_for_answer
 from tests.daemon.test_daemon import running
 
 QUIET = "cxbridge: {fawkes: {enable: false}, zmq: {endpoints: []}}\n"
 
 
 @contextmanager
-def a_daemon(folder: Path, domain: int, more: str = "") -> Iterator[Daemon]:
+def run_daemon(folder: Path, domain: int, settings: str = "") -> Iterator[Daemon]:
     file = folder / "daemon.yaml"
-    file.write_text(f"{QUIET}{FAST}ros2: {{node: {{name: robot, domain: {domain + 2}{more}}}}}\n")
+    file.write_text(f"{QUIET}{FAST}ros2: {{node: {{name: robot, domain: {domain + 2}{settings}}}}}\n")
     with running(DaemonOptions(config=file)) as (daemon, _lines, _outcome):
         yield daemon
 
@@ -45,7 +45,7 @@ def node(domain: int) -> Iterator[Node]:
 
 @pytest.fixture
 def daemon(domain: int, tmp_path: Path) -> Iterator[Daemon]:
-    with a_daemon(tmp_path, domain) as daemon:
+    with run_daemon(tmp_path, domain) as daemon:
         yield daemon
 
 
@@ -56,29 +56,31 @@ def client(node: Node, daemon: Daemon) -> LifecycleClient:
     return client
 
 
-def test_a_daemon_is_paused_and_resumed(node: Node, daemon: Daemon, client: LifecycleClient):
+def test_transitions_pause_and_resume_daemon(node: Node, daemon: Daemon, client: LifecycleClient):
     def change(name: str) -> Any:
-        return answer(node, lambda done: client.change(name, done))
+        return wait_for_answer(node, lambda done: client.change(name, done))
 
-    assert answer(node, client.state) is LifecycleState.ACTIVE
+    assert wait_for_answer(node, client.state) is LifecycleState.ACTIVE
     assert change(DEACTIVATE) is True
-    assert (daemon.state, answer(node, client.state)) == ("PAUSED", LifecycleState.INACTIVE)
+    assert (daemon.state, wait_for_answer(node, client.state)) == ("PAUSED", LifecycleState.INACTIVE)
     assert change(CLEANUP) is False
     assert change(ACTIVATE) is True
-    assert (daemon.state, answer(node, client.state)) == ("RUNNING", LifecycleState.ACTIVE)
+    assert (daemon.state, wait_for_answer(node, client.state)) == ("RUNNING", LifecycleState.ACTIVE)
 
 
-def test_what_others_do_with_it_is_told(node: Node, daemon: Daemon, client: LifecycleClient):
-    moves: list[str] = []
+def test_pause_over_blackboard_is_published_as_transition(
+    node: Node, daemon: Daemon, client: LifecycleClient
+):
+    states: list[str] = []
     topic, kind = "/robot/transition_event", "lifecycle_msgs/msg/TransitionEvent"
-    node.subscribe(topic, kind, lambda each: moves.append(each["goal_state"]["label"]))
+    node.subscribe(topic, kind, lambda each: states.append(each["goal_state"]["label"]))
     poll_until(node, lambda: not node.poll(0.5))
     assert send_command(daemon.board, "Pause", 10)
-    poll_until(node, lambda: "inactive" in moves)
-    assert answer(node, client.state) is LifecycleState.INACTIVE
+    poll_until(node, lambda: "inactive" in states)
+    assert wait_for_answer(node, client.state) is LifecycleState.INACTIVE
 
 
-def test_its_components_are_in_the_diagnostics(node: Node, daemon: Daemon):
+def test_diagnostics_have_components_of_daemon(node: Node, daemon: Daemon):
     got: list[Any] = []
     node.subscribe("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", got.append)
     poll_until(node, lambda: got)
@@ -87,36 +89,38 @@ def test_its_components_are_in_the_diagnostics(node: Node, daemon: Daemon):
     assert {f"robot: {each.name}" for each in daemon.lifecycle.status()} == {*found}
 
 
-def test_a_daemon_is_ended(node: Node, daemon: Daemon, client: LifecycleClient):
+def test_shutdown_transition_ends_daemon(node: Node, daemon: Daemon, client: LifecycleClient):
     client.change(SHUTDOWN, lambda _done: None)
-    # when its last words are lost, DDS takes it for gone after ten seconds
+    # if the last response is lost, DDS drops the node after ten seconds
     poll_until(node, lambda: daemon.state == "FINALIZED" or not client.has_server)
 
 
-def test_its_log_and_its_parameters(node: Node, domain: int, tmp_path: Path):
-    with a_daemon(tmp_path, domain, ", log: debug"):
+def test_daemon_publishes_log_and_read_only_parameters(node: Node, domain: int, tmp_path: Path):
+    with run_daemon(tmp_path, domain, ", log: debug"):
         lines: list[LogLine] = []
         subscribe_log(node, lines.append)
         poll_until(node, lambda: lines)
         assert {line.component.partition(".")[0] for line in lines} == {"robot"}
         parameters = ParameterClient(node, "/robot")
         poll_until(node, lambda: parameters.has_server)
-        assert answer(node, lambda done: parameters.get(["use_sim_time"], done)) == {"use_sim_time": False}
-        (reason,) = answer(node, lambda done: parameters.set({"spec": "other"}, done)).values()
+        assert wait_for_answer(node, lambda done: parameters.get(["use_sim_time"], done)) == {
+            "use_sim_time": False
+        }
+        (reason,) = wait_for_answer(node, lambda done: parameters.set({"spec": "other"}, done)).values()
         assert reason == "the parameters of this node are read-only"
 
 
 @pytest.mark.parametrize(
-    ("more", "message"),
+    ("settings", "message"),
     [
         (", lgo: info", "has no setting 'lgo'"),
         (", log: loud", "unknown log level 'loud'"),
         (", name: a-b", "'a-b' is not a valid node name"),
     ],
 )
-def test_mistakes(domain: int, tmp_path: Path, more: str, message: str):
+def test_invalid_settings_are_refused(domain: int, tmp_path: Path, settings: str, message: str):
     file = tmp_path / "daemon.yaml"
-    text = f"{QUIET}ros2: {{node: {{domain: {domain + 2}{more}}}}}\n"
+    text = f"{QUIET}ros2: {{node: {{domain: {domain + 2}{settings}}}}}\n"
     file.write_text(text)
     with pytest.raises(CxbridgeError, match=message) as caught:
         Daemon(DaemonOptions(config=file), lambda line: None).run()

@@ -1,4 +1,4 @@
-"""Definitions and type hashes, held against those that real rosidl writes."""
+"""Definitions of types, and type hashes compared with those of rosidl."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from cxbridge_ros2.names import parse_type
 from ros2_tests.conftest import SETUP, needs_ros
 from ros2_tests.peer import PACKAGES
 
-WIDE = "example_interfaces/msg/WString"
-"""Wide strings are not supported."""
+WIDE_STRING_TYPE = "example_interfaces/msg/WString"
+"""A type with a wide string, which is not supported."""
 
-# what rosidl of ROS 2 Iron writes
-KNOWN = {
+# the hashes that rosidl of ROS 2 Iron writes
+KNOWN_HASHES = {
     "std_msgs/msg/String": "df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18",
     "action_msgs/msg/GoalStatusArray": "6c1684b00f177d37438febe6e709fc4e2b0d4248dca4854946f9ed8b30cda83e",
     "example_interfaces/srv/AddTwoInts": "e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a",
@@ -31,81 +31,81 @@ KNOWN = {
 }
 
 
-def definitions(*folders: Path, distribution: str = "jazzy") -> Definitions:
+def load_definitions(*folders: Path, distribution: str = "jazzy") -> Definitions:
     return Definitions([PACKAGES, *folders], distribution, environment={})
 
 
-@pytest.mark.parametrize("name", KNOWN)
-def test_hashes_are_those_of_rosidl(name: str):
-    assert definitions().compute_type_hash(parse_type(name)) == f"RIHS01_{KNOWN[name]}"
+@pytest.mark.parametrize("name", KNOWN_HASHES)
+def test_hashes_equal_known_hashes_of_rosidl(name: str):
+    assert load_definitions().compute_type_hash(parse_type(name)) == f"RIHS01_{KNOWN_HASHES[name]}"
 
 
 @needs_ros
-def test_all_hashes_are_those_of_rosidl():
+def test_hashes_equal_those_of_installed_ros():
     share = Path(SETUP) / "share"
-    known = definitions(share, distribution="iron")
-    real = {
+    definitions = load_definitions(share, distribution="iron")
+    hashes = {
         each["type_name"]: each["hash_string"]
         for file in share.glob("*/*/*.json")
         if file.parent.name in ("msg", "srv", "action")
         for each in json.loads(file.read_text())["type_hashes"]
     }
-    real.pop(WIDE, None)
-    assert len(real) > 200
-    assert {name: known.compute_type_hash(parse_type(name)) for name in real} == real
+    hashes.pop(WIDE_STRING_TYPE, None)
+    assert len(hashes) > 200
+    assert {name: definitions.compute_type_hash(parse_type(name)) for name in hashes} == hashes
 
 
 @pytest.mark.parametrize("distribution", DISTRIBUTIONS)
-def test_each_distribution_has_the_types_of_an_action(distribution: str):
-    known = Definitions([PACKAGES], distribution, environment={})
-    assert known.has_type_hashes == (distribution != "humble")
-    fields = known.find_fields(parse_type("example_interfaces/action/Fibonacci_SendGoal_Request"))
+def test_each_distribution_has_types_of_actions(distribution: str):
+    definitions = Definitions([PACKAGES], distribution, environment={})
+    assert definitions.has_type_hashes == (distribution != "humble")
+    fields = definitions.find_fields(parse_type("example_interfaces/action/Fibonacci_SendGoal_Request"))
     assert [name for name, _ in fields] == ["goal_id", "goal"]
-    assert known.find_fields(parse_type("action_msgs/srv/CancelGoal_Response"))
+    assert definitions.find_fields(parse_type("action_msgs/srv/CancelGoal_Response"))
 
 
-def write(folder: Path, name: str, text: str) -> Path:
+def write_definition(folder: Path, name: str, text: str) -> Path:
     file = folder / "robot_msgs" / name
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text(text)
     return file
 
 
-def test_a_package_is_read_as_it_is(tmp_path: Path):
-    write(
+def test_package_defines_its_types(tmp_path: Path):
+    write_definition(
         tmp_path,
         "msg/Place.msg",
         "# a place\nstring<=5 name nowhere\nfloat32[2] at\nuint8 KIND=3\nPart[<=3] parts\n",
     )
-    write(tmp_path, "msg/Part.msg", "char sign\nint16[] sizes\n")
-    write(tmp_path, "srv/Find.srv", "string name\n---\nPlace place\nbool found true\n")
+    write_definition(tmp_path, "msg/Part.msg", "char sign\nint16[] sizes\n")
+    write_definition(tmp_path, "srv/Find.srv", "string name\n---\nPlace place\nbool found true\n")
     (tmp_path / "robot_msgs/package.xml").write_text("<package><name>my_robot_msgs</name></package>")
-    known = definitions(tmp_path)
-    assert {"my_robot_msgs/msg/Place", "my_robot_msgs/srv/Find"} <= set(known.find_names())
-    assert [name for name, _ in known.find_fields(parse_type("my_robot_msgs/msg/Place"))] == [
+    definitions = load_definitions(tmp_path)
+    assert {"my_robot_msgs/msg/Place", "my_robot_msgs/srv/Find"} <= set(definitions.find_names())
+    assert [name for name, _ in definitions.find_fields(parse_type("my_robot_msgs/msg/Place"))] == [
         "name",
         "at",
         "parts",
     ]
-    known.find_fields(parse_type("my_robot_msgs/srv/Find_Response"))
-    assert known.find_defaults(parse_type("my_robot_msgs/srv/Find_Response")) == {"found": True}
-    assert known.find_defaults(parse_type("my_robot_msgs/msg/Place")) == {"name": "nowhere"}
+    definitions.find_fields(parse_type("my_robot_msgs/srv/Find_Response"))
+    assert definitions.find_defaults(parse_type("my_robot_msgs/srv/Find_Response")) == {"found": True}
+    assert definitions.find_defaults(parse_type("my_robot_msgs/msg/Place")) == {"name": "nowhere"}
 
 
-def test_the_folder_that_is_named_first_wins(tmp_path: Path):
-    write(tmp_path / "one", "msg/Place.msg", "int8 one\n")
-    write(tmp_path / "two", "msg/Place.msg", "int8 two\n")
-    known = definitions(tmp_path / "one", tmp_path / "two")
-    assert [name for name, _ in known.find_fields(parse_type("robot_msgs/msg/Place"))] == ["one"]
+def test_first_folder_takes_precedence(tmp_path: Path):
+    write_definition(tmp_path / "one", "msg/Place.msg", "int8 one\n")
+    write_definition(tmp_path / "two", "msg/Place.msg", "int8 two\n")
+    definitions = load_definitions(tmp_path / "one", tmp_path / "two")
+    assert [name for name, _ in definitions.find_fields(parse_type("robot_msgs/msg/Place"))] == ["one"]
 
 
-def test_a_sourced_ros_is_known(tmp_path: Path):
-    write(tmp_path / "share", "msg/Place.msg", "int8 one\n")
-    known = Definitions(environment={"AMENT_PREFIX_PATH": f"{tmp_path}:/nowhere"})
-    assert "robot_msgs/msg/Place" in known.find_names()
+def test_types_of_sourced_ros_are_found(tmp_path: Path):
+    write_definition(tmp_path / "share", "msg/Place.msg", "int8 one\n")
+    definitions = Definitions(environment={"AMENT_PREFIX_PATH": f"{tmp_path}:/nowhere"})
+    assert "robot_msgs/msg/Place" in definitions.find_names()
 
 
-BROKEN = {
+BROKEN_DEFINITIONS = {
     "msg/A.msg": (
         "int32 a\nflaot32 b\n",
         "robot_msgs/msg/A",
@@ -118,12 +118,12 @@ BROKEN = {
 }
 
 
-@pytest.mark.parametrize("file", BROKEN)
-def test_a_broken_definition_is_one_error(tmp_path: Path, file: str):
-    text, name, message = BROKEN[file]
-    write(tmp_path, file, text)
+@pytest.mark.parametrize("file", BROKEN_DEFINITIONS)
+def test_broken_definition_is_reported_with_place(tmp_path: Path, file: str):
+    text, name, message = BROKEN_DEFINITIONS[file]
+    write_definition(tmp_path, file, text)
     with pytest.raises(Ros2Error) as caught:
-        definitions(tmp_path).find_fields(parse_type(name))
+        load_definitions(tmp_path).find_fields(parse_type(name))
     assert message in str(caught.value)
 
 
@@ -131,29 +131,29 @@ def test_a_broken_definition_is_one_error(tmp_path: Path, file: str):
     ("make", "message"),
     [
         (
-            lambda: definitions().find_fields(parse_type("geometry_msgs/msg/PoseStampd")),
+            lambda: load_definitions().find_fields(parse_type("geometry_msgs/msg/PoseStampd")),
             "did you mean geometry_msgs/msg/PoseStamped",
         ),
         (lambda: parse_type("PoseStamped"), "not the name of a ROS 2 type"),
-        (lambda: definitions(Path("/nowhere")), "no such folder"),
-        (lambda: definitions(distribution="jazy"), "did you mean jazzy"),
+        (lambda: load_definitions(Path("/nowhere")), "no such folder"),
+        (lambda: load_definitions(distribution="jazy"), "did you mean jazzy"),
     ],
 )
-def test_a_name_that_there_is_not_has_a_hint(make: Callable[[], object], message: str):
+def test_unknown_name_gets_hint(make: Callable[[], object], message: str):
     with pytest.raises(Ros2Error, match=message):
         make()
 
 
-def test_packages_come_before_the_well_known_types(tmp_path: Path):
-    """A robot may have another version of them; types that consist of such have it, too."""
+def test_packages_take_precedence_over_built_in_types(tmp_path: Path):
+    """A robot may have changed types. Types with fields of a changed type change, too."""
     file = tmp_path / "std_msgs/msg/Header.msg"
     file.parent.mkdir(parents=True)
     file.write_text("builtin_interfaces/Time stamp\nstring frame_id\nuint32 seq\n")
     (tmp_path / "std_msgs/package.xml").write_text("<package><name>std_msgs</name></package>")
-    ours, usual = Definitions([tmp_path], environment={}), Definitions(environment={})
+    changed, built_in = Definitions([tmp_path], environment={}), Definitions(environment={})
     header, pose = parse_type("std_msgs/msg/Header"), parse_type("geometry_msgs/msg/PoseStamped")
-    assert [field for field, _ in ours.find_fields(header)] == ["stamp", "frame_id", "seq"]
-    codec = Codec(ours)
+    assert [field for field, _ in changed.find_fields(header)] == ["stamp", "frame_id", "seq"]
+    codec = Codec(changed)
     assert codec.decode(pose, codec.encode(pose, {"header": {"seq": 7}}))["header"]["seq"] == 7
     for name in (header, pose):
-        assert ours.compute_type_hash(name) != usual.compute_type_hash(name)
+        assert changed.compute_type_hash(name) != built_in.compute_type_hash(name)

@@ -1,4 +1,4 @@
-"""Another node sends garbage on all topics and services of a daemon; the daemon lives, and logs it."""
+"""Garbage from another node on all topics and services of a daemon, and from servers of skills."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.transports.dds import DdsNode
 from cxbridge_ros2.transports.dds.services import write_data
 from ros2_tests.clients import ParameterClient
-from ros2_tests.conftest import poll_until, until
-from ros2_tests.drawn import Drawer
+from ros2_tests.conftest import poll_until, wait_until
+from ros2_tests.drawn import MessageGenerator
 from ros2_tests.hub import Side
 from ros2_tests.peer import PACKAGES
-from ros2_tests.test_managed import answer
+from ros2_tests.test_managed import wait_for_answer
 from tests.daemon.test_daemon import running
 
 TALK = """
@@ -45,7 +45,7 @@ class Talk(SkillExecutor):
 
 DAEMON = """
 cxbridge: {{fawkes: {{enable: false}}, zmq: {{endpoints: []}}}}
-fawkes: {{mainapp: {{desired_loop_time: 4000}}}}  # it takes what comes before more than ten have come
+fawkes: {{mainapp: {{desired_loop_time: 4000}}}}  # the loop reads data before ten items are queued
 skill-board:
   agents:
     robot1:
@@ -74,35 +74,35 @@ _DDS_TYPE = re.compile(r"(\w+)::(msg|srv|action)::dds_::(\w+)_")
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_a_daemon_survives_what_others_send(domain: int, tmp_path: Path, seed: int):
-    where = domain + 14
+def test_daemon_survives_garbage_on_topics_and_services(domain: int, tmp_path: Path, seed: int):
+    enemy_domain = domain + 14
     (tmp_path / "talk.py").write_text(TALK)
     file = tmp_path / "daemon.yaml"
-    file.write_text(DAEMON.format(domain=where))
+    file.write_text(DAEMON.format(domain=enemy_domain))
     types = Definitions(environment={}, texts=ACTION_DEFINITIONS)
-    enemy = Drawer(types, random.Random(seed))
+    generator = MessageGenerator(types, random.Random(seed))
     with (
         running(DaemonOptions(config=file)) as (daemon, lines, outcome),
-        DdsNode("enemy", types, where, report=lambda _text: None) as node,
+        DdsNode("enemy", types, enemy_domain, report=lambda _text: None) as node,
     ):
         poll_until(node, lambda: len(node._discovery._discovered_endpoints[False]) > 20)
         poll_until(node, lambda: not node.poll(0.5))
         node._discovery.update()
-        read = {
+        topics = {
             each.topic_name: each.type_name for each in node._discovery._discovered_endpoints[False].values()
         }
         assert {"rt/tf", "rt/pose", "rt/actions_hub", "rt/skill_board", "rq/victim/change_stateRequest"} <= {
-            *read
+            *topics
         }
-        for topic, kind in sorted(read.items()):
+        for topic, kind in sorted(topics.items()):
             found = _DDS_TYPE.fullmatch(kind)
             if found is None or topic == "ros_discovery_info" or "change_state" in topic:
-                continue  # with change_state anybody may end it: that is no mistake
+                continue  # a transition may end the daemon, which is correct
             name = TypeName(found[1], found[2], found[3])
             writer = node._open_writer(topic, name, PROFILES["tf_static" if "static" in topic else "default"])
-            head = b"" if topic.startswith("rt/") else enemy.random.randbytes(8) + bytes(8)
+            head = b"" if topic.startswith("rt/") else generator.random.randbytes(8) + bytes(8)
             for _ in range(ROUNDS):
-                data = enemy.data(name)
+                data = generator.make_data(name)
                 write_data(writer, data[:4] + head + data[4:])
                 node.poll(0.004)
         loops = daemon.loop.cycle_count
@@ -110,7 +110,7 @@ def test_a_daemon_survives_what_others_send(domain: int, tmp_path: Path, seed: i
         assert not outcome, "\n".join(lines)
         client = ParameterClient(node, "/victim")
         poll_until(node, lambda: client.has_server)
-        assert answer(node, lambda done: client.get(["spec"], done)) is not None
+        assert wait_for_answer(node, lambda done: client.get(["spec"], done)) is not None
         assert not outcome
         assert not [line for line in lines if "Traceback" in line or _ERROR.search(line)], lines
         assert len(lines) < 400
@@ -132,19 +132,19 @@ skill-board:
 """
 
 
-def test_skills_survive_what_servers_answer(domain: int):
-    """All answers of an action and a service are drawn: each skill ends, with a reason when it fails."""
+def test_skills_survive_random_responses_of_servers(domain: int):
+    """Skills end in spite of random responses of an action and a service, and failures have a reason."""
     types = Definitions([PACKAGES], environment={})
-    enemy, action = Drawer(types, random.Random(1)), "example_interfaces/action/Fibonacci"
+    generator, action = MessageGenerator(types, random.Random(1)), "example_interfaces/action/Fibonacci"
     kind, clock = parse_type(action, "action"), RealClock()
     with DdsNode("enemy", types, domain + 15, report=lambda _text: None) as node:
 
-        def answers(name: TypeName) -> RequestHandler:
-            def answer(_request: Message, reply: SendResponse) -> None:
-                if enemy.random.random() < 0.8:
-                    reply(enemy.message(name.derive("Response")))
+        def make_handler(name: TypeName) -> RequestHandler:
+            def respond(_request: Message, reply: SendResponse) -> None:
+                if generator.random.random() < 0.8:
+                    reply(generator.make_message(name.derive("Response")))
 
-            return answer
+            return respond
 
         feedback = node.create_publisher("/goto/_action/feedback", f"{action}_FeedbackMessage")
         status = node.create_publisher(
@@ -154,28 +154,30 @@ def test_skills_survive_what_servers_answer(domain: int):
 
         def accept(request: Message, reply: SendResponse) -> None:
             goals.append(request["goal_id"]["uuid"])
-            reply({**enemy.message(kind.derive("SendGoal").derive("Response")), "accepted": True})
+            reply({**generator.make_message(kind.derive("SendGoal").derive("Response")), "accepted": True})
 
         node.serve_later("/goto/_action/send_goal", f"{action}_SendGoal", accept)
-        node.serve_later("/goto/_action/get_result", f"{action}_GetResult", answers(kind.derive("GetResult")))
+        node.serve_later(
+            "/goto/_action/get_result", f"{action}_GetResult", make_handler(kind.derive("GetResult"))
+        )
         cancel = "action_msgs/srv/CancelGoal"
-        node.serve_later("/goto/_action/cancel_goal", cancel, answers(parse_type(cancel, "srv")))
+        node.serve_later("/goto/_action/cancel_goal", cancel, make_handler(parse_type(cancel, "srv")))
         beep = "std_srvs/srv/Trigger"
-        node.serve_later("/beep", beep, answers(parse_type(beep, "srv")))
+        node.serve_later("/beep", beep, make_handler(parse_type(beep, "srv")))
         side = Side(SKILLS.replace("DOMAIN", str(domain + 15)).replace("PACKAGES", str(PACKAGES)), clock)
         ends = []
         for number in range(24):
-            master = side.ask("goto" if number % 3 else "beep")
-            until_s = time.monotonic() + 20
+            master = side.request_skill("goto" if number % 3 else "beep")
+            limit_s = time.monotonic() + 20
             while not master.is_over:
                 side.loop()
                 node.poll(0.002)
                 for each in goals:
                     goal_id = {"goal_id": {"uuid": each}}
-                    code = enemy.random.randrange(-128, 128)
+                    code = generator.random.randrange(-128, 128)
                     status.publish({"status_list": [{"goal_info": goal_id, "status": code}]})
-                    feedback.publish({**enemy.message(kind.derive("FeedbackMessage")), **goal_id})
-                assert time.monotonic() < until_s, side.lines
+                    feedback.publish({**generator.make_message(kind.derive("FeedbackMessage")), **goal_id})
+                assert time.monotonic() < limit_s, side.lines
             goals.clear()
             ends.append((str(master.state), master.error))
         side.close()
@@ -186,31 +188,31 @@ def test_skills_survive_what_servers_answer(domain: int):
 
 
 class BrokenCodec(Codec):
-    """Cuts off the responses that it makes."""
+    """A codec that truncates responses."""
 
     def encode(self, name: TypeName, message: Mapping[str, Any]) -> bytes:
-        made = super().encode(name, message)
-        return made[:5] if str(name).endswith("_Response") else made
+        data = super().encode(name, message)
+        return data[:5] if str(name).endswith("_Response") else data
 
 
-@pytest.mark.parametrize("cares", [True, False])
-def test_a_broken_response_is_reported_and_ends_no_loop(domain: int, cares: bool):
+@pytest.mark.parametrize("has_error_callback", [True, False])
+def test_broken_response_is_reported_without_ending_loop(domain: int, has_error_callback: bool):
     types, trigger = Definitions([PACKAGES], environment={}), "std_srvs/srv/Trigger"
-    told: list[str] = []
-    lost: list[str] = []
+    reports: list[str] = []
+    reasons: list[str] = []
     got: list[Message] = []
     with (
-        DdsNode("enemy", types, domain + 16, report=told.append) as node,
-        DdsNode("victim", types, domain + 16, report=told.append) as victim,
+        DdsNode("enemy", types, domain + 16, report=reports.append) as node,
+        DdsNode("victim", types, domain + 16, report=reports.append) as victim,
     ):
         node._codec = BrokenCodec(types)
         node.serve("/beep", trigger, lambda _request: {"success": True, "message": "beep"})
         client = victim.create_client("/beep", trigger)
         polls = partial(node.poll, 0.01), partial(victim.poll, 0.01)
-        until(lambda: client.server_numbers, *polls)
-        client.call({}, got.append, lost.append if cares else None)
-        until(lambda: told, *polls)
+        wait_until(lambda: client.server_numbers, *polls)
+        client.call({}, got.append, reasons.append if has_error_callback else None)
+        wait_until(lambda: reports, *polls)
         victim.poll(0.1)
-    assert told[0].startswith("/beep: "), told
-    assert lost == ["the response is broken"] * cares
+    assert reports[0].startswith("/beep: "), reports
+    assert reasons == ["the response is broken"] * has_error_callback
     assert got == []

@@ -1,4 +1,4 @@
-"""Settings of Fawkes' own plug-ins for ROS 2 are no mistake, and let nothing of ours join a domain."""
+"""Settings of Fawkes' plug-ins for ROS 2, which cxbridge accepts and ignores."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cxbridge_ros2.settings import read_node_section
 from tests.run.mini import write_scenario
 from tests.support import ROBOTINO_DIR
 
-ROBOT = """\
+ROBOT_CONFIG = """\
 ros2:
   node-name: fawkesnode
   namespace: $HOSTNAME
@@ -34,14 +34,14 @@ TREES = (
 )
 
 
-def configuration(folder: Path, text: str) -> Configuration:
+def load_configuration(folder: Path, text: str) -> Configuration:
     (folder / "robot.yaml").write_text(text)
     return Configuration.load(folder / "robot.yaml")
 
 
-def test_a_run_with_it_starts_and_joins_no_domain(tmp_path: Path):
+def test_run_with_fawkes_settings_joins_no_domain(tmp_path: Path):
     more = tmp_path / "robot.yaml"
-    more.write_text(ROBOT)
+    more.write_text(ROBOT_CONFIG)
     options = RunOptions(scenario=write_scenario(tmp_path / "mini"), config=(more,), skiller="none")
     with Run(options) as run:
         assert not [each.name for each in needed_components(run) if each.name.startswith("ros2")]
@@ -49,15 +49,17 @@ def test_a_run_with_it_starts_and_joins_no_domain(tmp_path: Path):
 
 
 @pytest.mark.parametrize("tree", FAWKES_KEYS)
-def test_a_misspelt_one_is_a_mistake_of_that_line(tree: str, tmp_path: Path):
-    config = configuration(tmp_path, f"{ROBOT}---\nros2: {{{tree.removeprefix('/ros2/')}: {{domian: 7}}}}\n")
+def test_misspelt_setting_is_reported_with_line(tree: str, tmp_path: Path):
+    config = load_configuration(
+        tmp_path, f"{ROBOT_CONFIG}---\nros2: {{{tree.removeprefix('/ros2/')}: {{domian: 7}}}}\n"
+    )
     with pytest.raises(ConfigError, match="has no setting 'domian'") as caught:
         read_node_section(config, tree, (), tmp_path, "settings")
-    assert caught.value.line == len(ROBOT.splitlines()) + 2
+    assert caught.value.line == len(ROBOT_CONFIG.splitlines()) + 2
 
 
 @pytest.mark.skipif(ROBOTINO_DIR is None, reason="ROBOTINO_DIR does not name a checkout")
-def test_no_file_of_a_robot_has_settings_of_ours():
+def test_robot_files_have_no_settings_of_cxbridge():
     assert ROBOTINO_DIR is not None
     files = [each for each in ROBOTINO_DIR.glob("cfg/**/*.yaml") if "\nros2:" in each.read_text()]
     assert files

@@ -1,4 +1,4 @@
-"""The hubs of PlanSys2 and of the thesis, on nodes of this process: each failure, step by step."""
+"""The hubs of PlanSys2 and of the thesis, on nodes of this process, with each failure."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.skiller.board.master import Master
 from cxbridge_ros2.hub.protocol import ActionKey, MessageKind, PerformerState
 from cxbridge_ros2.hub.settings import PROTOCOLS, read_performer_settings
-from ros2_tests.hub import CALLER, CALLERS, PERFORMER, LocalWorld, Side, Stranger
+from ros2_tests.hub import CALLER, CALLERS, PERFORMER, HubPeer, LocalWorld, Side
 
 MOVE = ActionKey("move", ("r2", "hall"))
-THERE = ("SUCCEEDED", "")
+SUCCEEDED = ("SUCCEEDED", "")
 
 
 @pytest.fixture(params=CALLERS)
@@ -32,283 +32,284 @@ def world(monkeypatch: pytest.MonkeyPatch) -> Iterator[LocalWorld]:
     world.close()
 
 
-def performer(world: LocalWorld, protocol: str, text: str = PERFORMER) -> Side:
-    return world.side(text, PROTOCOL=protocol)
+def add_performer(world: LocalWorld, protocol: str, text: str = PERFORMER) -> Side:
+    return world.add_side(text, PROTOCOL=protocol)
 
 
 @pytest.fixture
-def here(world: LocalWorld, protocol: str) -> Side:
-    return world.side(CALLER, CLASS=CALLERS[protocol])
+def caller(world: LocalWorld, protocol: str) -> Side:
+    return world.add_side(CALLER, CLASS=CALLERS[protocol])
 
 
 @pytest.fixture
-def there(world: LocalWorld, protocol: str) -> Side:
-    return performer(world, protocol)
+def performer(world: LocalWorld, protocol: str) -> Side:
+    return add_performer(world, protocol)
 
 
 @pytest.fixture
-def stranger(world: LocalWorld, protocol: str) -> Stranger:
-    return world.stranger(protocol)
+def hub_peer(world: LocalWorld, protocol: str) -> HubPeer:
+    return world.add_peer(protocol)
 
 
-def moves(side: Side) -> list[str]:
+def filter_skill_lines(side: Side) -> list[str]:
     return [line for line in side.lines if " {'" in line]
 
 
-# --- both sides are ours --------------------------------------------------------------------------------
+# --- our caller and our performer -------------------------------------------------------------------------
 
 
-def test_a_skill_is_executed_by_others(world: LocalWorld, here: Side, there: Side):
-    told = []
-    master = here.service.local_calls.ask(
-        "move", {"robot": "r2", "to": "hall"}, "robot1", lambda master: told.append(master.feedback)
+def test_performer_executes_skill_of_caller(world: LocalWorld, caller: Side, performer: Side):
+    feedback = []
+    master = caller.service.local_calls.ask(
+        "move", {"robot": "r2", "to": "hall"}, "robot1", lambda master: feedback.append(master.feedback)
     )
-    assert world.over(master) == [THERE]
-    assert "move {'1': 'r2', '2': 'hall'}" in there.lines
-    assert any(each.startswith("step ") for each in told)
-    assert (master.feedback, master.progress) == ("there", 1.0)
+    assert world.wait_for_ends(master) == [SUCCEEDED]
+    assert "move {'1': 'r2', '2': 'hall'}" in performer.lines
+    assert any(each.startswith("step ") for each in feedback)
+    assert (master.feedback, master.progress) == ("arrived", 1.0)
 
 
-def test_two_that_want_the_same_executor_get_it_one_after_the_other(
-    world: LocalWorld, protocol: str, here: Side, there: Side
+def test_callers_use_same_executor_in_turn(world: LocalWorld, protocol: str, caller: Side, performer: Side):
+    second = world.add_side(CALLER, CLASS=CALLERS[protocol])
+    assert world.wait_for_ends(caller.request_skill("move", "a"), second.request_skill("wave", "b")) == [
+        SUCCEEDED,
+        SUCCEEDED,
+    ]
+    assert sorted(filter_skill_lines(performer)) == ["move {'1': 'a'}", "wave {'1': 'b'}"]
+
+
+# --- our performer and a foreign caller -------------------------------------------------------------------
+
+
+def test_repeated_request_is_executed_once(performer: Side, hub_peer: HubPeer):
+    hub_peer.send(MessageKind.REQUEST, MOVE)
+    hub_peer.receive(MessageKind.RESPONSE)
+    hub_peer.request_and_confirm(MOVE)
+    hub_peer.send(MessageKind.CONFIRM, MOVE, "ours_move")
+    hub_peer.send(MessageKind.REJECT, MOVE, "ours_move")  # the answer of PlanSys2 to the second RESPONSE
+    hub_peer.receive(MessageKind.FEEDBACK)
+    end = hub_peer.receive(MessageKind.FINISH)
+    assert (end.success, end.status, end.node) == (True, "arrived", "ours_move")
+    assert hub_peer.receives_none(MessageKind.FINISH)
+    assert filter_skill_lines(performer) == ["move {'1': 'r2', '2': 'hall'}"]
+
+
+def test_response_is_repeated_until_confirmation(performer: Side, hub_peer: HubPeer):
+    hub_peer.send(MessageKind.REQUEST, MOVE)
+    hub_peer.receive(MessageKind.RESPONSE)
+    hub_peer.receive(MessageKind.RESPONSE, limit_s=0.6)
+    hub_peer.send(MessageKind.CONFIRM, MOVE, "another")
+    assert hub_peer.receives_none(MessageKind.RESPONSE, loops=50)
+
+
+def test_rejected_performer_answers_next_request(performer: Side, hub_peer: HubPeer):
+    hub_peer.send(MessageKind.REQUEST, MOVE)
+    hub_peer.receive(MessageKind.RESPONSE)
+    next_key = ActionKey("wave", ("x",))
+    hub_peer.send(MessageKind.REQUEST, next_key)
+    assert hub_peer.receives_none(MessageKind.RESPONSE)  # the only executor is reserved
+    hub_peer.send(MessageKind.REJECT, MOVE, "ours_move")
+    assert hub_peer.receive(MessageKind.RESPONSE, limit_s=0.5).key == next_key
+
+
+def test_unconfirmed_performer_answers_requests_after_timeout(
+    world: LocalWorld, performer: Side, hub_peer: HubPeer
 ):
-    two = world.side(CALLER, CLASS=CALLERS[protocol])
-    assert world.over(here.ask("move", "a"), two.ask("wave", "b")) == [THERE, THERE]
-    assert sorted(moves(there)) == ["move {'1': 'a'}", "wave {'1': 'b'}"]
+    hub_peer.send(MessageKind.REQUEST, MOVE)
+    hub_peer.receives_none(loops=150)
+    hub_peer.messages.clear()
+    next_key = ActionKey("move", ("x",))
+    hub_peer.send(MessageKind.REQUEST, next_key)
+    assert hub_peer.receive(MessageKind.RESPONSE, limit_s=0.5).key == next_key
+    hub_peer.send(MessageKind.CONFIRM, MOVE, "ours_move")  # a late CONFIRM is valid
+    assert hub_peer.receive(MessageKind.FINISH).success
 
 
-# --- our skills, and a stranger that asks -----------------------------------------------------------------
-
-
-def test_a_repeated_request_is_answered_again_and_done_once(there: Side, stranger: Stranger):
-    stranger.say(MessageKind.REQUEST, MOVE)
-    stranger.hear(MessageKind.RESPONSE)
-    stranger.begin(MOVE)
-    stranger.say(MessageKind.CONFIRM, MOVE, "ours_move")
-    stranger.say(MessageKind.REJECT, MOVE, "ours_move")  # as PlanSys2 answers to the second RESPONSE
-    stranger.hear(MessageKind.FEEDBACK)
-    end = stranger.hear(MessageKind.FINISH)
-    assert (end.success, end.status, end.node) == (True, "there", "ours_move")
-    assert stranger.silent(MessageKind.FINISH)
-    assert moves(there) == ["move {'1': 'r2', '2': 'hall'}"]
-
-
-def test_a_lost_answer_is_repeated_until_somebody_is_confirmed(there: Side, stranger: Stranger):
-    stranger.say(MessageKind.REQUEST, MOVE)
-    stranger.hear(MessageKind.RESPONSE)
-    stranger.hear(MessageKind.RESPONSE, limit_s=0.6)
-    stranger.say(MessageKind.CONFIRM, MOVE, "another")
-    assert stranger.silent(MessageKind.RESPONSE, loops=50)
-
-
-def test_who_was_rejected_is_free(there: Side, stranger: Stranger):
-    stranger.say(MessageKind.REQUEST, MOVE)
-    stranger.hear(MessageKind.RESPONSE)
-    other = ActionKey("wave", ("x",))
-    stranger.say(MessageKind.REQUEST, other)
-    assert stranger.silent(MessageKind.RESPONSE)  # its only executor is promised
-    stranger.say(MessageKind.REJECT, MOVE, "ours_move")
-    assert stranger.hear(MessageKind.RESPONSE, limit_s=0.5).key == other
-
-
-def test_who_is_neither_confirmed_nor_rejected_is_free_after_a_while(
-    world: LocalWorld, there: Side, stranger: Stranger
-):
-    stranger.say(MessageKind.REQUEST, MOVE)
-    stranger.silent(loops=150)
-    stranger.heard.clear()
-    other = ActionKey("move", ("x",))
-    stranger.say(MessageKind.REQUEST, other)
-    assert stranger.hear(MessageKind.RESPONSE, limit_s=0.5).key == other
-    stranger.say(MessageKind.CONFIRM, MOVE, "ours_move")  # late: it is done nevertheless
-    assert stranger.hear(MessageKind.FINISH).success
-
-
-def test_who_asks_knows_what_does_not_fit(world: LocalWorld, protocol: str, stranger: Stranger):
+def test_wrong_number_of_arguments_fails_request(world: LocalWorld, protocol: str, hub_peer: HubPeer):
     text = PERFORMER.replace("actions: [move, wave]", "actions: {move: {parameters: [robot]}}")
-    performer(world, protocol, text)
-    stranger.begin(MOVE)
-    end = stranger.hear(MessageKind.FINISH)
+    add_performer(world, protocol, text)
+    hub_peer.request_and_confirm(MOVE)
+    end = hub_peer.receive(MessageKind.FINISH)
     assert (end.success, end.status) == (False, "(move r2 hall) has 2 arguments, but move has 1")
 
 
-def test_nobody_answers_for_what_is_not_there(world: LocalWorld, protocol: str, stranger: Stranger):
-    performer(world, protocol, PERFORMER.replace("[move, wave]", "[move, fly]"))
+def test_missing_action_or_skill_gets_no_response(world: LocalWorld, protocol: str, hub_peer: HubPeer):
+    add_performer(world, protocol, PERFORMER.replace("[move, wave]", "[move, fly]"))
     for key in (ActionKey("wave", ()), ActionKey("fly", ())):
-        stranger.say(MessageKind.REQUEST, key)
-    assert stranger.silent(MessageKind.RESPONSE, loops=80)
-    assert {(each.node, each.state) for each in stranger.signs} == {
+        hub_peer.send(MessageKind.REQUEST, key)
+    assert hub_peer.receives_none(MessageKind.RESPONSE, loops=80)
+    assert {(each.node, each.state) for each in hub_peer.heartbeats} == {
         ("ours_move", PerformerState.READY),
         ("ours_fly", PerformerState.NOT_READY),
     }
 
 
-def test_a_template_gives_skills_numbers(world: LocalWorld, protocol: str, stranger: Stranger):
+def test_template_passes_numbers_to_skill(world: LocalWorld, protocol: str, hub_peer: HubPeer):
     actions = "actions: {move: {parameters: [robot, times], call: 'count{times=?(times)i, who=?(robot)s}'}}"
-    there = performer(world, protocol, PERFORMER.replace("actions: [move, wave]", actions))
-    stranger.begin(ActionKey("move", ("r2", "3")))
-    assert stranger.hear(MessageKind.FINISH).success
-    assert "count {'times': 3, 'who': 'r2'}" in there.lines
+    performer = add_performer(world, protocol, PERFORMER.replace("actions: [move, wave]", actions))
+    hub_peer.request_and_confirm(ActionKey("move", ("r2", "3")))
+    assert hub_peer.receive(MessageKind.FINISH).success
+    assert "count {'times': 3, 'who': 'r2'}" in performer.lines
 
 
-def test_an_action_without_parameters_has_none(protocol: str, there: Side, stranger: Stranger):
-    # what PlanSys2's executor, and the master of the thesis, make of no parameters
+def test_action_without_parameters_calls_skill_without_parameters(
+    protocol: str, performer: Side, hub_peer: HubPeer
+):
+    # the arguments that PlanSys2's executor and the master of the thesis send for no parameters
     key = ActionKey("wave", ("wave",) if protocol == "plansys2" else ("",))
-    stranger.begin(key, "ours_wave")
-    assert stranger.hear(MessageKind.FINISH).key == key
-    assert "wave {}" in there.lines
+    hub_peer.request_and_confirm(key, "ours_wave")
+    assert hub_peer.receive(MessageKind.FINISH).key == key
+    assert "wave {}" in performer.lines
 
 
-def test_after_cancel_a_performer_says_what_the_original_says(protocol: str, there: Side, stranger: Stranger):
+def test_cancelled_performer_answers_like_original(protocol: str, performer: Side, hub_peer: HubPeer):
     key = ActionKey("move", ("long",))
-    stranger.begin(key)
-    stranger.hear(MessageKind.FEEDBACK)
-    stranger.say(MessageKind.CANCEL, key, "ours_move")
+    hub_peer.request_and_confirm(key)
+    hub_peer.receive(MessageKind.FEEDBACK)
+    hub_peer.send(MessageKind.CANCEL, key, "ours_move")
     if protocol == "plansys2":
-        assert stranger.silent(MessageKind.FINISH)
+        assert hub_peer.receives_none(MessageKind.FINISH)
     else:
-        end = stranger.hear(MessageKind.FINISH)
+        end = hub_peer.receive(MessageKind.FINISH)
         assert (end.success, end.status, end.progress) == (False, "CANCELLED", 0.0)
-    assert "move was stopped" in there.lines
+    assert "move was stopped" in performer.lines
 
 
-def test_the_end_of_a_performer_ends_what_it_does(there: Side, stranger: Stranger):
-    stranger.begin(ActionKey("move", ("long",)))
-    stranger.hear(MessageKind.FEEDBACK)
-    there.performers.pop().close()
-    end = stranger.hear(MessageKind.FINISH)
+def test_closed_performer_fails_its_action(performer: Side, hub_peer: HubPeer):
+    hub_peer.request_and_confirm(ActionKey("move", ("long",)))
+    hub_peer.receive(MessageKind.FEEDBACK)
+    performer.performers.pop().close()
+    end = hub_peer.receive(MessageKind.FINISH)
     assert (end.success, end.status) == (False, "the performer ours_move was shut down")
 
 
 @pytest.mark.parametrize("protocol", ["skill-execution"])
-def test_a_mapped_skill_goes_to_the_skill(world: LocalWorld, protocol: str, stranger: Stranger):
+def test_skill_gets_mapped_action_of_request(world: LocalWorld, protocol: str, hub_peer: HubPeer):
     text = PERFORMER.replace("actions: [move, wave]", "actions: {wave: {parameters: [to]}}")
-    there = performer(world, protocol, text)
-    stranger.begin(ActionKey("wave", ("y",)), "ours_wave", skill_string="count{times=2}")
-    stranger.hear(MessageKind.FINISH)
-    assert "wave {'to': 'y', 'mapped_action': 'count{times=2}'}" in there.lines
+    performer = add_performer(world, protocol, text)
+    hub_peer.request_and_confirm(ActionKey("wave", ("y",)), "ours_wave", skill_string="count{times=2}")
+    hub_peer.receive(MessageKind.FINISH)
+    assert "wave {'to': 'y', 'mapped_action': 'count{times=2}'}" in performer.lines
 
 
-# --- our executive, and a stranger that performs ----------------------------------------------------------
+# --- our caller and a foreign performer -------------------------------------------------------------------
 
 
 @pytest.fixture
-def master(here: Side, stranger: Stranger) -> Master:
-    """A skill that is requested, and that strangers may perform."""
-    return here.ask("move", "r2", "hall")
+def master(caller: Side, hub_peer: HubPeer) -> Master:
+    """Request a skill that the hub peer may perform."""
+    return caller.request_skill("move", "r2", "hall")
 
 
-def test_a_lost_request_is_repeated(world: LocalWorld, stranger: Stranger, master: Master):
-    stranger.hear(MessageKind.REQUEST)
-    key = stranger.perform()
-    stranger.say(MessageKind.FINISH, key, success=True, status="done")
-    assert world.over(master) == [THERE]
+def test_unanswered_request_is_repeated(world: LocalWorld, hub_peer: HubPeer, master: Master):
+    hub_peer.receive(MessageKind.REQUEST)
+    key = hub_peer.accept_request()
+    hub_peer.send(MessageKind.FINISH, key, success=True, status="done")
+    assert world.wait_for_ends(master) == [SUCCEEDED]
     assert (master.feedback, key.arguments) == ("done", ("r2", "hall"))
 
 
-def test_who_answers_second_or_late_is_rejected(
-    world: LocalWorld, protocol: str, stranger: Stranger, master: Master
+def test_second_and_late_responses_are_rejected(
+    world: LocalWorld, protocol: str, hub_peer: HubPeer, master: Master
 ):
-    second, key = world.stranger(protocol, "second"), stranger.perform()
-    second.say(MessageKind.RESPONSE, key)
-    second.hear(MessageKind.REJECT, "second")
-    stranger.say(MessageKind.FINISH, key, success=True)
-    second.say(MessageKind.FEEDBACK, key, status="wrong")
-    assert world.over(master) == [THERE]
-    second.say(MessageKind.RESPONSE, key)
-    second.hear(MessageKind.REJECT, "second")
-    second.say(MessageKind.REQUEST, key, "a stranger")  # now it is another one's
-    second.say(MessageKind.RESPONSE, key)
-    assert second.silent(MessageKind.REJECT, MessageKind.CONFIRM)
+    second, key = world.add_peer(protocol, "second"), hub_peer.accept_request()
+    second.send(MessageKind.RESPONSE, key)
+    second.receive(MessageKind.REJECT, "second")
+    hub_peer.send(MessageKind.FINISH, key, success=True)
+    second.send(MessageKind.FEEDBACK, key, status="wrong")
+    assert world.wait_for_ends(master) == [SUCCEEDED]
+    second.send(MessageKind.RESPONSE, key)
+    second.receive(MessageKind.REJECT, "second")
+    second.send(MessageKind.REQUEST, key, "third")  # the request of a new caller
+    second.send(MessageKind.RESPONSE, key)
+    assert second.receives_none(MessageKind.REJECT, MessageKind.CONFIRM)
 
 
-def test_a_performer_that_waits_in_vain_is_freed(world: LocalWorld, stranger: Stranger, master: Master):
-    # its RESPONSE was lost: it reports to be ready, and answers no request
+def test_ready_performer_without_response_is_rejected(world: LocalWorld, hub_peer: HubPeer, master: Master):
+    # after the loss of its RESPONSE, the performer reports READY and answers no request
     for _ in range(30):
-        stranger.live(PerformerState.READY)
+        hub_peer.send_heartbeat(PerformerState.READY)
         world.loop(5)
-    stranger.hear(MessageKind.REJECT, "stranger")
-    stranger.say(MessageKind.FINISH, stranger.perform(), success=True)
-    assert world.over(master) == [THERE]
+    hub_peer.receive(MessageKind.REJECT, "peer")
+    hub_peer.send(MessageKind.FINISH, hub_peer.accept_request(), success=True)
+    assert world.wait_for_ends(master) == [SUCCEEDED]
 
 
-def test_nobody_is_a_failure_that_names_the_hub(world: LocalWorld, protocol: str, master: Master):
+def test_missing_performer_fails_skill_and_names_hub(world: LocalWorld, protocol: str, master: Master):
     begin_us = world.clock.now_us()
     topic = "/actions_hub" if protocol == "plansys2" else "/skill_board"
-    assert world.over(master) == [("FAILED", f"no performer of (move r2 hall) answers on {topic}")]
+    assert world.wait_for_ends(master) == [("FAILED", f"no performer of (move r2 hall) answers on {topic}")]
     seconds = (world.clock.now_us() - begin_us) / 1e6
     assert abs(seconds - PROTOCOLS[protocol].server_timeout_s) < 0.2
 
 
-def test_a_performer_that_vanishes_is_a_failure(world: LocalWorld, stranger: Stranger, master: Master):
-    key = stranger.perform()
+def test_vanished_performer_fails_skill(world: LocalWorld, hub_peer: HubPeer, master: Master):
+    key = hub_peer.accept_request()
     for _ in range(10):
-        stranger.live(PerformerState.RUNNING)
-        stranger.say(MessageKind.FEEDBACK, key, progress=0.5, status="half")
+        hub_peer.send_heartbeat(PerformerState.RUNNING)
+        hub_peer.send(MessageKind.FEEDBACK, key, progress=0.5, status="half")
         world.loop(50)
     assert (master.progress, master.feedback) == (0.5, "half")
-    assert world.over(master) == [("FAILED", "the performer stranger has vanished")]
+    assert world.wait_for_ends(master) == [("FAILED", "the performer peer has vanished")]
 
 
-def test_a_performer_without_signs_of_life_may_be_silent(
-    world: LocalWorld, stranger: Stranger, master: Master
-):
-    key = stranger.perform()
-    stranger.say(MessageKind.FEEDBACK, key, progress=0.5)
+def test_performer_without_heartbeats_may_be_silent(world: LocalWorld, hub_peer: HubPeer, master: Master):
+    key = hub_peer.accept_request()
+    hub_peer.send(MessageKind.FEEDBACK, key, progress=0.5)
     world.loop(1000)
-    stranger.say(MessageKind.FINISH, key, success=True)
-    assert world.over(master) == [THERE]
+    hub_peer.send(MessageKind.FINISH, key, success=True)
+    assert world.wait_for_ends(master) == [SUCCEEDED]
 
 
-def test_a_performer_that_was_restarted_is_a_failure(world: LocalWorld, stranger: Stranger, master: Master):
-    stranger.perform()
+def test_restarted_performer_fails_skill(world: LocalWorld, hub_peer: HubPeer, master: Master):
+    hub_peer.accept_request()
     ready, running = PerformerState.READY, PerformerState.RUNNING
-    for life in (ready, running, ready, running, ready, ready):
+    for state in (ready, running, ready, running, ready, ready):
         assert not master.is_over
-        stranger.live(life)
+        hub_peer.send_heartbeat(state)
         world.loop(50)
-    ((state, error),) = world.over(master)
-    assert (state, error.partition(",")[0]) == ("FAILED", "stranger no longer performs the action")
+    ((end, error),) = world.wait_for_ends(master)
+    assert (end, error.partition(",")[0]) == ("FAILED", "peer no longer performs the action")
 
 
-def test_cancel_before_anybody_has_answered_rejects_who_answers(
-    world: LocalWorld, here: Side, stranger: Stranger, master: Master
+def test_response_after_cancel_is_rejected(
+    world: LocalWorld, caller: Side, hub_peer: HubPeer, master: Master
 ):
-    key = stranger.hear(MessageKind.REQUEST).key
-    here.service.local_calls.stop(master.number)
-    world.over(master)
-    stranger.say(MessageKind.RESPONSE, key)
-    stranger.hear(MessageKind.REJECT, "stranger")
-    assert stranger.silent(MessageKind.CANCEL)
+    key = hub_peer.receive(MessageKind.REQUEST).key
+    caller.service.local_calls.stop(master.number)
+    world.wait_for_ends(master)
+    hub_peer.send(MessageKind.RESPONSE, key)
+    hub_peer.receive(MessageKind.REJECT, "peer")
+    assert hub_peer.receives_none(MessageKind.CANCEL)
 
 
 @pytest.mark.parametrize("protocol", ["skill-execution"])
-def test_arguments_are_as_configured(world: LocalWorld, protocol: str, stranger: Stranger):
+def test_request_has_configured_arguments(world: LocalWorld, protocol: str, hub_peer: HubPeer):
     skills = """skills: {move: {action: go, arguments: ["$to", "at ${speed}"]}}"""
-    here = world.side(CALLER.replace("skills: [move, wave]", skills), CLASS=CALLERS[protocol])
-    here.ask("move", to=4, speed=1.5)
-    assert stranger.hear(MessageKind.REQUEST).key == ActionKey("go", ("4", "at 1.5"))
+    caller = world.add_side(CALLER.replace("skills: [move, wave]", skills), CLASS=CALLERS[protocol])
+    caller.request_skill("move", to=4, speed=1.5)
+    assert hub_peer.receive(MessageKind.REQUEST).key == ActionKey("go", ("4", "at 1.5"))
 
 
 @pytest.mark.parametrize("protocol", ["skill-execution"])
-def test_the_mapped_action_of_the_thesis_goes_along(here: Side, stranger: Stranger):
-    here.service.local_calls.ask(
+def test_messages_have_mapped_action_of_thesis(caller: Side, hub_peer: HubPeer):
+    caller.service.local_calls.ask(
         "move", {"1": "r2", "2": "hall", "mapped_action": "go()"}, "robot1", lambda _master: None, "move_gen1"
     )
-    request = stranger.hear(MessageKind.REQUEST)
+    request = hub_peer.receive(MessageKind.REQUEST)
     assert (request.node, request.key, request.skill_string) == ("move_gen1", MOVE, "go()")
-    stranger.say(MessageKind.RESPONSE, request.key, skill_string=request.skill_string)
-    assert stranger.hear(MessageKind.CONFIRM).skill_string == "go()"
+    hub_peer.send(MessageKind.RESPONSE, request.key, skill_string=request.skill_string)
+    assert hub_peer.receive(MessageKind.CONFIRM).skill_string == "go()"
 
 
-def test_a_skill_takes_no_longer_than_it_may(world: LocalWorld, protocol: str, stranger: Stranger):
+def test_skill_is_cancelled_after_timeout(world: LocalWorld, protocol: str, hub_peer: HubPeer):
     text = CALLER.replace("skills: [move, wave]", "skills: {move: {timeout: 3}}")
-    master = world.side(text, CLASS=CALLERS[protocol]).ask("move", "r2", "hall")
-    stranger.perform()
-    ((state, error),) = world.over(master)
+    master = world.add_side(text, CLASS=CALLERS[protocol]).request_skill("move", "r2", "hall")
+    hub_peer.accept_request()
+    ((state, error),) = world.wait_for_ends(master)
     assert state == "FAILED"
     assert error.endswith("has not ended within 3 s")
-    stranger.hear(MessageKind.CANCEL, "stranger")
+    hub_peer.receive(MessageKind.CANCEL, "peer")
 
 
 # --- configurations ---------------------------------------------------------------------------------------
@@ -322,11 +323,11 @@ WRONG_CALLERS = {
 
 
 @pytest.mark.parametrize("case", WRONG_CALLERS)
-def test_a_wrong_caller_is_one_error(world: LocalWorld, case: str):
+def test_invalid_caller_settings_are_refused(world: LocalWorld, case: str):
     setting, words = WRONG_CALLERS[case]
     text = CALLER.replace(", skills: [move, wave]", setting)
     with pytest.raises(CxbridgeError, match=words) as caught:
-        world.side(text, CLASS=CALLERS["plansys2"])
+        world.add_side(text, CLASS=CALLERS["plansys2"])
     assert caught.value.file is not None
 
 
@@ -346,7 +347,7 @@ WRONG_PERFORMERS = {
 
 
 @pytest.mark.parametrize("case", WRONG_PERFORMERS)
-def test_a_wrong_performer_is_one_error_with_its_place(case: str, tmp_path: Any):
+def test_invalid_performer_settings_are_refused_with_place(case: str, tmp_path: Any):
     settings, words = WRONG_PERFORMERS[case]
     config = Configuration.from_text(
         f"ros2:\n  performers:\n    hub: {{{settings}}}\n", str(tmp_path / "a.yaml")

@@ -1,4 +1,4 @@
-"""Interfaces of the blackboard as topics, both ways, and Skillers as actions."""
+"""Interfaces of the blackboard as topics in both directions, and Skillers as actions."""
 
 from __future__ import annotations
 
@@ -31,27 +31,27 @@ from cxbridge_ros2.interfaces.definitions import (
 )
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.transports.dds import DdsNode
-from ros2_tests.conftest import HERE, find_package, needs_ros, poll_until, until, with_ros
+from ros2_tests.conftest import HERE, find_package, make_ros_python_command, needs_ros, poll_until, wait_until
 from tests.daemon.test_daemon import running
 from tests.run.mini import write_scenario
 
-TYPE_DEFINITIONS = InterfaceRegistry().names()
+INTERFACE_TYPES = InterfaceRegistry().names()
 BATTERY = "/blackboard/BatteryInterface/Robot"
 
 
-def texts_of(*names: str) -> dict[str, str]:
+def make_definitions(*names: str) -> dict[str, str]:
     return ACTION_DEFINITIONS | generate_definitions(map(InterfaceRegistry().schema, names))
 
 
 @pytest.fixture
 def node(domain: int) -> Iterator[Node]:
-    texts = texts_of("BatteryInterface", "SkillerInterface")
+    texts = make_definitions("BatteryInterface", "SkillerInterface")
     with DdsNode("peer", Definitions(environment={}, texts=texts), domain + 11) as node:
         yield node
 
 
 @contextmanager
-def a_run(folder: Path, domain: int, topics: str) -> Iterator[Run]:
+def start_run(folder: Path, domain: int, topics: str) -> Iterator[Run]:
     folder.mkdir(exist_ok=True)
     more = folder / "more.yaml"
     more.write_text(f"ros2:\n  interfaces:\n{topics}".replace("DOMAIN", f"domain: {domain + 11}"))
@@ -63,26 +63,26 @@ def a_run(folder: Path, domain: int, topics: str) -> Iterator[Run]:
         yield run
 
 
-def turn_until(run: Run, node: Node | None, done: Callable[[], Any], limit_s: float = 10.0) -> None:
-    until(done, run.loop.run_once, *([node.poll] if node is not None else []), limit_s=limit_s)
+def loop_until(run: Run, node: Node | None, done: Callable[[], Any], limit_s: float = 10.0) -> None:
+    wait_until(done, run.loop.run_once, *([node.poll] if node is not None else []), limit_s=limit_s)
 
 
-def test_each_write_is_published(tmp_path: Path, domain: int, node: Node):
+def test_topic_gets_each_write(tmp_path: Path, domain: int, node: Node):
     got: list[Any] = []
     node.subscribe(BATTERY, make_ros_message_type("BatteryInterface"), got.append)
-    with a_run(tmp_path, domain, "    all: {interface: 'Battery*', DOMAIN}\n") as run:
+    with start_run(tmp_path, domain, "    all: {interface: 'Battery*', DOMAIN}\n") as run:
         battery = run.board.open_for_writing("BatteryInterface", "Robot")
-        while not got:  # until the topic has found its subscriber
+        while not got:  # until the publisher has found the subscription
             battery.set("current", 1)
             battery.write()
             run.loop.run_once()
             node.poll(0.05)
         got.clear()
-        for voltage in (11500, 11400, 11300):  # all in one loop
+        for voltage in (11500, 11400, 11300):  # all writes of one loop
             battery.set("voltage", voltage)
             battery.set("absolute_soc", 0.5)
             battery.write()
-        turn_until(run, node, lambda: len(got) >= 3)
+        loop_until(run, node, lambda: len(got) >= 3)
         assert [each["voltage"] for each in got if each["voltage"]] == [11500, 11400, 11300]
         assert got[-1]["absolute_soc"] == 0.5
         stamp = got[-1]["timestamp"]
@@ -90,7 +90,7 @@ def test_each_write_is_published(tmp_path: Path, domain: int, node: Node):
         battery.close()
 
 
-def test_a_topic_of_another_type(tmp_path: Path, domain: int, node: Node):
+def test_writes_are_converted_to_other_message_type(tmp_path: Path, domain: int, node: Node):
     got: list[Any] = []
     node.subscribe("/robot1/battery", "sensor_msgs/msg/BatteryState", got.append)
     topics = (
@@ -99,48 +99,48 @@ def test_a_topic_of_another_type(tmp_path: Path, domain: int, node: Node):
         "      constants: {header.frame_id: base, power_supply_technology: 2}\n"
         "      fields: {voltage: voltage, absolute_soc: percentage}\n"
     )
-    with a_run(tmp_path, domain, topics) as run:
+    with start_run(tmp_path, domain, topics) as run:
         battery = run.board.open_for_writing("BatteryInterface", "Robot")
         battery.set("voltage", 12)
         battery.set("absolute_soc", 0.25)
 
-        def there() -> bool:
+        def is_received() -> bool:
             battery.write()
             return bool(got)
 
-        turn_until(run, node, there)
+        loop_until(run, node, is_received)
         assert (got[0]["voltage"], got[0]["percentage"], got[0]["power_supply_technology"]) == (12.0, 0.25, 2)
         assert got[0]["header"]["frame_id"] == "base"
         assert got[0]["header"]["stamp"]["sec"] > 10**9
         battery.close()
 
 
-def test_what_comes_is_written(tmp_path: Path, domain: int, node: Node):
+def test_received_messages_are_written_to_interface(tmp_path: Path, domain: int, node: Node):
     state = node.create_publisher("/battery", "sensor_msgs/msg/BatteryState")
     topics = (
         "    battery: {interface: 'BatteryInterface::Robot', direction: write, topic: /battery, DOMAIN,\n"
         "      type: sensor_msgs/msg/BatteryState, fields: {absolute_soc: percentage}}\n"
     )
-    with a_run(tmp_path, domain, topics) as run:
+    with start_run(tmp_path, domain, topics) as run:
         battery = run.board.open_for_reading("BatteryInterface", "Robot")
 
-        def there() -> bool:
+        def is_received() -> bool:
             state.publish({"percentage": 0.75})
             battery.read()
             return bool(battery.get("absolute_soc") == 0.75)
 
-        turn_until(run, node, there)
+        loop_until(run, node, is_received)
         battery.close()
 
 
-def a_value(field: FieldSchema, rng: Random) -> Any:
+def make_value(field: FieldSchema, rng: Random) -> Any:
     if field.type == "string":
         return "".join(rng.choice("abc äß\t") for _ in range(rng.randrange((field.length or 8) // 2)))
-    elements = tuple(an_element(field, rng) for _ in range(field.length or 1))
+    elements = tuple(make_element(field, rng) for _ in range(field.length or 1))
     return elements if field.is_array else elements[0]
 
 
-def an_element(field: FieldSchema, rng: Random) -> Any:
+def make_element(field: FieldSchema, rng: Random) -> Any:
     low, high = field.storage.minimum, field.storage.maximum
     if field.enum is not None:
         return rng.choice(field.enum.items).value
@@ -149,36 +149,38 @@ def an_element(field: FieldSchema, rng: Random) -> Any:
     return rng.randrange(-1000, 1000) / 8 if low is None or high is None else rng.randint(low, high)
 
 
-def test_each_interface_there_is_goes_from_board_to_board(tmp_path: Path, domain: int):
-    """All types with random values: published by one run, written by another."""
+def test_all_interface_types_are_copied_between_runs(tmp_path: Path, domain: int):
+    """One run publishes random values of all types, and a second run writes them."""
     rng = Random(1)
     writes = "".join(
-        f"    t{n}: {{interface: '{name}::There', direction: write, DOMAIN}}\n"
-        for n, name in enumerate(TYPE_DEFINITIONS)
+        f"    t{n}: {{interface: '{name}::Copied', direction: write, DOMAIN}}\n"
+        for n, name in enumerate(INTERFACE_TYPES)
     )
     with (
-        a_run(tmp_path / "a", domain, "    all: {interface: '*::There', qos: latched, DOMAIN}\n") as here,
-        a_run(tmp_path / "b", domain, writes) as there,
+        start_run(
+            tmp_path / "a", domain, "    all: {interface: '*::Copied', qos: latched, DOMAIN}\n"
+        ) as here,
+        start_run(tmp_path / "b", domain, writes) as there,
     ):
         written, read = {}, {}
-        for name in TYPE_DEFINITIONS:
-            one = written[name] = here.board.open_for_writing(name, "There")
-            read[name] = there.board.open_for_reading(name, "There")
-            for field in one.SCHEMA.fields:
-                one.set(field.name, a_value(field, rng))
+        for name in INTERFACE_TYPES:
+            writer = written[name] = here.board.open_for_writing(name, "Copied")
+            read[name] = there.board.open_for_reading(name, "Copied")
+            for field in writer.SCHEMA.fields:
+                writer.set(field.name, make_value(field, rng))
 
-        def missing() -> list[str]:
+        def find_differences() -> list[str]:
             for each in read.values():
                 each.read()
-            return [name for name in TYPE_DEFINITIONS if read[name].as_dict() != written[name].as_dict()]
+            return [name for name in INTERFACE_TYPES if read[name].as_dict() != written[name].as_dict()]
 
         def equal() -> bool:
             for each in written.values():
                 each.write()
             there.loop.run_once()
-            return not missing()
+            return not find_differences()
 
-        turn_until(here, None, equal, limit_s=30)
+        loop_until(here, None, equal, limit_s=30)
         for each in (*written.values(), *read.values()):
             each.close()
 
@@ -205,10 +207,10 @@ def test_each_interface_there_is_goes_from_board_to_board(tmp_path: Path, domain
         ("{interface: 'BatteryInterface::R', qos: fast}", "there is no QoS profile 'fast'"),
     ],
 )
-def test_mistakes(tmp_path: Path, domain: int, text: str, message: str):
+def test_invalid_settings_are_refused(tmp_path: Path, domain: int, text: str, message: str):
     with (
         pytest.raises(CxbridgeError, match=message) as caught,
-        a_run(tmp_path, domain, f"    x: {text}\n"),
+        start_run(tmp_path, domain, f"    x: {text}\n"),
     ):
         pass
     assert str(caught.value.file) == str(tmp_path / "more.yaml")
@@ -218,7 +220,7 @@ def test_mistakes(tmp_path: Path, domain: int, text: str, message: str):
 
 
 @contextmanager
-def a_skiller(folder: Path, domain: int) -> Iterator[Daemon]:
+def run_skiller_daemon(folder: Path, domain: int) -> Iterator[Daemon]:
     file = folder / "daemon.yaml"
     quiet = "cxbridge: {fawkes: {enable: false}, zmq: {endpoints: []}}\n"
     file.write_text(f"{quiet}ros2: {{skiller: {{domain: {domain + 11}}}}}\n")
@@ -226,22 +228,22 @@ def a_skiller(folder: Path, domain: int) -> Iterator[Daemon]:
         yield daemon
 
 
-def play(node: Node, client: ActionClient, text: str, *, steal: bool = False) -> SentGoal:
+def execute(node: Node, client: ActionClient, text: str, *, steal: bool = False) -> SentGoal:
     poll_until(node, lambda: client.has_server)
     sent = client.send({"skill_string": text, "steal": steal})
     poll_until(node, lambda: sent.is_over)
     return sent
 
 
-def test_a_goal_is_a_skill_string(tmp_path: Path, domain: int, node: Node):
+def test_goal_executes_skill_string(tmp_path: Path, domain: int, node: Node):
     with (
-        a_skiller(tmp_path, domain) as daemon,
+        run_skiller_daemon(tmp_path, domain) as daemon,
         ActionClient(node, "/skiller/execute", EXEC_SKILL_TYPE) as client,
     ):
-        done = play(node, client, 'say{text="hello", wait=true}')
+        done = execute(node, client, 'say{text="hello", wait=true}')
         assert (done.status, done.result) == (GoalStatus.SUCCEEDED, {"success": True, "error": ""})
         assert done.feedback == {"status": "S_RUNNING"}
-        failed = play(node, client, "fly{}")
+        failed = execute(node, client, "fly{}")
         assert failed.status is GoalStatus.ABORTED
         assert failed.result is not None
         assert "fly" in failed.result["error"]
@@ -253,11 +255,11 @@ def test_a_goal_is_a_skill_string(tmp_path: Path, domain: int, node: Node):
         thief: Interface = daemon.board.open_for_reading("SkillerInterface", "Skiller")
         thief.msgq_enqueue(thief.create_message("AcquireControlMessage"))
         poll_until(node, lambda: thief.read() or thief.get("exclusive_controller"))
-        refused = play(node, client, 'say{text="mine"}')
+        refused = execute(node, client, 'say{text="mine"}')
         assert refused.status is GoalStatus.ABORTED
         assert refused.result is not None
         assert "has control of the Skiller" in refused.result["error"]
-        stolen = play(node, client, 'say{text="mine"}', steal=True)
+        stolen = execute(node, client, 'say{text="mine"}', steal=True)
         assert stolen.status is GoalStatus.SUCCEEDED
         thief.close()
 
@@ -273,7 +275,7 @@ def test_rclpy_reads_interfaces_and_executes_skills(tmp_path: Path, domain: int)
     file.write_text(f"{quiet}ros2: {{skiller: {{{place}}}, {topics}}}\n")
     with running(DaemonOptions(config=file)):
         done = subprocess.run(
-            with_ros(str(HERE / "with_rclpy/skiller_user.py"), str(domain + 11)),
+            make_ros_python_command(str(HERE / "with_rclpy/skiller_user.py"), str(domain + 11)),
             capture_output=True,
             text=True,
             timeout=60,

@@ -1,4 +1,4 @@
-"""Nodes that do not fit together: other types, other definitions, other quality of service, other places."""
+"""Incompatible nodes: different types, definitions, quality of service or ranges of discovery."""
 
 from __future__ import annotations
 
@@ -30,55 +30,57 @@ Join = Callable[..., tuple[DdsNode, list[str]]]
 
 @pytest.fixture
 def join(domain: int) -> Iterator[Join]:
-    """Make nodes, each with a list of its reports."""
+    """Return a function that makes a node with a list of its reports."""
     numbers = count()
     with ExitStack() as nodes:
 
-        def make(*folders: Path) -> tuple[DdsNode, list[str]]:
-            said: list[str] = []
+        def add_node(*folders: Path) -> tuple[DdsNode, list[str]]:
+            reports: list[str] = []
             name = f"node{next(numbers)}"
-            node = DdsNode(name, Definitions(folders, environment={}), domain + 12, "localhost", said.append)
-            return nodes.enter_context(node), said
+            node = DdsNode(
+                name, Definitions(folders, environment={}), domain + 12, "localhost", reports.append
+            )
+            return nodes.enter_context(node), reports
 
-        yield make
+        yield add_node
 
 
-def a_package(folder: Path, fields: str) -> Path:
-    place = folder / "demo_msgs/msg"
-    place.mkdir(parents=True)
-    (place / "Reading.msg").write_text(fields)
+def write_package(folder: Path, fields: str) -> Path:
+    subfolder = folder / "demo_msgs/msg"
+    subfolder.mkdir(parents=True)
+    (subfolder / "Reading.msg").write_text(fields)
     return folder
 
 
-def test_another_type_on_the_topic(join: Join):
-    (ours, said), (theirs, they_said) = join(), join()
+def test_different_type_on_topic_is_reported(join: Join):
+    (ours, our_reports), (theirs, their_reports) = join(), join()
     ours.subscribe("/chatter", "std_msgs/msg/String", lambda _message: None)
     theirs.create_publisher("/chatter", "std_msgs/msg/Int32")
-    poll_until(ours, lambda: said)
-    poll_until(theirs, lambda: they_said)
-    assert said == [
+    poll_until(ours, lambda: our_reports)
+    poll_until(theirs, lambda: their_reports)
+    assert our_reports == [
         "/chatter: another node's publisher has the type std_msgs/msg/Int32, ours has std_msgs/msg/String"
     ]
-    assert they_said == [
+    assert their_reports == [
         "/chatter: another node's subscription has the type std_msgs/msg/String, ours has std_msgs/msg/Int32"
     ]
 
 
-def test_it_is_found_whoever_was_there_first(join: Join):
-    (ours, said), (theirs, _) = join(), join()
+def test_different_type_of_earlier_publisher_is_reported(join: Join):
+    (ours, our_reports), (theirs, _) = join(), join()
     theirs.create_publisher("/chatter", "std_msgs/msg/Int32")
     poll_until(ours, lambda: any(ours._discovery._discovered_endpoints.values()))
     ours.subscribe("/chatter", "std_msgs/msg/String", lambda _message: None)
-    assert [each.partition(":")[0] for each in said] == ["/chatter"]
+    assert [each.partition(":")[0] for each in our_reports] == ["/chatter"]
 
 
-def test_another_definition_of_the_type(join: Join, tmp_path: Path):
-    ours, said = join(a_package(tmp_path / "new", "float64 value\nstring unit\n"))
-    theirs, _ = join(a_package(tmp_path / "old", "float32 value\nstring unit\n"))
+def test_different_definition_of_type_is_reported(join: Join, tmp_path: Path):
+    ours, our_reports = join(write_package(tmp_path / "new", "float64 value\nstring unit\n"))
+    theirs, _ = join(write_package(tmp_path / "old", "float32 value\nstring unit\n"))
     ours.subscribe("/reading", "demo_msgs/msg/Reading", lambda _message: None)
     theirs.create_publisher("/reading", "demo_msgs/msg/Reading")
-    poll_until(ours, lambda: said)
-    (text,) = said
+    poll_until(ours, lambda: our_reports)
+    (text,) = our_reports
     assert text.startswith(
         "/reading: the definition of demo_msgs/msg/Reading at another node's publisher differs"
     )
@@ -87,36 +89,36 @@ def test_another_definition_of_the_type(join: Join, tmp_path: Path):
 
 
 @pytest.mark.parametrize(
-    ("offered", "wanted", "policy"),
+    ("offered", "requested", "policy"),
     [(LOSSY, QosProfile(), "RELIABILITY"), (QosProfile(), LATCHED, "DURABILITY")],
 )
-def test_quality_of_service_that_does_not_fit(
-    join: Join, offered: QosProfile, wanted: QosProfile, policy: str
+def test_incompatible_quality_of_service_is_reported(
+    join: Join, offered: QosProfile, requested: QosProfile, policy: str
 ):
-    (ours, said), (theirs, they_said) = join(), join()
-    ours.subscribe("/chatter", "std_msgs/msg/String", lambda _message: None, wanted)
+    (ours, our_reports), (theirs, their_reports) = join(), join()
+    ours.subscribe("/chatter", "std_msgs/msg/String", lambda _message: None, requested)
     theirs.create_publisher("/chatter", "std_msgs/msg/String", offered)
-    poll_until(ours, lambda: said)
-    poll_until(theirs, lambda: they_said)
+    poll_until(ours, lambda: our_reports)
+    poll_until(theirs, lambda: their_reports)
     end = f"so no messages arrive; see its QoS policy {policy}"
-    assert said == [f"/chatter: another node's publisher offers less than ours requests, {end}"]
-    assert they_said == [f"/chatter: another node's subscription requests more than ours offers, {end}"]
+    assert our_reports == [f"/chatter: another node's publisher offers less than ours requests, {end}"]
+    assert their_reports == [f"/chatter: another node's subscription requests more than ours offers, {end}"]
 
 
-def test_those_that_fit_say_nothing(join: Join):
-    (ours, said), (theirs, they_said) = join(), join()
+def test_compatible_endpoints_report_nothing(join: Join):
+    (ours, our_reports), (theirs, their_reports) = join(), join()
     got: list[Any] = []
     ours.subscribe("/chatter", "std_msgs/msg/String", got.append, LOSSY)
     ours.serve("/empty", "std_srvs/srv/Empty", lambda _request: {})
-    sends = theirs.create_publisher("/chatter", "std_msgs/msg/String", LATCHED)
+    publisher = theirs.create_publisher("/chatter", "std_msgs/msg/String", LATCHED)
     client = theirs.create_client("/empty", "std_srvs/srv/Empty")
-    poll_until(ours, lambda: sends.count_subscriptions() and client.has_server)
+    poll_until(ours, lambda: publisher.count_subscriptions() and client.has_server)
     for node in (ours, theirs):
         node._discovery.update()
-    assert said + they_said == []
+    assert our_reports + their_reports == []
 
 
-def test_why_nobody_serves(join: Join, domain: int):
+def test_missing_server_is_explained(join: Join, domain: int):
     ours, _ = join()
     client = ours.create_client("/beep", "std_srvs/srv/Trigger")
     here = f"the domain {domain + 12} on this host (reach: subnet includes further hosts)"
@@ -130,33 +132,35 @@ def test_why_nobody_serves(join: Join, domain: int):
     poll_until(ours, lambda: client.explain_missing_server() == "it is served as std_srvs/srv/SetBool")
 
 
-HEARD = """
+SUBSCRIBER = """
 import sys, time
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.transports.dds import DdsNode
 
 with DdsNode("far", Definitions(environment={}), int(sys.argv[1])) as node:
-    heard = []
-    node.subscribe("/chatter", "std_msgs/msg/String", heard.append)
+    messages = []
+    node.subscribe("/chatter", "std_msgs/msg/String", messages.append)
     end = time.monotonic() + float(sys.argv[2])
-    while not heard and time.monotonic() < end:
+    while not messages and time.monotonic() < end:
         node.poll(0.1)
-    print(len(heard))
+    print(len(messages))
 """
 
 
-@pytest.mark.parametrize(("reach", "seconds", "hears"), [("off", 3, "0"), ("localhost", 30, "1")])
-def test_without_discovery_nobody_is_found(
-    domain: int, monkeypatch: pytest.MonkeyPatch, reach: str, seconds: int, hears: str
+@pytest.mark.parametrize(("reach", "seconds", "received"), [("off", 3, "0"), ("localhost", 30, "1")])
+def test_discovery_range_limits_subscribers(
+    domain: int, monkeypatch: pytest.MonkeyPatch, reach: str, seconds: int, received: str
 ):
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", reach.upper())
     with DdsNode("near", Definitions(environment={}), domain + 16) as node:
-        says = node.create_publisher("/chatter", "std_msgs/msg/String")
-        command = [sys.executable, "-c", HEARD, str(domain + 16), str(seconds)]
+        publisher = node.create_publisher("/chatter", "std_msgs/msg/String")
+        command = [sys.executable, "-c", SUBSCRIBER, str(domain + 16), str(seconds)]
         environment = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-        with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True, cwd=ROOT) as other:
-            while other.poll() is None:
-                says.publish({"data": "x"})
+        with subprocess.Popen(
+            command, env=environment, stdout=subprocess.PIPE, text=True, cwd=ROOT
+        ) as subscriber:
+            while subscriber.poll() is None:
+                publisher.publish({"data": "x"})
                 node.poll(0.05)
-            assert other.stdout is not None
-            assert other.stdout.read().strip() == hears
+            assert subscriber.stdout is not None
+            assert subscriber.stdout.read().strip() == received

@@ -1,4 +1,4 @@
-"""The transport rclpy: mistakes, and all that ROS 2 does here once more in a sourced environment."""
+"""The transport rclpy: errors, and the tests of all transports in a sourced environment."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.settings import NodeSettings
 from cxbridge_ros2.transports.environment import has_rclpy
 from cxbridge_ros2.transports.rclpy import RclpyNode
-from ros2_tests.conftest import in_ros, needs_ros
+from ros2_tests.conftest import make_ros_command, needs_ros
 from tests.support import ROOT
 
 FAST = "fastrtps" in os.environ.get("RMW_IMPLEMENTATION", "")
 unsourced = pytest.mark.skipif(has_rclpy(), reason="a ROS 2 environment is sourced")
 
 
-def sourced(*command: str, timeout_s: float = 60) -> subprocess.CompletedProcess[str]:
-    """Run our Python in the environment of ROS."""
+def run_in_ros(*command: str, timeout_s: float = 60) -> subprocess.CompletedProcess[str]:
+    """Run this Python in the environment of ROS."""
     return subprocess.run(
-        in_ros(sys.executable, *command),
+        make_ros_command(sys.executable, *command),
         capture_output=True,
         text=True,
         timeout=timeout_s,
@@ -38,8 +38,8 @@ def sourced(*command: str, timeout_s: float = 60) -> subprocess.CompletedProcess
 
 
 @needs_ros
-def test_it_does_what_every_transport_does(domain: int):
-    done = sourced(
+def test_rclpy_passes_tests_of_all_transports(domain: int):
+    done = run_in_ros(
         *(
             "-m",
             "pytest",
@@ -53,20 +53,20 @@ def test_it_does_what_every_transport_does(domain: int):
     )
     assert done.returncode == 0, done.stdout
     if FAST:
-        return  # it has no services with the wheel of Cyclone DDS, which the peer is on
+        return  # services do not work between Fast DDS and the peer, which uses the wheel of Cyclone DDS
     assert "skipped" not in done.stdout, domain
     assert done.stdout.count(".") > 10
 
 
 @unsourced
-def test_without_a_sourced_environment_it_says_what_to_do():
+def test_error_without_sourced_environment_has_hint():
     with pytest.raises(Ros2Error, match="rclpy is not installed: ") as caught:
         RclpyNode("test", Definitions(environment={}))
     assert re.match(r"source the setup\.bash of a ROS 2 for Python 3", caught.value.hint or "")
 
 
 @unsourced
-def test_by_default_it_is_dds():
+def test_dds_is_default_without_sourced_environment():
     assert NodeSettings.parse({}, Path(), "the robot").transport == "dds"
     with pytest.raises(ConfigError, match="'reach' belongs to the transport dds, not to rclpy"):
         NodeSettings.parse({"transport": "rclpy", "reach": "subnet"}, Path(), "the robot")
@@ -76,8 +76,8 @@ SETTINGS = """
     from pathlib import Path
     from cxbridge_ros2.settings import NodeSettings
     cases = ({}, {"domain": 3}, {"reach": "subnet"})
-    made = [NodeSettings.parse(each, Path(), "x").transport for each in cases]
-    assert made == ["rclpy", "rclpy", "dds"], made
+    transports = [NodeSettings.parse(each, Path(), "x").transport for each in cases]
+    assert transports == ["rclpy", "rclpy", "dds"], transports
 """
 
 FIELDS = """
@@ -87,9 +87,9 @@ FIELDS = """
     from cxbridge_ros2.definitions import Definitions
     from cxbridge_ros2.transports.rclpy import RclpyNode
 
-    def error(made):
+    def error(make):
         try:
-            made()
+            make()
         except Ros2Error as error:
             return error.message
         raise AssertionError("no error")
@@ -120,15 +120,15 @@ ENDS = """
         node.create_client("/s", "std_srvs/srv/Trigger").close,
     ]
     ends[0]()
-    ends[0]()  # once more changes nothing
+    ends[0]()  # a second call has no effect
     node.close()
     node.close()
     for end in ends:
         end()
     got = []
     other.subscribe("/b", "std_msgs/msg/String", got.append)
-    mine = other.create_publisher("/b", "std_msgs/msg/String")
-    mine.publish({"data": "it lives"})
+    publisher = other.create_publisher("/b", "std_msgs/msg/String")
+    publisher.publish({"data": "alive"})
     while not got:
         other.poll(0.1)
     other.close()
@@ -155,7 +155,7 @@ LATER = """
         while time.monotonic() < end:
             server.poll(0.1)
             polls += 1
-        assert polls < 50, polls  # who answers later does not keep us busy
+        assert polls < 50, polls  # open requests do not keep the loop busy
         for number, (each, reply) in enumerate(waiting):
             reply({"success": each["data"], "message": str(number)})
         while len(got) < 2:
@@ -171,13 +171,13 @@ LATER = """
 
 @needs_ros
 @pytest.mark.parametrize("script", [SETTINGS, ENDS, LATER], ids=["settings", "ends", "later"])
-def test_in_a_sourced_environment(script: str):
-    done = sourced("-c", textwrap.dedent(script))
+def test_scripts_in_sourced_environment(script: str):
+    done = run_in_ros("-c", textwrap.dedent(script))
     assert (done.returncode, done.stderr) == (0, ""), done.stderr
 
 
 @needs_ros
-def test_types_that_are_not_those_of_the_environment(tmp_path: Path):
+def test_types_that_differ_from_environment_are_refused(tmp_path: Path):
     files = {
         "std_msgs/msg/Bool.msg": "bool data\nbool more\n",
         "example_interfaces/srv/AddTwoInts.srv": "int64 a\n---\nint64 sum\n",
@@ -189,11 +189,11 @@ def test_types_that_are_not_those_of_the_environment(tmp_path: Path):
         file.write_text(text)
         package = name.partition("/")[0]
         (tmp_path / package / "package.xml").write_text(f"<package><name>{package}</name></package>")
-    done = sourced("-c", textwrap.dedent(FIELDS), str(tmp_path))
+    done = run_in_ros("-c", textwrap.dedent(FIELDS), str(tmp_path))
     assert (done.returncode, done.stderr) == (0, ""), done.stderr
 
 
 @needs_ros
-def test_a_domain_that_there_is_not_is_one_error():
+def test_invalid_domain_is_refused():
     script = "from cxbridge_ros2.transports.rclpy import *; RclpyNode('a', Definitions(), 9999)"
-    assert "Ros2Error: the domain 9999 does not exist: the highest is 232" in sourced("-c", script).stderr
+    assert "Ros2Error: the domain 9999 does not exist: the highest is 232" in run_in_ros("-c", script).stderr

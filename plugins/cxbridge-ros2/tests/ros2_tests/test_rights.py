@@ -1,4 +1,4 @@
-"""Ways in of ROS 2 x operations x settings: a node on the domain tries each row of the table of rights."""
+"""The table of rights: a node on the domain tries each operation of ROS 2 with each setting."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.transports.dds import DdsNode
 from ros2_tests.conftest import poll_until
 from ros2_tests.experts.agents import AGENT, FAST
-from ros2_tests.experts.test_services import named
+from ros2_tests.experts.test_services import make_instance
 from tests.daemon.test_daemon import running
 from tests.support import share
 
@@ -61,149 +61,151 @@ ros2:
 
 BEYOND = ", 'tcp://0.0.0.0:*'"
 SETTINGS: dict[str, tuple[str, str, Right]] = {
-    "nothing": ("", "", Right.PROGRAMS),
+    "defaults": ("", "", Right.PROGRAMS),
     "remote-programs off": ("remote-programs: false", "", Right.CONTROL),
     "remote-control off": ("remote-control: false", "", Right.LOOK),
     "beyond the loopback": ("", BEYOND, Right.CONTROL),
     "remote-programs beyond the loopback": ("remote-programs: true", BEYOND, Right.PROGRAMS),
 }
-"""By their names: settings, another endpoint, and the highest right that clients have then."""
+"""By name: settings, a further endpoint, and the highest right of clients."""
 
 
 @dataclass
-class Asking:
-    """A node that asks a daemon, and the daemon's log."""
+class Session:
+    """A node that uses a daemon, and the log of the daemon."""
 
     node: DdsNode
     daemon: Daemon
     lines: list[str]
     clients: dict[str, Any] = field(default_factory=dict)
 
-    def until(self, condition: Callable[[], Any]) -> None:
+    def wait_until(self, condition: Callable[[], Any]) -> None:
         poll_until(self.node, condition)
 
     def call(self, service: str, kind: str, request: dict[str, Any] | None = None) -> Any:
         """Call a service, and return the response."""
         client = self.clients.get(service) or self.node.create_client(service, kind)
         self.clients[service] = client
-        self.until(lambda: client.has_server)
+        self.wait_until(lambda: client.has_server)
         got: list[Any] = []
         client.call(request or {}, got.append)
-        self.until(lambda: got)
+        self.wait_until(lambda: got)
         return got[0]
 
     def publish(
         self, topic: str, kind: str, message: Any, happened: Callable[[], Any], qos: str = "default"
     ) -> bool:
-        """Publish until something happens, or the daemon says that it refuses; return whether it happened."""
+        """Publish a message, wait for an effect or a logged refusal, and return whether the effect came."""
         publisher = self.node.create_publisher(topic, kind, PROFILES[qos])
-        self.until(publisher.count_subscriptions)
+        self.wait_until(publisher.count_subscriptions)
         publisher.publish(message)
         refusal = f"refused: {topic}:"
-        self.until(lambda: happened() or any(refusal in line for line in self.lines))
+        self.wait_until(lambda: happened() or any(refusal in line for line in self.lines))
         done = bool(happened())
         assert done is not any(refusal in line for line in self.lines)
         publisher.close()
         return done
 
 
-def _lifecycle(ask: Asking, frame: str) -> bool:
+def _lifecycle(session: Session, frame: str) -> bool:
     kind = f"lifecycle_msgs/srv/{_KINDS.get(frame, ''.join(map(str.capitalize, frame.split('_'))))}"
     if frame != "change_state":
-        return any(ask.call(f"/robot/{frame}", kind).values())
+        return any(session.call(f"/robot/{frame}", kind).values())
     done = [
-        ask.call(f"/robot/{frame}", kind, {"transition": {"label": label}})["success"]
+        session.call(f"/robot/{frame}", kind, {"transition": {"label": label}})["success"]
         for label in ("deactivate", "activate")
     ]
-    assert ask.daemon.state == "RUNNING"
+    assert session.daemon.state == "RUNNING"
     return all(done)
 
 
 _KINDS = {"get_transition_graph": "GetAvailableTransitions"}
 
 
-def _parameters(ask: Asking, frame: str) -> bool:
+def _parameters(session: Session, frame: str) -> bool:
     kind = f"rcl_interfaces/srv/{''.join(map(str.capitalize, frame.split('_')))}"
     value = {"name": "spec", "value": {"type": 4, "string_value": "other"}}
     request = {"parameters": [value]} if frame.startswith("set") else {"names": ["spec"]}
     if frame == "list_parameters":
         request = {}
-    response = ask.call(f"/robot/{frame}", kind, request)
+    response = session.call(f"/robot/{frame}", kind, request)
     if not frame.startswith("set"):
         return any(response.values())
     (result,) = response.get("results", [response.get("result")])
-    assert result["successful"] is False  # it is read-only
+    assert result["successful"] is False  # the parameter is read-only
     return "refused" not in result["reason"]
 
 
-def _cancel(ask: Asking) -> bool:
+def _cancel(session: Session) -> bool:
     request = {"goal_info": {"goal_id": {"uuid": bytes(15) + b"\1"}}}
-    code = ask.call("/skiller/execute/_action/cancel_goal", "action_msgs/srv/CancelGoal", request)
+    code = session.call("/skiller/execute/_action/cancel_goal", "action_msgs/srv/CancelGoal", request)
     return bool(code["return_code"] == CancelCode.UNKNOWN_GOAL_ID)
 
 
-def _get_result(ask: Asking) -> bool:
+def _get_result(session: Session) -> bool:
     kind = EXEC_SKILL_ACTION + "_GetResult"
     request = {"goal_id": {"uuid": bytes(15) + b"\1"}}
-    return bool(ask.call("/skiller/execute/_action/get_result", kind, request)["status"] == 0)
+    return bool(session.call("/skiller/execute/_action/get_result", kind, request)["status"] == 0)
 
 
-def _execute(ask: Asking) -> bool:
-    with ActionClient(ask.node, "/skiller/execute", EXEC_SKILL_ACTION) as client:
-        ask.until(lambda: client.has_server)
+def _execute(session: Session) -> bool:
+    with ActionClient(session.node, "/skiller/execute", EXEC_SKILL_ACTION) as client:
+        session.wait_until(lambda: client.has_server)
         sent = client.send({"skill_string": 'error("evaluated " .. 1 + 1)', "steal": True})
-        ask.until(lambda: sent.is_over)
+        session.wait_until(lambda: sent.is_over)
         evaluated = "evaluated 2" in str(sent.result)
         assert evaluated is bool(sent.is_accepted)
         return evaluated
 
 
-def _write(ask: Asking) -> bool:
-    battery = ask.daemon.board.open_for_reading("BatteryInterface", "Robot")
+def _write(session: Session) -> bool:
+    battery = session.daemon.board.open_for_reading("BatteryInterface", "Robot")
 
     def is_written() -> bool:
         battery.read()
         return int(battery.get("current")) == 7
 
     topic = "/blackboard/BatteryInterface/Robot"
-    return ask.publish(topic, make_ros_message_type("BatteryInterface"), {"current": 7}, is_written)
+    return session.publish(topic, make_ros_message_type("BatteryInterface"), {"current": 7}, is_written)
 
 
-def _transforms(ask: Asking, topic: str) -> bool:
+def _transforms(session: Session, topic: str) -> bool:
     frame = f"of{topic.replace('/', '_')}"
     transform = {
         "header": {"frame_id": "map"},
         "child_frame_id": frame,
         "transform": {"rotation": {"w": 1.0}},
     }
-    there = partial(ask.daemon.board.list, "TransformInterface", f"*{frame}")
-    return ask.publish(topic, TF_MESSAGE_TYPE, {"transforms": [transform]}, there, topic[1:])
+    is_written = partial(session.daemon.board.list, "TransformInterface", f"*{frame}")
+    return session.publish(topic, TF_MESSAGE_TYPE, {"transforms": [transform]}, is_written, topic[1:])
 
 
-def _word(ask: Asking) -> bool:
+def _send_hub_message(session: Session) -> bool:
     protocol = PROTOCOL
-    said: list[int] = []
-    end = ask.node.subscribe(protocol.topic, protocol.message_type, lambda each: said.append(each["type"]))
-    word = HubMessage(MessageKind.REQUEST, "asks", ActionKey("wave", ("a",)))
-    heard = ask.publish(
-        protocol.topic, protocol.message_type, protocol.encode(word), lambda: MessageKind.RESPONSE in said
+    kinds: list[int] = []
+    end = session.node.subscribe(
+        protocol.topic, protocol.message_type, lambda each: kinds.append(each["type"])
+    )
+    message = HubMessage(MessageKind.REQUEST, "asks", ActionKey("wave", ("a",)))
+    is_answered = session.publish(
+        protocol.topic, protocol.message_type, protocol.encode(message), lambda: MessageKind.RESPONSE in kinds
     )
     end()
-    return heard
+    return is_answered
 
 
-def _expert(ask: Asking, frame: str) -> bool:
-    client = ExpertClient(ask.node, RealClock(), "", server_timeout_s=20.0)
+def _expert(session: Session, frame: str) -> bool:
+    client = ExpertClient(session.node, RealClock(), "", server_timeout_s=20.0)
     if frame == "read":
         return bool(client.call("/problem_expert/get_problem")["success"])
     if frame == "change":
-        response = client.call("/problem_expert/add_problem_instance", named("attic", "room"))
+        response = client.call("/problem_expert/add_problem_instance", make_instance("attic", "room"))
         assert response["success"] is ("attic" in client.request("/problem_expert/get_problem")["problem"])
         return bool(response["success"])
     return not client.call("/planner/get_plan")["error_info"].startswith("refused")
 
 
-PROBES: dict[tuple[str, str], Callable[[Asking], bool]] = {
+PROBES: dict[tuple[str, str], Callable[[Session], bool]] = {
     **{
         (name, each): partial(_lifecycle, frame=each)
         for name in ["ros2-lifecycle"]
@@ -219,13 +221,13 @@ PROBES: dict[tuple[str, str], Callable[[Asking], bool]] = {
     ("ros2-interfaces", "write"): _write,
     ("ros2-tf", "/tf"): partial(_transforms, topic="/tf"),
     ("ros2-tf", "/tf_static"): partial(_transforms, topic="/tf_static"),
-    ("ros2-performers", "word"): _word,
+    ("ros2-performers", "word"): _send_hub_message,
     **{("ros2-experts", each): partial(_expert, frame=each) for each in ("read", "change", "plan")},
 }
-"""How each row of the table is asked for; returns whether it was done."""
+"""The probe of each row of the table, which returns whether the operation was done."""
 
 
-def test_each_row_of_ros_is_probed():
+def test_each_ros_row_of_table_has_probe():
     rows = {
         (name, frame) for name, frames in FRAME_RIGHTS.items() if name.startswith("ros2-") for frame in frames
     }
@@ -233,7 +235,7 @@ def test_each_row_of_ros_is_probed():
 
 
 @contextmanager
-def asking(folder: Path, domain: int, settings: str, endpoint: str) -> Iterator[Asking]:
+def open_session(folder: Path, domain: int, settings: str, endpoint: str) -> Iterator[Session]:
     text = next(AGENT.glob("*.yaml")).read_text().replace("clips-dirs: []", f"clips-dirs: ['{AGENT}']")
     text += FAST + CONFIG.replace("FOLDER", str(folder)).replace("DOMAIN", str(domain + 4))
     text = text.replace("MORE_ENDPOINT", endpoint).replace("SETTINGS", settings)
@@ -246,37 +248,39 @@ def asking(folder: Path, domain: int, settings: str, endpoint: str) -> Iterator[
         running(DaemonOptions(config=file)) as (daemon, lines, _),
         DdsNode("asks", types, domain + 4) as node,
     ):
-        yield Asking(node, daemon, lines)
+        yield Session(node, daemon, lines)
 
 
 @pytest.mark.parametrize("name", share(SETTINGS, 2))
-def test_each_way_in_asks_the_table(name: str, domain: int, tmp_path: Path):
+def test_each_operation_follows_table_of_rights(name: str, domain: int, tmp_path: Path):
     settings, endpoint, highest = SETTINGS[name]
-    with asking(tmp_path, domain, settings, endpoint) as ask:
+    with open_session(tmp_path, domain, settings, endpoint) as session:
         for (protocol, frame), probe in PROBES.items():
             allowed = right_of_frame(protocol, frame) <= highest
-            assert (protocol, frame, probe(ask)) == (protocol, frame, allowed)
-        of_skills = ask.daemon.settings.rights.message_right(*EXEC_SKILL)
-        assert of_skills is Right.PROGRAMS
-        assert _execute(ask) is (highest is Right.PROGRAMS)
-        check_skill_strings(ask, highest, tmp_path)
+            assert (protocol, frame, probe(session)) == (protocol, frame, allowed)
+        skill_right = session.daemon.settings.rights.message_right(*EXEC_SKILL)
+        assert skill_right is Right.PROGRAMS
+        assert _execute(session) is (highest is Right.PROGRAMS)
+        check_skill_strings(session, highest, tmp_path)
 
 
-def check_skill_strings(ask: Asking, highest: Right, folder: Path) -> None:
-    """Skill strings are programs over ZeroMQ and Fawkes' port, too."""
+def check_skill_strings(session: Session, highest: Right, folder: Path) -> None:
+    """Check that skill strings over ZeroMQ and Fawkes' port need the right to run programs."""
     from cxbridge_fawkes.network.messages import blackboard as bb
     from fawkes_tests.network.raw import RawClient
 
-    may = highest is Right.PROGRAMS
+    is_allowed = highest is Right.PROGRAMS
     registry = InterfaceRegistry()
     with ExitStack() as stack:
         board = stack.enter_context(open_blackboard(f"ipc://{folder}/bb", registry, RealClock()))
         skiller = stack.enter_context(board.open_for_reading("SkillerInterface", "Skiller"))
         message = skiller.create_message("ExecSkillMessage")
         message.set("skill_string", "print(1)")
-        with nullcontext() if may else pytest.raises(CxbridgeError, match="refused"):
+        with nullcontext() if is_allowed else pytest.raises(CxbridgeError, match="refused"):
             skiller.msgq_enqueue(message)
-        port = int(next(url for url in ask.daemon.endpoints if url.startswith("fawkes")).rpartition(":")[2])
+        port = int(
+            next(url for url in session.daemon.endpoints if url.startswith("fawkes")).rpartition(":")[2]
+        )
         client = stack.enter_context(RawClient(port))
         of_skiller = registry.get("SkillerInterface")
         opened = client.ask(bb.Open("SkillerInterface", "Skiller", of_skiller.SCHEMA.hash, writing=False))
@@ -286,4 +290,4 @@ def check_skill_strings(ask: Asking, highest: Right, folder: Path) -> None:
         client.send(sent_to.to_bytes())
         refusal = "ExecSkillMessage to SkillerInterface"
         client.ask(bb.Open("SkillerInterface", "Skiller", of_skiller.SCHEMA.hash, writing=False))
-        assert any(refusal in line for line in ask.lines) is not may
+        assert any(refusal in line for line in session.lines) is not is_allowed

@@ -1,4 +1,4 @@
-"""A rosbridge that does not answer, is another program, goes away, or sends wrong messages."""
+"""A rosbridge that is unreachable, closes the connection, or sends invalid messages."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.settings import NodeSettings
 from cxbridge_ros2.transports.rosbridge import RosbridgeNode, connection
 from cxbridge_ros2.transports.rosbridge.connection import RosbridgeConnection
-from ros2_tests.conftest import poll_until, until
+from ros2_tests.conftest import poll_until, wait_until
 from ros2_tests.peer import PACKAGES
 
 FIBONACCI = "example_interfaces/action/Fibonacci"
 
 
-class Script:
-    """A server that notes its messages, and sends those of a test."""
+class ScriptedServer:
+    """A server that records received messages, and sends messages of a test."""
 
     def __init__(self, port: int = 0) -> None:
         self.got: list[dict[str, Any]] = []
@@ -60,59 +60,59 @@ class Script:
 
 
 @pytest.fixture
-def script() -> Iterator[Script]:
-    made = Script()
-    yield made
-    made.close()
+def server() -> Iterator[ScriptedServer]:
+    instance = ScriptedServer()
+    yield instance
+    instance.close()
 
 
 @pytest.fixture
-def node(script: Script) -> Iterator[RosbridgeNode]:
-    with a_node(script.port) as made:
-        yield made
+def node(server: ScriptedServer) -> Iterator[RosbridgeNode]:
+    with make_node(server.port) as instance:
+        yield instance
 
 
-def a_node(port: int) -> RosbridgeNode:
+def make_node(port: int) -> RosbridgeNode:
     return RosbridgeNode("test", Definitions([PACKAGES], environment={}), f"ws://127.0.0.1:{port}")
 
 
 @pytest.mark.parametrize("url", ["http://robot", "robot:9090", "", "ws://127.0.0.1:1", "ws://[::bad"])
-def test_a_bridge_that_is_not_there(url: str):
+def test_unreachable_bridge_is_reported_with_hint(url: str):
     with pytest.raises(Ros2Error) as caught:
         RosbridgeNode("test", Definitions(environment={}), url)
     assert caught.value.hint
 
 
-def test_a_server_that_is_no_bridge():
+def test_server_of_other_protocol_is_reported():
     with HTTPServer(("127.0.0.1", 0), BaseHTTPRequestHandler) as server:
         thread = threading.Thread(target=server.handle_request)
         thread.start()
         with pytest.raises(Ros2Error, match="cannot connect to the rosbridge at ws://"):
-            a_node(server.server_port)
+            make_node(server.server_port)
         thread.join()
 
 
-def test_what_was_asked_for_is_asked_for_again(script: Script, node: RosbridgeNode):
+def test_node_registers_endpoints_again_after_reconnection(server: ScriptedServer, node: RosbridgeNode):
     node.subscribe("/a", "std_msgs/msg/String", lambda _: None)
     ended = node.subscribe("/b", "std_msgs/msg/String", lambda _: None)
     node.create_publisher("/c", "std_msgs/msg/String")
     node.serve("/d", "std_srvs/srv/Trigger", lambda _: {})
     ended()
-    poll_until(node, lambda: "unsubscribe" in script.ops())
-    script.got.clear()
-    script.sockets[-1].close()
-    poll_until(node, lambda: len(script.got) >= 3)
-    assert script.ops() == ["subscribe", "advertise", "advertise_service"]
-    assert script.got[0]["topic"] == "/a"
+    poll_until(node, lambda: "unsubscribe" in server.ops())
+    server.got.clear()
+    server.sockets[-1].close()
+    poll_until(node, lambda: len(server.got) >= 3)
+    assert server.ops() == ["subscribe", "advertise", "advertise_service"]
+    assert server.got[0]["topic"] == "/a"
 
 
-def test_a_loss_is_the_end_of_what_is_under_way(script: Script, node: RosbridgeNode):
+def test_lost_connection_ends_calls_and_goals(server: ScriptedServer, node: RosbridgeNode):
     reasons: list[str] = []
     node.create_client("/d", "std_srvs/srv/Trigger").call({}, lambda _: None, reasons.append)
     client = ActionClient(node, "/count", FIBONACCI)
     sent = client.send({"order": 3})
     poll_until(node, lambda: sent.is_accepted)
-    script.sockets[-1].close()
+    server.sockets[-1].close()
     poll_until(node, lambda: sent.is_over and reasons)
     assert sent.status is GoalStatus.ABORTED
     assert reasons == [sent.reason] == ["the connection to the rosbridge was lost"]
@@ -130,26 +130,26 @@ def test_a_loss_is_the_end_of_what_is_under_way(script: Script, node: RosbridgeN
         '{"op": "cxbridge: lost", "x": ' + "[" * 5000 + "]" * 5000 + "}",
     ],
 )
-def test_what_a_bridge_should_not_send(script: Script, node: RosbridgeNode, text: str):
+def test_invalid_messages_of_bridge_are_ignored(server: ScriptedServer, node: RosbridgeNode, text: str):
     got: list[Any] = []
     node.subscribe("/a", "std_msgs/msg/String", got.append)
     node.serve("/d", "std_srvs/srv/SetBool", lambda _: {})
     client = ActionClient(node, "/count", FIBONACCI)
     sent = client.send({"order": 3})
     poll_until(node, lambda: sent.is_accepted)
-    poll_until(node, lambda: "send_action_goal" in script.ops())
-    script.send(text)
-    script.send('{"op": "publish", "topic": "/a", "msg": {"data": "still here"}}')
+    poll_until(node, lambda: "send_action_goal" in server.ops())
+    server.send(text)
+    server.send('{"op": "publish", "topic": "/a", "msg": {"data": "still here"}}')
     poll_until(node, lambda: {"data": "still here"} in got)
 
 
-def test_a_message_that_is_too_large_ends_the_connection(script: Script, monkeypatch: pytest.MonkeyPatch):
-    """The limit is that of the unpacked message: websockets pack by deflate."""
+def test_too_large_message_ends_connection(server: ScriptedServer, monkeypatch: pytest.MonkeyPatch):
+    """The limit is for the unpacked message, because websockets compress messages."""
     monkeypatch.setattr(connection, "MAX_MESSAGE_BYTES", 2**20)
-    client = RosbridgeConnection(f"ws://127.0.0.1:{script.port}")
-    until(lambda: script.sockets, partial(time.sleep, 0.01))
+    client = RosbridgeConnection(f"ws://127.0.0.1:{server.port}")
+    wait_until(lambda: server.sockets, partial(time.sleep, 0.01))
     for op in ({"op": "small"}, {"op": "large", "msg": " " * 2**21}):
-        script.send(json.dumps(op))
+        server.send(json.dumps(op))
     ops: list[str] = []
     while "" not in ops:
         ops += [str(op["op"]) for op in client.receive(30)]
@@ -168,6 +168,6 @@ def test_a_message_that_is_too_large_ends_the_connection(script: Script, monkeyp
         ({"url": "ws://robot"}, "'url' belongs to the transport rosbridge, not to dds"),
     ],
 )
-def test_settings_that_do_not_go_together(values: dict[str, Any], message: str):
+def test_contradicting_settings_are_refused(values: dict[str, Any], message: str):
     with pytest.raises(ConfigError, match=message):
         NodeSettings.parse(values, Path(), "the robot")

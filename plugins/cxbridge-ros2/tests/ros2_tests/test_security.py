@@ -1,4 +1,4 @@
-"""DDS security: the transport dds refuses to do without the security that the environment enforces."""
+"""DDS security, which the transport dds lacks."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.transports.dds import DdsNode
 
 
-def test_dds_by_the_wheel_does_not_go_without(monkeypatch: pytest.MonkeyPatch, domain: int):
+def test_dds_refuses_to_start_with_enforced_security(monkeypatch: pytest.MonkeyPatch, domain: int):
     monkeypatch.setenv("ROS_SECURITY_ENABLE", "true")
     monkeypatch.setenv("ROS_SECURITY_STRATEGY", "Enforce")
     with pytest.raises(Ros2Error, match="built without DDS security") as raised:
@@ -19,10 +19,12 @@ def test_dds_by_the_wheel_does_not_go_without(monkeypatch: pytest.MonkeyPatch, d
     assert raised.value.hint == "use the transport rclpy in a sourced ROS 2"
 
 
-def test_where_it_may_go_without_it_says_so(monkeypatch: pytest.MonkeyPatch, domain: int):
+def test_dds_without_enforced_security_reports_missing_encryption(
+    monkeypatch: pytest.MonkeyPatch, domain: int
+):
     monkeypatch.setenv("ROS_SECURITY_ENABLE", "true")
-    said: list[str] = []
-    with DdsNode("one", Definitions(environment={}), domain + 17, report=said.append):
-        assert [each.rpartition(", so no data is encrypted")[1] for each in said] == [
+    reports: list[str] = []
+    with DdsNode("one", Definitions(environment={}), domain + 17, report=reports.append):
+        assert [each.rpartition(", so no data is encrypted")[1] for each in reports] == [
             ", so no data is encrypted"
         ]

@@ -1,4 +1,4 @@
-"""What every transport does, against peers that are ours and those of the real rclpy."""
+"""The tests of all transports, with peers of cxbridge and of the real rclpy."""
 
 from __future__ import annotations
 
@@ -38,35 +38,35 @@ from cxbridge_ros2.transports.rclpy import RclpyNode
 from cxbridge_ros2.transports.rosbridge import RosbridgeNode
 from ros2_tests.conftest import (
     HERE,
-    forked,
     free_port,
+    make_ros_python_command,
     needs_ros,
     poll_until,
-    until,
+    run_module,
     wait_for_port,
-    with_ros,
+    wait_until,
 )
 from ros2_tests.peer import ABORTED, PACKAGES
 
-COUNT = 200
-AT_ONCE = 8  # a server of rclpy keeps ten requests
+MESSAGE_COUNT = 200
+OPEN_CALLS = 8  # the queue of an rclpy server has ten requests
 FIBONACCI = "example_interfaces/action/Fibonacci"
 
 
 ROSBRIDGE = os.environ.get("ROSBRIDGE", "")
-"""A command that starts a real rosbridge; the port is added."""
+"""A command that starts the real rosbridge, without the port."""
 
 
-REAL = "real rosbridge"
+REAL_ROSBRIDGE = "real rosbridge"
 RCLPY = "by rclpy"
 
 
 @contextmanager
-def a_bridge(kind: str) -> Iterator[str]:
-    """Start a rosbridge; its URL."""
+def run_bridge(kind: str) -> Iterator[str]:
+    """Run a rosbridge, and return its URL."""
     port = free_port()
     if kind == "rosbridge":
-        with forked("ros2_tests.bridge", str(port)):
+        with run_module("ros2_tests.bridge", str(port)):
             yield f"ws://127.0.0.1:{port}"
         return
     command = [*shlex.split(ROSBRIDGE), str(port)]
@@ -88,7 +88,7 @@ def a_bridge(kind: str) -> Iterator[str]:
         ),
         "rosbridge",
         pytest.param(
-            REAL,
+            REAL_ROSBRIDGE,
             marks=pytest.mark.skipif(not ROSBRIDGE, reason="ROSBRIDGE names no command that starts one"),
         ),
     ],
@@ -108,43 +108,43 @@ def node(domain: int, transport: str) -> Iterator[Node]:
         with RclpyNode("test", types) as node:
             yield node
         return
-    with a_bridge(transport) as url, RosbridgeNode("test", types, url) as bridged:
+    with run_bridge(transport) as url, RosbridgeNode("test", types, url) as bridged:
         yield bridged
 
 
-def test_each_message_comes_back_once_and_in_order(node: Node, peer: str):
+def test_each_message_returns_once_in_order(node: Node, peer: str):
     got: list[str] = []
-    many = QosProfile(depth=COUNT)
-    end = node.subscribe("/back", "std_msgs/msg/String", lambda each: got.append(each["data"]), many)
-    there = node.create_publisher("/there", "std_msgs/msg/String", many)
-    poll_until(node, there.count_subscriptions)
-    while not got:  # until the peer has found our subscription
-        there.publish({"data": "first"})
+    profile = QosProfile(depth=MESSAGE_COUNT)
+    end = node.subscribe("/back", "std_msgs/msg/String", lambda each: got.append(each["data"]), profile)
+    publisher = node.create_publisher("/there", "std_msgs/msg/String", profile)
+    poll_until(node, publisher.count_subscriptions)
+    while not got:  # until the peer has found the subscription
+        publisher.publish({"data": "first"})
         node.poll(0.1)
-    sent = [f"message {number} äö\t" for number in range(COUNT)]
+    sent = [f"message {number} äö\t" for number in range(MESSAGE_COUNT)]
     for each in sent:
-        there.publish({"data": each})
+        publisher.publish({"data": each})
         poll_until(node, partial(got.__contains__, each))
     assert [each for each in got if each != "first"] == sent
     end()
-    there.close()
+    publisher.close()
 
 
-def test_each_call_of_a_service_has_its_answer(node: Node, peer: str):
+def test_each_call_of_service_gets_its_response(node: Node, peer: str):
     add = node.create_client("/add", "example_interfaces/srv/AddTwoInts")
     poll_until(node, lambda: add.has_server)
     first: list[object] = []
-    while not first:  # a bridge refuses calls of a service that it has not found yet
+    while not first:  # a bridge refuses calls before it has found the service
         refused: list[str] = []
         add.call({"a": 1, "b": 1}, first.append, refused.append)
-        poll_until(node, lambda: first or refused)  # noqa: B023 - it is over before the next one
+        poll_until(node, lambda: first or refused)  # noqa: B023 - the loop waits for the end of the call
     answers: dict[int, int] = {}
-    for number in range(COUNT):
+    for number in range(MESSAGE_COUNT):
         add.call({"a": number, "b": 2**40}, lambda each: answers.update({each["sum"] - 2**40: each["sum"]}))
-        if number >= AT_ONCE:
-            poll_until(node, partial(answers.__contains__, number - AT_ONCE), 30)
-    poll_until(node, lambda: len(answers) == COUNT, 60)
-    assert answers == {number: number + 2**40 for number in range(COUNT)}
+        if number >= OPEN_CALLS:
+            poll_until(node, partial(answers.__contains__, number - OPEN_CALLS), 30)
+    poll_until(node, lambda: len(answers) == MESSAGE_COUNT, 60)
+    assert answers == {number: number + 2**40 for number in range(MESSAGE_COUNT)}
     add.close()
 
 
@@ -156,78 +156,78 @@ def count(node: Node, peer: str) -> Iterator[ActionClient]:
         yield client
 
 
-def play(node: Node, sent: SentGoal) -> SentGoal:
+def wait_for_end(node: Node, sent: SentGoal) -> SentGoal:
     poll_until(node, lambda: sent.is_over)
     return sent
 
 
-def test_a_goal_is_accepted_tells_how_far_it_is_and_succeeds(node: Node, count: ActionClient):
+def test_accepted_goal_has_feedback_and_result(node: Node, count: ActionClient):
     end_s = time.monotonic() + 30
     feedback: object = None
     result = {"sequence": [0, 1, 1, 2, 3, 5, 8]}
-    while feedback != result and time.monotonic() < end_s:  # ROS loses it until the server has found us
-        sent = play(node, count.send({"order": 6}))
+    while (
+        feedback != result and time.monotonic() < end_s
+    ):  # ROS loses feedback until the server has found the client
+        sent = wait_for_end(node, count.send({"order": 6}))
         assert sent.status is GoalStatus.SUCCEEDED
         assert sent.result == result
         feedback = sent.feedback
     assert feedback == result
 
 
-def test_a_goal_is_rejected(node: Node, count: ActionClient, transport: str):
-    if transport == REAL:
-        pytest.skip("the real rosbridge never answers a goal that is rejected")
-    sent = play(node, count.send({"order": -1}))
+def test_rejected_goal_has_no_result(node: Node, count: ActionClient, transport: str):
+    if transport == REAL_ROSBRIDGE:
+        pytest.skip("the real rosbridge does not answer rejected goals")
+    sent = wait_for_end(node, count.send({"order": -1}))
     assert sent.is_accepted is False or sent.reason == "Action goal was rejected"
     assert not sent.result
 
 
-def test_a_goal_is_aborted(node: Node, count: ActionClient):
-    sent = play(node, count.send({"order": ABORTED}))
+def test_aborted_goal_has_result(node: Node, count: ActionClient):
+    sent = wait_for_end(node, count.send({"order": ABORTED}))
     assert sent.status is GoalStatus.ABORTED
     assert sent.result is not None
     assert len(sent.result["sequence"]) == ABORTED + 1
 
 
-def test_a_goal_is_cancelled(node: Node, count: ActionClient):
+def test_cancelled_goal_has_partial_result(node: Node, count: ActionClient):
     sent = count.send({"order": 1000})
     poll_until(node, lambda: sent.feedback)
     sent.cancel()
-    play(node, sent)
+    wait_for_end(node, sent)
     assert sent.status is GoalStatus.CANCELED
     assert sent.result is not None
     assert 2 < len(sent.result["sequence"]) < 1000
 
 
 @pytest.mark.parametrize("is_known", [False, True])
-def test_a_goal_is_cancelled_in_the_moment_it_is_sent_or_accepted(
-    node: Node, count: ActionClient, is_known: bool
-):
+def test_goal_is_cancelled_right_after_send_or_acceptance(node: Node, count: ActionClient, is_known: bool):
     sent = count.send({"order": 1000})
     if is_known:
         poll_until(node, lambda: sent.is_accepted)
     sent.cancel()
-    play(node, sent)
+    wait_for_end(node, sent)
     assert sent.status is GoalStatus.CANCELED
 
 
-def test_a_goal_that_is_over_is_not_cancelled(node: Node, count: ActionClient):
+def test_cancel_of_ended_goal_is_refused(node: Node, count: ActionClient):
     if isinstance(node, RosbridgeNode):
         pytest.skip("a rosbridge reports nothing about goals that are over")
-    sent = play(node, count.send({"order": 2}))
+    sent = wait_for_end(node, count.send({"order": 2}))
     sent.cancel()
     poll_until(node, lambda: sent.cancel_refusal)
     assert sent.cancel_refusal in (CancelCode.GOAL_TERMINATED, CancelCode.REJECTED)
 
 
-def test_many_goals_at_once_each_have_their_result(node: Node, count: ActionClient):
+def test_parallel_goals_have_separate_results(node: Node, count: ActionClient):
     sent = [count.send({"order": number}) for number in range(1, 9)]
     for each in sent:
-        play(node, each)
+        wait_for_end(node, each)
     assert [len(each.result["sequence"]) for each in sent if each.result] == [2, *range(3, 10)]
 
 
 @pytest.mark.parametrize("distribution", DISTRIBUTIONS)
-def test_services_work_with_the_types_of_each_distribution(domain: int, distribution: str):
+def test_services_work_with_types_of_each_distribution(domain: int, distribution: str):
     types = Definitions([PACKAGES], distribution, environment={})
     with DdsNode("server", types, domain + 5) as node:
         node.serve("/sum", "example_interfaces/srv/AddTwoInts", lambda each: {"sum": each["a"] + each["b"]})
@@ -239,70 +239,72 @@ def test_services_work_with_the_types_of_each_distribution(domain: int, distribu
         client.close()
 
 
-def test_a_subscription_that_has_ended_wakes_nobody(node: Node):
+def test_ended_subscription_does_not_wake_poll(node: Node):
     got: list[object] = []
     end = node.subscribe("/mine", "std_msgs/msg/String", got.append)
-    mine = node.create_publisher("/mine", "std_msgs/msg/String")
-    mine.publish({"data": "one"})
+    publisher = node.create_publisher("/mine", "std_msgs/msg/String")
+    publisher.publish({"data": "one"})
     poll_until(node, lambda: got)
     end()
-    mine.publish({"data": "two"})
+    publisher.publish({"data": "two"})
     end_s, polls = time.monotonic() + 0.5, 0
     while time.monotonic() < end_s:
         node.poll(0.05)
         polls += 1
-    assert polls < 50  # ten, and some for messages of other nodes; a thousand when it is woken all the time
+    assert (
+        polls < 50
+    )  # ten, and more for messages of further nodes; about a thousand if the subscription wakes each poll
     assert [each for each in got if each != {"data": "one"}] == []
-    mine.close()
+    publisher.close()
 
 
-def test_requests_and_messages_without_the_right_reach_nobody(node: Node, monkeypatch: pytest.MonkeyPatch):
-    """Whatever the transport is: what names no right needs the highest."""
+def test_requests_and_messages_without_right_are_refused(node: Node, monkeypatch: pytest.MonkeyPatch):
+    """An endpoint without a right needs the highest right, on all transports."""
     refused: list[str] = []
     monkeypatch.setattr(node, "rights", Rights(control=True, programs=False))
     monkeypatch.setattr(node, "complain", lambda _kind, text: refused.append(text))
-    asked: list[Any] = []
+    received: list[Any] = []
 
     def add(request: Any) -> dict[str, int]:
-        asked.append(request)
+        received.append(request)
         return {"sum": request["a"] + request["b"]}
 
     kind = "example_interfaces/srv/AddTwoInts"
     ends = [
         node.serve("/open_service", kind, add, right=Right.CONTROL),
         node.serve("/forgotten_service", kind, add, make_refusal=lambda _request, _reason: {"sum": -1}),
-        node.subscribe("/here", "std_msgs/msg/String", asked.append, right=Right.CONTROL),
-        node.subscribe("/here", "std_msgs/msg/String", asked.append),
+        node.subscribe("/here", "std_msgs/msg/String", received.append, right=Right.CONTROL),
+        node.subscribe("/here", "std_msgs/msg/String", received.append),
     ]
     for service, answer in (("/open_service", 3), ("/forgotten_service", -1)):
         client = node.create_client(service, kind)
         got: list[Any] = []
         while not got:
-            poll_until(node, lambda: client.has_server)  # noqa: B023 - it is over before the next one
-            failed: list[str] = []  # a bridge refuses calls of a service that it has not found yet
+            poll_until(node, lambda: client.has_server)  # noqa: B023 - the loop waits for the end of the call
+            failed: list[str] = []  # a bridge refuses calls before it has found the service
             client.call({"a": 1, "b": 2}, got.append, failed.append)
             poll_until(node, lambda: got or failed)  # noqa: B023
         assert got[0] == {"sum": answer}
         client.close()
-    assert [each for each in asked if "a" not in each] == []
-    asked.clear()
-    here = node.create_publisher("/here", "std_msgs/msg/String")
-    poll_until(node, here.count_subscriptions)
-    here.publish({"data": "one"})
-    poll_until(node, lambda: asked and any(text.startswith("refused: /here: ") for text in refused))
-    assert asked == [{"data": "one"}]
+    assert [each for each in received if "a" not in each] == []
+    received.clear()
+    publisher = node.create_publisher("/here", "std_msgs/msg/String")
+    poll_until(node, publisher.count_subscriptions)
+    publisher.publish({"data": "one"})
+    poll_until(node, lambda: received and any(text.startswith("refused: /here: ") for text in refused))
+    assert received == [{"data": "one"}]
     assert any(text.startswith("refused: /forgotten_service: ") for text in refused)
     for end in ends:
         end()
-    here.close()
+    publisher.close()
 
 
 @needs_ros
-def test_rclpy_uses_what_we_serve(peer: str, transport: str):
+def test_rclpy_node_uses_our_endpoints(peer: str, transport: str):
     if transport != "dds":
-        pytest.skip("the peer is reached as on DDS")
+        pytest.skip("only DDS reaches the peer")
     done = subprocess.run(
-        with_ros(str(HERE / "with_rclpy/user.py"), str(COUNT)),
+        make_ros_python_command(str(HERE / "with_rclpy/user.py"), str(MESSAGE_COUNT)),
         capture_output=True,
         text=True,
         timeout=60,
@@ -310,8 +312,8 @@ def test_rclpy_uses_what_we_serve(peer: str, transport: str):
     )
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
-    assert found["got"] == [f"message {number}" for number in range(COUNT)]
-    assert found["sums"] == list(range(1, COUNT + 1))
+    assert found["got"] == [f"message {number}" for number in range(MESSAGE_COUNT)]
+    assert found["sums"] == list(range(1, MESSAGE_COUNT + 1))
     goals = found["goals"]
     assert goals["done"] | {"feedback": 4} == {
         "accepted": True,
@@ -336,16 +338,16 @@ def test_rclpy_uses_what_we_serve(peer: str, transport: str):
     assert not done.stderr, f"{peer}: {done.stderr}"
 
 
-def test_a_domain_is_gone_with_its_last_node(domain: int):
+def test_domain_is_closed_with_last_node(domain: int):
     nodes = [DdsNode(name, Definitions(environment={}), domain + 4) for name in ("first", "second")]
     for node in nodes:
         assert domain + 4 in _domains
         node.close()
-        node.close()  # once more changes nothing
+        node.close()  # a second call has no effect
     assert domain + 4 not in _domains
 
 
-def test_a_domain_ends_when_the_garbage_collector_takes_a_node(domain: int):
+def test_garbage_collection_of_node_closes_domain(domain: int):
     for _ in range(3):
         with DdsNode("one", Definitions(environment={}), domain + 6) as node:
             node.subscribe("/news", "std_msgs/msg/String", lambda _message: None)
@@ -368,42 +370,42 @@ def server(domain: int) -> Iterator[DdsNode]:
 
 
 @pytest.fixture
-def asks(domain: int) -> Iterator[DdsNode]:
+def requester(domain: int) -> Iterator[DdsNode]:
     with DdsNode("asks", TYPES, domain + 7) as node:
         yield node
 
 
-def test_a_response_waits_until_its_reader_is_found(server: DdsNode, asks: DdsNode):
-    """DDS finds the writer of a request and the reader of its response one by one."""
+def test_response_waits_for_discovery_of_reader(server: DdsNode, requester: DdsNode):
+    """DDS discovers the writer of a request and the reader of the response separately."""
     kind, codec, got = parse_type(ADD, "srv"), Codec(TYPES), list[bytes]()
     request, response = kind.derive("Request"), kind.derive("Response")
-    qos, whose = PROFILES["services_default"], make_owner_data("clientid")
+    qos, owner_data = PROFILES["services_default"], make_owner_data("clientid")
     server.serve("/late", ADD, lambda each: {"sum": each["a"] + each["b"]})
-    writer = asks._open_writer("rq/lateRequest", request, qos, whose)
+    writer = requester._open_writer("rq/lateRequest", request, qos, owner_data)
     introduction = _Introduction(writer)
     poll_until(server, lambda: introduction.filter_introduced(frozenset(writer.get_matched_subscriptions())))
-    made = codec.encode(request, {"a": 1, "b": 2})
-    write_data(writer, made[:4] + bytes(16) + made[4:])
+    data = codec.encode(request, {"a": 1, "b": 2})
+    write_data(writer, data[:4] + bytes(16) + data[4:])
     poll_until(server, lambda: server._servers[0]._unsent_responses)
-    asks._open_reader("rr/lateReply", response, qos, lambda sample: got.append(sample.cdr), whose)
-    poll_until(asks, lambda: server.poll() or got)
-    poll_until(asks, lambda: got)
+    requester._open_reader("rr/lateReply", response, qos, lambda sample: got.append(sample.cdr), owner_data)
+    poll_until(requester, lambda: server.poll() or got)
+    poll_until(requester, lambda: got)
     assert codec.decode(response, got[0][:4] + got[0][20:]) == {"sum": 3}
     assert not server._servers[0]._unsent_responses
 
 
-def test_what_has_ended_is_gone_for_others_and_does_nothing_more(server: DdsNode, asks: DdsNode):
+def test_closed_server_and_client_are_gone_and_silent(server: DdsNode, requester: DdsNode):
     replies: Replies = []
     end = server.serve_later("/ends", ADD, lambda _request, reply: replies.append(reply))
-    client = asks.create_client("/ends", ADD)
+    client = requester.create_client("/ends", ADD)
     for _ in range(2):
-        poll_until(asks, lambda: client.has_server)
+        poll_until(requester, lambda: client.has_server)
         client.call({"a": 1}, lambda _message: None)
     poll_until(server, lambda: len(replies) == 2)
     end()
     end()
-    replies[0]({"sum": 1})  # the server has ended: nothing happens
-    poll_until(asks, lambda: not client.has_server)
+    replies[0]({"sum": 1})  # the ended server sends no response
+    poll_until(requester, lambda: not client.has_server)
     client.close()
     assert not client.has_server
     client.close()
@@ -411,11 +413,11 @@ def test_what_has_ended_is_gone_for_others_and_does_nothing_more(server: DdsNode
     replies[1]({"sum": 1})
 
 
-def test_a_response_to_a_client_that_is_gone_is_dropped(server: DdsNode, asks: DdsNode):
+def test_response_to_closed_client_is_dropped(server: DdsNode, requester: DdsNode):
     replies: Replies = []
     server.serve_later("/late", ADD, lambda _request, reply: replies.append(reply))
-    client = asks.create_client("/late", ADD)
-    poll_until(asks, lambda: client.has_server)
+    client = requester.create_client("/late", ADD)
+    poll_until(requester, lambda: client.has_server)
     client.call({"a": 1, "b": 2}, lambda _message: None)
     poll_until(server, lambda: replies)
     client.close()
@@ -424,29 +426,29 @@ def test_a_response_to_a_client_that_is_gone_is_dropped(server: DdsNode, asks: D
     poll_until(server, lambda: not server._servers[0]._unsent_responses)
 
 
-def test_an_endpoint_that_comes_while_the_wheel_counts_is_counted():
-    """The wheel asks for a number, then for that many handles, and fails when a reader came in between."""
+def test_endpoint_added_during_count_is_counted():
+    """The wheel of Cyclone DDS fails if a reader appears between the requests for number and handles."""
     assert list_matched_handles(Mock(side_effect=[IndexError("invalid index"), [1, 2]])) == [1, 2]
 
 
-def test_a_cancel_that_came_before_the_goal_was_accepted_is_sent_again(server: DdsNode, asks: DdsNode):
+def test_cancel_before_acceptance_is_sent_again(server: DdsNode, requester: DdsNode):
     replies: Replies = []
     codes: list[int] = []
 
-    def cancelled(_request: object) -> dict[str, Any]:
+    def handle_cancel(_request: object) -> dict[str, Any]:
         codes.append(CancelCode.NONE if codes else CancelCode.UNKNOWN_GOAL_ID)
         return {"return_code": codes[-1]}
 
-    polls = partial(asks.poll, 0.05), server.poll
+    polls = partial(requester.poll, 0.05), server.poll
     server.serve_later(
         "/slow/_action/send_goal", f"{FIBONACCI}_SendGoal", lambda _request, reply: replies.append(reply)
     )
     server.serve_later("/slow/_action/get_result", f"{FIBONACCI}_GetResult", lambda _request, _reply: None)
-    server.serve("/slow/_action/cancel_goal", "action_msgs/srv/CancelGoal", cancelled)
-    with ActionClient(asks, "/slow", FIBONACCI) as client:
-        until(lambda: client.has_server, *polls)
+    server.serve("/slow/_action/cancel_goal", "action_msgs/srv/CancelGoal", handle_cancel)
+    with ActionClient(requester, "/slow", FIBONACCI) as client:
+        wait_until(lambda: client.has_server, *polls)
         sent = client.send({"order": 1})
         sent.cancel()
-        until(lambda: replies and sent.cancel_refusal, *polls)
+        wait_until(lambda: replies and sent.cancel_refusal, *polls)
         replies[0]({"accepted": True})
-        until(lambda: len(codes) > 1 and sent.cancel_refusal is None, *polls)
+        wait_until(lambda: len(codes) > 1 and sent.cancel_refusal is None, *polls)

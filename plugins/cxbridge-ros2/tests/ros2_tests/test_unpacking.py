@@ -1,4 +1,4 @@
-"""What small data become when they are unpacked is bounded, wherever the package unpacks."""
+"""The limit of unpacked data of compressed bags."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ WAIT_S = 30.0
         (CompressionMode.STORAGE, StoragePlugin.MCAP),
     ],
 )
-def test_a_bag_does_not_unpack_beyond_the_limit(
+def test_bag_is_not_unpacked_beyond_limit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, mode: CompressionMode, storage: StoragePlugin
 ):
-    """A chunk of 84 kB became 2 GB."""
+    """Without a limit, a chunk of 84 kB became 2 GB."""
     monkeypatch.setattr(unpacking, "MAX_UNPACKED_BYTES", MEBIBYTE)
     data = b"\0\1\0\0" + (8 * MEBIBYTE).to_bytes(4, "little") + bytes(8 * MEBIBYTE)
     writer = Writer(tmp_path / "bag", version=9, storage_plugin=storage)
@@ -42,7 +42,7 @@ def test_a_bag_does_not_unpack_beyond_the_limit(
     try:
         run = open_run(tmp_path / "bag")
         list(run)
-        told = " ".join(run.notes)
+        messages = " ".join(run.notes)
     except CxbridgeError as error:
-        told = str(error)
-    assert f"more than {MEBIBYTE}" in told or "expands to more than" in told
+        messages = str(error)
+    assert f"more than {MEBIBYTE}" in messages or "expands to more than" in messages

@@ -1,4 +1,4 @@
-"""A server of an action goes away in each state of a goal, for good or to come back: the skill ends."""
+"""A server of an action vanishes in each state of a goal, with or without a restart."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import SendResponse
 from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.transports.dds import DdsNode
-from ros2_tests.conftest import until
+from ros2_tests.conftest import wait_until
 from ros2_tests.hub import Side
 from ros2_tests.peer import PACKAGES
 from tests.support import share
 
 ACTION = "example_interfaces/action/Fibonacci"
-STATES = ("before it answers", "after it has accepted", "while it executes", "while it cancels")
+STATES = ("before response", "after acceptance", "during execution", "during cancellation")
 
 SKILLS = f"""
 skill-board:
@@ -37,11 +37,11 @@ skill-board:
 
 
 class Server:
-    """Serves an action up to a given state."""
+    """A server of an action that stops to answer in a given state."""
 
     def __init__(self, domain: int, state: str) -> None:
         self.node = DdsNode("server", Definitions([PACKAGES], environment={}), domain)
-        self.reached = False
+        self.is_reached = False
         self._state = state
         self._goal: bytes = b""
         self.feedback = self.node.create_publisher("/count/_action/feedback", f"{ACTION}_FeedbackMessage")
@@ -59,18 +59,18 @@ class Server:
     def _accept(self, request: Message, reply: SendResponse) -> None:
         self._goal = request["goal_id"]["uuid"]
         if self._state == STATES[0]:
-            self.reached = True
+            self.is_reached = True
         else:
             reply({"accepted": True})
 
     def _result(self, request: Message, reply: SendResponse) -> None:
         if request["goal_id"]["uuid"] == self._goal:
-            self.reached = self._state != STATES[3]
-        else:  # of a goal of an earlier life
+            self.is_reached = self._state != STATES[3]
+        else:  # a goal of the previous server
             reply({"status": 0})
 
     def _cancel(self, _request: Message, _reply: SendResponse) -> None:
-        self.reached = True
+        self.is_reached = True
 
     def loop(self) -> None:
         self.node.poll(0.01)
@@ -85,21 +85,21 @@ def side(domain: int) -> Iterator[Side]:
     side.close()
 
 
-@pytest.mark.parametrize("comes_back", [False, True], ids=["for good", "restarted"])
+@pytest.mark.parametrize("comes_back", [False, True], ids=["gone", "restarted"])
 @pytest.mark.parametrize("state", share(STATES, 2))
-def test_a_server_goes_away(side: Side, domain: int, state: str, comes_back: bool):
+def test_skill_ends_after_server_vanishes(side: Side, domain: int, state: str, comes_back: bool):
     server = Server(domain + 17, state)
-    master = side.ask("count")
+    master = side.request_skill("count")
     if state == STATES[3]:
-        until(lambda: server._goal, side.loop, server.loop)
-        until(lambda: not server.node.poll(0.2), side.loop)
+        wait_until(lambda: server._goal, side.loop, server.loop)
+        wait_until(lambda: not server.node.poll(0.2), side.loop)
         side.service.local_calls.stop(master.number)
-    until(lambda: server.reached, side.loop, server.loop)
+    wait_until(lambda: server.is_reached, side.loop, server.loop)
     server.node.close()
-    again = Server(domain + 17, state) if comes_back else None
-    until(lambda: master.is_over, side.loop, *([again.loop] if again else []))
+    second_server = Server(domain + 17, state) if comes_back else None
+    wait_until(lambda: master.is_over, side.loop, *([second_server.loop] if second_server else []))
     assert str(master.state) != "SUCCEEDED"
     assert "/count" in master.error or state == STATES[3], master.error
-    if again is not None:
-        again.node.close()
+    if second_server is not None:
+        second_server.node.close()
     assert not [line for line in side.lines if "Error" in line]

@@ -1,4 +1,4 @@
-"""Binding to STRIPS, and what pyperplan makes of it, against PDDL executed word by word."""
+"""The compilation to STRIPS and the plans of pyperplan, compared with a PDDL interpreter."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ FETCH = (
 )
 
 
-def problem(goal, init="", objects="c1 c2 - cup b1 - box p q - place"):
+def make_problem(goal, init="", objects="c1 c2 - cup b1 - box p q - place"):
     return f"(define (problem x) (:domain d) (:objects {objects}) (:init {init}) (:goal {goal}))"
 
 
@@ -43,7 +43,7 @@ def solve(domain_text, problem_text, planner=None):
     plan = (planner or PyperplanPlanner()).solve(domain, task)
     world = World(domain, task)
     if plan is None:
-        assert not world.solvable()
+        assert not world.is_solvable()
     else:
         assert world.is_solution(plan)
     return None if plan is None else [str(step) for step in plan]
@@ -70,78 +70,78 @@ START = "(at c1 p) (at c2 q) (at b1 q) (link p home) (link q p) (full c2)"
         ("(not (link p home))", None),
     ],
 )
-def test_goals(goal, steps):
-    found = solve(FETCH, problem(goal, START))
-    assert found == steps
+def test_goals_have_expected_plans(goal, steps):
+    plan = solve(FETCH, make_problem(goal, START))
+    assert plan == steps
 
 
-def test_what_cannot_be_reached_is_not_bound():
+def test_unreachable_actions_are_not_grounded():
     domain = parse_domain(FETCH)
-    task = ground(domain, parse_problem(problem("(at c1 home)", "(at c1 p) (link p home)"), domain))
+    task = ground(domain, parse_problem(make_problem("(at c1 home)", "(at c1 p) (link p home)"), domain))
     assert {str(each.action) for each in task.operators} == {
         "(move c1 p home)",
         "(move c1 home p)",
     }
 
 
-def test_facts_of_the_wrong_type_bind_nothing():
+def test_facts_of_wrong_type_ground_no_action():
     text = HEAD + "(:action go :parameters (?c - cup) :precondition (at ?c home) :effect (lit)))"
-    assert solve(text, problem("(lit)", "(at b1 home)")) is None
+    assert solve(text, make_problem("(lit)", "(at b1 home)")) is None
 
 
-def test_either_and_subtypes():
+def test_parameter_with_either_accepts_both_types():
     text = HEAD + "(:action go :parameters (?x - (either box place)) :precondition (and) :effect (lit)))"
-    assert solve(text, problem("(lit)", objects="c1 - cup")) == ["(go home)"]
+    assert solve(text, make_problem("(lit)", objects="c1 - cup")) == ["(go home)"]
 
 
-def test_a_fact_deleted_and_added_at_once_is_true():
+def test_fact_deleted_and_added_by_same_action_is_true():
     text = HEAD + "(:action go :parameters () :precondition (not (lit)) :effect (and (lit) (not (lit)))))"
-    assert solve(text, problem("(lit)")) == ["(go)"]
+    assert solve(text, make_problem("(lit)")) == ["(go)"]
 
 
-def test_a_conditional_effect_below_another():
+def test_nested_conditional_effects():
     text = (
         HEAD
         + """(:action go :parameters () :precondition (and)
       :effect (forall (?c - cup) (when (at ?c home) (when (not (full ?c)) (and (full ?c) (lit)))))))"""
     )
-    assert solve(text, problem("(lit)", "(at c1 home)")) == ["(go)"]
-    assert solve(text, problem("(lit)", "(at c1 home) (full c1)")) is None
+    assert solve(text, make_problem("(lit)", "(at c1 home)")) == ["(go)"]
+    assert solve(text, make_problem("(lit)", "(at c1 home) (full c1)")) is None
 
 
-def test_a_condition_beyond_bounds(monkeypatch):
+def test_condition_with_too_many_alternatives_is_refused(monkeypatch):
     monkeypatch.setattr(conditions, "MAX_ALTERNATIVES", 3)
     goal = "(and (or (lit) (full c1)) (or (at c1 home) (full c2)))"
     with pytest.raises(PlanningError, match="more than 3 alternatives"):
-        solve(FETCH, problem(goal, START))
+        solve(FETCH, make_problem(goal, START))
 
 
-def test_conditional_effects_beyond_bounds(monkeypatch):
+def test_too_many_conditional_effects_are_refused(monkeypatch):
     monkeypatch.setattr(effects, "MAX_CONDITIONS", 1)
     with pytest.raises(PlanningError, match="more than 1 different conditions"):
-        solve(FETCH, problem("(not (full c1))", START + "(full c1) (lit)"))
+        solve(FETCH, make_problem("(not (full c1))", START + "(full c1) (lit)"))
 
 
-def test_too_many_bound_actions(monkeypatch):
+def test_too_many_ground_actions_are_refused(monkeypatch):
     monkeypatch.setattr("cxbridge_planning.compile.grounding.MAX_OPERATORS", 5)
     with pytest.raises(PlanningError, match="more than 5 ground actions"):
-        solve(FETCH, problem("(full c1)", START))
+        solve(FETCH, make_problem("(full c1)", START))
 
 
 @pytest.mark.parametrize("search", SEARCHES)
 @pytest.mark.parametrize("heuristic", HEURISTICS)
-def test_each_search_with_each_heuristic(search, heuristic):
+def test_each_search_with_each_heuristic_finds_plan(search, heuristic):
     goal = "(and (full c1) (at c1 p) (not (full c2)))"
-    assert solve(FETCH, problem(goal, START), PyperplanPlanner(search, heuristic))
+    assert solve(FETCH, make_problem(goal, START), PyperplanPlanner(search, heuristic))
 
 
 @pytest.mark.parametrize(("search", "heuristic"), [("dijkstra", "hff"), ("gbf", "hgg")])
-def test_an_unknown_search_or_heuristic(search, heuristic):
+def test_unknown_search_or_heuristic_is_refused(search, heuristic):
     with pytest.raises(UnknownPlannerError, match="pyperplan has no"):
         PyperplanPlanner(search, heuristic)
 
 
-# ---- any domain
+# ---- random domains
 
 PREDICATES = {"p": 1, "q": 1, "r": 2, "z": 0}
 OBJECTS = ("a", "b")
@@ -191,7 +191,7 @@ ACTIONS = st.lists(
 
 
 @given(actions=ACTIONS, init=st.lists(atoms(OBJECTS), max_size=4), goal=conditions_over(OBJECTS))
-def test_a_plan_is_found_exactly_when_there_is_one(actions, init, goal):
+def test_plan_is_found_if_and_only_if_problem_is_solvable(actions, init, goal):
     text = "".join(
         f"(:action act{number} :parameters (?x - object) :precondition {condition} :effect {effect})"
         for number, (condition, effect) in enumerate(actions)

@@ -1,4 +1,4 @@
-"""Why there is no plan: what no relaxed plan reaches."""
+"""The parts of a goal that no relaxed plan reaches."""
 
 from __future__ import annotations
 
@@ -44,6 +44,6 @@ TASK = """(define (problem p) (:domain cups) (:objects c d - cup kitchen table t
         ("(exists (?p - place) (and (at d ?p) (way ?p tabel)))", None),
     ],
 )
-def test_parts_of_the_goal_that_no_relaxed_plan_reaches(goal, reasons):
-    found = unreachable_goal_lines(DOMAIN, parse_problem(TASK.format(goal=goal), DOMAIN))
-    assert found == reasons if reasons is not None else found
+def test_unreachable_parts_of_goal_are_named(goal, reasons):
+    lines = unreachable_goal_lines(DOMAIN, parse_problem(TASK.format(goal=goal), DOMAIN))
+    assert lines == reasons if reasons is not None else lines

@@ -1,4 +1,4 @@
-"""Each PDDL case of ../shared/cases/files: it is planned, or refused with the true reason."""
+"""The PDDL cases of ../shared/cases/files, with plans or refusals."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PLANS = {
     "upper-case": "(put A B)\n",
     "aries-crash-message": "(ask b h1 d1) [5.000]\n",
 }
-"""The plans, without the times at which steps begin."""
+"""The plans, without the start times of steps."""
 
 REFUSALS = {
     "derived": "domain.pddl:5:3: derived predicates are not supported",
@@ -33,10 +33,10 @@ REFUSALS = {
     "wrong-hint-object": "declare it in (:objects ...) of the problem",
 }
 BEYOND_PYPERPLAN = {"costs-ignored", "metric-total-time", "numeric-preconditions", "type-name-is-object-name"}
-"""The cases that aries plans, too."""
+"""The cases that need aries or lpg."""
 
 CRASH_ARIES = {"aries-crash-message", "nested-forall-effect"}
-"""The cases whose plan needs another engine (lpg): aries dies."""
+"""The cases that crash aries and need lpg."""
 
 
 def is_installed(name: str) -> bool:
@@ -44,33 +44,33 @@ def is_installed(name: str) -> bool:
 
 
 @needs_shared
-def test_each_case_is_known():
+def test_tables_have_each_case():
     assert {*PLANS, *REFUSALS} == {*CASES}
 
 
 @needs_shared
 @pytest.mark.parametrize("name", PLANS)
-def test_a_case_is_planned(name, capsys):
+def test_case_is_planned(name, capsys):
     if name in BEYOND_PYPERPLAN and not (is_installed("aries") or is_installed("lpg")):
         pytest.skip("no engine is installed")
     status = invoke(
         ["plan", str(FOLDER_PREFIX / name / "domain.pddl"), str(FOLDER_PREFIX / name / "problem.pddl"), "-v"]
     )
-    out, said = capsys.readouterr()
+    out, errors = capsys.readouterr()
     if name in CRASH_ARIES and not is_installed("lpg"):
         reason = "its server no longer answers" if is_installed("aries") else "no planner supports"
         assert status in (2, 4)
-        assert reason in said
+        assert reason in errors
         return
     assert (status, "".join(line.rpartition(": ")[2] for line in out.splitlines(keepends=True))) == (
         0,
         PLANS[name],
-    ), said
+    ), errors
 
 
 @needs_shared
 @pytest.mark.parametrize("name", REFUSALS)
-def test_a_case_is_refused(name, capsys):
+def test_case_is_refused(name, capsys):
     assert (
         invoke(
             ["plan", str(FOLDER_PREFIX / name / "domain.pddl"), str(FOLDER_PREFIX / name / "problem.pddl")]

@@ -1,4 +1,4 @@
-"""Programs that plan: those in packages, when they are installed, and scripts on the PATH."""
+"""Planner programs of installed packages, and scripts in place of programs on the PATH."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cxbridge_planning import PlanningService, PlanRequest, PlanStatus, UnknownP
 from cxbridge_planning.engines.programs import PROGRAMS
 from cxbridge_planning.registry import make_planner
 from planning_tests import test_attempts
-from planning_tests.test_service import DOMAIN, ENDLESS, TWO_STEPS, eventually, status
+from planning_tests.test_service import DOMAIN, ENDLESS, TWO_STEPS, wait_for_status, wait_until
 
 ROOMS = parse_domain("""(define (domain rooms) (:requirements :strips :typing :action-costs) (:types room)
   (:predicates (at ?r - room) (door ?a ?b - room)) (:functions (total-cost) - number)
@@ -23,9 +23,9 @@ TASK = """(define (problem x) (:domain rooms) (:objects k1 k2 k3 - room)
   (:init (at k1) (door k1 k2) (door k2 k3) (= (total-cost) 0)) (:goal (at {goal})) {metric})"""
 
 
-@pytest.mark.parametrize("name", [name for name, program in PROGRAMS.items() if program.package])
+@pytest.mark.parametrize("name", [name for name, each in PROGRAMS.items() if each.package])
 @pytest.mark.parametrize("metric", ["", "(:metric minimize (total-cost))"])
-def test_a_plan(name, metric):
+def test_packaged_program_finds_plan(name, metric):
     if missing := make_planner(name).not_installed:
         pytest.skip(missing)
     problem = parse_problem(TASK.format(goal="k3", metric=metric), ROOMS)
@@ -34,7 +34,7 @@ def test_a_plan(name, metric):
     assert [str(step) for step in result.actions] == ["(go k1 k2)", "(go k2 k3)"], result.message
 
 
-def test_an_option_that_a_program_has_not():
+def test_unknown_option_of_program_is_refused():
     with pytest.raises(UnknownPlannerError, match="planner fast-downward has no options x"):
         make_planner("fast-downward", {"x": "y"})
 
@@ -49,16 +49,16 @@ def service():
 
 
 @pytest.fixture
-def program(tmp_path, monkeypatch):
-    """Put a shell script on the PATH."""
+def add_program(tmp_path, monkeypatch):
+    """Return a function that puts a shell script on the PATH."""
 
-    def put(name, script):
+    def add(name, script):
         path = tmp_path / name
         path.write_text(f"#!/bin/sh\n{script}\n")
         path.chmod(path.stat().st_mode | stat.S_IXUSR)
         monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
 
-    return put
+    return add
 
 
 FF = """cat <<END
@@ -72,21 +72,21 @@ time spent:    0.00 seconds instantiating 1 easy, 0 hard action templates
 END"""
 
 
-def test_ff_answers_in_upper_case(program, service):
-    program("ff", FF)
+def test_upper_case_output_of_ff_is_read(add_program, service):
+    add_program("ff", FF)
     result = service.plan(PlanRequest(DOMAIN, TWO_STEPS, "ff"))
     assert [str(step) for step in result.actions] == ["(light)", "(swap o1 o2)"]
 
 
-def test_fast_downward_as_a_program(program, service):
+def test_output_of_fast_downward_program_is_read(add_program, service):
     text = "Solution found!\nActual search time: 0.1s\nlight  (1)\nswap o1 o2 (1)\nPlan length: 2 step(s).\n"
-    program("fast-downward", f"printf '{text}'".replace("\n", "\\n"))
+    add_program("fast-downward", f"printf '{text}'".replace("\n", "\\n"))
     result = service.plan(PlanRequest(DOMAIN, TWO_STEPS, "fd"))
     assert [str(step) for step in result.actions] == ["(light)", "(swap o1 o2)"]
 
 
 @pytest.mark.parametrize(
-    ("script", "status", "message"),
+    ("script", "expected_status", "message"),
     [
         ("echo rubbish; exit 3", PlanStatus.FAILED, "exit status 3 and without a plan: rubbish"),
         ("echo 'ff: goal can be simplified to FALSE'", PlanStatus.NO_PLAN, "no plan"),
@@ -101,21 +101,23 @@ def test_fast_downward_as_a_program(program, service):
         ),
     ],
 )
-def test_programs_that_do_not_plan(program, service, script, status, message):
-    program("ff", script)
+def test_program_without_valid_plan_gives_status_and_reason(
+    add_program, service, script, expected_status, message
+):
+    add_program("ff", script)
     result = service.plan(PlanRequest(DOMAIN, ENDLESS, "ff"))
-    assert result.status is status
+    assert result.status is expected_status
     assert message in result.message
 
 
-def test_a_program_that_hangs_is_killed(program, service, tmp_path):
-    program("ff", f"echo $$ > '{tmp_path}/pid'; exec sleep 1000")
+def test_hanging_program_is_killed(add_program, service, tmp_path):
+    add_program("ff", f"echo $$ > '{tmp_path}/pid'; exec sleep 1000")
     call = service.call(PlanRequest(DOMAIN, ENDLESS, "ff"))
-    eventually(lambda: (tmp_path / "pid").exists() and (tmp_path / "pid").read_text().endswith("\n"))
-    call._end_call(PlanStatus.TIMEOUT)  # as its timer does
-    assert status(call) is PlanStatus.TIMEOUT
+    wait_until(lambda: (tmp_path / "pid").exists() and (tmp_path / "pid").read_text().endswith("\n"))
+    call._end_call(PlanStatus.TIMEOUT)  # the effect of the timer
+    assert wait_for_status(call) is PlanStatus.TIMEOUT
     pid = int((tmp_path / "pid").read_text())
-    eventually(lambda: not is_running(pid))
+    wait_until(lambda: not is_running(pid))
 
 
 def is_running(pid):
@@ -126,13 +128,13 @@ def is_running(pid):
     return state != "Z"
 
 
-def test_a_temporal_plan(program, service):
-    program("popf", "printf ';;;; Solution Found\\n; Cost: 4\\n0.000: (work)  [3.000]\\n'")
+def test_temporal_plan_of_program_has_times(add_program, service):
+    add_program("popf", "printf ';;;; Solution Found\\n; Cost: 4\\n0.000: (work)  [3.000]\\n'")
     (step,) = service.plan(PlanRequest(test_attempts.DOMAIN, test_attempts.PROBLEM, "popf")).actions
     assert (step.start, step.duration, str(step)) == (0.0, 3.0, "0.000: (work) [3.000]")
 
 
-def test_a_time_out_gives_the_best_plan_so_far(tmp_path, service):
+def test_timeout_returns_best_plan_so_far(tmp_path, service):
     script = tmp_path / "improves"
     script.write_text(
         """#!/bin/sh

@@ -19,7 +19,7 @@ DOMAIN = """(define (domain yard) ; caf\u00e9
 PROBLEM = "(define (problem problem) (:domain Yard)\n (:objects a -pot b -bed) (:init) (:goal (wet A)))"
 
 
-def test_an_engine_reads_the_text_of_the_user_line_by_line() -> None:
+def test_original_texts_keep_lines_of_user() -> None:
     domain = parse_domain(DOMAIN, "yard.pddl")
     texts = original_texts(domain, parse_problem(PROBLEM, domain, "p.pddl"))
     assert texts.files == ("yard.pddl", "p.pddl")
@@ -28,14 +28,14 @@ def test_an_engine_reads_the_text_of_the_user_line_by_line() -> None:
     assert texts.domain.isascii()
 
 
-def test_a_domain_that_has_changed_is_not_its_text_any_more() -> None:
+def test_changed_domain_is_printed_without_file_name() -> None:
     domain = parse_domain(DOMAIN, "yard.pddl")
     texts = original_texts(domain.changed(name="garden"), parse_problem(PROBLEM, domain, "p.pddl"))
     assert "(domain garden)" in texts.domain
     assert texts.files == ("", "p.pddl")
 
 
-def test_plain_texts_have_the_common_forms_only() -> None:
+def test_plain_texts_have_only_common_forms() -> None:
     domain = parse_domain(DOMAIN)
     texts = plain_texts(domain, parse_problem(PROBLEM, domain))
     assert "(:requirements :typing)" in texts.domain
@@ -44,11 +44,11 @@ def test_plain_texts_have_the_common_forms_only() -> None:
     assert "(:goal (wet a))" in texts.problem
 
 
-def test_a_problem_gets_another_name_and_keeps_its_lines() -> None:
+def test_renamed_problem_keeps_lines() -> None:
     assert rename_problem(PROBLEM, "task") == PROBLEM.replace("problem problem", "problem task")
 
 
-def test_the_message_of_a_program_names_the_file_of_the_user(tmp_path: Path) -> None:
+def test_error_of_program_names_file_of_user(tmp_path: Path) -> None:
     program = tmp_path / "refuses"
     program.write_text(
         f"#!{sys.executable}\nimport sys\nprint(sys.argv[1] + ':2: no such type')\nsys.exit(3)\n"

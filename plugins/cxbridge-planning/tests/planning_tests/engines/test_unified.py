@@ -16,13 +16,13 @@ from cxbridge_planning.engines.texts import read_task
 from cxbridge_planning.engines.unified import ENGINES, UnifiedPlanner, _avoid_spaces
 from cxbridge_planning.needs import problem_needs
 from cxbridge_planning.registry import make_planner
-from planning_tests.compile.test_grounding import FETCH, START, problem
+from planning_tests.compile.test_grounding import FETCH, START, make_problem
 from planning_tests.interpreter import World
 
 INSTALLED = [name for name in ENGINES if not UnifiedPlanner(name).not_installed]
 pytestmark = [
     pytest.mark.skipif(not INSTALLED, reason="pip install 'cxbridge-planning[engines]'"),
-    pytest.mark.filterwarnings("ignore::DeprecationWarning"),  # unified-planning's own
+    pytest.mark.filterwarnings("ignore::DeprecationWarning"),  # warnings of unified-planning
 ]
 
 needs_fast_downward = pytest.mark.skipif(
@@ -46,22 +46,22 @@ TEMPORAL = """(define (domain t) (:requirements :durative-actions) (:predicates 
 
 @pytest.fixture(scope="module")
 def service() -> Iterator[PlanningService]:
-    """Engines run in a process of it, as always; aries leaves its server and that one's files behind."""
-    with PlanningService(at_once=1) as made:
-        yield made
+    """Run engines in processes of a service, which removes the server and the files of aries."""
+    with PlanningService(at_once=1) as planning_service:
+        yield planning_service
 
 
 def solve(
     service: PlanningService, name: str, domain: Domain, problem: Problem
 ) -> tuple[PlannedAction, ...] | None:
-    """Return the plan; None: the engine says that there is none."""
+    """Return the plan, or None if the engine finds that no plan exists."""
     result = service.plan(PlanRequest(domain, problem, name))
     assert result.status is not PlanStatus.FAILED, result.message
     return result.actions if result.status is PlanStatus.PLANNED else None
 
 
 @pytest.mark.parametrize("name", INSTALLED)
-def test_names_keep_their_case(service, name):
+def test_plan_keeps_case_of_names(service, name):
     domain = parse_domain(STRIPS)
     plan = solve(service, name, domain, parse_problem(ROOMS, domain))
     assert plan
@@ -69,22 +69,22 @@ def test_names_keep_their_case(service, name):
 
 
 @needs_fast_downward
-def test_fast_downward_understands_what_pyperplan_does(service):
+def test_fast_downward_solves_adl_problem(service):
     domain = parse_domain(FETCH)
-    task = parse_problem(problem("(and (full c1) (at c1 p) (not (full c2)))", START), domain)
+    task = parse_problem(make_problem("(and (full c1) (at c1 p) (not (full c2)))", START), domain)
     assert make_planner("fast-downward").refusal_reason(problem_needs(domain, task)) == ""
     assert World(domain, task).is_solution(solve(service, "fast-downward", domain, task))
 
 
 @needs_fast_downward
-def test_no_plan(service):
+def test_unsolvable_problem_has_no_plan(service):
     domain = parse_domain(STRIPS)
     task = parse_problem(ROOMS.replace("(Door k2 k3)", ""), domain)
     assert solve(service, "fast-downward", domain, task) is None
 
 
 @pytest.mark.parametrize("name", INSTALLED)
-def test_a_temporal_plan(service, name):
+def test_temporal_plan_has_times(service, name):
     domain = parse_domain(TEMPORAL)
     task = parse_problem("(define (problem x) (:domain t) (:init (idle)) (:goal (done)))", domain)
     plan = solve(service, name, domain, task)
@@ -96,8 +96,8 @@ def test_a_temporal_plan(service, name):
     assert start >= first_start + 2.0
 
 
-def test_the_engine_refuses_a_problem_that_it_cannot_read(monkeypatch):
-    """The place is that of the user's text, though the common forms were tried, too."""
+def test_unreadable_problem_is_refused_with_place(monkeypatch):
+    """The error has the place in the user's text, although the engine tried the common forms, too."""
     domain = parse_domain(STRIPS, "rooms.pddl")
     task = parse_problem(ROOMS, domain, "x.pddl")
     monkeypatch.setattr("cxbridge_planning.engines.texts.format_domain", lambda _: "(define")
@@ -105,13 +105,13 @@ def test_the_engine_refuses_a_problem_that_it_cannot_read(monkeypatch):
     with pytest.raises(PlanningError, match="cannot read the problem") as caught:
         UnifiedPlanner(INSTALLED[0]).solve(broken, task)
     assert (caught.value.file, caught.value.line) == ("rooms.pddl", 3)
-    gaol = replace(task, text=ROOMS.replace(":goal", ":gaol"))
+    misspelt = replace(task, text=ROOMS.replace(":goal", ":gaol"))
     with pytest.raises(PlanningError, match="cannot read the problem") as caught:
-        UnifiedPlanner(INSTALLED[0]).solve(domain, gaol)
+        UnifiedPlanner(INSTALLED[0]).solve(domain, misspelt)
     assert (caught.value.file, caught.value.line) == ("x.pddl", 2)
 
 
-def test_forms_that_unified_planning_does_not_read_are_read_in_common_forms():
+def test_nested_forall_is_read_in_common_forms():
     domain = parse_domain("""(define (domain d) (:requirements :adl) (:types row - object column - object)
       (:predicates (clean ?r - row ?c - column))
       (:action mop :effect (forall (?r - row) (forall (?c - column) (clean ?r ?c)))))""")
@@ -120,18 +120,18 @@ def test_forms_that_unified_planning_does_not_read_are_read_in_common_forms():
     assert len(mop.effects) == 1
 
 
-def test_an_engine_below_a_folder_with_a_blank(tmp_path, monkeypatch):
+def test_engine_in_folder_with_blank_gets_link(tmp_path, monkeypatch):
     """up-aries splits its command line at blanks."""
     monkeypatch.chdir(tmp_path)
     engine = SimpleNamespace(_executable=str(tmp_path / "my robot" / "aries"))
     program = engine._executable
-    for _ in range(2):  # one engine improves, another one solves
+    for _ in range(2):  # the engines for improvement and for solution
         engine._executable = program
         _avoid_spaces(engine)
         assert engine._executable == "./engine"
         assert str(Path("engine").readlink()) == program
 
 
-def test_the_packages_of_an_engine_that_are_missing_are_named_at_once(monkeypatch):
+def test_missing_packages_of_engine_are_named(monkeypatch):
     monkeypatch.setattr("cxbridge_planning.engines.unified.find_spec", lambda _module: None)
     assert UnifiedPlanner("aries").not_installed.endswith(" -m pip install unified-planning up-aries")

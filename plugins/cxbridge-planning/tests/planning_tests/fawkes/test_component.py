@@ -1,4 +1,4 @@
-"""Fawkes' plugins for planning in a daemon."""
+"""Fawkes' planning plugins in a daemon."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from tests.run.mini import write_scenario
 from tests.run.test_components import SILENT, components
 
 
-def test_a_daemon_plans_for_its_agent_by_the_blackboard(tmp_path):
-    """As Fawkes' plugins pddl-robot-memory and pddl-planner: the agent's spec loads pddl-init.clp."""
+def test_daemon_plans_on_messages_of_blackboard(tmp_path):
+    """The component replaces the plugins pddl-robot-memory and pddl-planner; the spec loads pddl-init.clp."""
     folder = write_scenario(tmp_path)
     (folder / "domain.pddl").write_text(DOMAIN)
     (folder / "template.pddl").write_text(TEMPLATE)

@@ -1,4 +1,4 @@
-"""Problem generation and planning by the blackboard and the robot memory."""
+"""The generation of problems and plans with the blackboard and the robot memory."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ plugins/pddl-planner:
 
 
 @pytest.fixture
-def world(bus, log, tmp_path):
-    return World(bus, log, tmp_path)
+def bench(bus, log, tmp_path):
+    return PluginBench(bus, log, tmp_path)
 
 
-class World:
-    """The plugins, and an agent that talks to them."""
+class PluginBench:
+    """The plugins, and the instances of an agent."""
 
     def __init__(self, bus, log, folder):
         self.bus, self.log, self.folder = bus, log, folder
@@ -54,10 +54,10 @@ class World:
         (folder / "template.pddl").write_text(TEMPLATE)
         self.plugins = []
 
-    def start(self, planner="pyperplan", timeout=60, **more):
+    def start(self, planner="pyperplan", timeout=60, **options):
         text = CONFIG.replace("{planner}", planner) + f"planner: {{timeout: {timeout}}}\n"
         config = Configuration.from_text(text, "test.yaml")
-        files = ProblemFiles({"@CONFDIR@": str(self.folder)}, self.folder, **more)
+        files = ProblemFiles({"@CONFDIR@": str(self.folder)}, self.folder, **options)
         self.plugins = [
             PddlRobotMemory(self.board, self.bus, config, self.store, files),
             PddlPlanner(self.board, self.bus, config, self.store, files, PlanningService()),
@@ -71,7 +71,7 @@ class World:
         self.generator.read()
         self.planner.read()
 
-    def ask(self, interface, kind, **fields):
+    def send(self, interface, kind, **fields):
         message = interface.create_message(kind)
         for name, value in fields.items():
             message.set(name, value)
@@ -80,10 +80,10 @@ class World:
         return number
 
     def plan(self, goal):
-        """Have a problem generated for a goal, and a plan made."""
-        self.ask(self.generator, "GenerateMessage", goal=goal)
+        """Request a problem for a goal, and a plan."""
+        self.send(self.generator, "GenerateMessage", goal=goal)
         self.loop()
-        self.ask(self.planner, "PlanMessage")
+        self.send(self.planner, "PlanMessage")
         self.loop()
 
     def plans(self):
@@ -99,22 +99,22 @@ class World:
 
 
 @pytest.fixture(autouse=True)
-def _close(world):
+def _close(bench):
     yield
-    world.close()
+    bench.close()
 
 
-def test_from_goal_to_plan(world):
-    world.start()
-    number = world.ask(world.generator, "GenerateMessage", goal="(said EVE BYE)")
-    assert (world.generator.msg_id, world.generator.final) == (number, False)
-    world.loop()
-    assert (world.generator.msg_id, world.generator.final) == (number, True)
-    number = world.ask(world.planner, "PlanMessage")
-    assert (world.planner.msg_id, world.planner.final, world.planner.success) == (number, False, False)
-    world.loop()
-    assert (world.planner.msg_id, world.planner.final, world.planner.success) == (number, True, True)
-    assert world.plans() == [
+def test_goal_becomes_problem_and_plan(bench):
+    bench.start()
+    number = bench.send(bench.generator, "GenerateMessage", goal="(said EVE BYE)")
+    assert (bench.generator.msg_id, bench.generator.final) == (number, False)
+    bench.loop()
+    assert (bench.generator.msg_id, bench.generator.final) == (number, True)
+    number = bench.send(bench.planner, "PlanMessage")
+    assert (bench.planner.msg_id, bench.planner.final, bench.planner.success) == (number, False, False)
+    bench.loop()
+    assert (bench.planner.msg_id, bench.planner.final, bench.planner.success) == (number, True, True)
+    assert bench.plans() == [
         {
             "plan": 1,
             "msg_id": number,
@@ -123,25 +123,25 @@ def test_from_goal_to_plan(world):
     ]
 
 
-def test_facts_of_the_robot_memory_count(world):
+def test_problem_has_facts_of_robot_memory(bench):
     fact = {"relation": "domain-fact", "name": "said", "param_values": ["EVE", "HI"]}
-    world.store.insert("robmem.clipswm", fact)
-    world.start()
-    world.plan("(said EVE BYE)")
-    assert [step["name"] for step in world.plans()[0]["actions"]] == ["leave"]
+    bench.store.insert("robmem.clipswm", fact)
+    bench.start()
+    bench.plan("(said EVE BYE)")
+    assert [step["name"] for step in bench.plans()[0]["actions"]] == ["leave"]
 
 
-def test_the_plan_is_in_the_memory_before_the_interface_says_so(world):
-    world.start()
-    seen = []
+def test_plan_is_stored_before_interface_is_final(bench):
+    bench.start()
+    final_flags = []
 
-    def look(_change):
-        world.planner.read()
-        seen.append(world.planner.final)
+    def record_final(_change):
+        bench.planner.read()
+        final_flags.append(bench.planner.final)
 
-    world.store.watch("robmem.pddl-plan", {}, look)
-    world.plan("(said EVE BYE)")
-    assert seen == [False]
+    bench.store.watch("robmem.pddl-plan", {}, record_final)
+    bench.plan("(said EVE BYE)")
+    assert final_flags == [False]
 
 
 @pytest.mark.parametrize(
@@ -149,16 +149,16 @@ def test_the_plan_is_in_the_memory_before_the_interface_says_so(world):
     [
         ("(said EVE", "never closed"),
         ("(sung EVE BYE)", "Unknown predicate: sung"),
-        ("(said NOBODY BYE)", "NOBODY"),
+        ("(said MALLORY BYE)", "MALLORY"),
         ("(and (said EVE HI) (not (said EVE HI)))", "there is no plan"),
     ],
 )
-def test_no_plan(world, goal, message):
-    world.start()
-    world.plan(goal)
-    assert (world.planner.final, world.planner.success) == (True, False)
-    assert world.plans() == [{"plan": 0}]
-    assert any(message in text for text in world.log.texts(Level.ERROR))
+def test_failed_planning_stores_no_plan(bench, goal, message):
+    bench.start()
+    bench.plan(goal)
+    assert (bench.planner.final, bench.planner.success) == (True, False)
+    assert bench.plans() == [{"plan": 0}]
+    assert any(message in text for text in bench.log.texts(Level.ERROR))
 
 
 @pytest.mark.parametrize(
@@ -168,77 +168,77 @@ def test_no_plan(world, goal, message):
         ({"relation": "domain-object", "name": "X"}, "unexpected ')' in (:objects ...)"),
         ({"relation": "domain-object", "name": ["X"], "type": {"a": 1}}, "unexpected"),
         ({"relation": "domain-fact", "name": "sung", "param_values": ["EVE", "BYE"]}, "sung"),
-        ({"relation": "domain-fact", "name": "said", "param_values": ["NOBODY", "HI"]}, "NOBODY"),
+        ({"relation": "domain-fact", "name": "said", "param_values": ["MALLORY", "HI"]}, "MALLORY"),
         ({"relation": "domain-fact", "name": "said", "param_values": 5}, "expected 2 but got 1"),
         ({"relation": "domain-fact", "name": "said", "param_values": ["EVE"]}, "expected 2 but got 1"),
         ({"relation": "domain-fact", "name": ")(", "param_values": []}, "unexpected ')'"),
     ],
 )
-def test_a_document_that_makes_no_sense_and_goes_again(world, document, message):
-    world.store.insert("robmem.clipswm", {"_id": "bad", **document})
-    world.start()
+def test_invalid_document_fails_planning_until_removal(bench, document, message):
+    bench.store.insert("robmem.clipswm", {"_id": "bad", **document})
+    bench.start()
     for success in (False, True):
-        world.plan("(said EVE BYE)")
-        assert (world.planner.final, world.planner.success) == (True, success)
-        assert world.plans()[-1]["plan"] == int(success)
-        errors = [text for text in world.log.texts(Level.ERROR) if message in text]
+        bench.plan("(said EVE BYE)")
+        assert (bench.planner.final, bench.planner.success) == (True, success)
+        assert bench.plans()[-1]["plan"] == int(success)
+        errors = [text for text in bench.log.texts(Level.ERROR) if message in text]
         assert len(errors) == 1
-        world.store.remove("robmem.clipswm", {"_id": "bad"})
+        bench.store.remove("robmem.clipswm", {"_id": "bad"})
 
 
 @pytest.mark.parametrize("text", ["(define (domain d", DOMAIN.replace("- name ?t", "- thing ?t"), "", None])
-def test_a_domain_that_does_not_parse(world, text):
-    world.start()
-    file = world.folder / "domain.pddl"
+def test_invalid_domain_fails_planning(bench, text):
+    bench.start()
+    file = bench.folder / "domain.pddl"
     if text is None:
         file.unlink()
     else:
         file.write_text(text)
-    world.plan("(said EVE BYE)")
-    assert (world.planner.final, world.planner.success) == (True, False)
-    assert world.plans() == [{"plan": 0}]
-    assert any("domain.pddl" in error for error in world.log.texts(Level.ERROR))
+    bench.plan("(said EVE BYE)")
+    assert (bench.planner.final, bench.planner.success) == (True, False)
+    assert bench.plans() == [{"plan": 0}]
+    assert any("domain.pddl" in error for error in bench.log.texts(Level.ERROR))
 
 
-def test_an_empty_goal_is_the_one_before(world):
-    world.start()
+def test_empty_goal_repeats_last_goal(bench):
+    bench.start()
     for goal in ("(said EVE HI)", ""):
-        world.ask(world.generator, "GenerateMessage", goal=goal)
-        world.loop()
-    world.ask(world.planner, "PlanMessage")
-    world.loop()
-    assert [step["name"] for step in world.plans()[0]["actions"]] == ["greet"]
+        bench.send(bench.generator, "GenerateMessage", goal=goal)
+        bench.loop()
+    bench.send(bench.planner, "PlanMessage")
+    bench.loop()
+    assert [step["name"] for step in bench.plans()[0]["actions"]] == ["greet"]
 
 
-def test_a_planner_that_is_not_installed_is_replaced(world, monkeypatch, tmp_path):
+def test_missing_planner_is_replaced(bench, monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
-    world.start("ff")
-    world.loop()
-    assert world.planner.active_planner == "ff"
-    assert any("ff is not installed" in text for text in world.log.texts(Level.WARN))
-    world.plan("(said EVE HI)")
-    assert world.planner.success
+    bench.start("ff")
+    bench.loop()
+    assert bench.planner.active_planner == "ff"
+    assert any("ff is not installed" in text for text in bench.log.texts(Level.WARN))
+    bench.plan("(said EVE HI)")
+    assert bench.planner.success
 
 
-def test_a_template_that_is_not_there(world):
-    world.start()
-    (world.folder / "template.pddl").unlink()
-    world.ask(world.generator, "GenerateMessage", goal="(said EVE HI)")
-    world.loop()
-    assert world.generator.final  # as in Fawkes
-    assert any("cannot read the problem template" in text for text in world.log.texts(Level.ERROR))
+def test_missing_template_is_reported(bench):
+    bench.start()
+    (bench.folder / "template.pddl").unlink()
+    bench.send(bench.generator, "GenerateMessage", goal="(said EVE HI)")
+    bench.loop()
+    assert bench.generator.final  # like in Fawkes
+    assert any("cannot read the problem template" in text for text in bench.log.texts(Level.ERROR))
 
 
 @pytest.mark.parametrize("writes_to_disk", [True, False])
-def test_the_problem_is_on_disk_when_asked_for(world, writes_to_disk):
-    world.start(writes_to_disk=writes_to_disk)
-    world.ask(world.generator, "GenerateMessage", goal="(said EVE HI)")
-    world.loop()
-    texts = [file.read_text() for file in world.folder.glob("problem.pddl")]
+def test_problem_is_written_to_disk_on_request(bench, writes_to_disk):
+    bench.start(writes_to_disk=writes_to_disk)
+    bench.send(bench.generator, "GenerateMessage", goal="(said EVE HI)")
+    bench.loop()
+    texts = [file.read_text() for file in bench.folder.glob("problem.pddl")]
     assert ["(:goal (said EVE HI))" in text for text in texts] == [True] * writes_to_disk
 
 
-def test_a_configuration_that_lacks_something(world):
+def test_missing_setting_is_reported(bench):
     config = Configuration.from_text("plugins/pddl-planner: {planner: auto}", "test.yaml")
     with pytest.raises(ConfigError, match="pddl-robot-memory/collection"):
-        PddlRobotMemory(world.board, world.bus, config, world.store, ProblemFiles({}, world.folder))
+        PddlRobotMemory(bench.board, bench.bus, config, bench.store, ProblemFiles({}, bench.folder))

@@ -19,18 +19,18 @@ def fill(text, documents=None, **values):
     return ProblemTemplate(text).fill(documents or {}, values)
 
 
-def test_a_section_is_there_once_a_document():
+def test_section_is_repeated_for_each_document():
     text = '(:objects<<#OBJECTS|{"relation": "domain-object"}>> <<name>> - <<type>><</OBJECTS>>)'
     assert fill(text, DOCUMENTS) == "(:objects BOB - name HELLO - text)"
     assert ProblemTemplate(text).queries == {"OBJECTS": {"relation": "domain-object"}}
 
 
-def test_an_array_has_a_blank_before_each_element():
+def test_array_has_blank_before_each_element():
     text = "<<#FACTS|{}>>(<<name>> <<param_values>>) <<param_values_1>><</FACTS>>"
     assert fill(text, DOCUMENTS) == "(said  BOB HELLO) HELLO"
 
 
-def test_values_of_every_kind():
+def test_values_of_all_types():
     document = {
         "whole": 3,
         "real": 1.5,
@@ -44,27 +44,27 @@ def test_values_of_every_kind():
     assert fill(text, {"D": [document]}) == "3 1.500000 1 0123456789abcdef01234567 INVALID_VALUE_TYPE x 1 ."
 
 
-def test_the_goal_is_known_everywhere():
+def test_goal_is_filled_inside_and_outside_sections():
     assert fill("<<GOAL>><<#D|{}>>,<<GOAL>><</D>>", {"D": [{}, {}]}, GOAL="(g)") == "(g),(g),(g)"
 
 
-def test_a_section_again_and_in_another():
+def test_repeated_and_nested_sections():
     text = "<<#D|{}>><<a>><</D>>|<<#D>>[<<a>>]<</D>><<#E>>never<</E>>"
     assert fill(text, {"D": [{"a": "1"}, {"a": "2"}]}) == "12|[1][2]"
     nested = '<<#D|{}>><<a>>:<<#E|{"b": 1}>><<a>><<b>><</E>> <</D>>'
     assert fill(nested, {"D": [{"a": "1"}, {"a": "2"}], "E": [{"b": "x"}]}) == "1:1x 2:2x "
 
 
-def test_queries_of_old_templates():
+def test_queries_of_old_templates_are_read():
     template = ProblemTemplate("<<#D|{relation:'domain-fact', $or: [{a.b: 1}]}>><</D>>")
     assert template.queries == {"D": {"relation": "domain-fact", "$or": [{"a.b": 1}]}}
 
 
-def test_without_sections_the_text_is_as_it_is():
+def test_text_without_sections_is_unchanged():
     assert fill("plain > text <") == "plain > text <"
 
 
-def test_two_queries_of_one_name_are_told():
+def test_different_queries_of_same_name_give_warning():
     assert ProblemTemplate('<<#D|{}>><</D>><<#D|{"a": 1}>><</D>>').warnings
     assert not ProblemTemplate("<<#D|{}>><</D>><<#D|{}>><</D>>").warnings
 
@@ -80,7 +80,7 @@ def test_two_queries_of_one_name_are_told():
         ("<<#D|[1]>><</D>>", "is not a JSON object", 1),
     ],
 )
-def test_what_is_wrong_is_said_with_its_line(text, message, line):
+def test_invalid_template_is_reported_with_line(text, message, line):
     with pytest.raises(PlanningError, match=r"x\.tpl") as caught:
         ProblemTemplate(text, "x.tpl")
     assert message in caught.value.message
@@ -89,7 +89,7 @@ def test_what_is_wrong_is_said_with_its_line(text, message, line):
 
 @needs_shared
 @pytest.mark.parametrize("scenario", ["test-scenario-pddl", "visit-all", "rcll"])
-def test_templates_of_fawkes(scenario):
+def test_templates_of_fawkes_are_read(scenario):
     path = SHARED / "fawkes-data/pddl" / scenario / "problem-template.pddl"
     template = ProblemTemplate(path.read_text(), str(path))
     assert template.queries

@@ -37,7 +37,7 @@ CORE = ("saliences", "plan", "goal", "domain", "pddl")
 
 
 class Agent:
-    """An environment with the features, an agent's facts and a domain."""
+    """An environment with the features, the facts of an agent and a domain."""
 
     def __init__(
         self, bus, clp, settings, *, domain=DOMAIN, agent=AGENT, features=("pddl-parser", "planner")
@@ -63,8 +63,8 @@ class Agent:
 def make_agent(bus, clp):
     agents = []
 
-    def make(settings, **more):
-        agents.append(Agent(bus, clp, settings, **more))
+    def make(settings, **options):
+        agents.append(Agent(bus, clp, settings, **options))
         return agents[-1]
 
     yield make
@@ -92,53 +92,53 @@ def loop(agent):
     return agent.loop
 
 
-def facts(env, template):
+def read_facts(env, template):
     return [slots for _, _, slots in env.facts(template)]
 
 
-def goal(env, mode="SELECTED"):
+def add_goal(env, mode="SELECTED"):
     env.assert_string(f"(goal (id G) (class C) (mode {mode}))")
 
 
-def test_a_goal_is_expanded_with_the_plan(env, loop):
-    goal(env)
+def test_goal_is_expanded_with_plan(env, loop):
+    add_goal(env)
     assert env.call("planner-plan", "G", "(at c1 shelf)") == "plan-1"
-    (call,) = facts(env, "planner-call")
+    (call,) = read_facts(env, "planner-call")
     assert (call["goal-id"], call["status"], call["planner"]) == ("G", "RUNNING", "pyperplan")
     loop()
-    (plan,) = facts(env, "plan")
+    (plan,) = read_facts(env, "plan")
     assert (plan["id"], plan["goal-id"], plan["type"]) == ("plan-1", "G", "SEQUENTIAL")
-    (action,) = facts(env, "plan-action")
+    (action,) = read_facts(env, "plan-action")
     assert (action["id"], action["plan-id"], action["goal-id"]) == (1, "plan-1", "G")
     assert (action["action-name"], action["param-values"]) == ("carry", ("c1", "home", "shelf"))
-    assert [each["mode"] for each in facts(env, "goal")] == ["EXPANDED"]
-    assert facts(env, "planner-call") == []
+    assert [each["mode"] for each in read_facts(env, "goal")] == ["EXPANDED"]
+    assert read_facts(env, "planner-call") == []
 
 
-def test_a_plan_for_a_part_of_the_world(env, loop):
-    """Two cups of a type that is nowhere, which no problem may have, are left out."""
+def test_partial_plan_ignores_objects_outside_part(env, loop):
+    """The problem leaves out an object with an undefined type, which would make the problem invalid."""
     env.assert_string("(domain-object (name x) (type unheard-of))")
     env.assert_string("(domain-fact (name at) (param-values x home))")
-    goal(env)
+    add_goal(env)
     assert env.eval('(planner-plan-part G "(at c1 shelf)" (create$ c1 shelf))') == "plan-1"
     loop()
-    (action,) = facts(env, "plan-action")
+    (action,) = read_facts(env, "plan-action")
     assert action["param-values"] == ("c1", "home", "shelf")
-    assert valid(env) == [("plan-1", "TRUE", "")]
+    assert read_checks(env) == [("plan-1", "TRUE", "")]
     env.assert_string("(domain-fact (name at) (param-values x shelf))")
     loop()
-    assert valid(env) == [("plan-1", "TRUE", "")]
+    assert read_checks(env) == [("plan-1", "TRUE", "")]
 
 
-def test_values_of_functions_are_in_the_problem(env, loop, clp, monkeypatch):
-    asked = []
+def test_problem_has_values_of_functions(env, loop, clp, monkeypatch):
+    requests = []
     call = PlanningService.call
 
-    def note(service, request):
-        asked.append(request)
+    def record_request(service, request):
+        requests.append(request)
         return call(service, request)
 
-    monkeypatch.setattr(PlanningService, "call", note)
+    monkeypatch.setattr(PlanningService, "call", record_request)
     env.load(CORE_DIR / "features" / "functions.clp")
     text = DOMAIN.replace("(:action", "(:functions (weight ?c - cup)) (:action")
     env.call("domain-wipe")
@@ -147,19 +147,19 @@ def test_values_of_functions_are_in_the_problem(env, loop, clp, monkeypatch):
     env.assert_string("(domain-fact (name at) (param-values c1 home))")
     env.assert_string("(problem-function (name weight) (param-values c1) (value 2.5))")
     env.assert_string("(problem-function (name unknown) (value 1.0))")
-    goal(env)
+    add_goal(env)
     env.call("planner-plan", "G", "(at c1 home)")
     loop()
-    assert [each["mode"] for each in facts(env, "goal")] == ["EXPANDED"]
-    ((term, value),) = asked[0].problem.numbers
+    assert [each["mode"] for each in read_facts(env, "goal")] == ["EXPANDED"]
+    ((term, value),) = requests[0].problem.numbers
     assert (format_term(term), value) == ("(weight c1)", 2.5)
 
 
-def test_without_a_plan_the_goal_fails(env, loop, log):
-    goal(env)
+def test_goal_without_plan_fails(env, loop, log):
+    add_goal(env)
     env.call("planner-plan", "G", "(never)")
     loop()
-    (failed,) = facts(env, "goal")
+    (failed,) = read_facts(env, "goal")
     assert (failed["mode"], failed["outcome"], failed["error"]) == (
         "FINISHED",
         "FAILED",
@@ -169,50 +169,50 @@ def test_without_a_plan_the_goal_fails(env, loop, log):
     assert any("No plan for goal 'G'" in text for text in log.texts(Level.ERROR))
 
 
-def valid(env):
-    return [(each["plan-id"], each["valid"], each["message"]) for each in facts(env, "plan-valid")]
+def read_checks(env):
+    return [(each["plan-id"], each["valid"], each["message"]) for each in read_facts(env, "plan-valid")]
 
 
-def test_a_plan_that_does_not_hold_in_the_world_as_it_is_now_is_refused(env, loop, log):
-    goal(env)
+def test_plan_is_refused_if_world_has_changed(env, loop, log):
+    add_goal(env)
     env.call("planner-plan", "G", "(at c1 shelf)")
     env.eval("(do-for-fact ((?f domain-fact)) (eq ?f:name at) (retract ?f))")
     loop()
-    (failed,) = facts(env, "goal")
+    (failed,) = read_facts(env, "goal")
     assert (failed["outcome"], failed["error"]) == ("FAILED", ("PLANNING", "INVALID"))
     assert failed["message"] == (
         "the plan does not hold: step 1, (carry c1 home shelf): (at c1 home) is false"
     )
-    assert facts(env, "plan") == facts(env, "plan-valid") == []
+    assert read_facts(env, "plan") == read_facts(env, "plan-valid") == []
 
 
-def test_a_plan_is_checked_again_when_the_world_changes(env, loop, log):
-    goal(env)
+def test_plan_is_checked_after_each_change_of_world(env, loop, log):
+    add_goal(env)
     env.call("planner-plan", "G", "(at c1 shelf)")
     loop()
-    assert valid(env) == [("plan-1", "TRUE", "")]
+    assert read_checks(env) == [("plan-1", "TRUE", "")]
     env.eval("(do-for-fact ((?f domain-fact)) (eq ?f:name at) (retract ?f))")
     loop()
-    why = "step 1, (carry c1 home shelf): (at c1 home) is false"
-    assert valid(env) == [("plan-1", "FALSE", why)]
-    assert any(f"plan 'plan-1' is no longer valid: {why}" in text for text in log.texts(Level.WARN))
+    reason = "step 1, (carry c1 home shelf): (at c1 home) is false"
+    assert read_checks(env) == [("plan-1", "FALSE", reason)]
+    assert any(f"plan 'plan-1' is no longer valid: {reason}" in text for text in log.texts(Level.WARN))
     env.assert_string("(domain-fact (name at) (param-values c1 home))")
     loop()
-    assert valid(env) == [("plan-1", "TRUE", "")]
+    assert read_checks(env) == [("plan-1", "TRUE", "")]
 
 
-def test_an_action_that_runs_is_expected_to_succeed(env, loop):
-    goal(env)
+def test_check_assumes_success_of_running_action(env, loop):
+    add_goal(env)
     env.call("planner-plan", "G", "(at c1 shelf)")
     loop()
     env.eval("(do-for-fact ((?a plan-action)) TRUE (modify ?a (state RUNNING)))")
     env.eval("(do-for-fact ((?f domain-fact)) (eq ?f:name at) (retract ?f))")
     loop()
-    assert valid(env) == [("plan-1", "TRUE", "")]
+    assert read_checks(env) == [("plan-1", "TRUE", "")]
 
 
-def test_rules_may_ask_before_they_go_on(env, loop):
-    goal(env)
+def test_rules_can_check_plan(env, loop):
+    add_goal(env)
     env.call("planner-plan", "G", "(at c1 shelf)")
     loop()
     assert env.call("planner-check", "plan-1") == TRUE
@@ -221,36 +221,36 @@ def test_rules_may_ask_before_they_go_on(env, loop):
     assert env.call("planner-check", "plan-7") == FALSE
 
 
-def test_the_fact_goes_with_the_plan(env, loop):
-    goal(env)
+def test_check_result_is_retracted_with_plan(env, loop):
+    add_goal(env)
     env.call("planner-plan", "G", "(at c1 shelf)")
     loop()
     env.eval("(do-for-all-facts ((?p plan)) TRUE (retract ?p))")
     loop()
-    assert valid(env) == []
+    assert read_checks(env) == []
 
 
-def test_without_checks_plans_are_as_fawkes_has_them(make_agent):
+def test_disabled_checks_accept_invalid_plan(make_agent):
     agent = make_agent(PlannerSettings(planner="pyperplan", check_plans=False))
-    goal(agent.env)
+    add_goal(agent.env)
     agent.env.call("planner-plan", "G", "(at c1 shelf)")
     agent.env.eval("(do-for-fact ((?f domain-fact)) (eq ?f:name at) (retract ?f))")
     agent.loop()
-    assert [each["mode"] for each in facts(agent.env, "goal")] == ["EXPANDED"]
-    assert valid(agent.env) == []
+    assert [each["mode"] for each in read_facts(agent.env, "goal")] == ["EXPANDED"]
+    assert read_checks(agent.env) == []
 
 
 BAD_PROGRAMS = {
     "crashes": ("kill -SEGV $$", "FAILED", "without a plan"),
     "prints rubbish": ("echo rubbish; exit 3", "FAILED", "without a plan: rubbish"),
-    "leaves no plan": ("exit 0", "FAILED", "without a plan"),
-    "plans nonsense": ("printf 'ff: found legal plan\\nstep 0: FLY C1 HOME SHELF\\n'", "FAILED", "FLY"),
-    "says there is none": ("echo 'ff: goal can be simplified to FALSE'", "NO-PLAN", "there is no plan"),
-    "runs for ever": ("exec sleep 1000", "TIMEOUT", ""),
+    "prints no plan": ("exit 0", "FAILED", "without a plan"),
+    "plans unknown action": ("printf 'ff: found legal plan\\nstep 0: FLY C1 HOME SHELF\\n'", "FAILED", "FLY"),
+    "finds goal unreachable": ("echo 'ff: goal can be simplified to FALSE'", "NO-PLAN", "there is no plan"),
+    "never ends": ("exec sleep 1000", "TIMEOUT", ""),
 }
 
 
-def put_ff(script, monkeypatch, folder):
+def add_ff(script, monkeypatch, folder):
     """Put a program `ff` on the PATH."""
     (folder / "ff").write_text(f"#!/bin/sh\n{script}\n")
     (folder / "ff").chmod(0o755)
@@ -259,57 +259,57 @@ def put_ff(script, monkeypatch, folder):
 
 @pytest.fixture
 def bad_program(request, monkeypatch, tmp_path):
-    """Put a program `ff` on the PATH before planners begin; return the expected status and message."""
+    """Put a program `ff` on the PATH before planners start; return the expected status and message."""
     script, status, message = BAD_PROGRAMS[request.param]
-    put_ff(script, monkeypatch, tmp_path)
+    add_ff(script, monkeypatch, tmp_path)
     return status, message
 
 
 @pytest.mark.parametrize("bad_program", BAD_PROGRAMS, indirect=True)
-def test_a_planner_that_does_not_plan_fails_the_goal(bad_program, env, loop):
+def test_failed_planner_fails_goal(bad_program, env, loop):
     status, message = bad_program
-    goal(env)
+    add_goal(env)
     env.call("planner-plan-with", "G", "(at c1 shelf)", "ff", 0.5 if status == "TIMEOUT" else 60)
     loop()
-    (failed,) = facts(env, "goal")
+    (failed,) = read_facts(env, "goal")
     assert (failed["mode"], failed["outcome"]) == ("FINISHED", "FAILED")
     assert failed["error"] == ("PLANNING", status)
     assert message in failed["message"]
-    assert facts(env, "planner-call") == []
-    assert facts(env, "plan") == []
+    assert read_facts(env, "planner-call") == []
+    assert read_facts(env, "plan") == []
 
 
-def test_without_a_goal_the_call_stays_for_the_agent(env, loop):
+def test_call_without_goal_remains_as_fact(env, loop):
     env.call("planner-plan", "nil", "(at c1 shelf)")
     loop()
-    (call,) = facts(env, "planner-call")
+    (call,) = read_facts(env, "planner-call")
     assert (call["status"], call["plan-id"], call["message"]) == ("PLANNED", "plan-1", "")
-    assert len(facts(env, "plan-action")) == 1
+    assert len(read_facts(env, "plan-action")) == 1
 
 
-def test_a_goal_that_is_not_selected_any_more_cancels_its_plan(env, loop):
-    env.call("planner-plan", "G", "(at c1 shelf)")  # there is no such goal
+def test_call_is_cancelled_without_selected_goal(env, loop):
+    env.call("planner-plan", "G", "(at c1 shelf)")  # the goal G does not exist
     loop()
-    assert facts(env, "planner-call") == []
+    assert read_facts(env, "planner-call") == []
 
 
 @pytest.fixture
 def endless(monkeypatch, tmp_path):
-    """Let there be a planner `ff`, before planners' processes begin, that is never done."""
-    put_ff(BAD_PROGRAMS["runs for ever"][0], monkeypatch, tmp_path)
+    """Put an endless program `ff` on the PATH before planners start."""
+    add_ff(BAD_PROGRAMS["never ends"][0], monkeypatch, tmp_path)
 
 
-def test_cancelling(endless, env, loop):
+def test_running_call_is_cancelled_once(endless, env, loop):
     assert env.call("planner-cancel", "plan-9") == FALSE
     env.call("planner-plan-with", "nil", "(at c1 shelf)", "ff", 60)
     assert env.call("planner-cancel", "plan-1") == TRUE
     loop()
-    (call,) = facts(env, "planner-call")
+    (call,) = read_facts(env, "planner-call")
     assert call["status"] == "CANCELLED"
     assert env.call("planner-cancel", "plan-1") == FALSE
 
 
-def test_calls_are_told_to_the_bus(endless, manager, bus, env, loop):
+def test_bus_gets_planner_calls(endless, manager, bus, env, loop):
     events: list[PlannerCall] = []
     bus.subscribe(events.append, PlannerCall)
     env.call("planner-plan", "G", "(at c1 shelf)")
@@ -336,12 +336,12 @@ def test_calls_are_told_to_the_bus(endless, manager, bus, env, loop):
     assert [bool(event.reason) for event in events] == [False, False, False, True, True, False, True]
 
 
-def test_numbers_stay_numbers(env, loop):
+def test_numeric_names_remain_numbers(env, loop):
     env.assert_string("(domain-object (name 7) (type cup))")
     env.assert_string("(domain-fact (name at) (param-values 7 home))")
     env.call("planner-plan", "nil", "(at 7 shelf)")
     loop()
-    assert facts(env, "plan-action")[0]["param-values"] == (7, "home", "shelf")
+    assert read_facts(env, "plan-action")[0]["param-values"] == (7, "home", "shelf")
 
 
 @pytest.mark.parametrize(
@@ -356,37 +356,37 @@ def test_numbers_stay_numbers(env, loop):
         ("(domain-fact (name at) (param-values shelf home))", GOAL, "expects cup but got place"),
     ],
 )
-def test_a_goal_or_a_world_that_makes_no_sense(env, log, fact, formula, message):
+def test_invalid_goal_or_world_fails_call(env, log, fact, formula, message):
     if fact:
         env.assert_string(fact)
     assert env.call("planner-plan", "G", formula) == "no-plan-1"
     assert any(message in text for text in log.texts(Level.ERROR))
-    (call,) = facts(env, "planner-call")
+    (call,) = read_facts(env, "planner-call")
     assert (call["goal-id"], call["status"]) == ("G", "FAILED")
     assert message in call["message"]
 
 
-def test_a_call_that_cannot_be_made_fails_its_goal(env, loop):
-    goal(env)
+def test_invalid_call_fails_goal(env, loop):
+    add_goal(env)
     env.call("planner-plan", "G", "(on c1 shelf)")
     loop()
-    (failed,) = facts(env, "goal")
+    (failed,) = read_facts(env, "goal")
     assert (failed["outcome"], failed["error"]) == ("FAILED", ("PLANNING", "FAILED"))
     assert "Unknown predicate: on" in failed["message"]
-    assert facts(env, "planner-call") == []
+    assert read_facts(env, "planner-call") == []
 
 
 @pytest.mark.parametrize(
-    "more", [{"domain": DOMAIN[:-1]}, {"features": ["planner"]}], ids=["broken domain", "no domain"]
+    "options", [{"domain": DOMAIN[:-1]}, {"features": ["planner"]}], ids=["broken domain", "no domain"]
 )
-def test_without_a_domain(make_agent, log, more):
-    agent = make_agent(PlannerSettings(), **more)
+def test_missing_domain_is_reported(make_agent, log, options):
+    agent = make_agent(PlannerSettings(), **options)
     assert agent.env.call("planner-plan", "G", GOAL) == "no-plan-1"
     assert "parse-pddl-domain first" in log.texts(Level.ERROR)[-1]
-    assert any("domain.pddl" in text for text in log.texts(Level.ERROR)) == ("domain" in more)
+    assert any("domain.pddl" in text for text in log.texts(Level.ERROR)) == ("domain" in options)
 
 
-def test_settings():
+def test_settings_are_parsed():
     text = "planner: {planner: ff, timeout: 2.5, at-once: 3, memory: 0, options: {search: ehs, program: x}}"
     assert PlannerSettings.from_config(Configuration.from_text(text, "x.yaml")) == PlannerSettings(
         "ff", 2.5, 3, 0, {"search": "ehs", "program": "x"}
@@ -432,12 +432,12 @@ def test_numeric_and_temporal_plans(kind, planner, make_agent):
     if missing := make_planner(planner).not_installed:
         pytest.skip(missing)
     agent = make_agent(PlannerSettings(), domain=KINDS[kind][0], agent=DRIVE)
-    goal(agent.env)
+    add_goal(agent.env)
     agent.env.call("planner-plan-with", "G", "(at r1 b)", planner, 60)
     agent.loop()
-    assert [each["message"] for each in facts(agent.env, "goal")] == [""]
-    (plan,) = facts(agent.env, "plan")
-    (action,) = facts(agent.env, "plan-action")
+    assert [each["message"] for each in read_facts(agent.env, "goal")] == [""]
+    (plan,) = read_facts(agent.env, "plan")
+    (action,) = read_facts(agent.env, "plan-action")
     assert action["param-values"] == ("r1", "a", "b")
     if kind == "temporal":
         assert plan["type"] == "TEMPORAL"

@@ -1,4 +1,4 @@
-"""scenarios/detour: a door falls shut while the robot drives, and the goal is planned again."""
+"""The scenario `detour`: a door closes during a drive, and the goal gets a new plan."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from tests.support import ROOT
 SCENARIO = ROOT / "scenarios" / "detour"
 
 
-def test_a_changed_world_is_planned_again_as_in_the_golden_run(cx):
+def test_changed_world_causes_new_plan_of_golden_run(cx):
     run = cx.run(SCENARIO)
     run.to_end()
     run.assert_golden()
 
 
-def test_no_action_fails_and_the_second_plan_goes_round(tmp_path):
+def test_second_plan_takes_detour(tmp_path):
     log = tmp_path / "log"
     run_scenario(RunOptions(scenario=SCENARIO, log=log))
     text = log.read_text()
@@ -26,8 +26,8 @@ def test_no_action_fails_and_the_second_plan_goes_round(tmp_path):
     assert "plan-2: PLANNED by pyperplan: 4 actions" in text
 
 
-def test_without_checks_the_action_waits_for_the_door(tmp_path):
-    """As in Fawkes: its precondition does not hold, and the run has nothing left to do."""
+def test_action_waits_for_door_without_checks(tmp_path):
+    """The precondition of the action is false, and the run stops, like in Fawkes."""
     (tmp_path / "off.yaml").write_text("planner: {check-plans: false}")
     lines: list[Any] = []
     result = run_scenario(

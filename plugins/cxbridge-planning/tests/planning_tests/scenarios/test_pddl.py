@@ -6,8 +6,8 @@ from tests.run.test_run import TEST_SCENARIO, bad, run
 from tests.support import FAWKES_DIR, ROOT, needs_fawkes
 
 
-def test_a_goal_that_a_planner_plans(tmp_path):
-    """Ours of Fawkes' spec `test-pddl`: both skill strings are those of the original mapping."""
+def test_scenario_executes_planned_skills(tmp_path):
+    """The scenario copies Fawkes' spec `test-pddl` and has the skill strings of the original mapping."""
     log = tmp_path / "log"
     result, _ = run(ROOT / "scenarios" / "test-scenario-pddl", log=log)
     assert (result.status, result.goals[0].goal) == (0, "TESTGOAL")
@@ -16,8 +16,8 @@ def test_a_goal_that_a_planner_plans(tmp_path):
 
 
 @needs_fawkes
-def test_fawkes_own_spec_test_pddl_runs_unchanged(tmp_path, monkeypatch):
-    """Problem generation, planner, trigger and expansion are Fawkes' rules; FF is not installed here."""
+def test_unchanged_fawkes_spec_executes_planned_skills(tmp_path, monkeypatch):
+    """Rules of Fawkes generate the problem, call the planner and expand the goal, without FF."""
     monkeypatch.setenv("PATH", str(tmp_path))
     log = tmp_path / "log"
     result, _ = run(None, fawkes_dir=FAWKES_DIR, spec="test-pddl", log=log)
@@ -30,7 +30,7 @@ def test_fawkes_own_spec_test_pddl_runs_unchanged(tmp_path, monkeypatch):
     assert not (FAWKES_DIR / "src/plugins/clips-executive/clips/test-scenario-pddl/problem.pddl").exists()
 
 
-def test_a_mistake_in_the_planners_configuration_is_told_before_the_run(tmp_path):
+def test_invalid_planner_settings_are_reported_before_run(tmp_path):
     config = tmp_path / "planner.yaml"
     config.write_text("planner: {at-once: many}\n")
     assert "/planner/at-once" in str(bad(TEST_SCENARIO, config=config))

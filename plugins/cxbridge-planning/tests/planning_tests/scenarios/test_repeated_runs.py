@@ -1,4 +1,4 @@
-"""Two runs of a shipped scenario with a planner are the same."""
+"""Repeated runs of the scenarios with planners."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from tests.scenarios.test_repeated_runs import SCENARIOS, compare_two_runs, reco
 from tests.support import share
 
 TEMPORAL = "temporal"
-"""Its planner, Aries, searches with several threads: it may find another plan each time."""
+"""The scenario whose plan may differ between runs, because Aries searches with several threads."""
 
 
 @pytest.mark.parametrize(
     "scenario", share([name for name, plans in SCENARIOS.items() if plans and name != TEMPORAL], 2)
 )
-def test_log_and_trace_of_two_runs_are_the_same(scenario, tmp_path):
+def test_runs_have_same_log_and_trace(scenario, tmp_path):
     compare_two_runs(scenario, tmp_path)
 
 
 @pytest.mark.skipif(not INSTALLED, reason="no temporal planner")
-def test_what_is_known_of_a_call_of_a_planner_is_the_same_whatever_it_finds(tmp_path):
-    one, other = (
+def test_runs_have_same_facts_about_planner_calls(tmp_path):
+    first, second = (
         [event.text for event in events if isinstance(event, FactChange) and event.template == "planner-call"]
-        for _, events in (recorded(TEMPORAL, tmp_path / name) for name in ("one", "other"))
+        for _, events in (recorded(TEMPORAL, tmp_path / name) for name in ("first", "second"))
     )
-    assert one == other
-    assert any("(status PLANNED)" in text and "(seconds 0.0" in text for text in one)
+    assert first == second
+    assert any("(status PLANNED)" in text and "(seconds 0.0" in text for text in first)

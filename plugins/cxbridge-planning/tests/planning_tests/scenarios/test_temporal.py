@@ -1,4 +1,4 @@
-"""The scenario `temporal`: a plan with times, made by a temporal planner, executed by two cooks."""
+"""The scenario `temporal`: two cooks execute a plan of a temporal planner."""
 
 from __future__ import annotations
 
@@ -30,36 +30,36 @@ def run(tmp_path, config="", **options):
     return result, (tmp_path / "log").read_text().splitlines()
 
 
-def seconds(lines, what):
-    """When each line with this text was written, in seconds of the run."""
+def find_times(lines, text):
+    """Return the times of the lines with a text, in seconds of the run."""
     return [
-        float(line.split()[1][6:]) + 60 * float(line.split()[1][3:5]) - 2800 for line in lines if what in line
+        float(line.split()[1][6:]) + 60 * float(line.split()[1][3:5]) - 2800 for line in lines if text in line
     ]
 
 
-def test_what_can_be_done_at_once_is_done_at_once(tmp_path):
+def test_parallel_actions_start_at_same_time(tmp_path):
     result, lines = run(tmp_path)
     assert (result.status, [goal.outcome for goal in result.goals]) == (0, ["COMPLETED"])
-    first, second = seconds(lines, "executes 'prepare")
+    first, second = find_times(lines, "executes 'prepare")
     assert first == second
-    served = seconds(lines, "executes 'serve")
+    served = find_times(lines, "executes 'serve")
     assert len(served) == 2
     assert min(served) - first > 3.9
     assert not any("running longer" in line or "missed its dispatch" in line for line in lines)
 
 
-def test_who_takes_longer_than_planned_is_told_once(tmp_path):
+def test_overrun_of_action_is_reported_once(tmp_path):
     cook = "{executors: {cook: {prepare: 5.0}}}"
     slow = f"skill-board: {{agents: {{ann: {cook}, ben: {cook}}}}}"
     result, lines = run(tmp_path, slow)
     assert result.status == 0
-    told = [line for line in lines if "running longer than expected (which was 4.0 sec)" in line]
-    assert len(told) == 2
-    assert {when > 4.0 for when in seconds(lines, "running longer")} == {True}
+    reports = [line for line in lines if "running longer than expected (which was 4.0 sec)" in line]
+    assert len(reports) == 2
+    assert {time_s > 4.0 for time_s in find_times(lines, "running longer")} == {True}
 
 
-def test_an_action_that_does_not_start_in_time_is_told_once(tmp_path):
-    """The plan is suspended when the dishes are to be served, and continues later."""
+def test_missed_start_of_action_is_reported_once(tmp_path):
+    """The plan is suspended at the start of the serve actions, and continues later."""
     (tmp_path / "pause.clp").write_text("""
 (defrule pause
   ?plan <- (plan (suspended FALSE) (start-time $?start&~:(eq ?start (create$ 0 0))))
@@ -93,7 +93,7 @@ clips-executive:
     assert all("Action serve" in line for line in missed)
 
 
-def test_without_a_temporal_planner_the_goal_fails_and_says_why(tmp_path):
+def test_goal_fails_with_reason_without_temporal_planner(tmp_path):
     result, lines = run(tmp_path, "planner: {planner: pyperplan}")
     assert result.status == 1
     assert result.goals[0].error == "PLANNING FAILED"

@@ -1,4 +1,4 @@
-"""scenarios/waypoints: one robot drives over eight waypoints, by seven moves, the same way each time."""
+"""The scenario `waypoints`: a robot drives to eight waypoints by seven moves."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ SCENARIO = ROOT / "scenarios" / "waypoints"
 WAYPOINTS = ["wp-init", *(f"wp{n}" for n in range(1, 7)), "wp-final"]
 
 
-class Drive:
-    """A run with its actions and poses."""
+class RecordedRun:
+    """The actions, poses and domain facts of a run."""
 
     def __init__(self, **options: Any) -> None:
         self.actions: list[PlanActionTransition] = []
         self.poses: list[tuple[int, tuple[float, ...], tuple[float, ...]]] = []
-        with Run(RunOptions(scenario=SCENARIO, skiller="none", **options)) as assembly:
-            assembly.bus.subscribe(self._note, PlanActionTransition, InterfaceWrite)
-            assembly.start()
-            assembly.loop.run(lambda: assembly.is_over or assembly.loop.cycle_count > 3000)
-            self.over = assembly.is_over
+        with Run(RunOptions(scenario=SCENARIO, skiller="none", **options)) as cx_run:
+            cx_run.bus.subscribe(self._note, PlanActionTransition, InterfaceWrite)
+            cx_run.start()
+            cx_run.loop.run(lambda: cx_run.is_over or cx_run.loop.cycle_count > 3000)
+            self.is_over = cx_run.is_over
             self.domain = {
                 (str(slots["name"]), *map(str, slots["param-values"]))
-                for _, _, slots in assembly.executive.env.facts("domain-fact")
+                for _, _, slots in cx_run.executive.env.facts("domain-fact")
             }
 
     def _note(self, event: Any) -> None:
@@ -46,11 +46,11 @@ class Drive:
 
 @pytest.fixture(scope="module")
 def run():
-    return Drive()
+    return RecordedRun()
 
 
-def test_seven_moves_one_after_the_other(run):
-    assert run.over
+def test_run_has_seven_moves_in_sequence(run):
+    assert run.is_over
     states = [(event.action, event.state) for event in run.actions]
     assert {name for name, _ in states} == {"move"}
     assert [state for _, state in states].count("FINAL") == 7
@@ -58,25 +58,25 @@ def test_seven_moves_one_after_the_other(run):
     assert not any(state in ("FAILED", "EXECUTION-FAILED") for _, state in states)
 
 
-def test_the_robot_has_been_everywhere_and_is_at_the_last_waypoint(run):
+def test_robot_visits_all_waypoints_and_stops_at_last(run):
     assert {f"visited {name}" for name in WAYPOINTS} <= {" ".join(fact) for fact in run.domain}
     assert [fact for fact in run.domain if fact[0] == "at"] == [("at", "tb3", "wp-final")]
 
 
-def test_the_pose_passes_all_waypoints_in_order_and_within_the_limits(run):
+def test_pose_passes_waypoints_in_order_within_speed_limit(run):
     graph = load_navgraph(SCENARIO / "navgraph.yaml")
-    left = [node for name in WAYPOINTS if (node := graph.node(name))]
-    assert len(left) == 8
+    remaining = [node for name in WAYPOINTS if (node := graph.node(name))]
+    assert len(remaining) == 8
     for (before_us, (x0, y0, _), _), (time_us, (x, y, _), _) in zip(run.poses, run.poses[1:], strict=False):
         assert math.hypot(x - x0, y - y0) <= 0.22 * (time_us - before_us) / 1e6 + 1e-6
     for _, (x, y, _), _ in run.poses:
-        if left and math.hypot(x - left[0].x, y - left[0].y) < 0.01:
-            left.pop(0)
-    assert left == []
+        if remaining and math.hypot(x - remaining[0].x, y - remaining[0].y) < 0.01:
+            remaining.pop(0)
+    assert remaining == []
     assert run.poses[-1][2] == (0.0, 0.0, pytest.approx(0.0, abs=1e-6), pytest.approx(1.0))
 
 
-def test_the_command_exits_with_0(tmp_path):
+def test_repeated_runs_succeed_with_same_transitions(tmp_path):
     traces = [tmp_path / "a.mcap", tmp_path / "b.mcap"]
     for trace in traces:
         result = run_scenario(RunOptions(scenario=SCENARIO, trace=trace))

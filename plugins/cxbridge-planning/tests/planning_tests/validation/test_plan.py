@@ -1,4 +1,4 @@
-"""Plans that hold, and plans that do not: the first step that fails and the condition that is false."""
+"""The validation of plans: the first failed step and its false condition."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ MORNING = """(define (problem p) (:domain cups) (:objects c d - cup table shelf 
   (:goal {goal}))"""
 
 
-def steps(*texts):
+def make_steps(*texts):
     return [PlannedAction(name, tuple(rest)) for name, *rest in map(str.split, texts)]
 
 
 def check(plan, goal="(at c shelf)", most=9):
     problem = parse_problem(MORNING.format(goal=goal, most=most), CUPS)
-    return check_plan(CUPS, problem, steps(*plan))
+    return check_plan(CUPS, problem, make_steps(*plan))
 
 
-def test_the_state_after_a_plan_that_holds():
+def test_valid_plan_reaches_goal():
     goal = "(and (at c shelf) (not (at c table)) (dirty c) (at d table) (not (open shelf)) (= (moved) 1))"
     assert check(["carry c table shelf"], goal) == PlanCheck()
 
@@ -52,18 +52,18 @@ def test_the_state_after_a_plan_that_holds():
         (["carry e table shelf"], 1, "?c must be of type cup, which e is not"),
     ],
 )
-def test_the_first_step_that_fails_is_told_with_what_is_false(plan, step, failure):
-    found = check(plan)
-    assert found.step == step
-    assert failure in found.failure
+def test_first_failed_step_is_reported_with_false_condition(plan, step, failure):
+    check_result = check(plan)
+    assert check_result.step == step
+    assert failure in check_result.failure
 
 
-def test_numbers_are_told_with_their_values():
-    found = check(["carry c table shelf"], most=0)
-    assert found.failure.endswith("(< (moved) (most)) is false: (moved) is 0, (most) is 0")
+def test_false_comparison_is_reported_with_values():
+    check_result = check(["carry c table shelf"], most=0)
+    assert check_result.failure.endswith("(< (moved) (most)) is false: (moved) is 0, (most) is 0")
 
 
-def test_a_goal_may_be_any_condition():
+def test_goals_with_quantifiers_are_checked():
     assert (
         check(["carry c table shelf"], goal="(and (exists (?c - cup) (at ?c table)) (> (moved) 0))")
         == PlanCheck()
@@ -93,12 +93,12 @@ BREAKFAST = parse_problem(
 )
 
 
-def cook(start, who, dish, takes):
-    return PlannedAction("cook", (who, dish), start, takes)
+def cook(start, name, dish, duration):
+    return PlannedAction("cook", (name, dish), start, duration)
 
 
-def blow(start, takes=1.0):
-    return PlannedAction("blow-out", (), start, takes)
+def blow_out(start, duration=1.0):
+    return PlannedAction("blow-out", (), start, duration)
 
 
 @pytest.mark.parametrize(
@@ -112,29 +112,36 @@ def blow(start, takes=1.0):
         ([cook(0, "ann", "egg", 4.0006), cook(0, "ben", "toast", 1.9996)], ""),
         ([cook(0, "ann", "egg", 4.0006), cook(0, "ben", "toast", 1.99)], "it takes 1.99 s"),
         ([cook(0, "ann", "egg", 3), cook(0, "ben", "toast", 2)], "it takes 3 s, but the domain requires 4"),
-        ([cook(0, "ann", "egg", 4), cook(0, "ben", "toast", 2), blow(1)], "(cook ann egg): (lit) is false"),
-        ([cook(0, "ann", "egg", 4), cook(0, "ben", "toast", 2), blow(5)], ""),
-        ([cook(0, "ann", "egg", 4), cook(0, "ben", "toast", 2), blow(3)], ""),
-        ([cook(0, "ann", "egg", 4), cook(0, "ben", "toast", 2), blow(5, 3)], "it takes 3 s"),
+        (
+            [cook(0, "ann", "egg", 4), cook(0, "ben", "toast", 2), blow_out(1)],
+            "(cook ann egg): (lit) is false",
+        ),
+        ([cook(0, "ann", "egg", 4), cook(0, "ben", "toast", 2), blow_out(5)], ""),
+        ([cook(0, "ann", "egg", 4), cook(0, "ben", "toast", 2), blow_out(3)], ""),
+        ([cook(0, "ann", "egg", 4), cook(0, "ben", "toast", 2), blow_out(5, 3)], "it takes 3 s"),
         ([cook(0, "ann", "egg", 4), cook(0, "ben", "egg", 4)], "both affect (raw egg)"),
         ([cook(0, "ann", "egg", 4)], "the goal is not reached: (done toast) is false"),
         ([cook(None, "ann", "egg", 4), cook(None, "ann", "toast", 2)], ""),
     ],
 )
-def test_times(plan, failure):
-    found = check_plan(KITCHEN, BREAKFAST, plan)
-    assert found.unchecked == ""
-    assert failure in found.failure if failure else not found.failure
+def test_temporal_plans_are_checked(plan, failure):
+    check_result = check_plan(KITCHEN, BREAKFAST, plan)
+    assert check_result.unchecked == ""
+    assert failure in check_result.failure if failure else not check_result.failure
 
 
-def test_actions_that_run_already_have_done_what_they_do_at_their_start():
-    found = check_plan(KITCHEN, BREAKFAST, [cook(0, "ben", "toast", 2)], running=[cook(-1, "ann", "egg", 4)])
-    assert found.failure == ""
-    both = check_plan(KITCHEN, BREAKFAST, [cook(0, "ann", "toast", 2)], running=[cook(-1, "ann", "egg", 4)])
-    assert "(free ann) is false" in both.failure
+def test_running_actions_have_applied_start_effects():
+    check_result = check_plan(
+        KITCHEN, BREAKFAST, [cook(0, "ben", "toast", 2)], running=[cook(-1, "ann", "egg", 4)]
+    )
+    assert check_result.failure == ""
+    conflict = check_plan(
+        KITCHEN, BREAKFAST, [cook(0, "ann", "toast", 2)], running=[cook(-1, "ann", "egg", 4)]
+    )
+    assert "(free ann) is false" in conflict.failure
 
 
-def test_what_has_no_value_cannot_be_checked():
+def test_function_without_value_leaves_plan_unchecked():
     text = """(define (problem b) (:domain cups) (:objects c - cup a b - place) (:init (at c a) (= (most) 3))
       (:goal (at c b)))"""
     domain = parse_domain(
@@ -143,6 +150,6 @@ def test_what_has_no_value_cannot_be_checked():
       (:action carry :parameters (?c - cup ?a ?b - place) :precondition (at ?c ?a)
         :effect (and (at ?c ?b) (increase (moved) 1))))"""
     )
-    found = check_plan(domain, parse_problem(text, domain), steps("carry c a b"))
-    assert found.unchecked == "(moved) has no value"
-    assert not found.failure
+    check_result = check_plan(domain, parse_problem(text, domain), make_steps("carry c a b"))
+    assert check_result.unchecked == "(moved) has no value"
+    assert not check_result.failure

@@ -1,4 +1,4 @@
-"""Bags of ROS 2: a run goes into one and comes back whole, and a robot's bag is read as a run."""
+"""Bags of ROS 2: the conversion of runs to bags, and bags of robots that are read as runs."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from tests.run.mini import write_scenario
 
 FORMATS = ["rosbag", "rosbag-sqlite3"]
 UUID = bytes(range(16))
-SENT = "example_interfaces/action/Fibonacci_SendGoal_Event"
+SEND_GOAL_EVENT = "example_interfaces/action/Fibonacci_SendGoal_Event"
 RULER = "=" * 80
-SENT_TEXT = f"""service_msgs/msg/ServiceEventInfo info
+SEND_GOAL_DEFINITION = f"""service_msgs/msg/ServiceEventInfo info
 example_interfaces/action/Fibonacci_SendGoal_Request[<=1] request
 example_interfaces/action/Fibonacci_SendGoal_Response[<=1] response
 {RULER}
@@ -47,55 +47,55 @@ MSG: example_interfaces/action/Fibonacci_SendGoal_Response
 bool accepted
 builtin_interfaces/msg/Time stamp
 """
-"""As the recorder of Jazzy writes it."""
+"""The definition as the recorder of Jazzy writes it."""
 
 
 @pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("run")
     file = folder / "run.mcap"
     run_scenario(RunOptions(scenario=write_scenario(folder / "mini"), trace=file, trace_level="facts"))
     return file
 
 
-def whole(run: Run) -> tuple[Any, ...]:
+def read_contents(run: Run) -> tuple[Any, ...]:
     return list(run), {file.name: file.read() for file in run.files()}, list(run.source_records())
 
 
-@pytest.mark.parametrize("form", FORMATS)
-def test_a_run_comes_back_whole(recorded: Path, tmp_path: Path, form: str):
-    before = open_run(recorded)
-    assert convert(before, tmp_path / "bag", form) == []
+@pytest.mark.parametrize("bag_format", FORMATS)
+def test_converted_bag_has_all_data_of_run(recording: Path, tmp_path: Path, bag_format: str):
+    before = open_run(recording)
+    assert convert(before, tmp_path / "bag", bag_format) == []
     after = open_run(tmp_path / "bag")
     assert after.format == "rosbag"
-    assert whole(after) == whole(before)
+    assert read_contents(after) == read_contents(before)
     assert before.metadata().items() <= after.metadata().items()
     (file,) = (each for each in (tmp_path / "bag").iterdir() if each.suffix in (".mcap", ".db3"))
     assert list(open_run(file)) == list(before)
     assert not after.notes
 
 
-def test_a_bag_is_replayed(recorded: Path, tmp_path: Path):
-    convert(open_run(recorded), tmp_path / "bag", "rosbag")
-    options = RunOptions(scenario=recorded.parent / "mini", replay=(tmp_path / "bag",))
+def test_bag_is_replayed(recording: Path, tmp_path: Path):
+    convert(open_run(recording), tmp_path / "bag", "rosbag")
+    options = RunOptions(scenario=recording.parent / "mini", replay=(tmp_path / "bag",))
     assert run_scenario(options).status == 0
 
 
-# -- a robot's bag
+# -- bags of robots
 
 
 class Bag:
-    """A bag that is written as a robot's recorder does, with the library alone."""
+    """A bag like the bags of a robot's recorder, written by the rosbags library alone."""
 
     def __init__(
-        self, path: Path, storage: StoragePlugin = StoragePlugin.MCAP, *, packed: bool = False
+        self, path: Path, storage: StoragePlugin = StoragePlugin.MCAP, *, compressed: bool = False
     ) -> None:
         texts = generate_definitions([InterfaceRegistry().schema("BatteryInterface")])
         packages = [Path(__file__).parent.parent / "packages"]
         self.definitions = Definitions(packages, environment={}, texts=texts)
         self.codec = Codec(self.definitions)
         self._writer = Writer(path, version=9, storage_plugin=storage)
-        if packed:
+        if compressed:
             self._writer.set_compression(CompressionMode.MESSAGE, CompressionFormat.ZSTD)
         self._writer.open()
         self._connections: dict[str, Any] = {}
@@ -103,21 +103,24 @@ class Bag:
     def add(self, topic: str, kind: str, time_s: float, message: Mapping[str, Any] | bytes) -> None:
         data = message if isinstance(message, bytes) else self.codec.encode(parse_type(kind), message)
         if topic not in self._connections:
-            known: dict[str, Any] = {"typestore": self.definitions.store}
-            if kind == SENT:  # the library cannot write definitions of parts of actions
-                known = {"msgdef": SENT_TEXT, "rihs01": self.definitions.compute_type_hash(parse_type(kind))}
-            self._connections[topic] = self._writer.add_connection(topic, kind, **known)
+            definition: dict[str, Any] = {"typestore": self.definitions.store}
+            if kind == SEND_GOAL_EVENT:  # rosbags cannot write definitions of parts of actions
+                definition = {
+                    "msgdef": SEND_GOAL_DEFINITION,
+                    "rihs01": self.definitions.compute_type_hash(parse_type(kind)),
+                }
+            self._connections[topic] = self._writer.add_connection(topic, kind, **definition)
         self._writer.write(self._connections[topic], int(time_s * 1e9), data)
 
     def close(self) -> None:
         self._writer.close()
 
 
-def fill(bag: Bag) -> None:
+def write_robot_messages(bag: Bag) -> None:
     bag.add("/rosout", "rcl_interfaces/msg/Log", 1, {"level": 30, "name": "nav", "msg": "slow"})
     goal = {"goal_id": {"uuid": UUID}, "goal": {"order": 7}}
     event = {"info": {"event_type": 1}, "request": [goal]}
-    bag.add("/robot/count/_action/send_goal/_service_event", SENT, 2, event)
+    bag.add("/robot/count/_action/send_goal/_service_event", SEND_GOAL_EVENT, 2, event)
     for number, code in enumerate((1, 2, 2, 4, 4)):
         status = {"status_list": [{"goal_info": {"goal_id": {"uuid": UUID}}, "status": code}]}
         bag.add("/robot/count/_action/status", "action_msgs/msg/GoalStatusArray", 3 + number, status)
@@ -137,9 +140,9 @@ def fill(bag: Bag) -> None:
 
 
 @pytest.mark.parametrize("storage", [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
-@pytest.mark.parametrize("packed", [False, True])
-def test_a_robots_bag_is_a_run(tmp_path: Path, storage: StoragePlugin, packed: bool):
-    fill(Bag(tmp_path / "bag", storage, packed=packed))
+@pytest.mark.parametrize("compressed", [False, True])
+def test_bag_of_robot_is_read_as_run(tmp_path: Path, storage: StoragePlugin, compressed: bool):
+    write_robot_messages(Bag(tmp_path / "bag", storage, compressed=compressed))
     run = open_run(tmp_path / "bag")
     events = list(run)
     assert [each for each in events if isinstance(each, LogLine)] == [
@@ -160,7 +163,7 @@ def test_a_robots_bag_is_a_run(tmp_path: Path, storage: StoragePlugin, packed: b
     assert "/robot/count/_action/status: 5 x action_msgs/msg/GoalStatusArray" in run.description()
 
 
-def test_a_message_that_is_none_is_told(tmp_path: Path):
+def test_invalid_message_becomes_note(tmp_path: Path):
     bag = Bag(tmp_path / "bag")
     bag.add("/rosout", "rcl_interfaces/msg/Log", 1, b"\0\1\0\0abc")
     bag.add("/rosout", "rcl_interfaces/msg/Log", 2, {"level": 20, "msg": "fine"})
@@ -172,20 +175,20 @@ def test_a_message_that_is_none_is_told(tmp_path: Path):
 
 
 @pytest.mark.parametrize("storage", [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
-def test_a_bag_that_was_cut_off_is_one_error_or_a_note(tmp_path: Path, storage: StoragePlugin):
-    fill(Bag(tmp_path / "bag", storage))
+def test_truncated_bag_gives_error_or_note(tmp_path: Path, storage: StoragePlugin):
+    write_robot_messages(Bag(tmp_path / "bag", storage))
     (file,) = (each for each in (tmp_path / "bag").iterdir() if each.suffix in (".mcap", ".db3"))
     data = file.read_bytes()
-    complained = 0
+    failures = 0
     for part in range(1, 40):
         file.write_bytes(data[: len(data) * part // 40])
         try:
             run = open_run(tmp_path / "bag")
             list(run)
-            complained += bool([each for each in run.notes if "left out" not in each])
+            failures += bool([each for each in run.notes if "left out" not in each])
         except TraceError as error:
-            complained += str(error.file) == str(tmp_path / "bag")
-    assert complained > 30
+            failures += str(error.file) == str(tmp_path / "bag")
+    assert failures > 30
 
 
 @pytest.mark.parametrize(
@@ -199,34 +202,34 @@ def test_a_bag_that_was_cut_off_is_one_error_or_a_note(tmp_path: Path, storage: 
         (lambda bag: (bag / "bag.mcap").write_bytes(b"nothing"), "damaged ROS 2 bag"),
     ],
 )
-def test_mistakes(tmp_path: Path, change: Any, message: str):
-    fill(Bag(tmp_path / "bag"))
+def test_damaged_bags_are_refused(tmp_path: Path, change: Any, message: str):
+    write_robot_messages(Bag(tmp_path / "bag"))
     change(tmp_path / "bag")
     with pytest.raises(TraceError, match=message) as caught:
         list(open_run(tmp_path / "bag"))
     assert str(caught.value.file) == str(tmp_path / "bag")
 
 
-def test_a_bag_is_not_written_over(recorded: Path, tmp_path: Path):
-    convert(open_run(recorded), tmp_path / "bag", "rosbag")
+def test_existing_bag_is_not_overwritten(recording: Path, tmp_path: Path):
+    convert(open_run(recording), tmp_path / "bag", "rosbag")
     with pytest.raises(TraceError, match="exists already"):
-        convert(open_run(recorded), tmp_path / "bag", "rosbag")
+        convert(open_run(recording), tmp_path / "bag", "rosbag")
 
 
-# -- strangers
+# -- bags of other projects
 
 ROSBAG2 = os.environ.get("ROSBAG2_DIR", "")
-"""A checkout of ros2/rosbag2, which has bags for its own tests."""
-WRONG = ("wrong_rmw_test",)
+"""A checkout of ros2/rosbag2, whose tests have bags."""
+UNREADABLE_BAGS = ("wrong_rmw_test",)
 
 
 @pytest.mark.skipif(not ROSBAG2, reason="ROSBAG2_DIR names no checkout of rosbag2")
-def test_the_bags_of_rosbag2_are_read():
+def test_bags_of_rosbag2_are_read():
     bags = [path.parent for path in Path(ROSBAG2).rglob("metadata.yaml")]
     assert len(bags) > 10
     for bag in bags:
         run = open_run(bag)
-        if bag.name in WRONG:
+        if bag.name in UNREADABLE_BAGS:
             with pytest.raises(TraceError, match="wrong_format"):
                 list(run)
             continue
@@ -236,8 +239,8 @@ def test_the_bags_of_rosbag2_are_read():
         assert len(events) == counts.get("/rosout", 0), bag
 
 
-def test_files_of_a_bag_are_found_by_their_content(tmp_path: Path, recorded: Path):
-    fill(Bag(tmp_path / "bag"))
+def test_bag_files_are_recognised_by_content(tmp_path: Path, recording: Path):
+    write_robot_messages(Bag(tmp_path / "bag"))
     shutil.copy(tmp_path / "bag/bag.mcap", tmp_path / "moved.mcap")
-    files = (tmp_path / "bag/bag.mcap", tmp_path / "moved.mcap", recorded)
+    files = (tmp_path / "bag/bag.mcap", tmp_path / "moved.mcap", recording)
     assert [open_run(file).format for file in files] == ["rosbag", "rosbag", "mcap"]

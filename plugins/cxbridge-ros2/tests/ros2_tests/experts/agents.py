@@ -1,4 +1,4 @@
-"""Daemons whose world model is served, and their clients."""
+"""Daemons with services for their world model, and the clients of the services."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from tests.support import ROOT
 HERE = Path(__file__).parent
 AGENT = HERE / "agent"
 FAST = "\nfawkes: {mainapp: {desired_loop_time: 4000}}\n"
-"""Let a daemon take requests 250 times a second, not 30 times."""
+"""The daemon handles requests 250 times a second instead of 30 times."""
 
 MEETING = ROOT / "scenarios" / "test-scenario-pddl"
 
 
-def configuration(folder: Path, agent: Path, experts: str, more: str = "") -> Path:
-    """Write a configuration of an agent whose world model is served.
+def write_configuration(folder: Path, agent: Path, experts: str, more: str = "") -> Path:
+    """Write the configuration of an agent with experts.
 
-    :param experts: the settings, in braces.
+    :param experts: the settings of the experts, in braces.
     :param more: settings of ``cxbridge:``.
     """
     text = next(agent.glob("*.yaml")).read_text().replace("clips-dirs: []", f"clips-dirs: ['{agent}']")
@@ -39,19 +39,19 @@ def configuration(folder: Path, agent: Path, experts: str, more: str = "") -> Pa
 
 
 @contextmanager
-def served(
+def run_agent(
     folder: Path, domain: int, agent: Path = AGENT, experts: str = "", more: str = ""
 ) -> Iterator[Daemon]:
-    """Run a daemon whose world model is served."""
-    standard = {"serve": "serve: all, ", "distribution": "distribution: iron, "}
-    rest = "".join(text for key, text in standard.items() if f"{key}:" not in experts)
+    """Run the daemon of an agent with experts."""
+    defaults = {"serve": "serve: all, ", "distribution": "distribution: iron, "}
+    rest = "".join(text for key, text in defaults.items() if f"{key}:" not in experts)
     settings = f"{{{rest}domain: {domain}{experts}}}"
-    with running(DaemonOptions(config=configuration(folder, agent, settings, more))) as (daemon, _, _):
+    with running(DaemonOptions(config=write_configuration(folder, agent, settings, more))) as (daemon, _, _):
         yield daemon
 
 
 @contextmanager
-def asking(domain: int, namespace: str = "") -> Iterator[ExpertClient]:
-    """Join as a client."""
+def join_client(domain: int, namespace: str = "") -> Iterator[ExpertClient]:
+    """Join a domain as a client of the experts."""
     with DdsNode("asks", Definitions(environment={}, texts=TYPE_DEFINITIONS), domain) as node:
         yield ExpertClient(node, RealClock(), namespace, server_timeout_s=10.0)

@@ -1,4 +1,4 @@
-"""The allowed knowledge about a problem, in memory and as facts; truth."""
+"""The knowledge about a problem, in memory and as facts, and the truth of formulas."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def expert(knowledge: Knowledge) -> ProblemExpert:
     return expert
 
 
-def test_it_is_kept(expert: ProblemExpert, knowledge: Knowledge):
+def test_knowledge_has_added_and_updated_entries(expert: ProblemExpert, knowledge: Knowledge):
     expert.add_instance("c1", "cup")
     expert.add_predicate(("at", ("c1", "kitchen")))
     assert dict(knowledge.instances) == {"c1": "cup", "kitchen": "room", "7": "cup"}
@@ -60,12 +60,12 @@ def test_it_is_kept(expert: ProblemExpert, knowledge: Knowledge):
     expert.set_goal(parse_formula("(at 7 home)"))
     expert.set_goal(parse_formula("(and (at 7 home) (not (never)))"))
     assert knowledge.goal == "(and (at 7 home) (not (never)))"
-    text = str(expert.make_problem().init), str(expert.make_problem().numbers)
-    assert "kitchen" in text[0]
-    assert "4.0" in text[1]
+    texts = str(expert.make_problem().init), str(expert.make_problem().numbers)
+    assert "kitchen" in texts[0]
+    assert "4.0" in texts[1]
 
 
-def test_it_is_forgotten(expert: ProblemExpert, knowledge: Knowledge):
+def test_removed_entries_are_gone(expert: ProblemExpert, knowledge: Knowledge):
     expert.remove_predicate(("at", ("c1", "kitchen")))
     expert.remove_predicate(("at", ("c1", "kitchen")))
     assert list(knowledge.predicates) == []
@@ -77,7 +77,7 @@ def test_it_is_forgotten(expert: ProblemExpert, knowledge: Knowledge):
 
 
 @pytest.mark.parametrize(
-    ("goal", "left"),
+    ("goal", "remaining"),
     [
         ("(and (at c1 home) (at 7 home))", "(and (at 7 home))"),
         ("(at c1 home)", ""),
@@ -85,17 +85,19 @@ def test_it_is_forgotten(expert: ProblemExpert, knowledge: Knowledge):
         ("(at 7 home)", "(at 7 home)"),
     ],
 )
-def test_nothing_is_wanted_of_what_is_gone(expert: ProblemExpert, knowledge: Knowledge, goal: str, left: str):
+def test_removed_instance_leaves_goal_and_predicates(
+    expert: ProblemExpert, knowledge: Knowledge, goal: str, remaining: str
+):
     expert.set_goal(parse_formula(goal))
     expert.remove_instance("c1")
-    assert knowledge.goal == left
+    assert knowledge.goal == remaining
     assert list(knowledge.predicates) == []
     with pytest.raises(PddlError, match="'c1' is not an instance"):
         expert.remove_instance("c1")
 
 
 @pytest.mark.parametrize(
-    ("formula", "true"),
+    ("formula", "is_true"),
     [
         ("(and)", True),
         ("(exists (?c - cup) (at ?c kitchen))", True),
@@ -116,28 +118,28 @@ def test_nothing_is_wanted_of_what_is_gone(expert: ProblemExpert, knowledge: Kno
         ("(= nan nan)", True),
         ("(= (far home kitchen) 25e-1)", True),
         ("(exists (?c - cup) (= ?c 7))", True),
-        ("(exists (?c - cup) (< ?c 8))", False),  # an object is no number
+        ("(exists (?c - cup) (< ?c 8))", False),  # objects have no order
         ("(exists (?c - cup) (= (+ (far home kitchen) 4.5) ?c))", False),
     ],
 )
-def test_what_is_true(expert: ProblemExpert, formula: str, true: bool):
+def test_truth_of_formulas(expert: ProblemExpert, formula: str, is_true: bool):
     for name in ("07", "1e1", "10", "inf", "infinity", "nan"):
         expert.add_instance(name, "cup")
-    assert expert.is_satisfied(parse_formula(formula)) is true
+    assert expert.is_satisfied(parse_formula(formula)) is is_true
 
 
-def test_a_goal_of_a_misspelt_type_is_not_true(expert: ProblemExpert):
+def test_goal_with_unknown_type_is_refused(expert: ProblemExpert):
     with pytest.raises(PddlError, match="Unknown type: c - cop"):
         expert.is_satisfied(parse_formula("(forall (?c - cop) (never))"))
 
 
-def test_subtypes():
+def test_subtypes_of_types():
     assert find_subtypes(DOMAIN, "place") == ["room", "hall"]
     assert find_subtypes(DOMAIN, "object") == ["room", "hall", "place", "cup"]
     assert find_subtypes(DOMAIN, "cup") == []
 
 
-def test_without_a_domain_anything_is_taken():
+def test_expert_without_domain_accepts_any_entry():
     expert = ProblemExpert(MemoryKnowledge(), lambda: None)
     expert.add_instance("x", "anything")
     expert.add_predicate(("any", ("y",)))
@@ -145,7 +147,7 @@ def test_without_a_domain_anything_is_taken():
         expert.make_problem()
 
 
-def test_an_agent_without_the_core(env):
+def test_agent_without_core_is_reported(env):
     expert = ProblemExpert(FactKnowledge(env, count(1)), lambda: DOMAIN)
     with pytest.raises(PddlError, match="no template domain-object"):
         expert.add_instance("c1", "cup")

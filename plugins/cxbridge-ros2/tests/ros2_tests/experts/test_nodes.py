@@ -1,4 +1,4 @@
-"""Formulas as trees of nodes, there and back, with the numbers of each distribution."""
+"""Formulas encoded as trees of nodes, with the numbers of each distribution."""
 
 from __future__ import annotations
 
@@ -50,25 +50,25 @@ _FORMULAS = st.recursive(
 )
 
 
-def whole(tree: dict[str, Any]) -> dict[str, Any]:
-    """Return a tree as received over the wire: with all fields."""
-    empty = {"expression_type": 0, "modifier_type": 0, "name": "", "parameters": [], "value": 0.0}
-    return {"nodes": [{**empty, **each} for each in tree["nodes"]]}
+def fill_fields(tree: dict[str, Any]) -> dict[str, Any]:
+    """Return a tree with all fields, like a tree from the network."""
+    defaults = {"expression_type": 0, "modifier_type": 0, "name": "", "parameters": [], "value": 0.0}
+    return {"nodes": [{**defaults, **each} for each in tree["nodes"]]}
 
 
 @pytest.mark.parametrize("distribution", DISTRIBUTIONS)
 @given(formula=_FORMULAS)
-def test_there_and_back(distribution: str, formula: Formula):
+def test_decoded_tree_equals_encoded_formula(distribution: str, formula: Formula):
     codec = NodeCodec(distribution)
     tree = codec.encode_formula(formula, {})
-    assert codec.decode_tree(whole(tree)) == formula
+    assert codec.decode_tree(fill_fields(tree)) == formula
     assert [each["node_id"] for each in tree["nodes"]] == list(range(len(tree["nodes"])))
 
 
 @pytest.mark.parametrize(
     ("distribution", "number"), [("humble", 11), ("iron", 11), ("jazzy", 14), ("kilted", 14)]
 )
-def test_numbers(distribution: str, number: int):
+def test_comparison_has_number_of_distribution(distribution: str, number: int):
     tree = NodeCodec(distribution).encode_formula(parse_formula("(>= (battery r2) 1)"), {})
     assert tree["nodes"][0]["expression_type"] == number
 
@@ -76,24 +76,24 @@ def test_numbers(distribution: str, number: int):
 @pytest.mark.parametrize(
     "text", ["(exists (?c - cup) (at ?c hall))", "(not (= ?a hall))", "(exists (?c) (at ?c ?p))"]
 )
-def test_what_came_with_jazzy(text: str):
+def test_jazzy_encodes_quantifiers_variables_and_equality(text: str):
     tree = NodeCodec("jazzy").encode_formula(parse_formula(text), {})
-    assert format_formula(NodeCodec("jazzy").decode_tree(whole(tree))) == text
+    assert format_formula(NodeCodec("jazzy").decode_tree(fill_fields(tree))) == text
     with pytest.raises(Ros2Error, match="PlanSys2's messages"):
         NodeCodec("iron").encode_formula(parse_formula(text), {})
 
 
 @pytest.mark.parametrize("distribution", DISTRIBUTIONS)
 @pytest.mark.parametrize("text", ["(forall (?c - cup) (at ?c hall))", "(>= (- (battery r2)) 1)"])
-def test_what_has_no_words(distribution: str, text: str):
+def test_inexpressible_formulas_are_refused(distribution: str, text: str):
     with pytest.raises(Ros2Error, match="cannot express"):
         NodeCodec(distribution).encode_formula(parse_formula(text), {})
 
 
-def test_an_implication_is_a_disjunction():
+def test_implication_is_encoded_as_disjunction():
     codec = NodeCodec("iron")
     tree = codec.encode_formula(parse_formula("(imply (a) (b))"), {})
-    assert format_formula(codec.decode_tree(whole(tree))) == "(or (not (a)) (b))"
+    assert format_formula(codec.decode_tree(fill_fields(tree))) == "(or (not (a)) (b))"
 
 
 @given(
@@ -114,6 +114,6 @@ def test_an_implication_is_a_disjunction():
         max_size=9,
     )
 )
-def test_any_tree_is_a_formula_or_an_error(nodes: list[dict[str, Any]]):
+def test_random_tree_is_formula_or_error(nodes: list[dict[str, Any]]):
     with suppress(Ros2Error):
         NodeCodec("jazzy").decode_tree({"nodes": nodes}, allows_changes=True)

@@ -10,7 +10,7 @@ from cxbridge_ros2.experts.planner import PlanServer
 from ros2_tests.experts.test_services import MEETING_DOMAIN, MEETING_PROBLEM
 
 
-def test_the_response_names_the_package(monkeypatch):
+def test_response_names_package_of_planners(monkeypatch):
     monkeypatch.setattr(plugins, "installed_plugins", tuple)
     responses: list[Any] = []
     with PlanServer(lambda: FEATURES.find("planner")) as server:

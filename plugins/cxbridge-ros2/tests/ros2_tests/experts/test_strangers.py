@@ -1,4 +1,4 @@
-"""PlanSys2's own nodes, messages and terminal: ours in their place, and our prompt with theirs."""
+"""The nodes, messages and terminal of PlanSys2, with the services and clients of cxbridge."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ from cxbridge_ros2.experts.terminal import Terminal
 from cxbridge_ros2.lifecycle import ACTIVATE, CONFIGURE
 from cxbridge_ros2.names import parse_type
 from ros2_tests.clients import LifecycleClient
-from ros2_tests.conftest import find_package, in_ros, needs_ros
-from ros2_tests.experts.agents import AGENT, asking, served
-from ros2_tests.experts.test_services import RIGHT, WHOLE, WRONG, refill
-from ros2_tests.test_managed import answer
+from ros2_tests.conftest import find_package, make_ros_command, needs_ros
+from ros2_tests.experts.agents import AGENT, join_client, run_agent
+from ros2_tests.experts.test_services import INVALID_REQUESTS, SERVICE_NAMES, VALID_REQUESTS, restore_world
+from ros2_tests.test_managed import wait_for_answer
 
 pytestmark = needs_ros
-LATER = ("Derived", "GetDomainDerivedPredicateDetails", "ValidateDomain")
-"""Came with Jazzy, or is part of a separate package."""
+TYPES_WITHOUT_HASH = ("Derived", "GetDomainDerivedPredicateDetails", "ValidateDomain")
+"""Types that came with Jazzy or belong to a separate package."""
 
-OTHERS = (
+INCOMPARABLE_SERVICES = (
     "get_plan",
     "get_domain_constants",
     "get_domain_derived_predicates",
     "get_domain_derived_predicate_details",
     "validate_domain",
 )
-"""Services that Iron's experts do not have, or that answer what only ours knows."""
+"""Services that Iron's experts lack, or whose responses have data that only cxbridge has."""
 
-CRASHES = ("has no end", "has no node 7", "is not a condition")
-"""Trees that end their node."""
+CRASH_MESSAGES = ("has no end", "has no node 7", "is not a condition")
+"""Messages of cxbridge about trees that crash the node of PlanSys2."""
 
-DIFFERENT = {
+DIFFERENCES = {
     ("add_problem_goal", ""): "false: a constant is no instance before a problem was added",
     ("get_problem_instances", ""): "without constants, until a problem was added",
     ("add_problem", "'hall' already has the type room"): "true: it adds the rest",
@@ -52,10 +52,10 @@ DIFFERENT = {
     ("add_problem_instance", "'a b' is not a valid name"): "true: any text is a name",
     ("add_problem_instance", "is not a valid name"): "true: any text is a name",
 }
-"""Requests that are answered otherwise, and how theirs is."""
+"""Requests with a different response, and the response of PlanSys2."""
 
 
-def needs(package: str) -> Path:
+def require_package(package: str) -> Path:
     """Skip the test without a package; return the prefix of the package."""
     return find_package(package) or pytest.skip(f"this ROS 2 has no {package}")
 
@@ -63,28 +63,28 @@ def needs(package: str) -> Path:
 # ---- messages
 
 
-def test_the_hashes_of_the_types_are_theirs():
+def test_type_hashes_equal_those_of_plansys2():
     ours = Definitions(environment={}, texts=TYPE_DEFINITIONS)
-    share = needs("plansys2_msgs") / "share" / "plansys2_msgs"
+    share = require_package("plansys2_msgs") / "share" / "plansys2_msgs"
     checked = 0
     for name in TYPE_DEFINITIONS:
         kind = parse_type(name)
         file = share / kind.kind / f"{kind.name}.json"
         if not file.is_file():
-            assert kind.name in LATER
+            assert kind.name in TYPES_WITHOUT_HASH
             continue
         hashes = {
             each["type_name"]: each["hash_string"] for each in json.loads(file.read_text())["type_hashes"]
         }
         assert ours.compute_type_hash(kind) == hashes[name], name
         checked += 1
-    assert checked == len(TYPE_DEFINITIONS) - len(LATER)
+    assert checked == len(TYPE_DEFINITIONS) - len(TYPES_WITHOUT_HASH)
 
 
-# ---- their client asks our servers
+# ---- the client of PlanSys2 and our servers
 
 
-TYPED = """\
+COMMANDS = """\
 get model types
 get model actions
 get model action sweep
@@ -104,7 +104,7 @@ quit
 """
 
 
-SAID = (
+EXPECTED_OUTPUT = (
     "Types: 3",
     "sweep (action)",
     "move (durative action)",
@@ -116,23 +116,23 @@ SAID = (
     "Could not add the instance [x]",
     "Goal: (and (clean hall))",
 )
-"""What their terminal says to these commands."""
+"""The output of PlanSys2's terminal for the commands."""
 
 
-def test_their_terminal_asks_ours(domain: int, tmp_path: Path):
-    program = needs("plansys2_terminal") / "lib" / "plansys2_terminal" / "plansys2_terminal"
-    with served(tmp_path, domain) as daemon:
-        done = subprocess.run(
-            in_ros(str(program)),
-            input=TYPED,
+def test_plansys2_terminal_uses_our_services(domain: int, tmp_path: Path):
+    program = require_package("plansys2_terminal") / "lib" / "plansys2_terminal" / "plansys2_terminal"
+    with run_agent(tmp_path, domain) as daemon:
+        result = subprocess.run(
+            make_ros_command(str(program)),
+            input=COMMANDS,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
             timeout=120,
             check=False,
         )
-        for text in SAID:
-            assert text in done.stdout, text
+        for text in EXPECTED_OUTPUT:
+            assert text in result.stdout, text
         assert daemon.node is not None
         env = daemon.node.env
         assert env is not None
@@ -141,82 +141,89 @@ def test_their_terminal_asks_ours(domain: int, tmp_path: Path):
         assert formulas == ["(and (clean hall))"]
 
 
-# ---- our clients ask other servers
+# ---- our clients and the servers of PlanSys2
 
 
 @contextmanager
-def their_node(package: str, program: str, *parameters: str) -> Iterator[None]:
-    command = [str(needs(package) / "lib" / package / program), "--ros-args"]
+def run_plansys2_node(package: str, program: str, *parameters: str) -> Iterator[None]:
+    command = [str(require_package(package) / "lib" / package / program), "--ros-args"]
     command += [word for each in parameters for word in ("-p", each)]
-    with subprocess.Popen(in_ros(*command), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+    with subprocess.Popen(
+        make_ros_command(*command), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    ) as process:
         yield
         process.kill()
 
 
-def lead(client: ExpertClient, name: str) -> None:
-    """Bring a managed node to life."""
+def activate(client: ExpertClient, name: str) -> None:
+    """Configure and activate a managed node."""
     node = LifecycleClient(client.node, name)
     assert client.wait(lambda: node.has_server, 20)
     for change in (CONFIGURE, ACTIVATE):
-        assert answer(client.node, partial(node.change, change)) is True
+        assert wait_for_answer(client.node, partial(node.change, change)) is True
 
 
 @pytest.fixture(scope="module")
-def theirs(domain: int) -> Iterator[ExpertClient]:
-    """Their experts, with the domain of our agent."""
+def plansys2_client(domain: int) -> Iterator[ExpertClient]:
+    """Run the experts of PlanSys2 with the domain of our agent."""
     model = f"model_file:={AGENT / 'domain.pddl'}"
     with (
-        their_node("plansys2_problem_expert", "problem_expert_node", model),
-        their_node("plansys2_domain_expert", "domain_expert_node", model),
-        asking(domain) as client,
+        run_plansys2_node("plansys2_problem_expert", "problem_expert_node", model),
+        run_plansys2_node("plansys2_domain_expert", "domain_expert_node", model),
+        join_client(domain) as client,
     ):
         for name in ("/problem_expert", "/domain_expert"):
-            lead(client, name)
+            activate(client, name)
         yield client
 
 
-def plain(value: Any) -> Any:
-    """Return a response without what theirs leaves out, or has in another order."""
+def comparable(value: Any) -> Any:
+    """Return a response without the fields that PlanSys2 leaves out or orders differently."""
     if isinstance(value, dict):
         left_out = ("error_info", "problem", "domain", "type", "node_type", "negate")
-        return {name: plain(each) for name, each in value.items() if name not in left_out}
-    return [plain(each) for each in value] if isinstance(value, list) else value
+        return {name: comparable(each) for name, each in value.items() if name not in left_out}
+    return [comparable(each) for each in value] if isinstance(value, list) else value
 
 
-def test_each_answer_is_theirs(theirs: ExpertClient, domain: int, tmp_path: Path):
-    """Right and wrong requests to both: success, and the answer."""
-    asked = [(name, request, "") for name, request in RIGHT.items()] + [*WRONG]
-    different = {}
-    with served(tmp_path, domain + 3), asking(domain + 3) as ours:
-        for name, request, message in asked:
-            if name in OTHERS or message in CRASHES:
+def test_responses_equal_those_of_plansys2(plansys2_client: ExpertClient, domain: int, tmp_path: Path):
+    """Valid and invalid requests have the same success and the same response."""
+    requests = [(name, request, "") for name, request in VALID_REQUESTS.items()] + [*INVALID_REQUESTS]
+    differences = {}
+    with run_agent(tmp_path, domain + 3), join_client(domain + 3) as ours:
+        for name, request, message in requests:
+            if name in INCOMPARABLE_SERVICES or message in CRASH_MESSAGES:
                 continue
-            refill(theirs)
-            refill(ours)
-            there, here = theirs.call(WHOLE[name], request, 20), ours.call(WHOLE[name], request, 20)
-            if there["success"] != here["success"] or (there["success"] and plain(there) != plain(here)):
-                different[name, message] = (there, here)
-    assert different.keys() == DIFFERENT.keys(), different
+            restore_world(plansys2_client)
+            restore_world(ours)
+            plansys2_response, our_response = (
+                plansys2_client.call(SERVICE_NAMES[name], request, 20),
+                ours.call(SERVICE_NAMES[name], request, 20),
+            )
+            if plansys2_response["success"] != our_response["success"] or (
+                plansys2_response["success"] and comparable(plansys2_response) != comparable(our_response)
+            ):
+                differences[name, message] = (plansys2_response, our_response)
+    assert differences.keys() == DIFFERENCES.keys(), differences
 
 
-def test_their_texts_are_read_here(theirs: ExpertClient):
-    refill(theirs)
-    domain = parse_domain(theirs.request(WHOLE["get_domain"])["domain"])
-    problem = parse_problem(theirs.request(WHOLE["get_problem"])["problem"], domain)
+def test_our_parser_reads_texts_of_plansys2(plansys2_client: ExpertClient):
+    restore_world(plansys2_client)
+    domain = parse_domain(plansys2_client.request(SERVICE_NAMES["get_domain"])["domain"])
+    problem = parse_problem(plansys2_client.request(SERVICE_NAMES["get_problem"])["problem"], domain)
     assert [names.names for names in problem.objects] == [("r2",), ("hall",)]
 
 
-def test_their_planner_reads_our_texts(domain: int, tmp_path: Path):
-    needs("plansys2_popf_plan_solver")
-    other = domain + 10
+def test_plansys2_planner_reads_our_texts(domain: int, tmp_path: Path):
+    require_package("plansys2_popf_plan_solver")
+    other_domain = domain + 10
     with (
         pytest.MonkeyPatch.context() as patch,
-        served(tmp_path, other, experts=", serve: [domain, problem]"),
-        asking(other) as client,
+        run_agent(tmp_path, other_domain, experts=", serve: [domain, problem]"),
+        join_client(other_domain) as client,
     ):
-        patch.setenv("ROS_DOMAIN_ID", str(other))
-        with their_node("plansys2_planner", "planner_node"):
-            lead(client, "/planner")
+        patch.setenv("ROS_DOMAIN_ID", str(other_domain))
+        with run_plansys2_node("plansys2_planner", "planner_node"):
+            activate(client, "/planner")
             terminal = Terminal(client, NodeCodec("iron"))
             list(terminal.run_line("set function (= (battery r2) 3)"))
             list(terminal.run_line("set goal (and (at r2 dock))"))

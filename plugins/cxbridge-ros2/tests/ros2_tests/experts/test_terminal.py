@@ -1,4 +1,4 @@
-"""The commands of the prompt, each with right and wrong words; how they come; exit statuses."""
+"""The commands of the prompt with valid and invalid words, their sources, and exit statuses."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge_ros2.experts.client import ExpertRefusedError
 from cxbridge_ros2.experts.nodes import NodeCodec
 from cxbridge_ros2.experts.terminal import HELP_LINES, Terminal
-from ros2_tests.experts.agents import asking, served
+from ros2_tests.experts.agents import join_client, run_agent
 from tests.forked import nursery
 
 RESET = (
@@ -30,7 +30,7 @@ RESET = (
     "set function (= (battery r2) 3)",
     "set goal (and (clean hall) (not (at r2 dock)))",
 )
-RIGHT = {
+OUTPUTS = {
     "get domain": ["(define (domain tour)"],
     "get model types": ["robot", "place", "room"],
     "get model predicates": ["at", "clean", "open"],
@@ -73,8 +73,8 @@ EFFECTS = {
     "remove function (battery r2)": ("functions", []),
     "remove goal": ("goal", ["no goal"]),
 }
-"""Commands that say nothing, and the part of the problem that shows their effect."""
-REFUSED = {
+"""Commands without output, and the part of the problem that shows the effect."""
+REFUSALS = {
     "get model predicate flies": "Predicate not found",
     "get model function speed": "Function not found",
     "get model action fly": "Action not found",
@@ -86,7 +86,7 @@ REFUSED = {
     "remove predicate (flies r2)": "Unknown predicate",
     "remove function (speed r2)": "Unknown function",
 }
-USAGE = {
+USAGE_ERRORS = {
     "frob": "unknown command 'frob'",
     "get": "unknown command 'get'",
     "get everything": "unknown command 'get everything'",
@@ -103,88 +103,88 @@ USAGE = {
 
 
 @pytest.fixture(scope="module")
-def terminals(domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Terminal]:
-    with served(tmp_path_factory.mktemp("daemon"), domain), asking(domain) as client:
+def shared_terminal(domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Terminal]:
+    with run_agent(tmp_path_factory.mktemp("daemon"), domain), join_client(domain) as client:
         yield Terminal(client, NodeCodec("iron"))
 
 
 @pytest.fixture
-def terminal(terminals: Terminal) -> Terminal:
+def terminal(shared_terminal: Terminal) -> Terminal:
     for line in RESET:
         try:
-            list(terminals.run_line(line))
+            list(shared_terminal.run_line(line))
         except ExpertRefusedError:
             assert line.startswith("remove")
-    terminals.is_over = False
-    return terminals
+    shared_terminal.is_over = False
+    return shared_terminal
 
 
-@pytest.mark.parametrize("line", RIGHT)
-def test_right(terminal: Terminal, line: str):
-    said = list(terminal.run_line(line))
+@pytest.mark.parametrize("line", OUTPUTS)
+def test_commands_print_results(terminal: Terminal, line: str):
+    output = list(terminal.run_line(line))
     if line in ("get domain", "get problem"):
-        assert said[0].splitlines()[:1] == RIGHT[line]
+        assert output[0].splitlines()[:1] == OUTPUTS[line]
     else:
-        assert said == RIGHT[line]
+        assert output == OUTPUTS[line]
 
 
 @pytest.mark.parametrize("line", EFFECTS)
-def test_effects(terminal: Terminal, line: str):
+def test_silent_commands_change_problem(terminal: Terminal, line: str):
     assert list(terminal.run_line(line)) == []
     part, expected = EFFECTS[line]
     assert list(terminal.run_line(f"get problem {part}")) == expected
 
 
-@pytest.mark.parametrize("line", REFUSED)
-def test_refused(terminal: Terminal, line: str):
-    with pytest.raises(ExpertRefusedError, match=REFUSED[line]):
+@pytest.mark.parametrize("line", REFUSALS)
+def test_refused_commands_raise_reason(terminal: Terminal, line: str):
+    with pytest.raises(ExpertRefusedError, match=REFUSALS[line]):
         list(terminal.run_line(line))
 
 
-@pytest.mark.parametrize("line", USAGE)
-def test_usage(terminal: Terminal, line: str):
-    with pytest.raises(CxbridgeError, match=USAGE[line]):
+@pytest.mark.parametrize("line", USAGE_ERRORS)
+def test_malformed_commands_raise_usage_error(terminal: Terminal, line: str):
+    with pytest.raises(CxbridgeError, match=USAGE_ERRORS[line]):
         list(terminal.run_line(line))
 
 
-def test_nobody_is_there(domain: int):
-    with asking(domain + 4) as client:
+def test_missing_server_is_named(domain: int):
+    with join_client(domain + 4) as client:
         client._server_timeout_s = 0.2
         with pytest.raises(CxbridgeError, match="/domain_expert/get_domain has no server"):
             list(Terminal(client, NodeCodec("iron")).run_line("get domain"))
 
 
-def program(*words: str, lines: str = "") -> tuple[int, str, str]:
+def run_program(*words: str, lines: str = "") -> tuple[int, str, str]:
     terminal = nursery().begin(["ros2", "terminal", *words])
     with terminal.process, terminal.stdout, terminal.stderr:
-        with terminal.stdin, suppress(BrokenPipeError):  # it may refuse its options first
+        with terminal.stdin, suppress(BrokenPipeError):  # the program may refuse its options first
             terminal.stdin.write(lines.encode())
-        said, complaint = terminal.stdout.read().decode(), terminal.stderr.read().decode()
-        return terminal.process.wait(120), said, complaint
+        output, errors = terminal.stdout.read().decode(), terminal.stderr.read().decode()
+        return terminal.process.wait(120), output, errors
 
 
-def test_the_program(terminal: Terminal, domain: int):
+def test_program_exits_with_status_of_commands(terminal: Terminal, domain: int):
     node = ("--domain", str(domain), "--transport", "dds")
-    assert program(*node, "get", "model", "types")[:2] == (0, "robot\nplace\nroom\n")
-    status, said, complaint = program(*node, "set", "instance", "x", "boat")
-    assert (status, said) == (1, "")
-    assert "Instance not valid: the domain has no type 'boat'" in complaint
-    assert program(*node, "frob")[0] == 2
+    assert run_program(*node, "get", "model", "types")[:2] == (0, "robot\nplace\nroom\n")
+    status, output, errors = run_program(*node, "set", "instance", "x", "boat")
+    assert (status, output) == (1, "")
+    assert "Instance not valid: the domain has no type 'boat'" in errors
+    assert run_program(*node, "frob")[0] == 2
     lines = "set predicate (clean hall)\nset predicate (clean dock)\nget problem predicates\nquit\nfrob\n"
-    status, said, _ = program(*node, lines=lines)
-    assert (status, said) == (1, "(open)\n(at r2 hall)\n(clean hall)\n")
-    assert program("--transport", "pigeon", "get", "domain")[0] == 2
+    status, output, _ = run_program(*node, lines=lines)
+    assert (status, output) == (1, "(open)\n(at r2 hall)\n(clean hall)\n")
+    assert run_program("--transport", "pigeon", "get", "domain")[0] == 2
 
 
-def test_what_is_typed(terminal: Terminal, domain: int):
+def test_program_reads_commands_from_terminal(terminal: Terminal, domain: int):
     master, slave = pty.openpty()
     command = [sys.executable, "-m", "cxbridge", "ros2", "terminal", "--domain", str(domain)]
     with subprocess.Popen(
         command, stdin=slave, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
         os.write(master, b"get model types\nquit\n")
-        said, _ = process.communicate(timeout=120)
+        output, _ = process.communicate(timeout=120)
     assert process.returncode == 0
-    assert "robot\nplace\nroom\n" in said
+    assert "robot\nplace\nroom\n" in output
     os.close(master)
     os.close(slave)

@@ -1,5 +1,5 @@
 (defrule wanted-begin
-  "What a client wants becomes a goal."
+  "The goal of a client becomes a goal of the executive."
   (problem-goal (id ?id))
   (not (goal (id ?id)))
   =>
@@ -34,7 +34,7 @@
   (modify ?goal (mode EVALUATED)))
 
 (defrule wanted-end
-  "It is wanted no more, whatever came of it."
+  "Remove the goal of the client after success or failure."
   ?goal <- (goal (id ?id) (class WANTED) (mode EVALUATED))
   =>
   (do-for-fact ((?wanted problem-goal)) (eq ?wanted:id ?id) (retract ?wanted))

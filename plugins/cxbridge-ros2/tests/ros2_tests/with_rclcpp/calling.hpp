@@ -1,4 +1,4 @@
-// What callers have in common: they do ACTION,ARGUMENT,... one after the other, and print what came of it.
+// The common code of callers, which request each ACTION,ARGUMENT,... in turn and print the results.
 #pragma once
 #include <chrono>
 #include <iostream>
@@ -23,7 +23,7 @@ inline std::string joined(const std::vector<std::string> &words, size_t from) {
   return text;
 }
 
-// a node that was there before, as in the original's process, and knows the hub
+// an earlier node that has discovered the hub, as in the process of the original
 inline rclcpp::Node::SharedPtr make_base(const std::string &hub) {
   auto base = std::make_shared<rclcpp::Node>("base");
   for (int tries = 0; tries < 400 && base->count_subscribers(hub) == 0; ++tries) {

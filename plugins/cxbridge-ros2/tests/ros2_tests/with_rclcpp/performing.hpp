@@ -1,4 +1,4 @@
-// How performers perform: the last argument says how it goes.
+// The common code of performers. The last argument of an action selects the end.
 #pragma once
 #include <iostream>
 #include <memory>

@@ -1,4 +1,4 @@
-// What PlanSys2's action executor and performer need of other packages, as far as they need it here.
+// The parts of further packages that the action executor and the performer of PlanSys2 need here.
 #pragma once
 #include <string>
 #include "rclcpp_lifecycle/lifecycle_node.hpp"

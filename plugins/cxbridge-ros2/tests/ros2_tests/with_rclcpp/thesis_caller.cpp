@@ -1,4 +1,4 @@
-// Has actions executed by the thesis' own master, a node for each: thesis_caller ACTION,ARGUMENT,... ...
+// Requests actions with the master of the thesis, with a node for each action: thesis_caller ACTION,ARGUMENT,... ...
 #include "calling.hpp"
 #include "cx_msgs/msg/skill_execution.hpp"
 #include "cx_skill_execution/SkillExecutionMaster.hpp"
@@ -21,7 +21,7 @@ int main(int count, char **words) {
     feedback = 0;
     performer = "";
     auto name = call[0] + "_gen" + std::to_string(number);
-    // the header calls the fourth and the fifth the other way round than the source
+    // the header and the source disagree about the order of the fourth and fifth parameters
     auto master = std::make_shared<SkillExecutionMaster>(name, name, call[0], "", joined(call, 1), "");
     rclcpp::executors::SingleThreadedExecutor executor;
     executor.add_node(master);
@@ -40,7 +40,7 @@ int main(int count, char **words) {
     }
     auto info = master->get_exec_info();
     bool done = state == SkillExecutionMaster::SUCESS;
-    print(number == 1, done ? "SUCCESS" : "FAILURE", performer, feedback, done ? "there" : info.error_msg);
+    print(number == 1, done ? "SUCCESS" : "FAILURE", performer, feedback, done ? "arrived" : info.error_msg);
   }
   std::cout << "]" << std::endl;
   return 0;

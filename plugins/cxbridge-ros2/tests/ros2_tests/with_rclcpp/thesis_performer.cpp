@@ -1,11 +1,11 @@
-// Performers of the action move, with the thesis' own class: thesis_performer NODE...
+// Performers of the action move, with the class of the thesis: thesis_performer NODE...
 #include "performing.hpp"
 #include "cx_skill_execution/SkillExecution.hpp"
 
 class Performer : public cx::SkillExecution {
 public:
   explicit Performer(const std::string &name) : SkillExecution(name, "move", PERIOD) {
-    commited_to_skill_ = false;  // the original leaves it as it finds it
+    commited_to_skill_ = false;  // the original does not initialise the member
   }
 
 protected:

@@ -1,4 +1,4 @@
-"""Reads messages that came as CDR by the real rclpy, and writes them again; null for types that it lacks."""
+"""Decode and encode CDR messages with the real rclpy; the result is null for types that rclpy lacks."""
 
 import json
 import sys
@@ -7,7 +7,7 @@ from importlib import import_module
 from rclpy.serialization import deserialize_message, serialize_message
 
 
-def again(name, data):
+def reencode(name, data):
     package, _, kind = name.split("/")
     try:
         message = getattr(import_module(f"{package}.msg"), kind)
@@ -16,4 +16,4 @@ def again(name, data):
     return serialize_message(deserialize_message(bytes.fromhex(data), message)).hex()
 
 
-print(json.dumps([again(*each) for each in json.load(sys.stdin)]))  # noqa: T201
+print(json.dumps([reencode(*each) for each in json.load(sys.stdin)]))  # noqa: T201

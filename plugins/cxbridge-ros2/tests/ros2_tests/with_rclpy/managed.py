@@ -1,4 +1,4 @@
-"""A managed node with parameters, by rclpy: it logs `configured`, and its first activation fails."""
+"""A managed node with parameters, by rclpy. The node logs `configured`, and the first activation fails."""
 
 import rclpy
 from rcl_interfaces.msg import ParameterDescriptor
@@ -31,7 +31,7 @@ class Managed(LifecycleNode):
         raise RuntimeError("cannot clean up")
 
     def on_error(self, state):
-        return TransitionCallbackReturn.FAILURE  # as rclcpp does by default
+        return TransitionCallbackReturn.FAILURE  # the default of rclcpp
 
 
 rclpy.init()

@@ -1,4 +1,4 @@
-"""Asks the node `managed` for parameters, leads it through its life, and prints the answers as JSON."""
+"""Read the parameters of the node `managed`, change its state, and print the responses as JSON."""
 
 import json
 import time
@@ -39,12 +39,15 @@ described = call(
     DescribeParameters, "/managed/describe_parameters", DescribeParameters.Request(names=["speed", "fixed"])
 )
 found["described"] = [[each.name, each.type, each.read_only] for each in described.descriptors]
-wanted = [Parameter("speed", value=2.0), Parameter("fixed", value="no")]
-found["set"] = [each.successful for each in wait(parameters.set_parameters(wanted)).results]
+changes = [Parameter("speed", value=2.0), Parameter("fixed", value="no")]
+found["set"] = [each.successful for each in wait(parameters.set_parameters(changes)).results]
 values = wait(parameters.get_parameters(["speed", "fixed"])).values
 found["values"] = [values[0].double_value, values[1].string_value]
-both = [Parameter("speed", value=9.0).to_parameter_msg(), Parameter("fixed", value="no").to_parameter_msg()]
-request = SetParametersAtomically.Request(parameters=both)
+changes = [
+    Parameter("speed", value=9.0).to_parameter_msg(),
+    Parameter("fixed", value="no").to_parameter_msg(),
+]
+request = SetParametersAtomically.Request(parameters=changes)
 found["atomically"] = call(
     SetParametersAtomically, "/managed/set_parameters_atomically", request
 ).result.successful

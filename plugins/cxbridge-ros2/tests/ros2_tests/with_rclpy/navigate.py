@@ -1,4 +1,4 @@
-"""A robot that drives in straight lines: NavigateToPose of the real rclpy."""
+"""A robot with straight drives: a server of NavigateToPose by the real rclpy."""
 
 import math
 import time
@@ -11,22 +11,22 @@ from rclpy.executors import MultiThreadedExecutor
 
 SPEED = 4.0
 STEP_S = 0.02
-here = [0.0, 0.0]
+position = [0.0, 0.0]
 
 
 def drive(goal):
     pose = goal.request.pose
     place = pose.pose.position
     print("drive to", pose.header.frame_id, place.x, place.y, pose.pose.orientation.w, flush=True)  # noqa: T201
-    while (left := math.dist(here, (place.x, place.y))) > SPEED * STEP_S:
+    while (left := math.dist(position, (place.x, place.y))) > SPEED * STEP_S:
         if goal.is_cancel_requested:
             goal.canceled()
             return NavigateToPose.Result()
-        for axis, wanted in enumerate((place.x, place.y)):
-            here[axis] += (wanted - here[axis]) * SPEED * STEP_S / left
+        for axis, target in enumerate((place.x, place.y)):
+            position[axis] += (target - position[axis]) * SPEED * STEP_S / left
         goal.publish_feedback(NavigateToPose.Feedback(distance_remaining=left))
         time.sleep(STEP_S)
-    here[:] = place.x, place.y
+    position[:] = place.x, place.y
     goal.succeed()
     return NavigateToPose.Result()
 

@@ -1,4 +1,4 @@
-"""A node of the real rclpy for the tests: echoes, adds, counts. Run with the Python of a ROS installation."""
+"""A node of the real rclpy with an echo, a service and an action, for the Python of a ROS installation."""
 
 import time
 

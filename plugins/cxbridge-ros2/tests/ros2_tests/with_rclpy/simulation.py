@@ -1,4 +1,4 @@
-"""A simulation of nothing but time: sends /clock as Gazebo does; the domain and its speed are arguments."""
+"""A simulation that publishes /clock like Gazebo; the arguments are the domain and the speed."""
 
 import sys
 import time

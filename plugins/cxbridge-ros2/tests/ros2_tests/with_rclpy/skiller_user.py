@@ -1,4 +1,4 @@
-"""Executes skill strings by the action of cxbridge, and reads SkillerInterface; the domain is an argument."""
+"""Execute skill strings by the action of cxbridge, and read SkillerInterface; the argument is the domain."""
 
 import sys
 

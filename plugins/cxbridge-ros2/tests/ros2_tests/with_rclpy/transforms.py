@@ -1,4 +1,4 @@
-"""Sends a static transform and one that moves, by rclpy."""
+"""Publish a static transform and moving transforms with rclpy."""
 
 import rclpy
 from geometry_msgs.msg import TransformStamped

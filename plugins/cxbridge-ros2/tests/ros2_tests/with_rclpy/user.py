@@ -1,4 +1,4 @@
-"""Uses the node of the peers by the real rclpy, and prints the results as JSON."""
+"""Use the endpoints of the peer with the real rclpy, and print the results as JSON."""
 
 import json
 import sys
@@ -13,14 +13,16 @@ from std_msgs.msg import String
 rclpy.init()
 node = rclpy.create_node("user")
 got, feedback = [], []
-there = node.create_publisher(String, "/there", 100)
+publisher = node.create_publisher(String, "/there", 100)
 node.create_subscription(String, "/back", lambda message: got.append(message.data), 100)
 add = node.create_client(AddTwoInts, "/add")
 count = ActionClient(node, Fibonacci, "/fibonacci")
 assert add.wait_for_service(10)
 assert count.wait_for_server(10)
 limit = time.monotonic() + 10
-while not (there.get_subscription_count() and node.count_publishers("/back")) and time.monotonic() < limit:
+while (
+    not (publisher.get_subscription_count() and node.count_publishers("/back")) and time.monotonic() < limit
+):
     rclpy.spin_once(node, timeout_sec=0.1)
 
 
@@ -32,7 +34,7 @@ def wait(future):
 trips = []
 for number in range(int(sys.argv[1])):
     begin, before = time.perf_counter(), len(got)
-    there.publish(String(data=f"message {number}"))
+    publisher.publish(String(data=f"message {number}"))
     while len(got) == before and time.perf_counter() - begin < 5:
         rclpy.spin_once(node, timeout_sec=0.5)
     trips.append(time.perf_counter() - begin)
@@ -44,8 +46,8 @@ for number in range(int(sys.argv[1])):
 
 
 def send(order, cancel=False):
-    told = []
-    goal = wait(count.send_goal_async(Fibonacci.Goal(order=order), lambda message: told.append(1)))
+    progress = []
+    goal = wait(count.send_goal_async(Fibonacci.Goal(order=order), lambda message: progress.append(1)))
     if not goal.accepted:
         return {"accepted": False}
     code = None
@@ -56,7 +58,7 @@ def send(order, cancel=False):
         "accepted": True,
         "status": result.status,
         "result": list(result.result.sequence),
-        "feedback": len(told),
+        "feedback": len(progress),
         "cancel": code,
     }
 

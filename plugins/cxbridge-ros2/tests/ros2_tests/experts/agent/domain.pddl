@@ -1,4 +1,4 @@
-;; Rooms are swept by whoever is there; it takes time to get there.
+;; Robots sweep the rooms in which they are; moves take time.
 (define (domain tour)
   (:requirements :strips :typing :negative-preconditions :fluents :durative-actions)
   (:types robot place - object room - place)

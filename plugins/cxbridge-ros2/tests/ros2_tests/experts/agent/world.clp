@@ -1,4 +1,4 @@
-;;; The world that clients find.
+;;; The initial world of the experts.
 
 (defrule world-load
   (executive-init)
