@@ -51,6 +51,8 @@ def choose_spec(config: Configuration, spec: str | None, config_file: Path | Non
     specs = sorted(config.keys(f"{_ROOT}/specs"))
     if chosen_spec and chosen_spec in specs:
         return chosen_spec
+    for mistake in () if config.keys(_ROOT) else _find_misspelt_keys(config, "", (_ROOT.removeprefix("/"),)):
+        raise mistake
     hint = f"it has: {', '.join(specs)}" if specs else "it has no clips-executive/specs at all"
     problem = f"has no spec '{chosen_spec}'" if chosen_spec else "names no spec (clips-executive/spec)"
     value = value or min((item for item in config.search(_ROOT) if item.file), key=_line_number, default=None)

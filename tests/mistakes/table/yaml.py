@@ -36,6 +36,14 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "has no spec 'helo'",
         "scenario.yaml:2",
     ),
+    mistake(
+        "the section is misspelt",
+        _FILE,
+        "clips-executive:\n",
+        "clips-executiv:\n",
+        "'clips-executiv' is never read",
+        "scenario.yaml:2",
+    ),
     mistake("no spec is named", _FILE, "  spec: hello\n", "", "names no spec", "scenario.yaml:2"),
     mistake(
         "a file is misspelt",
