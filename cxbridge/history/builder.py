@@ -28,6 +28,9 @@ from cxbridge.events import (
 from cxbridge.history.exchange import BoardExecutions
 from cxbridge.history.model import (
     PLAN_ACTION,
+    SKILL_ENDED,
+    SKILL_IDLE,
+    SKILL_RUNNING,
     ActionAssignment,
     ActionChange,
     ActionKey,
@@ -46,11 +49,6 @@ from cxbridge.history.steady import SteadyClock
 from cxbridge.history.transitions import unquote
 from cxbridge.history.truncation import MAX_TEXT, truncate
 from cxbridge.printing import format_count
-
-# statuses of Skillers
-IDLE: Final = "S_INACTIVE"
-RUNNING: Final = "S_RUNNING"
-ENDED: Final = frozenset({"S_FINAL", "S_FAILED"})
 
 _SKILLER: Final = "SkillerInterface"
 _STARTED: Final = "started"
@@ -81,7 +79,7 @@ UNLIMITED: Final = HistoryLimits(*[sys.maxsize] * len(fields(HistoryLimits)))
 
 
 class RunHistory:
-    """The history of a run, built as a sink of an event bus. It may be read between two events.
+    """The history of a run, built as a sink of an event bus, and readable between two events.
 
     :param start_us: the start of the run; None: its first event.
     :ivar event_count: the number of events so far.
@@ -245,23 +243,23 @@ class RunHistory:
 
     def _record_status(self, key: tuple[str, str], event: SkillStatus) -> None:
         text, moment = truncate(event.skill_string, self._limits.text), self._moment
-        if key not in self._last_call and event.status in ENDED:
+        if key not in self._last_call and event.status in SKILL_ENDED:
             self._last_call[key] = SkillExecution(*key, text, event.msgid, moment, moment, event.status)
             return  # a Skiller that was used before this run still shows its last skill: no call of this run
         call = self._last_call.setdefault(key, None)
         is_same = call is not None and (call.skill_string, call.msgid) == (text, event.msgid)
-        if call is not None and call.end is None and (not is_same or event.status != RUNNING):
+        if call is not None and call.end is None and (not is_same or event.status != SKILL_RUNNING):
             # the skill has ended; or the Skiller shows another skill or none, because the skill was stopped
             # before it reported an end
             call.end = moment
-            call.status = event.status if is_same and event.status != IDLE else "stopped"
-            if call.status in ENDED:
+            call.status = event.status if is_same and event.status != SKILL_IDLE else "stopped"
+            if call.status in SKILL_ENDED:
                 call.error = self._find_error_text(*key)
             if is_same:
                 return
-        if event.status == RUNNING and not (is_same and call is not None and call.end is None):
-            self._register_call(key, SkillExecution(*key, text, event.msgid, moment, None, RUNNING))
-        elif event.status in ENDED and text and not is_same:
+        if event.status == SKILL_RUNNING and not (is_same and call is not None and call.end is None):
+            self._register_call(key, SkillExecution(*key, text, event.msgid, moment, None, SKILL_RUNNING))
+        elif event.status in SKILL_ENDED and text and not is_same:
             # started and ended between two reads of the executive
             error = self._find_error_text(*key)
             self._register_call(

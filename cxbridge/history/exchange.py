@@ -14,7 +14,13 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Final, NamedTuple, TypeAlias
 
 from cxbridge.events import Event, InterfaceMessage
-from cxbridge.history.model import Moment, SkillExecution
+from cxbridge.history.model import (
+    SKILL_FAILED,
+    SKILL_FINAL,
+    SKILL_RUNNING,
+    Moment,
+    SkillExecution,
+)
 from cxbridge.history.truncation import truncate
 
 _BOARD: Final = "SkillBoardInterface::"
@@ -82,7 +88,7 @@ _MasterMessage: TypeAlias = tuple[SkillMessage, str]
 class Exchange:
     """Extracts the messages of masters and executors from the events of a run.
 
-    Between processes a reply may be recorded before its request; it is delayed until then.
+    Between processes a reply may be recorded before its request; the reply is delayed until then.
     """
 
     def __init__(self) -> None:
@@ -154,7 +160,7 @@ def _read_ticket(event: InterfaceMessage) -> _Ticket | None:
 def _make_request(ticket: _Ticket, event: InterfaceMessage, values: Mapping[str, Any]) -> SkillMessage:
     """Return the REQUEST of a ticket.
 
-    :param values: the values of the recorded message; empty if it was not recorded.
+    :param values: the values of the recorded message; empty if no message was recorded.
     """
     try:
         parameters = json.loads(str(values.get("parameters", "")))
@@ -205,9 +211,6 @@ def _read_outcome_name(values: Any) -> str:
     return str(getattr(value, "name", value))
 
 
-_RUNNING, _FINAL, _FAILED = "S_RUNNING", "S_FINAL", "S_FAILED"
-
-
 class _RunningCall(NamedTuple):
     """A call that an executor executes.
 
@@ -251,13 +254,20 @@ class BoardExecutions:
             elif message.type == "FINISH":
                 call = self._running.pop(key).call
                 call.end = moment
-                call.status = _FINAL if message.success else _FAILED
+                call.status = SKILL_FINAL if message.success else SKILL_FAILED
                 call.error = "" if message.success else message.status
 
     def _start_call(self, message: SkillMessage, env: str, msgid: int, moment: Moment) -> None:
         summary = f"{' '.join((message.action, *message.params))} of {message.agent_id or 'no agent'}"
         call = SkillExecution(
-            env, message.node_id, truncate(summary), msgid, moment, None, _RUNNING, request=message.request
+            env,
+            message.node_id,
+            truncate(summary),
+            msgid,
+            moment,
+            None,
+            SKILL_RUNNING,
+            request=message.request,
         )
         previous_run = self._running.get((env, message.node_id))
         if previous_run is not None:  # the executor restarted, or the reply was lost

@@ -1,11 +1,11 @@
 """Pairs plan-actions with the skills that executed them.
 
 The executive records the message by which it sent a plan-action. Logs of Fawkes without facts, and recordings
-of older versions of cxbridge, lack the message; only for them the pairs are guessed.
+of older versions of cxbridge, lack the message; only then are the pairs guessed.
 
 An action changes from WAITING to RUNNING when the executive sees the skill run, and ends when it sees the
 skill end. Candidates are therefore the actions that waited at the start of a skill and were RUNNING before
-its end. If facts are recorded, they give the Skiller and arguments of an action. Then only actions for the
+its end. Recorded facts give the Skiller and arguments of an action. Then only actions for the
 Skiller remain, preferably those with most arguments in the skill string. Of several candidates, those that
 ended together with the skill are preferred, then those with the name of the skill, then the action that
 waited longest.

@@ -26,6 +26,13 @@ DONE_STATES: Final = ("FINAL", "FAILED")
 PLAN_ACTION: Final = "plan-action"
 """The deftemplate of plan-actions."""
 
+# the statuses of Skillers in events
+SKILL_IDLE: Final = "S_INACTIVE"
+SKILL_RUNNING: Final = "S_RUNNING"
+SKILL_FINAL: Final = "S_FINAL"
+SKILL_FAILED: Final = "S_FAILED"
+SKILL_ENDED: Final = (SKILL_FINAL, SKILL_FAILED)
+
 _PRINTED_FIELD = re.compile(r'"[^"]*"|[^\s"]+')
 _SKILL_STRING_WORD = re.compile(r"[^\s{}()=,\"']+")
 
@@ -109,14 +116,14 @@ class GoalRecord:
     def former_seq(self) -> int:
         """The seq of the last change before the present attempt, 0 for the first attempt.
 
-        A rule that tries a goal again sets it to FORMULATED, or from an ended mode to any earlier mode.
+        A rule that tries a goal again sets the goal to FORMULATED, or from an ended mode to any earlier mode.
         """
         return max(
             (
-                former.seq
-                for former, change in pairwise(self.changes)
-                if change.mode not in (former.mode, *ENDED_MODES)
-                and (former.mode in ENDED_MODES or change.mode == "FORMULATED")
+                former_change.seq
+                for former_change, change in pairwise(self.changes)
+                if change.mode not in (former_change.mode, *ENDED_MODES)
+                and (former_change.mode in ENDED_MODES or change.mode == "FORMULATED")
             ),
             default=0,
         )
@@ -180,8 +187,8 @@ class GoalRecord:
     @property
     def former_end_changes(self) -> list[GoalChange]:
         """The changes that set earlier outcomes: a goal may be formulated again."""
-        last = self.end_change
-        return [change for change in self.changes if change.mode == "FINISHED" and change is not last]
+        last_end = self.end_change
+        return [change for change in self.changes if change.mode == "FINISHED" and change is not last_end]
 
     def __str__(self) -> str:
         has_outcome = self.outcome not in ("", "UNKNOWN")

@@ -65,7 +65,7 @@ def goal_outcome(mode: str, outcome: str) -> OutcomeKind:
     """Return the outcome of a goal with these slots."""
     if mode in ENDED_MODES:
         return _GOAL_OUTCOMES.get(outcome, OutcomeKind.RETRACTED)
-    # only a dispatched goal is executed; in the modes before it waits for the executive
+    # only a dispatched goal is executed; in the earlier modes a goal waits for the executive
     return OutcomeKind.RUNNING if mode == "DISPATCHED" else OutcomeKind.FORMULATED
 
 

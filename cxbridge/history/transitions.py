@@ -77,7 +77,7 @@ class _Memory(Generic[Key, State]):
         self._states: dict[Key, State] = {}
         self._retired_keys: dict[Key, bool] = {}
         self.is_first = False
-        """Whether the last key had no fact before, or only a finally retracted one."""
+        """Whether the last key had no fact before, or only a finally retracted fact."""
 
     def __len__(self) -> int:
         return len(self._states) + len(self._retired_keys)
@@ -167,7 +167,7 @@ class TransitionTracker:
         if retracted_goal:
             self._goals.retire(retracted_goal, is_final=True)
         if event.asserted and event.template in CALL_TEMPLATES:
-            # facts of the calls only add the link to a message; an invalid one adds none
+            # facts of the calls only add the link to a message; an invalid fact adds no link
             with suppress(FactSyntaxError):
                 self.track_assertion(event.time_us, *parse_fact(event.text))
         elif not event.asserted and event.template in RELEASING_TEMPLATES:

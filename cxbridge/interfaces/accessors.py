@@ -142,18 +142,18 @@ def _make_array_setter(owner: str, field: FieldSchema, layout: Struct, enum: typ
 
     def set_elements(self: Any, value: Iterable[Any]) -> None:
         buffer = self._buf
-        previous = buffer[offset:end]
+        previous_bytes = buffer[offset:end]
         try:
             pack_into(buffer, offset, *value)
         except (StructError, OverflowError, TypeError):
-            # struct has packed the elements before the one that does not fit
-            buffer[offset:end] = previous
+            # struct has packed the elements before the element that does not fit
+            buffer[offset:end] = previous_bytes
             try:
                 pack_into(buffer, offset, *_pad_elements(field, value, enum))
             except (StructError, OverflowError, TypeError):
-                buffer[offset:end] = previous
+                buffer[offset:end] = previous_bytes
                 raise misfit_error(owner, field, value) from None
-        if not self._changed and not buffer.startswith(previous, offset):
+        if not self._changed and not buffer.startswith(previous_bytes, offset):
             self._changed = True
         self._refreshed = True
 

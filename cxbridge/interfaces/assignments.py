@@ -34,7 +34,7 @@ def assign(block: Block, assignments: Iterable[str]) -> bool:
     :returns: whether a value changed.
     :raises InterfaceError: if an assignment is invalid; the previous assignments keep their effect.
     """
-    previous = block.to_bytes()
+    previous_bytes = block.to_bytes()
     for text in assignments:
         match = _ASSIGNMENT.fullmatch(text)
         if match is None:
@@ -47,7 +47,7 @@ def assign(block: Block, assignments: Iterable[str]) -> bool:
         else:
             value = _parse_element(block, field, match[2])
         set_field(block, field.name, value)
-    return block.to_bytes() != previous
+    return block.to_bytes() != previous_bytes
 
 
 def _parse_element(block: Block, field: FieldSchema, text: str) -> bool | int | float | str:

@@ -100,9 +100,9 @@ class Block:
             elements = list(accessor.fget(self))
             elements[position] = value
             value = elements
-        changed = self._changed
+        was_changed = self._changed
         accessor.fset(self, value)
-        self._changed = changed
+        self._changed = was_changed
 
     def _accessor(self, name: str) -> Any:
         """Return the property of a field.

@@ -93,7 +93,7 @@ class Interface(SharedBlock, Closing):
             raise MessageAlreadyQueuedError
         if message_id is None:
             message_id = self._port.next_id(self._last_message_id)
-        # before sending: a message that fails may have arrived, and the next one must get another id
+        # before sending: a message that fails may have arrived, and the next message must get another id
         self._last_message_id = message_id & MESSAGE_ID_MASK
         message.address(
             self._last_message_id, self._port.mem_serial, self.serial, None if proxy else self.serial
@@ -137,7 +137,7 @@ class Interface(SharedBlock, Closing):
         return queue.pop()
 
     def msgq_remove(self, message: Message | int) -> bool:
-        """Remove a message, or the oldest one with an id; return whether the queue contained it."""
+        """Remove a message, or the oldest message with an id; return whether the queue contained it."""
         return self._writer_queue("remove id" if isinstance(message, int) else "remove msg").remove(message)
 
     def msgq_size(self) -> int:

@@ -1,7 +1,7 @@
 """Errors of opened interfaces, messages and message queues, in the words of Fawkes.
 
-:mod:`cxbridge.blackboard.errors` shows their tree. They are in this package because instances raise them, and
-interfaces do not depend on the blackboard.
+:mod:`cxbridge.blackboard.errors` shows their tree. The errors are in this package because
+instances raise them, and interfaces do not depend on the blackboard.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class UnknownMessageTypeError(MessageError):
 
 
 class MessageAlreadyQueuedError(MessageError):
-    """The message object was queued before; send a copy or a new one."""
+    """The message object was queued before; send a copy or a new message."""
 
     def __init__(self) -> None:
         super().__init__(

@@ -57,7 +57,7 @@ class Port(Protocol[InstanceT_contra]):
     def publish(
         self, writer: OpenedBlock, block: bytes | bytearray, stamped: bool | None, changed: bool
     ) -> int:
-        """Copy the writer's private block to the shared one and notify the listeners.
+        """Copy the writer's private block to the shared block and notify the listeners.
 
         :param stamped: whether the time stamp is new; None if only a comparison of the blocks can tell.
         :param changed: whether a setter changed a value since the previous write.
@@ -211,7 +211,7 @@ class Message(Block):
         :param message_id: the id, a number of 16 bits.
         :param recipient: the memory serial of the interface.
         :param sender: the serial of the sending instance.
-        :param source: the serial of the first sender; None keeps the present one, for proxies.
+        :param source: the serial of the first sender; None keeps the present source, for proxies.
         """
         self.id = message_id
         self.recipient = recipient
@@ -302,10 +302,10 @@ class MessageQueue:
             return self.waiting.popleft() if self.waiting else None
 
     def remove(self, message: Message | int) -> bool:
-        """Remove a message, or the oldest one with an id; return whether the queue contained it."""
+        """Remove a message, or the oldest message with an id; return whether the queue contained it."""
         with self._lock:
-            for index, queued in enumerate(self.waiting):
-                if queued is message or (isinstance(message, int) and queued.id == message):
+            for index, queued_message in enumerate(self.waiting):
+                if queued_message is message or (isinstance(message, int) and queued_message.id == message):
                     del self.waiting[index]
                     return True
         return False

@@ -113,7 +113,7 @@ class InterfaceSchema(Struct, frozen=True, omit_defaults=True, dict=True):
     :param name: the type's name with the suffix ``Interface``.
     :param hash: the MD5 of the definition file, 16 bytes.
     :param datasize: the number of bytes of the block, a multiple of 8.
-    :param source: the definition file, empty without one.
+    :param source: the definition file, empty for a definition without a file.
     """
 
     name: str

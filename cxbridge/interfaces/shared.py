@@ -226,7 +226,7 @@ class SharedBlock(Block):
         self._version = _COPY_REPLACED
 
     def _compare_with_replaced(self, replaced_copy: bytes) -> None:
-        """Set the flags of a read by comparing the new private copy with the replaced one."""
+        """Set the flags of a read by comparing the new private copy with the replaced copy."""
         head = STAMP.size
         self._read_refreshed |= replaced_copy[:head] != self._buf[:head]
         self._read_changed |= replaced_copy[head:] != self._buf[head:]

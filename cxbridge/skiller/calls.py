@@ -48,7 +48,7 @@ class SkillResult:
     """The result of a skill string.
 
     :param error: the reason for a failure, otherwise empty.
-    :param msgid: the id of the ExecSkillMessage; 0 if it was not sent.
+    :param msgid: the id of the ExecSkillMessage; 0 if no message was sent.
     """
 
     outcome: CallOutcome
@@ -83,7 +83,7 @@ class SkillerCall(Closing):
             self._feed.close()
             raise SkillerError(
                 f"no Skiller writes {SKILLER_TYPE}::{skiller}",
-                hint="is it running? see 'cxbridge skill list'",
+                hint="is the Skiller running? see 'cxbridge skill list'",
             )
 
     def execute(self, skill_string: str, timeout_s: float | None = None) -> SkillResult:
@@ -168,7 +168,7 @@ class SkillerCall(Closing):
         return result
 
     def _control_steps(self) -> _Steps[str]:
-        """Acquire control; return why it failed, or an empty text."""
+        """Acquire control; return the reason for a failure, or an empty text."""
         own_serial = str(self._interface.serial)
         change: InterfaceChange | None = self._feed.read_state(self._interface)
         assert change is not None

@@ -79,7 +79,7 @@ class InterfaceSkiller(SkillerBackend):
     def start(self, skill_string: str) -> None:
         """Start executing a skill string.
 
-        :raises SkillError: if it is invalid.
+        :raises SkillError: if the skill string is invalid.
         """
 
     @abstractmethod
@@ -87,7 +87,7 @@ class InterfaceSkiller(SkillerBackend):
         """Stop executing the skill string, without writing a status."""
 
     def handle_messages(self) -> None:
-        """Handle the messages since the last loop, and write the interface once if they changed it."""
+        """Handle the messages since the last loop, and write the interface once if fields changed."""
         self._has_started_string = is_changed = False
         # first the closed readers: a message may ask for the control that such a reader still has
         while (serial := self._readers.pop()) is not None:
@@ -133,7 +133,8 @@ class InterfaceSkiller(SkillerBackend):
         self._has_started_string = True
         self._interface.skill_string = skill_string
         self._interface.msgid = message.id
-        # Fawkes keeps an earlier error until the status changes, so that clients may take it for a new one
+        # Fawkes keeps an earlier error until the status changes, so that clients may take the error for a new
+        # error
         self._interface.error = ""
         self._interface.status = Status.S_RUNNING
         try:
@@ -147,7 +148,7 @@ class InterfaceSkiller(SkillerBackend):
         return True
 
     def _stop_skill_string(self, message: Any) -> bool:
-        # unlike in Fawkes, a client may also stop a Skiller without a controller, as it may start it
+        # unlike in Fawkes, a client may also stop a Skiller without a controller: every client may start it
         if not self._control.may_execute(message):
             self._log.debug(f"{sender_name(message)} sent stop without any exclusive controller")
             return False

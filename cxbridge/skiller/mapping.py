@@ -120,14 +120,14 @@ class ActionSkillMapping:
         if placeholder.kind in "SY":
             value = _to_upper(value)
         if placeholder.kind in "sS":
-            quoted = self._escape_value(placeholder, value, f'{prefix}"')
-            return f'"{quoted}"'
+            escaped_value = self._escape_value(placeholder, value, f'{prefix}"')
+            return f'"{escaped_value}"'
         return self._escape_value(placeholder, value, prefix)
 
     def _concatenate(self, action: str, prefix: str, suffix: str) -> str:
         """Return the concatenation of two parts of a skill string.
 
-        :raises _CannotMapError: if they make a comment, in the mode ``strict``.
+        :raises _CannotMapError: if the parts make a comment, in the mode ``strict``.
         """
         if self.mode == "strict" and quoting.makes_comment(prefix, suffix):
             raise _CannotMapError(

@@ -1,7 +1,7 @@
 """The Lua Skiller: executes skill strings in the Lua engine, one step in each loop.
 
-It writes the same states as Fawkes' Skiller (``src/lua/skiller/fawkes/init.lua``), except for the differences
-in ``docs/evidence/skiller.md``.
+The Skiller writes the same states as Fawkes' Skiller (``src/lua/skiller/fawkes/init.lua``), except for the
+differences in ``docs/evidence/skiller.md``.
 """
 
 from __future__ import annotations
@@ -133,12 +133,12 @@ class Skiller(InterfaceSkiller):
         """Reload changed skill files, or wait for the end of the running skill string."""
         # Fawkes reloads at once and loses the running skill string, so that saving a file stops a driving
         # robot
-        changed = watch.find_changed_modules()
-        if changed and not self._changed_modules and self._is_active:
+        changed_modules = watch.find_changed_modules()
+        if changed_modules and not self._changed_modules and self._is_active:
             self._log.info(
-                f"Skill files changed ({', '.join(changed)}); they are loaded after this skill string"
+                f"Skill files changed ({', '.join(changed_modules)}); they are loaded after this skill string"
             )
-        self._changed_modules = changed or self._changed_modules
+        self._changed_modules = changed_modules or self._changed_modules
         if self._changed_modules and not self._is_active:
             self._reload(watch)
 
@@ -150,7 +150,7 @@ class Skiller(InterfaceSkiller):
         except SkillError as error:
             self._log.error(f"{error}")
             self._log.error("Could not reload the skills; the previous skills stay loaded")
-        # after an error, the modules up to the broken one: a change of these may mend it
+        # after an error, watch the modules up to the broken module: a change of any of them may mend it
         watch.follow(self.engine.attempted_modules)
 
     def _execute(self) -> None:

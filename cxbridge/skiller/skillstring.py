@@ -96,7 +96,7 @@ class SkillStringCall(Struct, frozen=True):
 def parse_skill_string(text: str) -> list[SkillStringCall]:
     """Return the calls in a skill string.
 
-    :raises SkillError: if it does not have the usual form, with line and column.
+    :raises SkillError: if the text is not a list of calls, with line and column.
     """
     calls = read_calls(text)
     if not calls:
@@ -107,7 +107,7 @@ def parse_skill_string(text: str) -> list[SkillStringCall]:
 def parse_skill_call(text: str) -> SkillStringCall:
     """Return the only call in a skill string.
 
-    :raises SkillError: if it does not have the usual form, or has several calls.
+    :raises SkillError: if the text is not a list of calls, or has several calls.
     """
     calls = parse_skill_string(text)
     if len(calls) != 1:
@@ -189,15 +189,15 @@ class _LuaCallReader:
         end = self._text.find(f"]{level}]", self._position)
         if end < 0:
             self._refuse(f"the long bracket has no end (]{level}])", start)
-        # Lua 5.1 refuses it, because 5.0 nested long brackets
+        # Lua 5.1 refuses a nested '[[', because 5.0 nested long brackets
         if not level and (nested := self._text.find("[[", self._position, end)) >= 0:
             self._refuse("a '[[' within [[...]] needs [=[...]=] around it", nested)
         content = _LINE_END.sub("\n", self._text[self._position : end])
         self._position = end + len(level) + 2
         return content.removeprefix("\n")
 
-    def _unquote(self, quoted: str, start: int) -> str:
-        content = quoted[1:-1]
+    def _unquote(self, quoted_text: str, start: int) -> str:
+        content = quoted_text[1:-1]
         if "\\" not in content:
             return content
         has_byte_escape = False

@@ -1,8 +1,8 @@
 """Speech synthesis: the writer of SpeechSynthInterface.
 
-It writes the same values as Fawkes' flite plugin: for each order the text, its id, ``final`` false and the
-duration; at its end ``final`` true. Orders are queued. The default voice is silent and takes the estimated
-duration by the run's clock.
+The values are those of Fawkes' flite plugin: for each order the text, its id, ``final`` false and the
+duration; at the end of the text ``final`` true. Orders are queued. The default voice is silent and takes the
+estimated duration by the run's clock.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Voice(ABC):
         """Return whether the last text is finished."""
 
     def failure(self) -> str:
-        """Return why the last text failed; empty if it did not."""
+        """Return why the last text failed; empty without a failure."""
         return ""
 
     def close(self) -> None:  # noqa: B027 - optional
@@ -89,7 +89,7 @@ class SpeakerVoice(Voice):
             # pyttsx3 would be silent without an error
             raise SkillerError(
                 f"speech is not available: the player '{_LINUX_PLAYER}' is missing",
-                hint="install it, for example with 'apt install alsa-utils'",
+                hint="install the player, for example with 'apt install alsa-utils'",
             )
         self._failure = ""
         self._texts: queue.SimpleQueue[str | None] = queue.SimpleQueue()

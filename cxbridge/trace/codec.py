@@ -21,7 +21,7 @@ from cxbridge.event_kinds import Event
 
 _encode_by_msgspec: Final = msgspec.json.Encoder().encode
 _JSON_TYPES: Final = {int: "integer", str: "string", bool: "boolean", float: "number"}
-_INTEGER_LIMIT: Final = 1 << 63  # recordings have integers of 64 bits, but msgspec accepts longer ones
+_INTEGER_LIMIT: Final = 1 << 63  # recordings have integers of 64 bits, but msgspec accepts longer integers
 
 
 class EventFormatError(ValueError):

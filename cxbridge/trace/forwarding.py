@@ -106,7 +106,7 @@ class WriteForwarder(Listener, Observer):
         return len(self._followed)
 
     def poll(self, timeout: float) -> None:
-        """Open new interfaces and close unused ones, until ``timeout`` seconds pass without an event."""
+        """Open new and close unused interfaces, until ``timeout`` seconds pass without an event."""
         # listeners are called in any thread, often with locks of the blackboard: interfaces may be opened
         # only here
         with suppress(queue.Empty):  # no task for ``timeout`` seconds
@@ -247,7 +247,7 @@ class WriteForwarder(Listener, Observer):
                 self._publish(schema, event.uid, event.block)
 
     def _find_schema(self, uid: str) -> InterfaceSchema | None:
-        """Return the definition of an interface, or None if it is not to be recorded."""
+        """Return the definition of an interface, or None for an interface that is not recorded."""
         key = parse_uid(uid)
         if not any(pattern.matches(key) for pattern in self._patterns):
             return None

@@ -126,7 +126,7 @@ def emit_configuration(bus: EventBus, config: Configuration) -> None:
     A file with secrets is left out; the tree has its other values.
     """
     for file in config.files:
-        with suppress(OSError):  # the file was deleted after it was read; the tree has its values
+        with suppress(OSError):  # the file was deleted after its reading; the tree has its values
             data = Path(file).read_bytes()
             if not has_secrets(data):
                 bus.emit_source("config", "", str(file), data)

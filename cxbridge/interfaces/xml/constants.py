@@ -15,7 +15,7 @@ _CONSTANT_TYPES = tuple(name for name in TYPES if name != "byte")
 def read_constant(element: Element, scope: NameScope, findings: Findings) -> ConstantSchema:
     """Read a ``constant``.
 
-    :raises InterfaceDefinitionError: if it is invalid.
+    :raises InterfaceDefinitionError: if the constant is invalid.
     """
     findings.check_form(element, ("type", "name", "value"))
     name = findings.read_name(element, RESERVED_IN_INTERFACES)

@@ -25,7 +25,7 @@ def read_field(
 ) -> FieldSchema:
     """Read a ``field`` without its offset.
 
-    :raises InterfaceDefinitionError: if it is invalid.
+    :raises InterfaceDefinitionError: if the field is invalid.
     """
     findings.check_form(element, _FIELD_ATTRIBUTES)
     name = findings.read_name(element, reserved)

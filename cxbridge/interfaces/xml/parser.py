@@ -180,8 +180,8 @@ class _DefinitionReader:
     def _find_single_child(self, name: str) -> Element | None:
         """Return the single child of the root with a name, or None."""
         children = self._root.find_all(name)
-        for surplus in children[1:]:
-            self._findings.report_error(surplus, f"a second <{name}>: an interface has at most one")
+        for surplus_child in children[1:]:
+            self._findings.report_error(surplus_child, f"a second <{name}>: an interface has at most one")
         return children[0] if children else None
 
     def _read_constants(self) -> None:

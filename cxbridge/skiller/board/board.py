@@ -330,7 +330,7 @@ class SkillBoard:
             self._send_request(executor, fallback)
 
     def _send_request(self, executor: str, master: Master) -> None:
-        """Ask an executor, which must have no pending request because it answers only one."""
+        """Ask an executor, which must have no pending request: an executor answers a single request."""
         self._pending_by_executor[executor] = master.number
         self._pending_by_master.setdefault(master.number, set()).add(executor)
         master.ask(executor)

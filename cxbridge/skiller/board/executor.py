@@ -79,7 +79,7 @@ def _load_file(file: Path) -> Any:
     spec = importlib.util.spec_from_file_location(name, file)
     assert spec is not None
     assert spec.loader is not None
-    # before it is executed: dataclasses and pickle look for the module of a class there
+    # before the execution of the module: dataclasses and pickle look for the module of a class there
     module = sys.modules[name] = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
@@ -111,7 +111,7 @@ SettingT = TypeVar("SettingT")
 
 
 class SkillFailedError(SkillError):
-    """Fails the skill that raises it. The message becomes the action's error.
+    """Fails the skill that raises the error. The message becomes the action's error.
 
     :param progress: the final progress from 0 to 1; None: the last reported progress.
     """
@@ -133,7 +133,7 @@ class Progress(NamedTuple):
 
 
 Steps: TypeAlias = Generator["float | Progress | None", None, Any]
-"""The steps of a skill, one per loop. Each yields the progress; None if it has not changed.
+"""The steps of a skill, one per loop. Each yields the progress; None for unchanged progress.
 
 The generator may return a final message, a :class:`Progress`.
 """
@@ -186,7 +186,8 @@ class SkillExecutor:
             if name not in self.known_settings:
                 settings_text = ", ".join(self.known_settings) or "none"
                 raise ConfigError(
-                    f"{type(self).__name__} has no setting '{name}'", hint=f"it has: {settings_text}"
+                    f"{type(self).__name__} has no setting '{name}'",
+                    hint=f"the settings are: {settings_text}",
                 )
 
     @classmethod

@@ -115,7 +115,7 @@ class ExecutorHost(Listener):
 
         :raises BlackBoardError: if the interface cannot be opened.
         """
-        # many hosts may start sending in the same loop, which would take long if it also opened interfaces
+        # many hosts may start sending in the same loop, which must not also take the time to open interfaces
         self._open_reader(board)
 
     def listen(self, listener: Listener, event_kind: EventKind) -> None:
@@ -296,7 +296,7 @@ class ExecutorHost(Listener):
 
     def _end_steps(self) -> None:
         """Close the generator of a running skill."""
-        # first forget the generator, because its cleaning up may call this executor
+        # first forget the generator, because the generator's cleaning up may call this executor
         steps, self._steps = self._steps, None
         if steps is not None:
             try:
@@ -371,7 +371,7 @@ def check_skills(executor: SkillExecutor) -> tuple[str, ...]:
     """
     class_name, skills = type(executor).__name__, executor.skills
     if isinstance(skills, str) or not skills:
-        raise SkillError(f"{class_name} has no skills", hint="name them: skills = ('move',)")
+        raise SkillError(f"{class_name} has no skills", hint="name the skills: skills = ('move',)")
     for skill in skills:
         check_name("a skill", skill)
         if len(skill.split()) != 1:

@@ -107,7 +107,7 @@ class SkillCall:
     def get(self, name: str, default: Default = REQUIRED) -> Any | Default:
         """Return a parameter.
 
-        :raises SkillError: if it is missing and there is no default.
+        :raises SkillError: if the parameter is missing and there is no default.
         """
         value = self.parameters.get(name, default)
         if value is REQUIRED:
@@ -117,7 +117,7 @@ class SkillCall:
     def text(self, name: str, default: str = REQUIRED) -> str:
         """Return a text parameter.
 
-        :raises SkillError: if it is missing without default, or not a text.
+        :raises SkillError: if the parameter is missing without default, or not a text.
         """
         value = self.get(name, default)
         if not isinstance(value, str):
@@ -127,7 +127,7 @@ class SkillCall:
     def number(self, name: str, default: float = REQUIRED) -> float:
         """Return a numeric parameter.
 
-        :raises SkillError: if it is missing without default, or not a finite number.
+        :raises SkillError: if the parameter is missing without default, or not a finite number.
         """
         value = self.get(name, default)
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
@@ -139,7 +139,7 @@ def check_name(kind: str, name: str) -> str:
     """Return the name if it fits into messages.
 
     :param kind: the kind of name with its article, for the error.
-    :raises SkillError: if it is empty, too long, contains NUL, or cannot be encoded in UTF-8.
+    :raises SkillError: if the name is empty, too long, contains NUL, or cannot be encoded in UTF-8.
     """
     try:
         byte_count = len(name.encode())

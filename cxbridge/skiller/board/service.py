@@ -141,7 +141,7 @@ _MAX_ROUNDS = 20  # messages cause answers; an endless exchange must not block t
 class SkillBoardService:
     """Masters, local executors and Skillers of a skill board, advanced together once per loop.
 
-    A command is executed in the loop in which it is read.
+    A command is executed in the loop that reads the command.
 
     :param execution: executes the calls of local executors.
     :raises CxbridgeError: if an executor cannot be made or an interface has another writer.

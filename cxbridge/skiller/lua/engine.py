@@ -68,7 +68,7 @@ class LuaEngine:
         self._make_host_functions = make_host_functions
         self.space = space
         self.attempted_modules = ModulePath(())
-        """The module path of the last :meth:`reload`, even a failed one."""
+        """The module path of the last :meth:`reload`, even of a failed reload."""
         self._set_state(*self._load())
 
     def _load(self) -> tuple[LuaState, BoardAccess]:
@@ -177,12 +177,12 @@ class LuaEngine:
     def reset_all(self) -> str:
         """Reset the called skills and the skills they use.
 
-        :returns: errors of their code; empty if there are none.
+        :returns: the errors of the skills' code; empty if there are none.
         """
         return self._error_text(self._call("reset_all"))
 
     def find_failure_reason(self) -> str:
-        """Return the reason for a failure, as reported by a skill; empty if no skill reports one."""
+        """Return the reason for a failure, as reported by a skill; empty if no skill reports a reason."""
         return from_lua(self._call_for_text("failure"))
 
     def draw_graph(self, skill: str, direction: str, *, coloured: bool, redraw: bool) -> tuple[bool, str]:

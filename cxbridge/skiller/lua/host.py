@@ -97,7 +97,7 @@ class HostFunctions:
 
     :param logger: gets the output of skills.
     :param clock: the run's clock, the only time in Lua.
-    :param config: the configuration that skills may read, if there is one.
+    :param config: the configuration that skills may read; None: skills have no configuration.
     :param seed: the seed of random numbers.
     """
 
@@ -159,7 +159,7 @@ class HostFunctions:
 def _mask_or_refuse(path: str, value: str) -> str:
     """Return a value with masked secrets.
 
-    :raises SkillError: if all of it is secret.
+    :raises SkillError: if the whole value is secret.
     """
     masked_text = mask(path, value)
     if masked_text == MASKED_TEXT != value:

@@ -11,7 +11,7 @@ from cxbridge.errors import SkillError
 
 _MODULE_NAME = re.compile(r"[A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)*")
 _PLACE = re.compile(r"([^\s:|]+):(\d{1,9}):")
-# editors of Windows write it at the start of a text, and Lua 5.1 refuses it
+# editors of Windows write this mark at the start of a text, and Lua 5.1 refuses the mark
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf".decode("latin-1")
 # a place in the Lua files of the engine at the start of an error
 _OWN_PLACE = re.compile(r"^cxbridge/\w+\.lua:\d+: ")
@@ -25,7 +25,8 @@ class ModulePath:
     """Finds Lua modules in folders; the first match wins.
 
     A folder is a Lua folder like Fawkes' ``src/lua``, where ``skills.generic.say`` is
-    ``skills/generic/say.lua``, or a folder of skills, where it is ``generic/say.lua``.
+    ``skills/generic/say.lua``, or a folder of skills, where the same module is
+    ``generic/say.lua``.
 
     :param folders: the folders of modules, in order of preference.
     """
@@ -52,7 +53,8 @@ class ModulePath:
                 return path
         folders = ", ".join(str(folder) for folder in self.folders) or "no folder at all"
         raise SkillError(
-            f"Lua module '{module}' not found in {folders}", hint="give its folder with --skill-dir"
+            f"Lua module '{module}' not found in {folders}",
+            hint="name the folder of the module with --skill-dir",
         )
 
     def read(self, module: str) -> tuple[str, str]:

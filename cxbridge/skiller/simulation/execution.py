@@ -52,7 +52,7 @@ def decided_steps(outcome: Outcome | None, executor: SkillExecutor, call: SkillC
 
 
 def _timed_steps(executor: SkillExecutor, call: SkillCall, seconds: float) -> Steps:
-    """Yield the steps of an executor for some seconds; if it ends earlier, yield steps without progress."""
+    """Yield the steps of an executor, then steps without progress, until some seconds have passed."""
     clock = executor.clock
     start_us = clock.now_us()
     end_us = start_us + round(seconds * MICROSECONDS)

@@ -1,6 +1,6 @@
 """A Skiller without a robot: each skill waits for the duration that a decider chooses, by the run's clock.
 
-It writes the same states as Fawkes' skiller-simulator, except for the differences listed in
+The simulator writes the same states as Fawkes' skiller-simulator, except for the differences listed in
 ``docs/evidence/skiller.md``.
 """
 

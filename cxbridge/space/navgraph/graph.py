@@ -1,7 +1,7 @@
 """A navigation graph: nodes with position and properties, edges in one or both directions.
 
-It behaves like Fawkes' navgraph (``src/libs/navgraph``): of several nodes at the same distance the first one
-is the closest, and the neighbours of a node are sorted by name.
+The graph behaves like Fawkes' navgraph (``src/libs/navgraph``): of several nodes at the same distance the
+first node is the closest, and the neighbours of a node are sorted by name.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from msgspec import Struct, field
 
 from cxbridge.errors import NavGraphError
 
-# Fawkes converts properties with C's atof and atoi, which read as far as they can
+# Fawkes converts properties with C's atof and atoi, which read the longest number at the start
 _FLOAT = re.compile(r"\s*[+-]?(\d+(?:\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 _INTEGER = re.compile(r"\s*[+-]?\d+")
 _TRUE = frozenset(["true", "yes", "1"])
@@ -138,7 +138,7 @@ class NavGraph:
         include_unconnected: bool = False,
         other_than: str = "",
     ) -> NavGraphNode | None:
-        """Return the closest node to a point.
+        """Return the closest node to a point, or None.
 
         :param property_name: the property that the node must have; empty for any node.
         :param include_unconnected: whether the closest node may be unconnected.
@@ -232,10 +232,10 @@ class NavGraph:
         queue = [(self._nodes[start].distance(target.x, target.y), next(order), 0.0, start, "")]
         came_from: dict[str, str] = {}
         while queue:
-            _, _, cost_so_far, name, previous = heapq.heappop(queue)
+            _, _, cost_so_far, name, previous_name = heapq.heappop(queue)
             if name in came_from:
                 continue
-            came_from[name] = previous
+            came_from[name] = previous_name
             if name == goal:
                 return self._make_path(came_from, goal, cost_so_far)
             node = self._nodes[name]
@@ -251,6 +251,6 @@ class NavGraph:
 
     def _make_path(self, came_from: Mapping[str, str], goal: str, cost: float) -> NavGraphPath:
         names = [goal]
-        while previous := came_from[names[-1]]:
-            names.append(previous)
+        while previous_name := came_from[names[-1]]:
+            names.append(previous_name)
         return NavGraphPath(tuple(self._nodes[name] for name in reversed(names)), cost)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping
+from operator import itemgetter
 from typing import Final
 
 from cxbridge.errors import NavGraphError
@@ -44,12 +45,12 @@ def add_without_crossing(graph: NavGraph, edge: NavGraphEdge) -> None:
     """
     start, end = graph.node(edge.start), graph.node(edge.end)
     if start and end:
-        for existing in graph.edges:
-            if {edge.start, edge.end} & {existing.start, existing.end}:
+        for other_edge in graph.edges:
+            if {edge.start, edge.end} & {other_edge.start, other_edge.end}:
                 continue
-            if find_intersection(graph, existing, start, end):
+            if find_intersection(graph, other_edge, start, end):
                 raise NavGraphError(
-                    f"Failed to add edge {_edge_name(edge)}: it intersects with {_edge_name(existing)}",
+                    f"Failed to add edge {_edge_name(edge)}: it intersects with {_edge_name(other_edge)}",
                     hint="tag the edge !allow-intersection or !split-intersection",
                 )
     graph.add_edge(edge)
@@ -64,24 +65,26 @@ def add_and_split(graph: NavGraph, edge: NavGraphEdge) -> None:
     if start is None or end is None:
         graph.add_edge(edge)  # raises the error
         return
-    intersections = []
+    intersections = []  # distance from the start, point and crossed edge
     for crossed_edge in graph.edges:
         point = find_intersection(graph, crossed_edge, start, end)
         if point:
             intersections.append((start.distance(*point), point, crossed_edge))
-    previous = edge.start
-    for _, point, crossed_edge in sorted(intersections, key=lambda intersection: intersection[0]):
+    previous_name = edge.start
+    for _, point, crossed_edge in sorted(intersections, key=itemgetter(0)):
         middle_name = _find_or_add_node(graph, point)
         if middle_name not in (crossed_edge.start, crossed_edge.end):
             _split_edge(graph, crossed_edge, middle_name)
-        if middle_name not in (previous, edge.end):
-            _add_if_new(graph, _generate_edge(previous, middle_name, edge.properties, directed=edge.directed))
-            previous = middle_name
-    _add_if_new(graph, _generate_edge(previous, edge.end, edge.properties, directed=edge.directed))
+        if middle_name not in (previous_name, edge.end):
+            _add_if_new(
+                graph, _generate_edge(previous_name, middle_name, edge.properties, directed=edge.directed)
+            )
+            previous_name = middle_name
+    _add_if_new(graph, _generate_edge(previous_name, edge.end, edge.properties, directed=edge.directed))
 
 
 def _find_or_add_node(graph: NavGraph, point: Point) -> str:
-    """Return the name of the node at a point, adding one if necessary."""
+    """Return the name of the node at a point, which is added if necessary."""
     closest = graph.closest_node(*point)
     if closest is not None and closest.distance(*point) < SAME_PLACE:
         return closest.name

@@ -30,7 +30,7 @@ LATEST: Final = 0
 """The time argument for the latest existing time."""
 
 MAX_DEPTH: Final = 1000
-"""The length of a path to the root above which it counts as a loop."""
+"""The length of a path to the root above which the path counts as a loop."""
 
 
 class StampedTransform(Struct, frozen=True):
@@ -49,16 +49,16 @@ class StampedTransform(Struct, frozen=True):
 class _History:
     """The transforms of one frame to its parent, from the oldest."""
 
-    __slots__ = ("entries", "stamps", "static")
+    __slots__ = ("entries", "is_static", "stamps")
 
     def __init__(self, *, static: bool) -> None:
-        self.static = static
+        self.is_static = static
         self.stamps: list[int] = []
         self.entries: list[StampedTransform] = []
 
     def insert(self, entry: StampedTransform, keep_us: int) -> bool:
-        """Add a transform; return whether it was recent enough."""
-        if self.static:
+        """Add a transform; return whether the transform was recent enough."""
+        if self.is_static:
             self.stamps, self.entries = [LATEST], [entry]
             return True
         if self.stamps and entry.stamp_us < self.stamps[-1] - keep_us:
@@ -66,8 +66,8 @@ class _History:
         position = bisect_right(self.stamps, entry.stamp_us)  # transforms may arrive out of order
         self.stamps.insert(position, entry.stamp_us)
         self.entries.insert(position, entry)
-        outdated = bisect_left(self.stamps, self.stamps[-1] - keep_us)
-        del self.stamps[:outdated], self.entries[:outdated]
+        outdated_count = bisect_left(self.stamps, self.stamps[-1] - keep_us)
+        del self.stamps[:outdated_count], self.entries[:outdated_count]
         return True
 
     def transform_at(self, time_us: int) -> StampedTransform:
@@ -76,15 +76,15 @@ class _History:
         :raises ExtrapolationError: if all transforms are later.
         """
         entries = self.entries
-        if time_us == LATEST or self.static or time_us >= self.stamps[-1]:
+        if time_us == LATEST or self.is_static or time_us >= self.stamps[-1]:
             return entries[-1]
-        right = bisect_right(self.stamps, time_us)
-        if right == 0:
+        later_index = bisect_right(self.stamps, time_us)
+        if later_index == 0:
             raise ExtrapolationError(
                 "Lookup would require extrapolation into the past. Requested time "
                 f"{_format_time(time_us)}, but the earliest data is at time {_format_time(self.stamps[0])}"
             )
-        earlier, later = entries[right - 1], entries[right]
+        earlier, later = entries[later_index - 1], entries[later_index]
         # between two parents there is no interpolation
         if earlier.stamp_us == time_us or earlier.frame != later.frame:
             return earlier
@@ -184,7 +184,7 @@ class TransformBuffer:
         )
 
     def can_transform(self, target: str, source: str, time_us: int = LATEST) -> bool:
-        """Return whether :meth:`lookup` succeeds; True for equal frames, even if they are unknown."""
+        """Return whether :meth:`lookup` succeeds; True for equal frames, even for unknown frames."""
         if _strip_slash(target) == _strip_slash(source):
             return True  # as in tf, which does not search for equal frames
         try:
@@ -196,7 +196,7 @@ class TransformBuffer:
     def transform_point(
         self, target: str, point: Vector, frame: str, time_us: int = LATEST
     ) -> tuple[Vector, int]:
-        """Transform a point from ``frame`` to ``target``; return it with the time of the transform.
+        """Transform a point from ``frame`` to ``target``; return the result and its time.
 
         :raises TransformError: if the transform is unknown.
         """
@@ -206,7 +206,7 @@ class TransformBuffer:
     def transform_vector(
         self, target: str, vector: Vector, frame: str, time_us: int = LATEST
     ) -> tuple[Vector, int]:
-        """Transform a direction from ``frame`` to ``target``; return it with the time of the transform.
+        """Transform a direction from ``frame`` to ``target``; return the result and its time.
 
         :raises TransformError: if the transform is unknown.
         """
@@ -216,7 +216,7 @@ class TransformBuffer:
     def transform_quaternion(
         self, target: str, rotation: Quaternion, frame: str, time_us: int = LATEST
     ) -> tuple[Quaternion, int]:
-        """Transform a rotation from ``frame`` to ``target``; return it with the time of the transform.
+        """Transform a rotation from ``frame`` to ``target``; return the result and its time.
 
         :raises TransformError: if the transform is unknown, or the quaternion is not a rotation.
         """
@@ -227,7 +227,7 @@ class TransformBuffer:
     def transform_pose(
         self, target: str, pose: Transform, frame: str, time_us: int = LATEST
     ) -> tuple[Transform, int]:
-        """Transform a pose from ``frame`` to ``target``; return it with the time of the transform.
+        """Transform a pose from ``frame`` to ``target``; return the result and its time.
 
         :raises TransformError: if the transform is unknown.
         """
@@ -241,17 +241,17 @@ class TransformBuffer:
             entries = source_path[:1]
         else:
             ancestors = {source} | {entry.frame for entry in source_path}
-            common = target  # becomes the first common ancestor
+            common_frame = target  # becomes the first common ancestor
             entries = []
             for entry in self._find_path_to_root(target):
-                if common in ancestors:
+                if common_frame in ancestors:
                     break
                 entries.append(entry)
-                common = entry.frame
-            if common not in ancestors:
+                common_frame = entry.frame
+            if common_frame not in ancestors:
                 raise _not_connected_error(target, source)
-            entries += itertools.takewhile(lambda entry: entry.child_frame != common, source_path)
-        stamps = [entry.stamp_us for entry in entries if not self._histories[entry.child_frame].static]
+            entries += itertools.takewhile(lambda entry: entry.child_frame != common_frame, source_path)
+        stamps = [entry.stamp_us for entry in entries if not self._histories[entry.child_frame].is_static]
         return min(stamps, default=LATEST)
 
     def _find_path_to_root(self, frame: str) -> list[StampedTransform]:
@@ -270,15 +270,15 @@ class TransformBuffer:
         if target in source_poses:
             return source_poses[target]
         target_poses, target_error = self._climb(target, "", time_us, known_poses=source_poses)
-        common = next(reversed(target_poses))
-        if common not in source_poses:
+        common_frame = next(reversed(target_poses))
+        if common_frame not in source_poses:
             error = target_error or source_error
             if error is None:
                 raise _not_connected_error(target, source)
             raise ExtrapolationError(
                 f"{error.message}, when looking up transform from frame [{source}] to frame [{target}]"
             )
-        return target_poses[common].inverse() * source_poses[common]
+        return target_poses[common_frame].inverse() * source_poses[common_frame]
 
     def _climb(
         self, frame: str, goal: str, time_us: int, known_poses: dict[str, Transform] | None = None

@@ -118,9 +118,9 @@ def _find_anchors(a: Sequence[int], b: Sequence[int], ranges: Range) -> list[tup
             _find_unique_blocks(a, a_from, a_to, length),
             _find_unique_blocks(b, b_from, b_to, length),
         )
-        common = [(start, unique_b[block]) for block, start in unique_a.items() if block in unique_b]
-        if common:
-            return longest_increasing(sorted(common))
+        common_starts = [(start, unique_b[block]) for block, start in unique_a.items() if block in unique_b]
+        if common_starts:
+            return longest_increasing(sorted(common_starts))
     return []
 
 

@@ -23,11 +23,11 @@ MissingDetails: TypeAlias = Mapping[type[Event], frozenset[str]]
 class DetailChanges:
     """Reports details when they change.
 
-    :param missing: details to report as empty.
+    :param missing_details: details to report as empty.
     """
 
-    def __init__(self, missing: MissingDetails | None = None) -> None:
-        self._missing = missing or {}
+    def __init__(self, missing_details: MissingDetails | None = None) -> None:
+        self._missing = missing_details or {}
         # by subject, the details as recorded and with replaced times: most details repeat, and comparing them
         # as recorded saves the replacement
         self._last_details: dict[tuple[str, ...], tuple[tuple[str, ...], tuple[str, ...]]] = {}
@@ -60,7 +60,7 @@ def find_missing_details(runs: Sequence[Run]) -> MissingDetails:
 
     An empty text stands for a detail that a run does not record.
     """
-    missing: dict[type[Event], frozenset[str]] = {}
+    missing_details: dict[type[Event], frozenset[str]] = {}
     for run in runs:
         examined_types: set[type[Event]] = set()
         for event in run.select(*TYPES_WITH_DETAILS):
@@ -68,7 +68,7 @@ def find_missing_details(runs: Sequence[Run]) -> MissingDetails:
             if event_type not in examined_types:
                 examined_types.add(event_type)
                 empty_names = frozenset(name for name in event.KIND.details if not getattr(event, name))
-                missing[event_type] = missing.get(event_type, frozenset()) | empty_names
+                missing_details[event_type] = missing_details.get(event_type, frozenset()) | empty_names
                 if len(examined_types) == len(TYPES_WITH_DETAILS):
                     break
-    return missing
+    return missing_details

@@ -152,15 +152,18 @@ def _join_consecutive(edits: Iterable[Edit]) -> list[Edit]:
     """
     result: list[Edit] = []
     for edit in edits:
-        previous = result[-1] if result else None
+        previous_edit = result[-1] if result else None
         if (
-            previous is not None
-            and previous.kind is edit.kind is not DifferenceKind.CHANGED
-            and not (previous.is_whole_goal or edit.is_whole_goal)
+            previous_edit is not None
+            and previous_edit.kind is edit.kind is not DifferenceKind.CHANGED
+            and not (previous_edit.is_whole_goal or edit.is_whole_goal)
             and edit.indices
-            == tuple(MISSING if index == MISSING else index + previous.count for index in previous.indices)
+            == tuple(
+                MISSING if index == MISSING else index + previous_edit.count
+                for index in previous_edit.indices
+            )
         ):
-            previous.count += 1
+            previous_edit.count += 1
         else:
             result.append(edit)
     return result

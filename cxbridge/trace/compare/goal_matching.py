@@ -79,7 +79,7 @@ class GoalMatch:
     def _make_label(self, path: str, goal: Goal) -> str:
         """Return a unique label for a goal: the id without its number, or the class."""
         # `RUN-gen3` is `RUN`; `gen3` is nothing but a number, so that the class names the goal
-        name = replace_names(goal.key[1]).replace("gen#", "").strip("-") or goal.goal_class
+        name = replace_names(goal.key.id).replace("gen#", "").strip("-") or goal.goal_class
         label = f"{path}/{name}"
         self._label_counts[label] += 1
         return label if self._label_counts[label] == 1 else f"{label}[{self._label_counts[label]}]"

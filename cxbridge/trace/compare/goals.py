@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from sys import intern
-from typing import Final, NamedTuple, TypeAlias
+from typing import Final, NamedTuple
 
 from cxbridge.events import Event, GoalTransition, PlanActionTransition
 from cxbridge.history.forest import Forest, parent_id
@@ -18,8 +18,12 @@ from cxbridge.trace.compare.sequences import State, Step, Steps, ValueStreams, s
 UNKNOWN_CLASS: Final = "?"
 """The class of a goal of which only plan-actions are known."""
 
-GoalKey: TypeAlias = tuple[str, str]
-"""The environment and id of a goal."""
+
+class GoalKey(NamedTuple):
+    """The environment and id of a goal."""
+
+    env: str
+    id: str
 
 
 class Thread(NamedTuple):
@@ -58,7 +62,7 @@ class Goal:
     @property
     def kind(self) -> tuple[str, str, str, str]:
         """The properties that distinguish siblings: environment, class, sub-type, and id without number."""
-        return (self.key[0], self.goal_class, self.sub_type, replace_names(self.key[1]))
+        return (self.key.env, self.goal_class, self.sub_type, replace_names(self.key.id))
 
     @property
     def transitions(self) -> Steps:
@@ -84,10 +88,10 @@ class Goal:
             )
         }
 
-    def counts_before(self, inner: Steps) -> list[int]:
+    def counts_before(self, inner_steps: Steps) -> list[int]:
         """Return, for each transition of a child or plan, the number of earlier transitions of this goal."""
         positions = [step.position for step in self.transitions]
-        return [bisect_left(positions, step.position) for step in inner]
+        return [bisect_left(positions, step.position) for step in inner_steps]
 
     def rename_plans(self) -> None:
         """Replace the ids of plans by stems, which are equal in all runs.
@@ -98,7 +102,7 @@ class Goal:
         threads, self.threads = self.threads, {}
         counts: Counter[Thread] = Counter()
         for thread, steps in threads.items():
-            stem = replace_names(thread.plan.replace(self.key[1], "@"))
+            stem = replace_names(thread.plan.replace(self.key.id, "@"))
             stem_thread = thread._replace(plan=stem)
             counts[stem_thread] += 1
             number = f"[{counts[stem_thread]}]" if counts[stem_thread] > 1 else ""
@@ -109,16 +113,16 @@ class GoalForest:
     """All goals of a run, and the statuses of its Skillers.
 
     :param events: the transitions of the run, read once by the constructor.
-    :param missing: details that are not compared.
+    :param missing_details: details that are not compared.
     :ivar count: the number of compared events.
     :ivar roots: the goals without a known parent.
     """
 
-    def __init__(self, events: Iterable[Event], missing: MissingDetails | None = None) -> None:
+    def __init__(self, events: Iterable[Event], missing_details: MissingDetails | None = None) -> None:
         self.goals: dict[GoalKey, Goal] = {}
         self.skillers = ValueStreams()
         self.count = 0
-        self._detail_changes = DetailChanges(missing)
+        self._detail_changes = DetailChanges(missing_details)
         for event in events:
             if isinstance(event, GoalTransition):
                 self._add_goal_transition(event)
@@ -134,7 +138,7 @@ class GoalForest:
 
     def _find_or_add_goal(self, env: str, name: str) -> Goal:
         # each event repeats its ids: long runs fit into memory if each id is stored once
-        key = (intern(env), intern(name))
+        key = GoalKey(intern(env), intern(name))
         return self.goals.get(key) or self.goals.setdefault(key, Goal(key))
 
     def _add_goal_transition(self, event: GoalTransition) -> None:
@@ -143,7 +147,7 @@ class GoalForest:
         goal.goal_class = _join_classes(goal.goal_class, event.goal_class)
         goal.sub_type = _join_classes(goal.sub_type, event.sub_type)
         parent = parent_id(event.parent)
-        goal.parent = None if parent is None else (goal.key[0], intern(parent))
+        goal.parent = None if parent is None else GoalKey(goal.key.env, intern(parent))
         state = (event.mode, event.outcome, event.error)
         # a tree may be built from its leaves or from its root (docs/evidence/comparing.md): a new parent
         # alone is no transition
@@ -173,14 +177,16 @@ class GoalForest:
             # an error may name one of several siblings that behave equally: the mention tells them apart
             for number, ((_mode, _outcome, error), *_) in enumerate(goal.transitions):
                 for word in error.split():
-                    if mentioned_goal := self.goals.get((key[0], word)):
+                    if mentioned_goal := self.goals.get(GoalKey(key.env, word)):
                         mentioned_goal.error_mentions.append((goal.kind, number))
         return [self.goals[key] for key in forest.roots]
 
 
-def _join_classes(former: str, new: str) -> str:
+def _join_classes(known_class: str, new_class: str) -> str:
     """Return the class of a goal; different classes of its transitions are joined by ``|``."""
-    return former if former == new else intern(new if former == UNKNOWN_CLASS else f"{former}|{new}")
+    if new_class == known_class:
+        return known_class
+    return intern(new_class if known_class == UNKNOWN_CLASS else f"{known_class}|{new_class}")
 
 
 def walk_goals(roots: Iterable[Goal]) -> Iterator[Goal]:

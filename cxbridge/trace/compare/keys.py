@@ -24,6 +24,7 @@ from cxbridge.events import (
     RuleFired,
     SkillStatus,
 )
+from cxbridge.history.model import SKILL_ENDED, SKILL_IDLE
 from cxbridge.trace.compare.details import MissingDetails
 from cxbridge.trace.compare.names import (
     MSGID,
@@ -46,8 +47,6 @@ MAX_CHANGED_PARTS: Final = 3
 """The maximum number of differing parts of an event that counts as changed."""
 
 _PLACEHOLDER: Final = re.compile(r"(?:gen|uuid|fact)#")
-_END_STATUSES: Final = ("S_FINAL", "S_FAILED")
-_IDLE_STATUS: Final = "S_INACTIVE"
 
 
 @dataclass(frozen=True)
@@ -167,7 +166,7 @@ class Token(NamedTuple):
 class TokenReader:
     """Reads the tokens of a run; can be iterated over once.
 
-    :param missing: details that are not compared.
+    :param missing_details: details that are not compared.
     """
 
     def __init__(
@@ -175,13 +174,13 @@ class TokenReader:
         run: Run,
         view: View,
         selection: Selection | None = None,
-        missing: MissingDetails | None = None,
+        missing_details: MissingDetails | None = None,
     ) -> None:
         self.count = 0
         self.namer = Namer()
         self._contents = compared_contents(run, view, selection)
         self._skillers = SkillerBacklog()
-        self._missing = missing or {}
+        self._missing = missing_details or {}
 
     def __iter__(self) -> Iterator[Token]:
         for content in self._contents:
@@ -206,7 +205,7 @@ class TokenReader:
             text, names = self.namer.split(interface_text(event.values), is_fact=True)
             msgid = event.values.get(MSGID)
             return ("interface", event.uid, text), names, msgid if isinstance(msgid, int) else None
-        form, missing = KEY_FORMS[type(event)], self._missing.get(type(event), ())
+        form, missing_details = KEY_FORMS[type(event)], self._missing.get(type(event), ())
         split = self.namer.split
         parts = [
             split(getattr(event, attribute))
@@ -217,7 +216,7 @@ class TokenReader:
         parts += [
             split(
                 ""
-                if attribute in missing
+                if attribute in missing_details
                 else replace_times_of_day(getattr(event, attribute), event.time_us),
                 is_fact=True,
             )
@@ -244,11 +243,11 @@ class SkillerBacklog:
         """Return the state that a fresh Skiller would show, or None for a repetition."""
         skiller = (event.env, event.skiller)
         old_skill = self._old_skills.get(skiller)
-        has_ended = event.status in _END_STATUSES and event.skill_string
+        has_ended = event.status in SKILL_ENDED and event.skill_string
         # the first state of the Skiller in the run is the end of a skill of an earlier client
         if old_skill is None and has_ended:
             self._old_skills[skiller] = event.skill_string
-            return replace(event, skill_string="", msgid=0, status=_IDLE_STATUS)
+            return replace(event, skill_string="", msgid=0, status=SKILL_IDLE)
         if old_skill and has_ended and event.skill_string == old_skill:
             return None
         self._old_skills[skiller] = ""

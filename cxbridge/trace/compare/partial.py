@@ -15,7 +15,7 @@ from cxbridge.event_kinds import View
 from cxbridge.events import Event, FactChange, RuleFired
 from cxbridge.trace.compare.details import MissingDetails
 from cxbridge.trace.compare.goal_matching import GoalMatch
-from cxbridge.trace.compare.goals import GOAL_TRANSITIONS, Goal, GoalForest, Thread
+from cxbridge.trace.compare.goals import GOAL_TRANSITIONS, Goal, GoalForest, GoalKey, Thread
 from cxbridge.trace.compare.model import Comparison, Difference, DifferenceKind, Order, Side, sort_differences
 from cxbridge.trace.compare.names import replace_fact_names, replace_names
 from cxbridge.trace.compare.sequences import StepPair, Steps, find_step_differences, state_text
@@ -23,21 +23,21 @@ from cxbridge.trace.compare.sequences import StepPair, Steps, find_step_differen
 
 def compare_partial(
     a: Iterable[Event],
-    others: Sequence[Iterable[Event]],
+    other_runs: Sequence[Iterable[Event]],
     tolerance_s: float | None = None,
-    missing: MissingDetails | None = None,
+    missing_details: MissingDetails | None = None,
 ) -> Comparison:
     """Compare the transitions of a run with those of other runs, each read once.
 
     The run must have the same goals, plans and statuses as each of the other runs. Relations between a goal
     and its parent are compared only if all other runs agree on them.
 
-    :param missing: details that are not compared.
+    :param missing_details: details that are not compared.
     """
-    forest_a = GoalForest(a, missing)
+    forest_a = GoalForest(a, missing_details)
     matches: list[GoalMatch] = []
-    for number, run in enumerate(others):
-        forest_b = GoalForest(run, missing)
+    for number, run in enumerate(other_runs):
+        forest_b = GoalForest(run, missing_details)
         comparison = Comparison(
             View.TRANSITIONS, Order.PARTIAL, forest_a.count, forest_b.count, other_index=number
         )
@@ -69,8 +69,8 @@ def _find_goal_differences(match: GoalMatch) -> Iterator[Difference]:
 
 def _describe_goal(goal: Goal) -> str:
     subtree = f", with {goal.goal_count - 1} below it" if goal.goal_count > 1 else ""
-    parent = f" below {goal.parent[1]}" if goal.parent else ""
-    return f"goal {goal.key[1]} of class {goal.goal_class}, sub-type {goal.sub_type}{parent}{subtree}"
+    parent = f" below {goal.parent.id}" if goal.parent else ""
+    return f"goal {goal.key.id} of class {goal.goal_class}, sub-type {goal.sub_type}{parent}{subtree}"
 
 
 def _pair_steps(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Iterator[StepPair]:
@@ -99,14 +99,14 @@ def _pair_steps(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Ite
 def _describe_thread(match: GoalMatch, goal: Goal, thread: Thread) -> str:
     """Return the goal or plan of a thread, for differences."""
     subject = f"goal {match.labels[goal]}"
-    return f"plan {thread.plan.replace('@', goal.key[1])} of {subject}" if thread.plan else subject
+    return f"plan {thread.plan.replace('@', goal.key.id)} of {subject}" if thread.plan else subject
 
 
 def _label_errors(goal: Goal, forest: GoalForest, match: GoalMatch) -> Steps:
     """Return the steps of a goal with labels instead of the ids of goals in its errors."""
 
     def label(word: str) -> str:
-        named_goal = forest.goals.get((goal.key[0], word))
+        named_goal = forest.goals.get(GoalKey(goal.key.env, word))
         return match.labels.get(named_goal, replace_names(word)) if named_goal else replace_names(word)
 
     return [
@@ -132,7 +132,10 @@ def _find_broken_relations(matches: Sequence[GoalMatch]) -> Iterator[Difference]
         for owner, thread in inner_threads:
             runs = [(goal, owner), *((partner[goal], partner[owner]) for partner in partners)]
             inner_steps = [run_owner.threads.get(thread, ()) for _, run_owner in runs]
-            counts = [outer.counts_before(steps) for (outer, _), steps in zip(runs, inner_steps, strict=True)]
+            counts = [
+                outer_goal.counts_before(steps)
+                for (outer_goal, _), steps in zip(runs, inner_steps, strict=True)
+            ]
             for index, step_counts in enumerate(zip(*counts, strict=True)):
                 # a child may be formulated before its parent, depending on how the rules build the tree: the
                 # first transition of the child counts as later in any case
@@ -143,7 +146,7 @@ def _find_broken_relations(matches: Sequence[GoalMatch]) -> Iterator[Difference]
                 if count_a != agreed_count:
                     yield Difference(
                         f"'{state_text(inner_steps[0][index].state)}' on the other side of transitions"
-                        f" of goal {goal.key[1]}",
+                        f" of goal {goal.key.id}",
                         _describe_thread(matches[0], owner, thread),
                         Side(inner_steps[0][index].position, _describe_position(goal, count_a)),
                         Side(inner_steps[1][index].position, _describe_position(goal, agreed_count)),

@@ -103,14 +103,15 @@ def _make_bar(goal: GoalRecord, history: RunHistory, *, has_times: bool) -> Bar:
     end_change = goal.end_change
     begin, end = goal.changes[0], end_change or goal.changes[-1]
     if has_times:
-        times = begin.time / MICROSECONDS, (history.end if end_change is None else end.time) / MICROSECONDS
+        begin_time = begin.time / MICROSECONDS
+        end_time = (history.end if end_change is None else end.time) / MICROSECONDS
     else:
-        times = begin.seq, (history.event_count if end_change is None else end.seq)
+        begin_time, end_time = begin.seq, (history.event_count if end_change is None else end.seq)
     return {
         "goal": goal.name,
         "goal_class": goal.goal_class,
-        "begin": times[0],
-        "end": times[1],
+        "begin": begin_time,
+        "end": end_time,
         "outcome": goal_outcome(goal.mode, goal.outcome).name.lower(),
         "error": goal.error,
     }

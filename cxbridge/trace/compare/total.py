@@ -57,16 +57,19 @@ def compare_total(
     view: View,
     selection: Selection | None = None,
     tolerance_s: float | None = None,
-    missing: MissingDetails | None = None,
+    missing_details: MissingDetails | None = None,
 ) -> Comparison:
     """Compare two runs event by event up to the first difference, and align the rest.
 
     Only events without a partner count as different. For equal runs the memory stays constant.
 
     :param tolerance_s: the allowed difference between times; None: times are not compared.
-    :param missing: details that are not compared.
+    :param missing_details: details that are not compared.
     """
-    readers = (TokenReader(a, view, selection, missing), TokenReader(b, view, selection, missing))
+    readers = (
+        TokenReader(a, view, selection, missing_details),
+        TokenReader(b, view, selection, missing_details),
+    )
     checks = _PartnerChecks(tolerance_s)
     differences: list[Difference] = []
     tokens_a, tokens_b = iter(readers[0]), iter(readers[1])
@@ -213,11 +216,11 @@ class _Divergence:
 
     def _drop_repeated_details(self, edits: Iterable[Edit]) -> Iterator[Edit]:
         """Yield edits without repetitions of a detail that differs in all events of a goal or plan-action."""
-        reported: set[Hashable] = set()
+        reported_details: set[Hashable] = set()
         for edit in edits:
             details = self._find_changed_details(edit)
-            if details is None or details not in reported:
-                reported.add(details)
+            if details is None or details not in reported_details:
+                reported_details.add(details)
                 yield edit
 
     def _find_changed_details(self, edit: Edit) -> Hashable:

@@ -55,7 +55,7 @@ class Run(ABC):
     `notes` mentions the truncation after the iteration.
 
     :param path: the file or folder of the run.
-    :param registry: the interface types for formats that need them; None: the shipped ones.
+    :param registry: the interface types for formats that need them; None: the shipped types.
     """
 
     format: str
@@ -131,7 +131,7 @@ class Run(ABC):
 
 
 class RunWriter(Closing):
-    """Writes the events of a run to a file; a context manager that closes it."""
+    """Writes the events of a run to a file; a context manager that closes the file."""
 
     @abstractmethod
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:

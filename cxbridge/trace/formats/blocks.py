@@ -49,9 +49,10 @@ class BlockDecoder:
 
     def decode(self, block: bytes | memoryview) -> dict[str, Any]:
         """Return the values by field: texts, numbers, names of enum items, lists."""
-        raw = self._unpack(block)
+        elements = self._unpack(block)
         return {
-            name: raw[index] if convert is None else convert(raw) for name, index, convert in self._fields
+            name: elements[index] if convert is None else convert(elements)
+            for name, index, convert in self._fields
         }
 
 

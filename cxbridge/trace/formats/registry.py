@@ -59,7 +59,7 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
     """Open a recorded run of any format.
 
     :param path: a file, or a folder of the files of a format.
-    :param registry: the interface types; None: the shipped ones.
+    :param registry: the interface types; None: the shipped types.
     :raises TraceError: if ``path`` does not exist or is not a recorded run.
     """
     path = Path(path)

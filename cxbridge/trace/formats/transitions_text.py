@@ -101,22 +101,22 @@ class TransitionsText(Run):
         :raises TraceError: for an invalid line; a truncated last line is left out.
         """
         details = _LastDetails()
-        pending: Transition | None = None
+        pending_transition: Transition | None = None
         stated_time_us: int | None = None
         for number, line, is_complete in read_lines(self.path):
             event = parse_transition(line, number if stated_time_us is None else stated_time_us)
             if event is not None:
-                # the details of a transition follow its line: it is complete when the next transition begins
-                if pending is not None:
-                    yield details.complete(pending)
-                pending = event
+                # the details of a transition follow its line, up to the next transition
+                if pending_transition is not None:
+                    yield details.complete(pending_transition)
+                pending_transition = event
             elif not is_complete:
                 self.note(f"line {number}: the file ends within this line")
             # a time applies to all transitions up to the next time
             elif match := _TIME_LINE.fullmatch(line):
                 stated_time_us = round(float(match.group(1)) * MICROSECONDS)
-            elif pending is not None and (match := _DETAIL_LINE.fullmatch(unescape_record(line))):
-                details.store(pending, match.group(1), match.group(2))
+            elif pending_transition is not None and (match := _DETAIL_LINE.fullmatch(unescape_record(line))):
+                details.store(pending_transition, match.group(1), match.group(2))
             elif line.strip():
                 raise TraceError(
                     "this line is not a transition",
@@ -124,8 +124,8 @@ class TransitionsText(Run):
                     line=number,
                     hint="a line starts with goal, plan-action or SkillerInterface; see docs/formats.md",
                 )
-        if pending is not None:
-            yield details.complete(pending)
+        if pending_transition is not None:
+            yield details.complete(pending_transition)
 
     def has_times(self) -> bool:
         """Return whether the file has times, according to its first line."""

@@ -225,7 +225,7 @@ class EmbeddedStore(Store):
         watches = self._watches.get(collection)
         if not watches:
             return
-        # the fields of MongoDB's change events, in its order
+        # the fields of MongoDB's change events, in MongoDB's order
         database, name = split_name(collection)
         change: ChangeEvent = {
             "_id": {"_data": f"{stamp.time:08x}{stamp.inc:08x}"},

@@ -90,7 +90,7 @@ class Journal:
             raise RobotMemoryError(
                 f"the robot memory in this file is damaged: {error}",
                 file=self._file,
-                hint="replace it with a copy, or move it away",
+                hint="replace the file with a copy, or move the file away",
             ) from None
 
     def store_document(self, collection: str, document: Document) -> None:

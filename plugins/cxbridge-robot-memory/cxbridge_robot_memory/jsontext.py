@@ -90,7 +90,7 @@ def _double_text(value: float) -> str:
     return repr(value) if math.isfinite(value) else f'{{ "$numberDouble" : "{value}" }}'
 
 
-# tried in order: bool precedes int, because it is a subclass of int
+# tried in order: bool precedes int, because bool is a subclass of int
 _FORMATTERS: tuple[tuple[type, Callable[[Any], str]], ...] = (
     (str, _quoted_text),
     (bool, lambda value: "true" if value else "false"),

@@ -98,7 +98,7 @@ class RobotMemory(Closing):
         if self.clock.is_virtual:
             raise ConfigError(
                 "a robot memory on MongoDB cannot be used with --clock virtual",
-                hint="its events arrive in real time: use --clock real",
+                hint="the events of MongoDB arrive in real time: use --clock real",
             )
         try:
             from cxbridge_robot_memory.mongodb.store import MongoStore  # noqa: PLC0415

@@ -235,7 +235,7 @@ def _worst_case_cost(regex: Regex) -> tuple[int, int]:
     # without an anchor, a match is attempted at each position
     exponent = int(not regex.pattern.startswith("^") or "m" in regex.options or "|" in regex.pattern)
     # combination_count: the number of combinations of choices within an alternative of the whole expression
-    alternatives_cost, combination_count, depth, previous = 0, 1, 0, ""
+    alternatives_cost, combination_count, depth, previous_token = 0, 1, 0, ""
     for token in _REGEX_TOKENS.findall(regex.pattern):
         if token[0] == ")":
             depth -= 1
@@ -248,10 +248,10 @@ def _worst_case_cost(regex: Regex) -> tuple[int, int]:
         elif token in ("*", "+", "{", "(?P=") or re.fullmatch(r"\\[1-9]", token):
             exponent += 1
         # `?` after a repetition makes it lazy, and adds no way
-        elif token in ("|", ")?") or (token == "?" and previous not in ("*", "+", "{")):
+        elif token in ("|", ")?") or (token == "?" and previous_token not in ("*", "+", "{")):
             combination_count *= 2
         depth += token[0] == "("
-        previous = token
+        previous_token = token
     return exponent, alternatives_cost + combination_count
 
 

@@ -133,8 +133,8 @@ class Store(Closing):
 
         :param query: a query on events, e.g. ``{"operationType": "insert"}``; empty: all events.
         :param on_change: called with a copy of the event. The embedded store calls it in the writing thread
-            before the write returns, MongoDB's in a separate thread. It must be quick, not change the store,
-            and not raise.
+            before the write returns, the store on MongoDB in a separate thread. The callback must be quick,
+            not change the store, and not raise.
         """
 
     @abstractmethod

@@ -76,10 +76,10 @@ class Update:
         # as in MongoDB, new fields are added in the order of their names
         self._sorted_steps = sorted(steps, key=lambda step: step.path.split("."))
         # a dot ends each path, so that the path `a` is not a prefix of the path `ab`
-        for outer, inner in pairwise(sorted(f"{step.path}." for step in steps)):
-            if inner.startswith(outer):
+        for outer_path, inner_path in pairwise(sorted(f"{step.path}." for step in steps)):
+            if inner_path.startswith(outer_path):
                 raise QueryError(
-                    f"updating the path '{inner[:-1]}' would create a conflict at '{outer[:-1]}'"
+                    f"updating the path '{inner_path[:-1]}' would create a conflict at '{outer_path[:-1]}'"
                 )
 
     def apply(self, document: Document, now: datetime) -> Document | None:

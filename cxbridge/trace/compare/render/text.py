@@ -58,10 +58,10 @@ class ComparisonReport:
 
 
 def make_report(
-    comparison: Comparison, a: Run, others: Sequence[Run], selection: Selection | None = None
+    comparison: Comparison, a: Run, other_runs: Sequence[Run], selection: Selection | None = None
 ) -> ComparisonReport:
     """Build the report of a comparison; the runs are read again for the context of the first difference."""
-    b = others[comparison.other_index]
+    b = other_runs[comparison.other_index]
     first_difference = comparison.differences[0] if comparison.differences else None
     contexts = []
     for run, side in (
@@ -95,11 +95,11 @@ def _report_lines(report: ComparisonReport) -> Iterator[str]:
         yield f"A: {report.a.path}"
         yield f"B: {report.b.path}"
         yield from (f"hint: {hint}" for hint in comparison.hints)
-        first = comparison.differences[0]
+        first_difference = comparison.differences[0]
         yield ""
-        yield f"first difference: {difference_title(first)}"
-        yield f"  A {_side_text(first.a)}"
-        yield f"  B {_side_text(first.b)}"
+        yield f"first difference: {difference_title(first_difference)}"
+        yield f"  A {_side_text(first_difference.a)}"
+        yield f"  B {_side_text(first_difference.b)}"
         for name, _, context in report.sides:
             yield from _context_lines(name, context)
         yield from _further_lines(comparison)

@@ -84,26 +84,26 @@ class McapRun(Run):
         with self._opened_file() as file:
             for record in self._readable_records(file, mcap.ATTACHMENT):
                 with self._noting_damage():
-                    stored = mcap.read_attachment_head(file, record)
+                    attachment = mcap.read_attachment_head(file, record)
                     yield StoredFile(
-                        stored.name,
-                        stored.media_type,
-                        stored.size,
-                        stored.time_ns // 1000,
-                        partial(self._read_attachment, record, stored),
+                        attachment.name,
+                        attachment.media_type,
+                        attachment.size,
+                        attachment.time_ns // 1000,
+                        partial(self._read_attachment, record, attachment),
                     )
 
-    def _read_attachment(self, record: Record, stored: mcap.StoredAttachment) -> bytes:
+    def _read_attachment(self, record: Record, attachment: mcap.StoredAttachment) -> bytes:
         """Return the bytes of an attachment.
 
         :raises TraceError: if the attachment is damaged.
         """
         with self._opened_file() as file:
             try:
-                return mcap.read_attachment_data(file, stored, record)
+                return mcap.read_attachment_data(file, attachment, record)
             except DamageError as error:
                 raise TraceError(
-                    f"the attachment {stored.name} is damaged: {error}", file=self.path
+                    f"the attachment {attachment.name} is damaged: {error}", file=self.path
                 ) from error
 
     def _metadata_records(self, name: str) -> Iterator[dict[str, str]]:
@@ -206,7 +206,7 @@ class _ChannelDecoders:
 
 
 def _read_available_content(file: IO[bytes], record: Record) -> bytes:
-    """Return the content of a record, or the existing part of it."""
+    """Return the content of a record, or the existing part of a truncated record."""
     if record.is_complete:
         return mcap.read_content(file, record)
     file.seek(record.start)

@@ -191,7 +191,7 @@ def read_attachment_head(file: IO[bytes], record: Record) -> StoredAttachment:
     return StoredAttachment(name, media_type, time_ns, start, size)
 
 
-def read_attachment_data(file: IO[bytes], stored: StoredAttachment, record: Record) -> bytes:
+def read_attachment_data(file: IO[bytes], attachment: StoredAttachment, record: Record) -> bytes:
     """Return the bytes of an attachment.
 
     :raises DamageError: if the checksum is wrong.
@@ -200,7 +200,7 @@ def read_attachment_data(file: IO[bytes], stored: StoredAttachment, record: Reco
     (crc,) = _CRC.unpack_from(data, record.size - _CRC.size)
     if crc not in (0, zlib.crc32(data[: -_CRC.size])):
         raise DamageError("an attachment has a wrong checksum")
-    return data[stored.start - record.start : -_CRC.size]
+    return data[attachment.start - record.start : -_CRC.size]
 
 
 def unpack_chunk(data: bytes, *, is_complete: bool) -> bytes:
@@ -219,10 +219,12 @@ def unpack_chunk(data: bytes, *, is_complete: bool) -> bytes:
     )
     if size > MAX_RECORD_SIZE:
         raise DamageError("a chunk is too large")
-    packed = data[fields.offset :]
+    packed_records = data[fields.offset :]
     if not is_complete:
-        return b"" if compression else packed  # without its end, a compressed chunk cannot be unpacked
-    records = _decompress(compression, packed, size)
+        return (
+            b"" if compression else packed_records
+        )  # without its end, a compressed chunk cannot be unpacked
+    records = _decompress(compression, packed_records, size)
     if len(records) != size or (crc and crc != zlib.crc32(records)):
         raise DamageError("a chunk has a wrong checksum")
     return records

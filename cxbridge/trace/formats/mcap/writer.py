@@ -81,9 +81,9 @@ class McapWriter(RunWriter):
 
     def _write_pending(self) -> None:
         """Write the queued events."""
-        pending, self._pending = self._pending, []
+        pending_events, self._pending = self._pending, []
         with writing(self.path):
-            self._mcap.add_messages(self._make_messages(pending))
+            self._mcap.add_messages(self._make_messages(pending_events))
 
     def _make_messages(self, events: Iterable[Event]) -> Iterator[tuple[int, int, bytes]]:
         """Yield events as messages of channel, time and JSON, and write the run's sources."""

@@ -115,17 +115,17 @@ class DocumentFunctions:
         if value is not MISSING:
             document[str(field)] = copy({field: value})[field]
 
-    def _to_bson(self, value: Value, where: str) -> Any:
+    def _to_bson(self, value: Value, place: str) -> Any:
         """Return a CLIPS value as the value of a field, or :data:`MISSING` after a warning.
 
-        :param where: the CLIPS function and the field, for messages.
+        :param place: the CLIPS function and the field, for messages.
         """
         for kind in (str, float, int):
             if isinstance(value, kind):
                 return kind(value)  # a Symbol becomes a str
         if isinstance(value, ExternalAddress):
-            return dict(self._document(value, where))
-        self._log.warn(f"{where}: tried to add unknown type to BSON")
+            return dict(self._document(value, place))
+        self._log.warn(f"{place}: tried to add unknown type to BSON")
         return MISSING
 
     def tostring(self, doc: Value) -> str:
