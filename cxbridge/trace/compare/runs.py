@@ -17,7 +17,7 @@ from cxbridge.trace.formats.base import Run
 
 def compare_runs(
     a: Run,
-    other_runs: Sequence[Run],
+    others: Sequence[Run],
     view: View = View.TRANSITIONS,
     order: Order = Order.TOTAL,
     *,
@@ -26,7 +26,7 @@ def compare_runs(
 ) -> Comparison:
     """Compare a run with each of several runs; the run must equal all of these runs.
 
-    :param other_runs: at least one run to compare with.
+    :param others: at least one run to compare with.
     :param selection: the compared events; None: all.
     :param tolerance_s: the allowed difference between times in seconds; None: times are not compared.
     :raises TraceError: if a run cannot be read, or was not recorded at this level.
@@ -37,25 +37,25 @@ def compare_runs(
             f"in partial order, {view.value} have no times that could be compared",
             hint="use --order total with --time-tolerance",
         )
-    missing_details = find_missing_details([a, *other_runs]) if view is View.TRANSITIONS else {}
+    missing_details = find_missing_details([a, *others]) if view is View.TRANSITIONS else {}
     if view is View.TRANSITIONS and order is Order.PARTIAL:
-        events, *other_events = (compared_contents(run, view, selection) for run in (a, *other_runs))
+        events, *other_events = (compared_contents(run, view, selection) for run in (a, *others))
         comparison = compare_partial(events, other_events, tolerance_s, missing_details)
         _need_events(a, comparison.count_a, view)
-        _need_events(other_runs[comparison.other_index], comparison.count_b, view)
+        _need_events(others[comparison.other_index], comparison.count_b, view)
         return comparison
-    for number, other_run in enumerate(other_runs):
+    for number, other in enumerate(others):
         if order is Order.TOTAL:
-            comparison = compare_total(a, other_run, view, selection, tolerance_s, missing_details)
+            comparison = compare_total(a, other, view, selection, tolerance_s, missing_details)
         else:
-            pair = compared_contents(a, view, selection), compared_contents(other_run, view, selection)
+            pair = compared_contents(a, view, selection), compared_contents(other, view, selection)
             if view in {View.SKILLS, View.BLACKBOARD}:
                 comparison = compare_streams(*pair, view, tolerance_s)
             else:
                 comparison = compare_counts(*pair, view)
         comparison.other_index = number
         _need_events(a, comparison.count_a, view)
-        _need_events(other_run, comparison.count_b, view)
+        _need_events(other, comparison.count_b, view)
         # the first run that differs is the result
         if not comparison.same:
             break
