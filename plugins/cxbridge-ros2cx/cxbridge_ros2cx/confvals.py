@@ -1,8 +1,9 @@
 """The feature ``config_feature`` of the thesis' executive: parameters as facts ``confval``.
 
 The feature of ros2-clips-executive (2021) differs from Fawkes' feature ``config``: the facts have the file's
-order, the type is never UINT, and list elements and all values within a list of maps are strings. Here TRUE
-and FALSE are not, since with ``feature-request: false`` the init.clp of the executive would wait forever.
+order, the type is never UINT, and list elements and all values within a list of maps are strings. Here a
+boolean within a list of maps is TRUE or FALSE, since with the string "false" as ``feature-request`` the
+init.clp of the executive would wait forever for a feature.
 Source: ConfigFeature.cpp.
 """
 

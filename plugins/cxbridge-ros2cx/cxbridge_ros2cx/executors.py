@@ -45,7 +45,7 @@ class DummyExecutor(SkillExecutor):
 
 
 class ThesisDummyExecutor(DummyExecutor):
-    """The dummy with the defect of the thesis' executive, which multiplies the progress by 0."""
+    """The dummy with a defect of the thesis' dummy: a factor of 0 in its progress."""
 
     def compute_progress(self, number: int, feedback_count: int) -> float:  # noqa: ARG002
         return 0.0
@@ -81,7 +81,8 @@ class MoveExecutor(SkillExecutor):
             raise SkillFailedError(
                 f"unknown waypoint {call.text('3')}, not one of {', '.join(self.positions)}"
             )
-        start_position, start_us, feedback_us = self.position, self.clock.now_us(), self.clock.now_us()
+        start_position = self.position
+        start_us = last_feedback_us = self.clock.now_us()
         distance_m = math.dist(start_position, target_position)
         yield Progress(0.0, "Move starting")
         while (driven_m := (self.clock.now_us() - start_us) / MICROSECONDS * self.speed) < distance_m:
@@ -91,10 +92,10 @@ class MoveExecutor(SkillExecutor):
                 start_x + driven_share * (target_x - start_x),
                 start_y + driven_share * (target_y - start_y),
             )
-            if self.clock.now_us() < feedback_us + _FEEDBACK_PERIOD_US:
+            if self.clock.now_us() < last_feedback_us + _FEEDBACK_PERIOD_US:
                 yield None
                 continue
-            feedback_us += _FEEDBACK_PERIOD_US
+            last_feedback_us += _FEEDBACK_PERIOD_US
             text = f"Move running: {distance_m - driven_m:.2f} m remaining at {self.speed:g} m/s"
             yield Progress(driven_share, text)
         self.position = target_position

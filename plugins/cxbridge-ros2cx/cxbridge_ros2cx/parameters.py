@@ -79,7 +79,7 @@ def load_feature_entries(folder: Path) -> tuple[FeatureEntry, ...]:
         raise ConfigError(
             f"there are no clips_features of the node {FEATURES_NODE}",
             file=file,
-            hint=f"below {FEATURES_NODE}: ros__parameters:, [] for none",
+            hint=f"write clips_features: [NAME] or [] below {FEATURES_NODE}: ros__parameters:",
         )
     entries: list[FeatureEntry] = []
     list_path = f"{parameter_path}/clips_features"

@@ -48,7 +48,7 @@ class Ros2CxSkills:
         self._agents = {agent.name for agent in board_settings.agents}
         self._allows_dummies = board_settings.in_process
         self._repeats_defects = settings.repeats_defects
-        self._unsensed_executors = set(settings.unsensed_executors)  # also gets the dummies
+        self._unsensed_executors = set(settings.unsensed_executors)  # dummies are added
         self._dummy_skills: set[tuple[str, str]] = set()  # agent and skill of each dummy
 
     @property

@@ -56,8 +56,9 @@ class Ros2CxSource(Source):
     has_fawkes_configuration = False
 
     _refresh_timer: RefreshTimer | None = None
-    # kept with its service, since a restarted component of a daemon has a new service
-    _skills: tuple[SkillBoardService, Ros2CxSkills] | None = None
+    _skills: Ros2CxSkills | None = None
+    # the service of `_skills`: a restarted component of a daemon has a new service, which needs new skills
+    _skill_service: SkillBoardService | None = None
 
     @property
     def needs_skiller(self) -> bool:
@@ -159,11 +160,12 @@ class Ros2CxSource(Source):
         service = context.skill_service
         if service is None:
             return None
-        if self._skills is None or self._skills[0] is not service:
+        if self._skills is None or self._skill_service is not service:
             assert context.skill_board is not None  # the settings, which each board has
             settings = Ros2CxSettings.from_config(context.config)
-            self._skills = service, Ros2CxSkills(service, context, context.skill_board, settings)
-        return self._skills[1]
+            self._skill_service = service
+            self._skills = Ros2CxSkills(service, context, context.skill_board, settings)
+        return self._skills
 
     def features(self, context: Run) -> list[Feature]:
         """Return the features of the parameter files."""

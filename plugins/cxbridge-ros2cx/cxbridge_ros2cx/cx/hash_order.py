@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Final
 
-_BUCKET_COUNTS: Final = (13, 29, 59, 127, 257, 541, 1109)  # the bucket counts of a growing table in libstdc++
+# the bucket counts of a growing table in libstdc++, for more environments than any node has
+_BUCKET_COUNTS: Final = (13, 29, 59, 127, 257, 541, 1109)
 
 _HASH_SEED: Final = 0xC70F6907  # the seed of libstdc++'s std::hash
 _HASH_FACTOR: Final = 0xC6A4A7935BD1E995  # multiplier of MurmurHash64A

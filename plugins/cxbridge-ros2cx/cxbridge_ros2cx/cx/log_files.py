@@ -12,7 +12,6 @@ from cxbridge.events import Level
 
 _LEVEL_NAME: Final = "info"  # the ROS 2 CX writes this level into each line, whatever the line's level
 
-
 _BUFFER_BYTES: Final = 1 << 16  # far above the default, since an agent may log thousands of lines a second
 
 

@@ -151,7 +151,7 @@ class CxManager(EnvironmentManager):
         return tuple(self._loaded_plugins[name])
 
     def destroy_context(self, name: str, feature_name: str) -> None:
-        """Unload a plug-in, which replaces a feature here, from an environment.
+        """Unload a plug-in from an environment; plug-ins are the features of this manager.
 
         :raises ClipsError: if the environment lacks the plug-in.
         """

@@ -60,9 +60,9 @@ class InstalledPrefix:
     def find_proto_files(self, class_name: str) -> list[Path]:
         """Return the .proto files of the package whose plug-in description contains a class."""
         for package, description in self.find_resources(_PLUGIN_RESOURCE).items():
-            for line in description.split():
+            for file_text in description.split():
                 with suppress(OSError):  # a description may name a missing file
-                    if f'"{class_name}"' in (self.path / line).read_text("utf-8", "replace"):
+                    if f'"{class_name}"' in (self.path / file_text).read_text("utf-8", "replace"):
                         return sorted(self.find_share_folder(package).rglob("*.proto"))
         return []
 

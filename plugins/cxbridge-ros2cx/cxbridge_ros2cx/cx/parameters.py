@@ -70,9 +70,9 @@ class NodeParameters:
         ]
         name = f"/{NODE_NAME}"
         # a launch file may rename the node: the section with the parameter `environments` is its section
-        managers = [pattern for pattern, node in sections if _has_environments(node)]
-        if not any(_matches_node(pattern, name) for pattern in managers):
-            name = next((pattern for pattern in managers if "*" not in pattern), name)
+        manager_patterns = [pattern for pattern, node in sections if _has_environments(node)]
+        if not any(_matches_node(pattern, name) for pattern in manager_patterns):
+            name = next((pattern for pattern in manager_patterns if "*" not in pattern), name)
         # later sections of a file override earlier ones
         parameters: dict[str, Parameter] = {}
         for pattern, node in sections:
@@ -203,5 +203,5 @@ def _read_scalar(node: YamlScalar) -> Scalar:
 
 def _describe_value(value: ParameterValue) -> str:
     if isinstance(value, tuple):
-        return f"a list of {len(value)}"
+        return f"a list of {len(value)} values"
     return f"{_TYPE_NAMES[type(value)]} ({str(value).lower() if isinstance(value, bool) else value!r})"

@@ -54,7 +54,6 @@ _SHIPPED_CLASSES: Final = {
     "cx::Tf2PoseTrackerPlugin": f"{_PLUGIN_PACKAGE}.tf2_pose_tracker:Tf2PoseTrackerPlugin",
 }
 
-
 # the classes that replace shipped classes since pull request 33 of carologistics/clips_executive (June 2026)
 _CLASSES_SINCE_2026: Final = {
     "cx::ConfigPlugin": f"{_PLUGIN_PACKAGE}.config:QuotedKeyConfigPlugin",
@@ -116,7 +115,7 @@ class CxPlugin(Feature):
         return f"{self.name}.{name}"
 
     def or_false(self, function: Callable[..., Value], log_prefix: str = "") -> Callable[..., Value]:
-        """Return a function that logs an error and then returns FALSE.
+        """Return a function that calls another, and logs an error of the call and returns FALSE.
 
         :param log_prefix: the text before the error in the log.
         """

@@ -91,7 +91,7 @@ class CxSource(Source):
 
     @property
     def folders(self) -> tuple[Path, ...]:
-        """The checkout or workspace."""
+        """The checkout or workspace of ``--ros2cx``; empty without this option."""
         folder = self.options.option("ros2cx")
         return () if folder is None else (folder,)
 
@@ -150,7 +150,10 @@ class CxSource(Source):
         environment: type[ClipsEnvironment],
     ) -> EnvironmentManager:
         parameters, packages = self.parameters, self.packages
-        rights, is_inspection = read_rights(context.config, "none"), environment is not ClipsEnvironment
+        rights, is_inspection = (
+            read_rights(context.config, skiller="none"),
+            environment is not ClipsEnvironment,
+        )
         node_context = NodeContext(
             parameters,
             packages,

@@ -2,7 +2,7 @@
 
 A learning agent loads the package ``cx_rl_clips`` of carologistics/clips_executive. The import of this
 package registers the environment; ``gymnasium.make("cxbridge/CXRL-v0", parameters=FILE, ros2cx=DIR)`` creates
-it.
+an agent.
 """
 
 from __future__ import annotations

@@ -56,9 +56,9 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         except BaseException:  # also after an interrupt: close() is never called then
             self._folder.cleanup()
             raise
-        self.spaces = Groundings.from_agent(self.agent)
-        self.observables = self.spaces.predicate_indices  # index of each predicate in an observation
-        self.actions = self.spaces.actions  # names of the actions by index
+        self._groundings = Groundings.from_agent(self.agent)
+        self.observables = self._groundings.predicate_indices  # index of each predicate in an observation
+        self.actions = self._groundings.actions  # names of the actions by index
         self.observation_space = Box(0.0, 1.0, (len(self.observables),), np.float32)
         self.action_space = Discrete(len(self.actions))
         self._decision: Decision | None = None
@@ -108,7 +108,7 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
 
     def action_masks(self) -> NDArray[np.int8]:
         """Return 1 for each action that the free robot can execute; ``no-op`` if there are none."""
-        return self.spaces.make_action_mask(self._decision.actions if self._decision else ())
+        return self._groundings.make_action_mask(self._decision.actions if self._decision else ())
 
     def close(self) -> None:
         """End the training and the run."""
@@ -116,7 +116,7 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         self._folder.cleanup()
 
     def _encode_observation(self) -> Observation:
-        return self.spaces.encode_observation(self.agent.observations())
+        return self._groundings.encode_observation(self.agent.observations())
 
     def _make_step_info(self, outcome: str) -> dict[str, Any]:
         """Return the info of a step: its outcome as in ``CXRLGym``, the free robot, and its actions."""

@@ -78,6 +78,8 @@ class _Goal(ServedGoal):
 class LearningAgent(Closing):
     """The agent of a parameter file, in a run whose clock advances only during the methods of this class.
 
+    :param parameters: the parameter file of ``clips_manager``.
+    :param ros2cx: the checkout or workspace with the packages of the agent.
     :param storage: a folder for the initial facts of each episode.
     :param node: the name of the peer.
     :param patience: the time limit of a service or a goal, in seconds of the agent's clock.
@@ -93,7 +95,7 @@ class LearningAgent(Closing):
         node: str = LEARNER_NODE,
         patience: float = 600.0,
     ) -> None:
-        self._name, self._patience = node, patience
+        self._peer_name, self._patience = node, patience
         self._file = parameters
         self._clients: dict[str, Client] = {}
         self.status: dict[str, Any] = {"mode": "TRAINING"}  # the peer's response to the service `get_status`
@@ -144,12 +146,12 @@ class LearningAgent(Closing):
         def find_handler() -> GoalHandler | None:
             for plugin in self._manager.plugins.values():
                 if isinstance(plugin, GeneratedPlugin) and plugin.type_name == action_type:
-                    for handler in plugin.find_handlers(self._env, f"{self._name}/{action}"):
+                    for handler in plugin.find_handlers(self._env, f"{self._peer_name}/{action}"):
                         return handler
             return None
 
         return self._run_until(
-            find_handler, f"the action {self._name}/{action} has no server", _STARTUP_TIMEOUT_S
+            find_handler, f"the action {self._peer_name}/{action} has no server", _STARTUP_TIMEOUT_S
         )
 
     def _run_until(
@@ -177,14 +179,14 @@ class LearningAgent(Closing):
     def _find_mode(self) -> str | None:
         """Return TRAINING once the agent knows this mode of the learner."""
         modes = map(tuple, self._env.columns("cx-rl-node", "name", "mode"))
-        return "TRAINING" if (self._name, "TRAINING") in modes else None
+        return "TRAINING" if (self._peer_name, "TRAINING") in modes else None
 
     # --- services and goals -------------------------------------------------------------------------------
 
     def _find_client(self, service: str, type_name: str) -> Client:
         if service not in self._clients:
             self._clients[service] = self._peer.create_client(
-                f"{self._name}/{service}", f"{_PACKAGE}/srv/{type_name}"
+                f"{self._peer_name}/{service}", f"{_PACKAGE}/srv/{type_name}"
             )
         return self._clients[service]
 
@@ -192,11 +194,13 @@ class LearningAgent(Closing):
         responses: list[Message] = []
         client = self._find_client(service, type_name)
         self._run_until(
-            lambda: client.has_server or None, f"the service {self._name}/{service} has no server"
+            lambda: client.has_server or None, f"the service {self._peer_name}/{service} has no server"
         )
         client.call(request, responses.append)
         self._graph.settle()
-        return self._run_until(lambda: next(iter(responses), None), f"{self._name}/{service} does not answer")
+        return self._run_until(
+            lambda: next(iter(responses), None), f"{self._peer_name}/{service} does not answer"
+        )
 
     def _send_goal(self, action: str, timeout_message: str, **goal: Any) -> Mapping[str, Any]:
         """Return the result of a goal."""
@@ -220,19 +224,20 @@ class LearningAgent(Closing):
     # --- spaces and facts ----------------------------------------------------------------------------------
 
     def observables(self) -> list[str]:
-        predefined = self.call_service("get_predefined_observables", "GetPredefinedObservables")[
-            "observables"
-        ]
+        predefined_items = self.call_service("get_predefined_observables", "GetPredefinedObservables")
         predicates = self.call_service("get_observable_predicates", "GetObservablePredicates")
         return [
-            *map(format_message, predefined),
+            *map(format_message, predefined_items["observables"]),
             *self._ground_names(predicates["predicate_names"], predicates),
         ]
 
     def all_actions(self) -> list[str]:
-        predefined = self.call_service("get_predefined_actions", "GetPredefinedActions")["actions"]
+        predefined_items = self.call_service("get_predefined_actions", "GetPredefinedActions")
         actions = self.call_service("get_observable_actions", "GetObservableActions")
-        return [*map(format_message, predefined), *self._ground_names(actions["action_names"], actions)]
+        return [
+            *map(format_message, predefined_items["actions"]),
+            *self._ground_names(actions["action_names"], actions),
+        ]
 
     def _ground_names(self, names: Iterable[str], description: Message) -> Iterable[str]:
         """Yield the groundings of predicates or actions with all objects of the parameters' types.
@@ -256,7 +261,7 @@ class LearningAgent(Closing):
     def observations(self) -> Iterable[str]:
         """Yield the names of the current observations."""
         for node, name, parameters in self._env.columns("rl-observation", "node", "name", "params"):
-            if node == self._name:
+            if node == self._peer_name:
                 yield format_grounding(name, parameters)
 
     def next_decision(self) -> Decision:
@@ -265,25 +270,25 @@ class LearningAgent(Closing):
 
     def _find_decision(self) -> Decision | None:
         """Return a decision if a robot waits and the agent has asserted all executable actions."""
-        spaces = self._env.columns("rl-current-action-space", "node", "state")
-        if (self._name, "DONE") not in map(tuple, spaces):
+        action_spaces = self._env.columns("rl-current-action-space", "node", "state")
+        if (self._peer_name, "DONE") not in map(tuple, action_spaces):
             return None
         robots = self._env.columns("rl-robot", "node", "waiting", "name")
         waiting_robots = {
-            name for node, is_waiting, name in robots if node == self._name and is_waiting == "TRUE"
+            name for node, is_waiting, name in robots if node == self._peer_name and is_waiting == "TRUE"
         }
         actions_of_robots: dict[str, dict[str, str]] = {}
         for node, robot, is_selected, action_id, name, parameters in self._env.columns(
             "rl-action", "node", "assigned-to", "is-selected", "id", "name", "params"
         ):
-            if node == self._name and robot in waiting_robots and is_selected == "FALSE":
+            if node == self._peer_name and robot in waiting_robots and is_selected == "FALSE":
                 actions_of_robots.setdefault(str(robot), {})[format_grounding(name, parameters)] = str(
                     action_id
                 )
         if actions_of_robots:
             robot, actions = next(iter(actions_of_robots.items()))
             return Decision(robot, actions)
-        is_over = (self._name,) in map(tuple, self._env.columns("rl-episode-end", "node"))
+        is_over = (self._peer_name,) in map(tuple, self._env.columns("rl-episode-end", "node"))
         return Decision("", {}) if waiting_robots and is_over else None
 
 

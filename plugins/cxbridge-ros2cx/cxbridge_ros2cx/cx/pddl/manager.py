@@ -28,6 +28,7 @@ from cxbridge_ros2cx.cx.ros.handlers import wrap_handler
 if TYPE_CHECKING:
     from cxbridge.clock import Clock
     from cxbridge.events import Logger
+    from cxbridge.executive.pddl.ast import Ground
     from cxbridge.history.plan_steps import PlannedAction
     from cxbridge_ros2.messages import Message
     from cxbridge_ros2.node import Node
@@ -35,7 +36,10 @@ if TYPE_CHECKING:
 NODE_NAME: Final = "/pddl_manager"
 MAX_WAITING_GOALS: Final = 64  # goals that may wait for the planner; further goals are rejected
 
+# errors with the texts of the ROS 2 CX
 _UNKNOWN_INSTANCE: Final = "Unknown pddl instance"
+_UNKNOWN_TYPE: Final = "Type not in instance"
+
 _MAX_CLASS_GAP_S: Final = 0.1  # actions whose starts are closer than this are in the same class
 
 # the starts of expressions, statements and comments of jinja2
@@ -146,20 +150,20 @@ class PddlManager(GoalHandler, Closing):
                 change(self._find_problem(item["pddl_instance"]), *(item[key] for key in keys))
             except PddlError as error:
                 errors.append(error.message)
-        # as in the ROS 2 CX, the problem of the first item stands for all
+        # as in the ROS 2 CX, the update names only the problem of the first item, if there is any item
         for item in request[field][:1]:
             self._updates.publish({"data": item["pddl_instance"]})
         return {"success": not errors, "error": " ".join(errors)}
 
     def _get_fluents(self, request: Message) -> Fields:
         name = request["pddl_instance"]
-        return {"fluents": [_make_fluent(name, ground) for ground in self._find_problem(name).fluents]}
+        return {"fluents": [_make_common_fields(name, ground) for ground in self._find_problem(name).fluents]}
 
     def _get_functions(self, request: Message) -> Fields:
         name = request["pddl_instance"]
         return {
             "functions": [
-                {**_make_fluent(name, ground), "value": value}
+                {**_make_common_fields(name, ground), "value": value}
                 for ground, value in self._find_problem(name).functions.items()
             ]
         }
@@ -185,7 +189,7 @@ class PddlManager(GoalHandler, Closing):
     def _get_type_objects(self, request: Message) -> Fields:
         problem = self._find_problem(request["pddl_instance"])
         if not problem.has_type(request["type"]):
-            raise PddlError("Type not in instance")
+            raise PddlError(_UNKNOWN_TYPE)
         return {"objects": problem.find_objects((request["type"],))}
 
     # --- actions ------------------------------------------------------------------------------------------
@@ -209,7 +213,7 @@ class PddlManager(GoalHandler, Closing):
         name = action["pddl_instance"]
         fluents, functions = [], []
         for change in self._find_problem(name).list_action_changes(action["name"], action["args"]):
-            fluent, time_point = _make_fluent(name, change.ground), change.time_point
+            fluent, time_point = _make_common_fields(name, change.ground), change.time_point
             if change.operator:
                 functions.append(
                     {
@@ -294,7 +298,8 @@ class PddlManager(GoalHandler, Closing):
         self._node.close()
 
 
-def _make_fluent(problem_name: str, ground: tuple[str, tuple[str, ...]]) -> dict[str, Any]:
+def _make_common_fields(problem_name: str, ground: Ground) -> dict[str, Any]:
+    """Return the fields that the messages of fluents, functions and planned actions have in common."""
     name, arguments = ground
     return {"pddl_instance": problem_name, "name": name, "args": list(arguments)}
 
@@ -308,7 +313,7 @@ def _add_times(actions: Iterable[PlannedAction], problem_name: str, goal_name: s
         if start_s - class_start_s > _MAX_CLASS_GAP_S:
             class_number, class_start_s = class_number + 1, start_s
         yield {
-            **_make_fluent(problem_name, (action.name, action.arguments)),
+            **_make_common_fields(problem_name, (action.name, action.arguments)),
             "goal_instance": goal_name,
             "start_time": start_s,
             "duration": action.duration or 0.0,

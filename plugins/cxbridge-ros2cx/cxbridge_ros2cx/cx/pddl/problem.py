@@ -193,8 +193,8 @@ class ManagedProblem:
         known_state = KnownState(self.fluents, self.functions, self.find_objects)
         return [
             _format_condition(conjunct, bindings)
-            for time, conjunct in _find_conjuncts(condition)
-            if time == "START" and not conjunct.holds(known_state, bindings)
+            for time_point, conjunct in _find_conjuncts(condition)
+            if time_point == "START" and not conjunct.holds(known_state, bindings)
         ]
 
     def list_action_changes(self, action: str, arguments: Sequence[str]) -> Iterator[FluentChange]:
@@ -204,12 +204,12 @@ class ManagedProblem:
         """
         _, effect, bindings = self._bind_arguments(action, arguments)
         known_state = KnownState(self.fluents, self.functions, self.find_objects)
-        for time, conjunct in _find_conjuncts(effect):
+        for time_point, conjunct in _find_conjuncts(effect):
             match conjunct:
                 case Atom(predicate=name, arguments=terms):
-                    yield FluentChange((name, _list_argument_names(terms, bindings)), time, "", 1.0)
+                    yield FluentChange((name, _list_argument_names(terms, bindings)), time_point, "", 1.0)
                 case Not(part=Atom(predicate=name, arguments=terms)):
-                    yield FluentChange((name, _list_argument_names(terms, bindings)), time, "", 0.0)
+                    yield FluentChange((name, _list_argument_names(terms, bindings)), time_point, "", 0.0)
                 case NumericChange(operator=operator, target=FunctionTerm() as target, amount=amount) if (
                     operator in _OPERATORS
                 ):
@@ -220,7 +220,7 @@ class ManagedProblem:
                         )
                     yield FluentChange(
                         (target.function, _list_argument_names(target.arguments, bindings)),
-                        time,
+                        time_point,
                         _OPERATORS[operator],
                         value,
                     )
@@ -245,7 +245,7 @@ class ManagedProblem:
 
         :raises PddlError: if the goal, the predicate or an object is unknown.
         """
-        self._make_ground(name, arguments, self._predicate_parameters)  # a check
+        self._make_ground(name, arguments, self._predicate_parameters)  # raises for unknown names
         self.find_goal(goal).formulas.append(Atom(name, tuple(map(Constant, arguments))))
 
     def add_goal_function(self, goal: str, name: str, arguments: Sequence[str], value: float) -> None:
@@ -253,7 +253,7 @@ class ManagedProblem:
 
         :raises PddlError: if the goal, the function or an object is unknown.
         """
-        self._make_ground(name, arguments, self._function_parameters)  # a check
+        self._make_ground(name, arguments, self._function_parameters)  # raises for unknown names
         self.find_goal(goal).formulas.append(
             TermComparison("=", FunctionTerm(name, tuple(map(Constant, arguments))), Constant(f"{value:g}"))
         )
@@ -265,24 +265,24 @@ class ManagedProblem:
         """
         managed_goal, domain = self.find_goal(goal), self.domain
 
-        def is_kept(ground: Ground) -> bool:
-            predicate, arguments = ground
-            return _is_kept(predicate, managed_goal.kept_fluents) and all(
+        def is_ground_kept(ground: Ground) -> bool:
+            name, arguments = ground
+            return _is_kept(name, managed_goal.kept_fluents) and all(
                 _is_kept(argument, managed_goal.kept_objects) for argument in arguments
             )
 
         if managed_goal.kept_actions:
-            # without the text, which has all actions: planners then get a text of the kept actions
+            # the changed domain has no source text, so planners get a printed text without the other actions
             domain = domain.changed(
                 actions=tuple(action for action in domain.actions if action.name in managed_goal.kept_actions)
             )
         return domain, problem_of_facts(
             domain,
             [pair for pair in self.objects.items() if _is_kept(pair[0], managed_goal.kept_objects)],
-            [fluent for fluent in self.fluents if is_kept(fluent)],
+            [fluent for fluent in self.fluents if is_ground_kept(fluent)],
             And(tuple(managed_goal.formulas)),
             re.sub(r"\W", "_", name) or "problem",
-            [(ground, value) for ground, value in self.functions.items() if is_kept(ground)],
+            [(ground, value) for ground, value in self.functions.items() if is_ground_kept(ground)],
         )
 
 
@@ -303,18 +303,18 @@ def _list_argument_names(terms: Sequence[Term], bindings: Binding = EMPTY_BINDIN
     )
 
 
-def _find_conjuncts(formula: Formula | None, time: str = "START") -> Iterator[tuple[str, Formula]]:
+def _find_conjuncts(formula: Formula | None, time_point: str = "START") -> Iterator[tuple[str, Formula]]:
     """Yield the formulas of a conjunction, each after its time point: START, END or ALL."""
     match formula:
         case None:
             return
         case And(parts=formulas):
             for conjunct in formulas:
-                yield from _find_conjuncts(conjunct, time)
+                yield from _find_conjuncts(conjunct, time_point)
         case Timed(when=when, part=timed):
             yield from _find_conjuncts(timed, _TIME_POINTS.get(when, "ALL"))
         case _:
-            yield time, formula
+            yield time_point, formula
 
 
 def _format_condition(formula: Formula, bindings: dict[str, str]) -> str:

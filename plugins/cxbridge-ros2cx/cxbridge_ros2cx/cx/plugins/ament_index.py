@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def _refuse_empty(function: Callable[..., Value]) -> Callable[..., Value]:
-    """Return a function that raises an error for an empty argument."""
+    """Return a function that calls another, but raises an error for an empty argument."""
 
     def call(*arguments: str) -> Value:
         if not all(arguments):

@@ -167,7 +167,9 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
         with env.lock:
             code = execute(env, encode(request["command"]))
             env.api.clear_halt()
-        reason = next((text for name, text in reasons_by_code.items() if getattr(lib, name) == code), "")
+        reason = next(
+            (text for code_name, text in reasons_by_code.items() if getattr(lib, code_name) == code), ""
+        )
         return {"success": not reason, "message": f"{operation} failed: {reason}" if reason else ""}
 
     def _eval(self, request: Message) -> Mapping[str, Any]:

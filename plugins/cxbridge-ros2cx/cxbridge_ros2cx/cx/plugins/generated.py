@@ -55,12 +55,12 @@ def _make_camel_case_name(type_name: TypeName) -> str:
     return "".join(word[:1].upper() + word[1:] for word in type_name.package.split("_")) + type_name.name
 
 
-def find_type(class_text: str, context: NodeContext) -> TypeName | None:
+def find_type(class_name: str, context: NodeContext) -> TypeName | None:
     """Return the type whose generated plug-in has a class name; None if there is no such type."""
-    if CLASS_PATTERN.fullmatch(class_text) is None:
+    if CLASS_PATTERN.fullmatch(class_name) is None:
         return None
     for type_name in map(parse_type, context.ros.definitions.find_names()):
-        if make_generated_class_name(type_name) == class_text:
+        if make_generated_class_name(type_name) == class_name:
             return type_name
     return None
 

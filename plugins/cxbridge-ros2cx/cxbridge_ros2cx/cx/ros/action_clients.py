@@ -46,8 +46,8 @@ _RESULT_CODES: Final = {
 _RETURN_CODES: Final = ("ERROR_NONE", "ERROR_REJECTED", "ERROR_UNKNOWN_GOAL_ID", "ERROR_GOAL_TERMINATED")
 
 
-class _FunctionNames(Struct, frozen=True):
-    """Names of functions and templates, without the plug-in's prefix."""
+class _Names(Struct, frozen=True):
+    """Names of functions, and of the templates ``client`` and ``feedback``, without the plug-in's prefix."""
 
     client: str
     create: str
@@ -59,23 +59,23 @@ class _FunctionNames(Struct, frozen=True):
 
 
 # the names in the plug-in ros_msgs, then the names in generated plug-ins
-_ROS_MSGS_NAMES: Final = _FunctionNames(
-    "action-client",
-    "create-action-client",
-    "destroy-action-client",
-    "async-send-goal",
-    "async-cancel-goal",
-    "destroy-client-goal-handle",
-    "feedback",
+_ROS_MSGS_NAMES: Final = _Names(
+    client="action-client",
+    create="create-action-client",
+    destroy="destroy-action-client",
+    send="async-send-goal",
+    cancel="async-cancel-goal",
+    destroy_handle="destroy-client-goal-handle",
+    feedback="feedback",
 )
-_GENERATED_NAMES: Final = _FunctionNames(
-    "client",
-    "create-client",
-    "destroy-client",
-    "send-goal",
-    "client-cancel-goal",
-    "client-goal-handle-destroy",
-    "goal-feedback",
+_GENERATED_NAMES: Final = _Names(
+    client="client",
+    create="create-client",
+    destroy="destroy-client",
+    send="send-goal",
+    cancel="client-cancel-goal",
+    destroy_handle="client-goal-handle-destroy",
+    feedback="goal-feedback",
 )
 
 
@@ -174,7 +174,7 @@ class ActionClients(ClientGroup[ClientEndpoint]):
             return
         type_name, ros = self.resolve_type(type_text, "action"), self.plugin.ros
         client = ActionClient(ros.node, ros.prepare_client(server, type_name), str(type_name))
-        endpoint = ClientEndpoint(type_name, client.close, env, client, [])
+        endpoint = ClientEndpoint(type_name, client.close, env, client)
         self.clients.add(
             env,
             server,

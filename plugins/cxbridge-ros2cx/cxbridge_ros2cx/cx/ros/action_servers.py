@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 # the start of a separate range of addresses, as HandleTable requires
 _FIRST_HANDLE: Final = 0x5200_0000_1000
 _CANCEL_ACCEPTED: Final = 2  # rclcpp_action::CancelResponse::ACCEPT
+_REJECTED: Final = 1  # REJECT both in rclcpp_action::GoalResponse and in rclcpp_action::CancelResponse
 
 
 class _ActionServerEndpoint(Endpoint):
@@ -147,7 +148,7 @@ class _DeffunctionGoalHandler(GoalHandler):
     def _call_deffunction(self, name: str, served_goal: ServedGoal, argument: Value) -> Value:
         """Call a deffunction with a goal and an argument.
 
-        :returns: the value of the deffunction; None if it is undefined, 1 if it fails.
+        :returns: the value of the deffunction; None if it is undefined, :data:`_REJECTED` if it fails.
         """
         function, messages = f"{self._prefix}{name}-callback", self._plugin.messages
         goal = messages.add_received(self._servers.type_name.derive("Goal"), served_goal.goal)
@@ -158,7 +159,7 @@ class _DeffunctionGoalHandler(GoalHandler):
                 return self._env.call(function, self._server, goal, argument)
         except ClipsError as error:
             self._plugin.log.error(str(error))
-            return 1  # in ROS, REJECT both for a goal and for a cancel request
+            return _REJECTED
         finally:
             messages.destroy(goal)  # the address is valid during the call only
 

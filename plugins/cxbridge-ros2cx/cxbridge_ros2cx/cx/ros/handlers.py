@@ -14,7 +14,7 @@ Handler = Callable[["Message"], Mapping[str, Any]]
 
 
 def wrap_handler(handler: Handler, log_error: Callable[[str], None]) -> Handler:
-    """Return a handler of a service that logs the errors of another, and sends them as responses."""
+    """Return a handler that calls another, logs its errors, and sends them as responses."""
 
     def respond(request: Message) -> Mapping[str, Any]:
         try:

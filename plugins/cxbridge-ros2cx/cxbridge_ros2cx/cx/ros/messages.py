@@ -127,6 +127,10 @@ class MessageTable:
                 return self._to_clips_value(address, field_type, view.fields[field])
 
     def _to_clips_value(self, address: ExternalAddress, field_type: FieldType, value: Any) -> Value:
+        """Return the value of a field for rules; a nested message gets an address.
+
+        :param address: the address of the message that has the field.
+        """
         kind, details = field_type
         if kind == Nodetype.NAME:
             return self._add_view(MessageView(parse_type(details), value, address))
@@ -158,6 +162,11 @@ class MessageTable:
         view.fields[field] = [self._to_field_value(element_type, element, field, None) for element in value]
 
     def _to_field_value(self, field_type: FieldType, value: Value, field: str, previous: Any) -> Any:
+        """Return the value of a field for a CLIPS value.
+
+        :param previous: the present value of the field; None for an element of a list.
+        :raises FieldError: if the CLIPS value does not fit.
+        """
         kind, details = field_type
         if kind == Nodetype.NAME:
             return self._move_fields(parse_type(details), value, field, previous)
@@ -172,7 +181,7 @@ class MessageTable:
         return field_value
 
     def _move_fields(self, type_name: TypeName, value: Value, field: str, previous: Any) -> Fields:
-        """Return the fields of the message at an address, and empty that message."""
+        """Return the fields of the message at the address `value`, and empty that message."""
         view = self._views.get(value) if isinstance(value, ExternalAddress) else None
         if view is None:
             raise FieldError(

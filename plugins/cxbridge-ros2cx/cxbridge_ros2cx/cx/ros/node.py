@@ -121,16 +121,16 @@ class RosNode(Closing):
         if not self._clock.is_virtual:
             return True
         own_nodes = {self._short_name, _PDDL_NAMESPACE.strip("/")}
+        # a look into __dict__, here and below, since access to the cached property would create the graph
         return "graph" in self.__dict__ and not own_nodes.issuperset(self.graph.nodes)
 
     def spin(self) -> None:
         """Receive messages; on a virtual clock also the messages that peers send in response."""
         if self._pddl_manager is not None:
             self._pddl_manager.plan_waiting_goals()
-        # a look into __dict__, since access to the cached property would create the graph
         if "graph" in self.__dict__:
             if not self.graph.settle():
-                self._log.error("messages respond to each other endlessly")
+                self._log.error("nodes respond to each other's messages without end")
         elif "node" in self.__dict__:
             self.node.poll()
 

@@ -281,7 +281,7 @@ class ClientEndpoint(Endpoint):
 
     env: ClipsEnvironment
     ros_client: Any
-    waiting_messages: list[Mapping[str, Any]]
+    waiting_messages: list[Mapping[str, Any]] = []
 
 
 ClientT = TypeVar("ClientT", bound=ClientEndpoint)

@@ -35,7 +35,12 @@ MAX_DISCOVERY_S: Final = 1.0  # real time from the creation of a client to the d
 _POLL_PERIOD_S: Final = 0.01  # time between two checks for the server
 
 
-class _ServiceClient(ClientEndpoint):
+class _ServiceClient(ClientEndpoint, kw_only=True):
+    """A client of a service.
+
+    :param creation_s: the time of the creation on the monotonic clock.
+    """
+
     creation_s: float
 
 
@@ -83,7 +88,7 @@ class ServiceClients(ClientGroup[_ServiceClient]):
             return
         type_name, ros = self.resolve_type(type_text, "srv"), self.plugin.ros
         client = ros.node.create_client(ros.prepare_client(service, type_name), str(type_name))
-        endpoint = _ServiceClient(type_name, client.close, env, client, [], time.monotonic())
+        endpoint = _ServiceClient(type_name, client.close, env, client, creation_s=time.monotonic())
         self.clients.add(
             env,
             service,
@@ -96,12 +101,12 @@ class ServiceClients(ClientGroup[_ServiceClient]):
         """Send a request; return its number, or FALSE without a server."""
         client = self.find(env, service)
         fields = self.find_fields(client, message, service)
-        if not self._is_served(client):
+        if not self._wait_for_server(client):
             self.plugin.log.warn(f"service {service} not available, abort request.")
             return FALSE
         return self.call(str(service), client, fields)
 
-    def _is_served(self, client: _ServiceClient) -> bool:
+    def _wait_for_server(self, client: _ServiceClient) -> bool:
         """Return whether a server exists; on a real clock, wait for its discovery."""
         deadline_s = client.creation_s + MAX_DISCOVERY_S
         while not client.ros_client.has_server:

@@ -80,7 +80,7 @@ class Topics(EndpointGroup):
     def _publish(self, env: ClipsEnvironment, message: ExternalAddress, topic: str) -> None:
         endpoint = self._publishers.get(env, topic)
         if endpoint is None:
-            raise ClipsError(f"there is no publisher of {topic}: create it first")
+            raise ClipsError(f"there is no publisher of {topic}: create a publisher first")
         view = self.plugin.messages.find(message)
         if view.type_name != endpoint.type_name:
             raise ClipsError(
