@@ -84,10 +84,12 @@ def load_checkpoint(file: Path, identity: ProgramIdentity) -> Graph:
         raise CxbridgeError(f"cannot be read: {error.strerror}", file=file) from error
     except (DecodeError, UnicodeDecodeError) as error:
         raise CxbridgeError("is not the checkpoint of an exploration", file=file) from error
-    different_names = [name for name in identity if checkpoint.identity.get(name) != identity[name]]
-    if different_names:
+    different_subjects = [
+        subject for subject in identity if checkpoint.identity.get(subject) != identity[subject]
+    ]
+    if different_subjects:
         raise CxbridgeError(
-            f"belongs to another exploration; different: {', '.join(different_names)}",
+            f"belongs to another exploration; different: {', '.join(different_subjects)}",
             file=file,
             hint="use the same options and the same agent as before, or start again without --resume",
         )

@@ -86,7 +86,7 @@ def shrink(choices: NthChoices, play: Callable[[NthChoices], PlayedRun]) -> Play
 def write_counterexample(
     options: RunOptions,
     properties: Sequence[Property],
-    name: str,
+    property_name: str,
     path: ChoicePath,
     folder: Path,
     world: WorldModel | None = None,
@@ -95,30 +95,31 @@ def write_counterexample(
     """Shorten a path that violates a property, and write its recording and test into a folder.
 
     :param properties: the properties, which include the violated property.
-    :param name: the name of the violated property.
+    :param property_name: the name of the violated property.
     :param path: a path that violates the property.
     :param make_assembly: makes the program to run; only scenarios get a test.
     :raises CxbridgeError: if the path does not violate the property, or a file cannot be written.
     """
-    violated = [property_ for property_ in properties if property_.name == name]
-    play = partial(play_run, options, violated, world=world, make_assembly=make_assembly)
+    (violated_property,) = (property_ for property_ in properties if property_.name == property_name)
+    play = partial(play_run, options, (violated_property,), world=world, make_assembly=make_assembly)
     nth_choices = find_unusual_choices(play(PathChooser(path)).choices)
     shortest_run = shrink(nth_choices, lambda subset: play(NthChooser(subset)))
     if shortest_run is None:
         raise CxbridgeError(
-            f"'{name}' is not violated on this path", hint="the agent may have changed since the exploration"
+            f"'{property_name}' is not violated on this path",
+            hint="the agent may have changed since the exploration",
         )
     (violation,) = shortest_run.violations
     choices = tuple(choice for choice in shortest_run.choices if choice.option_index != USUAL)
     description = describe_run(choices, violation)
-    stem = make_identifier(name)
+    stem = make_identifier(property_name)
     recording = folder / f"{stem}.mcap"
     make_parent_folder(recording)
     # played once more, since only one of the many tried runs is worth a recording
     play(NthChooser(find_unusual_choices(shortest_run.choices)), recording)
     test = None
     if make_assembly is make_scenario:  # the fixture `cx` of a test runs only scenarios
-        test = _write_test(options, shortest_run, violated[0], description, folder / f"test_{stem}.py")
+        test = _write_test(options, shortest_run, violated_property, description, folder / f"test_{stem}.py")
     return Counterexample(violation.message, choices, recording, test, description)
 
 

@@ -18,7 +18,7 @@ from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
 from cxbridge_explore.worlds.skills import SkillResult
 
 # The names of unusual options, by the subject of the choice point and the number of earlier choice points
-# with this subject. The indices of the points are no keys: without one of its choices, a run has others.
+# with this subject. Indices cannot identify the points: a run without one of the choices has other indices.
 NthChoices = Mapping[tuple[str, int], str]
 
 
@@ -42,11 +42,11 @@ class NthChooser:
         self._counts: Counter[str] = Counter()
 
     def choose(self, point: ChoicePoint) -> int:
-        option = self._choices.get((point.subject, self._counts[point.subject]))
+        option_name = self._choices.get((point.subject, self._counts[point.subject]))
         self._counts[point.subject] += 1
         names = [candidate.name for candidate in point.options]
         # the point may lack the option if an earlier choice of the path was left out
-        return names.index(option) if option in names else USUAL
+        return names.index(option_name) if option_name in names else USUAL
 
 
 @dataclass(frozen=True, slots=True)

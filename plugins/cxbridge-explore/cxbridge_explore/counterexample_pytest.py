@@ -46,14 +46,16 @@ def make_test_text(
     :raises CxbridgeError: if the fixture cannot script a choice.
     """
     script = list(_make_script_lines(run))
-    has_usual = any(".does(usual" in line for line in script)
-    usual = ["def usual(call):", "    return None  # the usual result", "", ""] if has_usual else []
+    needs_usual = any(".does(usual" in line for line in script)
+    usual_function = (
+        ["def usual(call):", "    return None  # the usual result", "", ""] if needs_usual else []
+    )
     option_arguments = "".join(f", {key}={value!r}" for key, value in _find_option_arguments(options, folder))
     lines = [
         '"""A counterexample that `cxbridge explore` has found: the agent violates a property."""',
         "",
         "",
-        *usual,
+        *usual_function,
         f"def test_{make_identifier(violated_property.name)}(cx):",
         f'    """{_escape_docstring(description)}"""',
         f"    run = cx.run({_to_literal(options.scenario, folder)!r}{option_arguments})",

@@ -150,4 +150,7 @@ def _describe_difference(first: Iterable[EventRecord], second: Iterable[EventRec
 
 
 def _describe_record(record: EventRecord | None) -> str:
-    return "the end" if record is None else "'{1}' at {0:.3f} s".format(*record)
+    if record is None:
+        return "the end"
+    seconds, text = record
+    return f"'{text}' at {seconds:.3f} s"

@@ -42,7 +42,7 @@ def fork() -> int:
 
 
 def has_ended(child_pid: int) -> bool:
-    """Return whether a child has ended, without waiting. If it has ended, the system forgets the child."""
+    """Return whether a child has ended, without waiting. The system forgets the child after its end."""
     return os.waitpid(child_pid, _os.WNOHANG) != (0, 0)
 
 

@@ -38,7 +38,7 @@ def explore(
     """Play a scenario in every way that its world allows; see ``cxbridge explore``.
 
     :param cx: the fixture.
-    :param properties: names or forms of properties; by default those of the command.
+    :param properties: names or forms of properties; by default the properties that the command watches.
     :param faults: the maximum number of faults in a run.
     :param depth: see :class:`~cxbridge_explore.bounds.Bounds`.
     :param world: the file of possible events; by default ``world.yaml`` in the scenario's folder.
@@ -70,7 +70,7 @@ def assert_properties(run: AgentRun, *properties: str | Property, timeout: float
     """
     assembly = run.assembly
     watch = PropertyWatch(
-        [find_property(item) if isinstance(item, str) else item for item in properties],
+        [find_property(entry) if isinstance(entry, str) else entry for entry in properties],
         [assembly],
         assembly.clock,
     )

@@ -17,8 +17,8 @@ class ProgressReporter:
     """Shows the progress from time to time.
 
     :param graph: the explored graph.
-    :param show_line: called with the line.
-    :param draw_page: called less often.
+    :param show_line: shows a line of text; called several times a second.
+    :param draw_page: draws the page; called every few seconds.
     """
 
     def __init__(self, graph: Graph, show_line: Callable[[str], None], draw_page: Callable[[], None]) -> None:

@@ -12,12 +12,13 @@ from cxbridge_explore.graph import Edge, Graph
 from cxbridge_explore.properties.builtin.table import RUN_ENDS
 from cxbridge_explore.properties.monitor import Property
 
-CLEAN, VIOLATED, BAD_INPUT, INCOMPLETE = range(4)  # exit statuses of `cxbridge explore`
+# exit statuses of `cxbridge explore`; 2, bad input, is the status of each CxbridgeError
+_EXIT_CLEAN, _EXIT_VIOLATED, _EXIT_INCOMPLETE = 0, 1, 3
 
 
 @dataclass(frozen=True, slots=True)
 class ExploreResult:
-    """The result of an exploration, complete or so far.
+    """The result of an exploration, which may be interrupted or still running.
 
     :param properties: the properties that each run was checked for.
     :param cpu_seconds: the processor time of all processes.
@@ -77,7 +78,7 @@ class ExploreResult:
         }
 
     @property
-    def vacuous(self) -> list[str]:
+    def vacuous_names(self) -> list[str]:
         """The names of the properties that no run could have violated."""
         evaluated = {name for leaf in self.graph.leaves.values() for name in leaf.evaluated}
         return [property_.name for property_ in self.properties if property_.name not in evaluated]
@@ -86,8 +87,8 @@ class ExploreResult:
     def status(self) -> int:
         """The exit status of the command."""
         if self.violations:
-            return VIOLATED
-        return CLEAN if self.is_complete else INCOMPLETE
+            return _EXIT_VIOLATED
+        return _EXIT_CLEAN if self.is_complete else _EXIT_INCOMPLETE
 
     def as_dict(self) -> dict[str, Any]:
         graph = self.graph
@@ -98,7 +99,7 @@ class ExploreResult:
             "merged": graph.merged_count,
             "outcomes": self.outcomes,
             "violations": self.violations,
-            "vacuous": self.vacuous,
+            "vacuous": self.vacuous_names,
             "not_merged": list(graph.unmerged_reasons),
             "cpu_seconds": round(self.cpu_seconds, 3),
             "wall_seconds": round(self.wall_seconds, 3),
@@ -121,6 +122,6 @@ class ExploreResult:
                     yield f"  {name}: {violation[name]}"
         for text in graph.unmerged_reasons:
             yield f"equal states were not merged: {text}"
-        if self.vacuous:
-            yield f"no run could have violated: {', '.join(self.vacuous)}"
+        if self.vacuous_names:
+            yield f"no run could have violated: {', '.join(self.vacuous_names)}"
         yield f"{self.wall_seconds:.2f} s, {self.cpu_seconds:.2f} s of processor time"

@@ -2,21 +2,21 @@
 
 The state is the facts and globals of the agents, their blackboards, and the state of skills and properties.
 In the value, times are relative to now, and generated names (``gen12``) and message ids are numbered by their
-first occurrence. If a part of the state is hidden, such as that of an executor in Python, the run is not
-compared with other runs.
+first occurrence. If a part of the state is hidden, such as the state of an executor in Python, the run is
+not compared with other runs.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from hashlib import blake2b
 from typing import TYPE_CHECKING, Final
 
 from clips._clips import lib
 
 from cxbridge.clock import MICROSECONDS, VIRTUAL_EPOCH_US, split_us
-from cxbridge.executive.host.capi import NULL, CData, decode
+from cxbridge.executive.host.capi import NULL, decode, items_of
 from cxbridge.executive.host.values import Symbol
 from cxbridge_studio.constructs import read_rule_texts
 
@@ -56,7 +56,7 @@ def make_digest_function(run: ExploredRun, *, merge: bool) -> ComputeDigest:
 
     :param merge: whether states are compared at all.
     """
-    return StateReader(run).digest if merge else lambda _: (b"", "")
+    return StateReader(run).compute_digest if merge else lambda _: (b"", "")
 
 
 class HiddenStateError(Exception):
@@ -70,7 +70,7 @@ class StateReader:
         self._run = run
         self._hidden_reason: str | None = None
 
-    def digest(self, point: ChoicePoint) -> tuple[bytes, str]:
+    def compute_digest(self, point: ChoicePoint) -> tuple[bytes, str]:
         """Return the digest of the state at a choice point; see :data:`ComputeDigest`."""
         if self._hidden_reason is None:
             self._hidden_reason = next(
@@ -202,21 +202,8 @@ def _read_agent_state(agent: Run, normalizer: _Normalizer) -> Hashable:
 
 
 def _read_globals(env: ClipsEnvironment, normalizer: _Normalizer) -> Hashable:
-    variables = map(decode, map(lib.DefglobalName, _walk_constructs(env, lib.GetNextDefglobal)))
+    variables = map(decode, map(lib.DefglobalName, items_of(lib.GetNextDefglobal, env.c_env)))
     return tuple((name, normalizer.normalize(env.eval(f"?*{name}*"))) for name in variables)
-
-
-def _walk_constructs(
-    env: ClipsEnvironment, next_construct: Callable[[CData, CData], CData]
-) -> Iterator[CData]:
-    """Yield the constructs of an environment.
-
-    :param next_construct: a function of CLIPS that returns the construct after another, the first after NULL.
-    """
-    construct = next_construct(env.c_env, NULL)
-    while construct != NULL:
-        yield construct
-        construct = next_construct(env.c_env, construct)
 
 
 def _read_board_state(board: LocalBlackBoard, normalizer: _Normalizer) -> Hashable:
@@ -267,7 +254,7 @@ def _list_hidden_reasons(agent: Run) -> list[str]:
 def _find_drawing_functions(env: ClipsEnvironment) -> set[str]:
     """Return the functions that draw random numbers, directly or through other functions."""
     calls: dict[str, set[str]] = {}
-    for function in _walk_constructs(env, lib.GetNextDeffunction):
+    for function in items_of(lib.GetNextDeffunction, env.c_env):
         text = lib.DeffunctionPPForm(function)
         called_functions = set(_CALLED_FUNCTION.findall("" if text == NULL else decode(text)))
         calls[decode(lib.DeffunctionName(function))] = called_functions

@@ -162,6 +162,7 @@ def _load_and_fork(process: ExplorationProcess, make_run: MakeRun, *, merge: boo
     compute_digest = make_digest_function(run, merge=merge)
     gc.collect()
     gc.freeze()  # later collections skip the present objects, whose pages the copies share
+    # 10 and 10 are Python's defaults for the older generations of objects
     gc.set_threshold(_COLLECTION_THRESHOLD, 10, 10)
     send(process.connection, StartReport(os.getpid()))
     while True:

@@ -176,7 +176,10 @@ def _write_page(
     command: str,
     program: tuple[RunOptions, WorldModel | None, MakeAssembly],
 ) -> None:
-    """Write the page of a finished exploration, and the pages of runs and counterexamples."""
+    """Write the page of a finished exploration, and the pages of runs and counterexamples.
+
+    :param program: the options, the world and the maker of the explored runs, to play runs again.
+    """
     from cxbridge_explore.map.page import write_page
     from cxbridge_explore.map.rows import make_run_rows
     from cxbridge_explore.map.run_pages import write_run_pages, write_violation_pages
@@ -238,7 +241,7 @@ def _write_checkpoint(result: ExploreResult, identity: ProgramIdentity, file: Pa
 
     try:
         write_checkpoint(file, result.graph, identity)
-    except OSError as error:
-        complain(f"{file}: the checkpoint cannot be written: {error.strerror}")
+    except CxbridgeError as error:
+        complain(f"no checkpoint was written: {error}")
     else:
         say(f"cxbridge: interrupted; continue with --resume {file}", err=True)

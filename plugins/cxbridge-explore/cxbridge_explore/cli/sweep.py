@@ -178,14 +178,14 @@ def _play_sweep(
 def _print_comparison(comparison: AgentComparison) -> None:
     """Print the differences between two agents."""
     completed, makespan = comparison.completed, comparison.makespan
-    share, span = 100 * completed.estimate, completed.format_bounds("+.2f", scale=100)
-    say(f"difference in completed runs: {share:+.2f} % ({span})")
+    percent, bounds = 100 * completed.estimate, completed.format_bounds("+.2f", scale=100)
+    say(f"difference in completed runs: {percent:+.2f} % ({bounds})")
     if makespan is not None:
         say(f"difference in makespan: {makespan.estimate:+.3f} s ({makespan.format_bounds('+.3f')})")
     for runs in comparison.as_dict()["seeds"]:
-        first, second = runs["outcomes"]
-        spans = " and ".join(f"{value:.2f} s" for value in runs["makespans"])
-        say(f"  seed {runs['seed']}: {first} and {second}, {spans}")
+        first_outcome, second_outcome = runs["outcomes"]
+        makespans = " and ".join(f"{seconds:.2f} s" for seconds in runs["makespans"])
+        say(f"  seed {runs['seed']}: {first_outcome} and {second_outcome}, {makespans}")
 
 
 def _print_outcomes(report: dict[str, Any]) -> None:
@@ -194,8 +194,8 @@ def _print_outcomes(report: dict[str, Any]) -> None:
         first_seeds = f", first seeds {', '.join(map(str, seeds))}" if seeds else ""
         say(f"{outcome}: {count} of {report['runs']}{first_seeds}")
     if report["makespan"] is not None:
-        spans = ", ".join(f"{name} {value:.2f}" for name, value in report["makespan"].items())
-        say(f"makespan of completed runs, seconds: {spans}")
+        statistics = ", ".join(f"{name} {seconds:.2f}" for name, seconds in report["makespan"].items())
+        say(f"makespan of completed runs, seconds: {statistics}")
     for goal_class, outcomes in report["goals"].items():
         counts = ", ".join(f"{outcome} {count}" for outcome, count in outcomes.items())
         say(f"goal {goal_class}: {counts}")

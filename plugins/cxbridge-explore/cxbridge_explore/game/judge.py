@@ -51,7 +51,7 @@ class GameWatch:
     def __init__(self, judge: Judge, clock: Clock) -> None:
         self._judge, self._clock = judge, clock
         self._phase = ""
-        # the begin of the production, or of the run before the production; and the end of the last loop
+        # the start of the production, or of the run before the production; and the end of the last loop
         self._begin_us = self._last_us = clock.now_us()
         self._states: Mapping[str, str] = {}  # of the machines after the last loop
         self._use_us: dict[str, Counter[str]] = {}  # by machine and state

@@ -6,16 +6,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_explore.game.kinds import Game
 from cxbridge_explore.game.score import GameResult
 from cxbridge_explore.spawning import safe_process_pool
 from cxbridge_explore.sweep.statistics import CONFIDENCE, Interval, mean_interval, summarize_sample
-from cxbridge_explore.sweep.summary import rank_differences
-
-_MAX_LISTED_SEEDS: Final = 10
+from cxbridge_explore.sweep.summary import MAX_LISTED_SEEDS, rank_differences
 
 
 def play_games(
@@ -94,7 +92,7 @@ class Match:
 
     def most_different_games(self) -> Iterator[tuple[int, int, int]]:
         """Yield the seeds with the largest differences, with the points of both agents."""
-        for seed in rank_differences(self._differences())[:_MAX_LISTED_SEEDS]:
+        for seed in rank_differences(self._differences())[:MAX_LISTED_SEEDS]:
             yield seed, self.first[seed].points, self.second[seed].points
 
     @property

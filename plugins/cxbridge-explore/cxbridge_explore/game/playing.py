@@ -74,23 +74,23 @@ def play_game(
         loaders = [agent.executive.env.loader for agent in assembly.agents]
         result = GameResult(
             score,
-            score.phase == POST_GAME,
-            seed,
-            round(time.perf_counter() - start_s, 3),
-            summarize_work(history, find_robots(assembly.agents), assembly.clock.now_us(), game_watch),
-            game_watch.machine_use(),
-            (*((verdict.reason,) if verdict.status == FAULT else ()), *judge.faults),
-            tuple(
+            is_over=score.phase == POST_GAME,
+            seed=seed,
+            wall_seconds=round(time.perf_counter() - start_s, 3),
+            robots=summarize_work(history, find_robots(assembly.agents), assembly.clock.now_us(), game_watch),
+            machines=game_watch.machine_use(),
+            faults=(*((verdict.reason,) if verdict.status == FAULT else ()), *judge.faults),
+            undefined=tuple(
                 str(diagnostic)
                 for loader in loaders
                 for diagnostic in loader.diagnostics
                 if diagnostic.construct
             ),
         )
-        progress = "" if result.is_over else f"not over, in {score.phase} at {score.game_time:g} s; "
+        end_text = "" if result.is_over else f"not over, in {score.phase} at {score.game_time:g} s; "
         status = _INTERRUPTED_STATUS if interrupt.is_signalled else verdict.status
         recorder.describe(
-            {"status": str(status), "reason": f"{progress}{verdict.reason}; points: {score.points}"}
+            {"status": str(status), "reason": f"{end_text}{verdict.reason}; points: {score.points}"}
         )
         if options.trace_files:
             assembly.bus.emit_source("game", "", OUTCOME_FILE, json.dumps(result.outcome, indent=1).encode())

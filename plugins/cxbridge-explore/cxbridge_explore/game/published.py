@@ -26,7 +26,7 @@ MACHINE_TYPE: Final = "MachineInterface"
 class PublishedGame:
     """Judges by GameInterface and OrderInterface. The event bus calls the instance with each write.
 
-    So the judge opens no readers, which the writers of the interfaces could notice.
+    Events of writes need no readers, which the writers of the interfaces could notice.
     """
 
     def __init__(self, run: Run | Team) -> None:
@@ -42,7 +42,7 @@ class PublishedGame:
         if interface_type == MACHINE_TYPE:
             self.machine_states[name] = _find_machine_state(event.values)
         elif interface_type == GAME_TYPE:
-            self.phase = _find_enum_name(event.values.get("phase", ""))
+            self.phase = _format_enum(event.values.get("phase", ""))
 
     def score(self) -> Score:
         """Read the score from the first blackboard with a referee.
@@ -59,29 +59,29 @@ class PublishedGame:
 
 
 def _make_score(game: Mapping[str, Any], orders: Sequence[Mapping[str, Any]]) -> Score:
-    team, phase = str(game["team"]), _find_enum_name(game["phase"])
+    team, phase = str(game["team"]), _format_enum(game["phase"])
     delivered = sorted((order for order in orders if order["delivered"] > 0), key=itemgetter("delivered"))
     announced = sorted((order for order in orders if order["number"]), key=itemgetter("number"))
     return Score(
-        {team: int(game["points"])},
-        tuple(
+        points={team: int(game["points"])},
+        deliveries=tuple(
             Delivery(order["number"], order["product"], team, round(order["delivered"], 3))
             for order in delivered
         ),
-        tuple(
+        awards=tuple(
             Award(
                 team,
                 order["points"],
-                round(order["delivered"], 3),
-                PRODUCTION,
-                order["reason"],
-                order["reason"].removeprefix(order["product"]).strip(),
+                game_time=round(order["delivered"], 3),
+                phase=PRODUCTION,
+                reason=order["reason"],
+                category=order["reason"].removeprefix(order["product"]).strip(),
             )
             for order in delivered
         ),
-        phase,
-        round(game["second"], 3),
-        tuple(
+        phase=phase,
+        game_time=round(game["second"], 3),
+        orders=tuple(
             ProductOrder(order["number"], order["product"], round(order["begin"], 3), round(order["end"], 3))
             for order in announced
         ),
@@ -99,6 +99,6 @@ def _find_machine_state(machine: Mapping[str, Any]) -> str:
     return "busy" if machine.get("busy") else "full" if machine.get("piece") else "free"
 
 
-def _find_enum_name(value: Any) -> str:
-    """Return the name of an enumeration value."""
+def _format_enum(value: Any) -> str:
+    """Return the name of an enumeration value; a plain text is its own name."""
     return str(getattr(value, "name", value))

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
     from cxbridge.run.agent import Run
 
-# Keys of a scenario's configuration. The values are the paths of the referee's values for seed and minutes.
+# Keys of a scenario's configuration. Each has the path of the value that the referee reads: seed, or minutes.
 SEED_KEY: Final = "/game/seed"
 MINUTES_KEY: Final = "/game/minutes"
 
@@ -80,23 +80,23 @@ class ScenarioGame:
 
 
 def _list_overlays(options: RunOptions) -> tuple[Path, ...]:
-    configs = options.config
-    return (configs,) if isinstance(configs, Path) else configs or ()
+    overlays = options.config
+    return (overlays,) if isinstance(overlays, Path) else overlays or ()
 
 
-def _find_referee_path(config: Configuration, file: Path, name: str) -> str:
+def _find_referee_path(config: Configuration, file: Path, key: str) -> str:
     """Return the path of the referee's value for a key.
 
-    :param name: the key, such as :data:`SEED_KEY`.
+    :param key: the key, such as :data:`SEED_KEY`.
     :raises CxbridgeError: if the configuration lacks the key, or the value at its path.
     """
-    path = config.get_str(name, default=None)
+    path = config.get_str(key, default=None)
     if path is None:
         raise CxbridgeError(
-            f"this scenario is not a game: its configuration has no {name}",
+            f"this scenario is not a game: its configuration has no {key}",
             file=file,
             hint="set it to the path of the referee's own value; see docs/games.md",
         )
     if not config.exists(path):
-        raise CxbridgeError(f"{name} names '{path}', which the configuration does not have", file=file)
+        raise CxbridgeError(f"{key} names '{path}', which the configuration does not have", file=file)
     return path

@@ -13,12 +13,12 @@ from cxbridge_studio.explain.coverage.model import AgentSources, Coverage, Recor
 from cxbridge_studio.explain.coverage.report import shorten_names
 
 
-def compute_explored_coverage(options: RunOptions, used: Iterable[UsedPart]) -> Coverage:
+def compute_explored_coverage(options: RunOptions, used_parts: Iterable[UsedPart]) -> Coverage:
     """Compute the coverage of an agent by an exploration. A count is 1 for a used part, otherwise 0."""
     agent, use = AgentSources(), RecordedUse()
     for source in read_scenario_sources(options):  # from the files, since an exploration has no recording
         agent.add_source(source, include_core=False)
-    for kind, name, detail in used:
+    for kind, name, detail in used_parts:
         counts = getattr(use, kind)
         if detail:  # the mode or outcome of a goal
             counts.setdefault(name, Counter())[detail] = 1

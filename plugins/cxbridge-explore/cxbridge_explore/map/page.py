@@ -62,7 +62,7 @@ def _make_property_rows(result: ExploreResult) -> Iterator[dict[str, str]]:
         if violation is not None:
             message = violation.get("words") or violation["message"]
             yield {"name": name, "verdict": "violated", "message": message}
-        elif name in result.vacuous:
+        elif name in result.vacuous_names:
             yield {"name": name, "verdict": "vacuous", "message": "no run could have violated the property"}
         else:
             yield {"name": name, "verdict": "holds", "message": ""}

@@ -16,8 +16,9 @@ class MapRow:
 
     :param choice: the chosen option in words; empty for the usual run.
     :param begin_s: the time of the branch, by the run's clock.
-    :param end_s: the time of the end; for an open row, that of the branch.
-    :param outcome: the outcome; ``merged`` if the run reached a known state, ``open`` if it is unexplored.
+    :param end_s: the time of the end; for an open row, the time of the branch.
+    :param outcome: the outcome; ``merged`` if the run reached a known state, ``open`` if its rest is
+        unexplored.
     :param reason: the reason in a sentence.
     :param parent: the number of the row from which the run branches off; None for the usual run.
     :param path: all unusual choices of the run, in words.

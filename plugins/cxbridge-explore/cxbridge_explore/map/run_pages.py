@@ -45,21 +45,20 @@ def write_run_pages(
     """
     folder = page.with_suffix(".runs")
     folder.mkdir(exist_ok=True)
-    make_report = VIEWS.load_target(VIEWS.find("report"))
-    ended_rows = [number for number, row in enumerate(rows) if row.outcome not in {MERGED, OPEN}]
-    ended_rows.sort(key=lambda number: (not rows[number].violations, rows[number].faults, number))
+    ended_numbers = [number for number, row in enumerate(rows) if row.outcome not in {MERGED, OPEN}]
+    ended_numbers.sort(key=lambda number: (not rows[number].violations, rows[number].faults, number))
     addresses: dict[int, str] = {}
-    for number in sorted(ended_rows[:MAX_PAGES]):
+    for number in sorted(ended_numbers[:MAX_PAGES]):
         row = rows[number]
         path = graph.find_path(row.edge)
         with TemporaryDirectory(prefix="cxbridge-run-") as scratch:
             recording = Path(scratch, f"run-{number}.mcap")
-            played = play_run(
+            played_run = play_run(
                 options, (), PathChooser(path), recording, world=world, make_assembly=make_assembly
             )
             title = row.path[-1] if row.path else "the usual run"
-            write_file(folder / f"run-{number}.html", make_report(open_run(recording), title).encode("utf-8"))
-        time_us = played.start_us + round(row.begin_s * MICROSECONDS)
+            _write_report(recording, title, folder / f"run-{number}.html")
+        time_us = played_run.start_us + round(row.begin_s * MICROSECONDS)
         fragment = f"#/timeline?time={time_us}" if row.path else ""
         addresses[number] = f"{folder.name}/run-{number}.html{fragment}"
     return addresses
@@ -74,15 +73,19 @@ def write_violation_pages(
     :returns: by property, the ``story`` of the counterexample, a sentence, and the ``address`` of its page
         relative to the page of the exploration.
     """
-    make_report = VIEWS.load_target(VIEWS.find("report"))
     stories = {}
     for name, example in counterexamples.items():
-        run = open_run(example.recording)
         file = example.recording.with_suffix(".html")
-        write_file(file, make_report(run, f"{name}: {example.description}").encode("utf-8"))
+        _write_report(example.recording, f"{name}: {example.description}", file)
         address = Path(os.path.relpath(file, page.parent)).as_posix()
         stories[name] = {"address": address, "story": _find_headline(example)}
     return stories
+
+
+def _write_report(recording: Path, title: str, file: Path) -> None:
+    """Write the page of a recorded run."""
+    make_report = VIEWS.load_target(VIEWS.find("report"))
+    write_file(file, make_report(open_run(recording), title).encode("utf-8"))
 
 
 def _find_headline(example: Counterexample) -> str:

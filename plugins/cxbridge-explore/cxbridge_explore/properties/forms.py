@@ -41,17 +41,17 @@ class _Reader:
             return self.nodes.pop(0).text
         return ""
 
-    def read_pattern(self, after: str) -> ConditionPattern:
+    def read_pattern(self, keyword: str) -> ConditionPattern:
         """Read conditional elements, which must include a pattern.
 
-        :param after: the word before the elements, for error messages.
+        :param keyword: the word before the elements, for error messages.
         """
         nodes: list[SyntaxNode] = []
         while self.nodes and self.nodes[0].items is not None:
             nodes.append(self.nodes.pop(0))
         if not any(node.head and node.head not in _NON_PATTERN_HEADS for node in nodes):
             raise self.mark.error(
-                f"'{after}' needs a pattern: {self.text}",
+                f"'{keyword}' needs a pattern: {self.text}",
                 "write a pattern in parentheses: (goal (outcome FAILED))",
             )
         return ConditionPattern(tuple(nodes), self.mark)
@@ -114,8 +114,10 @@ def read_property(text: str, mark: Mark | None = None) -> Property:
         case "after":
             if reader.read_word() != "then":
                 raise mark.error(f"'after' needs a 'then': {text.strip()}", FORMS[_FORM_WORDS.index(keyword)])
-            second = reader.read_pattern("then")
-            make_monitor = partial(AfterMonitor, first=pattern, second=second, within_s=reader.read_limit())
+            later_pattern = reader.read_pattern("then")
+            make_monitor = partial(
+                AfterMonitor, first=pattern, second=later_pattern, within_s=reader.read_limit()
+            )
         case _:
             make_monitor = partial(NeverMonitor if keyword == "never" else AlwaysMonitor, pattern=pattern)
     # "eventually" and "after" have read their limits

@@ -28,6 +28,7 @@ _ABSENCE_HEADS: Final = frozenset({"not", "forall"})
 _NAME_PREFIX: Final = "cx-property-"  # of the names of rules and functions
 _LOADED_PATTERN: Final = "(executive-initialized)"  # matches a fact that a loaded agent has
 _UNMATCHED_PATTERN: Final = "(executive-initialized nowhere)"  # matches no fact
+# the code and the text of the first error in a message of CLIPS, up to the line "... ERROR:" or the end
 _CLIPS_REASON: Final = re.compile(r"\[[A-Z]+\d+\].*?(?= ERROR:|$)", re.DOTALL)
 _VARIABLE: Final = re.compile(
     r"\?[^*].*", re.DOTALL
@@ -80,7 +81,7 @@ def _find_templates(nodes: tuple[SyntaxNode, ...]) -> Iterator[str]:
 
 
 def check_templates(pattern: ConditionPattern, env: ClipsEnvironment) -> None:
-    """Check the deftemplates of a pattern: CLIPS would create an unknown one.
+    """Check the deftemplates of a pattern, since CLIPS would create an unknown deftemplate.
 
     :raises ConfigError: if the environment lacks a deftemplate.
     """

@@ -75,9 +75,9 @@ class PatternMonitor(Monitor):
     def check_patterns(self) -> None:
         """Check the run after a loop; all agents are loaded."""
 
-    def find_current_matches(self, index: int) -> list[tuple[FactTables, set[BoundValues]]]:
-        """Return the current matches of a pattern in each agent."""
-        return [(tables, probes[index].find_matches()) for tables, probes in self.probes.items()]
+    def find_current_matches(self) -> list[tuple[FactTables, set[BoundValues]]]:
+        """Return the current matches of the first pattern in each agent."""
+        return [(tables, probe.find_matches()) for tables, (probe, *_) in self.probes.items()]
 
 
 class NeverMonitor(PatternMonitor):
@@ -94,7 +94,7 @@ class NeverMonitor(PatternMonitor):
             self.is_evaluated = self.is_evaluated or self._has_facts()
             return
         self.is_evaluated = True
-        for tables, current_matches in self.find_current_matches(0):
+        for tables, current_matches in self.find_current_matches():
             for values in current_matches:
                 self._handle_match(tables, values)
 
@@ -121,7 +121,7 @@ class AlwaysMonitor(PatternMonitor):
         if not self.changes.take_pending() and self.is_evaluated:
             return
         self.is_evaluated = True
-        for tables, current_matches in self.find_current_matches(0):
+        for tables, current_matches in self.find_current_matches():
             if not current_matches:
                 agent = f" in {tables.name}" if len(self.probes) > 1 else ""
                 self.scene.report(f"{self._pattern.text} does not match{agent}")
@@ -150,7 +150,7 @@ class EventuallyMonitor(PatternMonitor):
         self.is_evaluated = True
         if self._pattern.requires_absence and self.changes.take_pending():
             self._has_matched = self._has_matched or any(
-                current_matches for _, current_matches in self.find_current_matches(0)
+                current_matches for _, current_matches in self.find_current_matches()
             )
         if self._within_s is not None and not self._has_matched and self.scene.seconds > self._within_s:
             self.scene.report(f"{self._pattern.text} has not matched within {self._within_s:g} s")
@@ -215,7 +215,7 @@ class AfterMonitor(PatternMonitor):
         """Check new matches and deadlines after a loop."""
         has_changed = self.changes.take_pending()
         if self._first.requires_absence and has_changed:
-            for tables, current_matches in self.find_current_matches(0):
+            for tables, current_matches in self.find_current_matches():
                 for values in current_matches - self._earlier_matches.get(tables.name, set()):
                     self._handle_first_match(tables, values)
                 self._earlier_matches[tables.name] = current_matches

@@ -10,7 +10,7 @@ from typing import Any, Final
 from cxbridge_explore.sweep.rows import RunRow
 from cxbridge_explore.sweep.statistics import Interval, mean_interval, proportion_interval, summarize_sample
 
-_MAX_LISTED_SEEDS: Final = 10
+MAX_LISTED_SEEDS: Final = 10
 
 
 def summarize_rows(rows: Sequence[RunRow]) -> dict[str, Any]:
@@ -33,7 +33,7 @@ def summarize_rows(rows: Sequence[RunRow]) -> dict[str, Any]:
         "faults": sum(row.faults for row in rows),
         "goals": {name: dict(goals[name].most_common()) for name in sorted(goals)},
         "seeds": {
-            outcome: [row.seed for row in rows if row.outcome == outcome][:_MAX_LISTED_SEEDS]
+            outcome: [row.seed for row in rows if row.outcome == outcome][:MAX_LISTED_SEEDS]
             for outcome in outcomes
             if outcome != "completed"
         },
@@ -83,10 +83,10 @@ class AgentComparison:
 
     def most_different_seeds(self) -> list[int]:
         """Return the most different seeds: first the seeds with different outcomes, then by makespan."""
-        other_outcomes = [
+        differing_seeds = [
             seed for seed, row in self.first.items() if row.outcome != self.second[seed].outcome
         ]
-        return [*other_outcomes, *rank_differences(self._differences())][:_MAX_LISTED_SEEDS]
+        return [*differing_seeds, *rank_differences(self._differences())][:MAX_LISTED_SEEDS]
 
     def as_dict(self) -> dict[str, Any]:
         makespan = self.makespan

@@ -114,7 +114,7 @@ def _serve_forking(connection: Connection, job: SweepJob) -> None:
     chooser = SeedForkChooser(connection, job)
     # An agent that never reaches its first choice must not block the sweep.
     forking.limit_cpu_seconds(job.cpu_seconds)
-    row = play_seed(job, 0, chooser)
+    row = play_seed(job, 0, chooser)  # each copy of the row gets its own seed
     if chooser.seed is not None:
         chooser.send_row(row)
     forking.limit_cpu_seconds(None)

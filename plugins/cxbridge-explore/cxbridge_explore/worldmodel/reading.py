@@ -90,7 +90,7 @@ def _parse_failure(failure: Section, *, is_only: bool) -> SkillFailure:
 
 def _parse_sensed(sensed: Section) -> SensedValue:
     texts = sensed.texts("values")
-    if len(texts) == 1 or len(set(texts)) < len(texts) or not texts:
+    if len(texts) < 2 or len(set(texts)) < len(texts):  # noqa: PLR2004 - as the error says
         raise sensed.error("must be at least two different values", "write e.g. [75.0, 3.0]", "values")
     weights = [1 - DEFAULT_PROBABILITY, *[DEFAULT_PROBABILITY] * (len(texts) - 1)]
     if "probabilities" in sensed:

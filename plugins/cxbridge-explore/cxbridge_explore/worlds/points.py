@@ -240,11 +240,11 @@ class RunChoices:
     ) -> Option:
         """Return the chosen option of a new choice point; see :class:`ChoicePoint`."""
         point = ChoicePoint(len(self.choices), kind, subject, self.seconds, options, distribution)
-        chosen = self.chooser.choose(point)
+        decision = self.chooser.choose(point)
         # A drawn option is added to the listed options, so that a path can name the option.
-        if isinstance(chosen, Option):
-            point = replace(point, options=(*options, chosen))
-            chosen = len(options)
-        choice = Choice(point, chosen)
+        if isinstance(decision, Option):
+            choice = Choice(replace(point, options=(*options, decision)), len(options))
+        else:
+            choice = Choice(point, decision)
         self.choices.append(choice)
         return choice.taken_option

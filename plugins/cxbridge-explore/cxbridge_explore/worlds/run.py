@@ -133,6 +133,7 @@ class WorldRun(Closing):
 
     def _choose_planner_fault(self, planner: PlannerModel, env: str, problem: str) -> tuple[str, float]:
         """Return the status of a planner call without a plan, else an empty text, and the plan's delay."""
+        # the name and the probability of each option, then the status and the delay that the planner gets
         faults = (
             ("no plan", planner.no_plan_probability, "NO-PLAN", 0.0),
             ("fails", planner.failure_probability, "FAILED", 0.0),
@@ -141,9 +142,9 @@ class WorldRun(Closing):
         options = make_options("plans", *(make_fault(name, weight) for name, weight, *_ in faults if weight))
         if len(options) == 1:
             return "", 0.0
-        chosen = self.choices.choose(ChoiceKind.PLANNER, f"{env}: plan for {problem}", options).name
+        chosen_name = self.choices.choose(ChoiceKind.PLANNER, f"{env}: plan for {problem}", options).name
         outcomes = {name: (status, delay_s) for name, _, status, delay_s in faults}
-        return outcomes.get(chosen, ("", 0.0))
+        return outcomes.get(chosen_name, ("", 0.0))  # the usual option "plans" is no fault
 
     @property
     def watchers(self) -> list[AgentWatcher]:

@@ -43,7 +43,7 @@ class SensedChoices:
                 raise sensed.mark.error(error.message, error.hint) from None
         self._subject = f"{prefix}{sensed.uid}.{sensed.field_name}"
         self._times = list(sensed.times_s)
-        self._skill_ended = False
+        self._has_skill_ended = False
         self._options = tuple(
             Option(text, faults=int(number > 0), weight=weight)
             for number, (text, weight) in enumerate(sensed.values)
@@ -55,11 +55,11 @@ class SensedChoices:
         assert isinstance(event, SkillStatus)
         name = _SKILL_NAME.match(event.skill_string)
         if event.status in _END_STATUSES and name is not None and name.group() in self._sensed.skills:
-            self._skill_ended = True
+            self._has_skill_ended = True
 
     def apply(self) -> None:
         """Choose and write a value if a decision is due."""
-        is_due, self._skill_ended = self._skill_ended, False
+        is_due, self._has_skill_ended = self._has_skill_ended, False
         while self._times and self._times[0] <= self._choices.seconds:
             del self._times[0]
             is_due = True

@@ -54,6 +54,14 @@ def test_it_goes_on_after_ctrl_c(tmp_path: Path, words: tuple[str, ...]):
 
 
 @LINUX
+def test_an_exploration_without_a_checkpoint_still_has_its_result(tmp_path: Path):
+    (tmp_path / "explore.resume").mkdir()  # a folder in place of the file
+    status, said = interrupted(tmp_path, write_retrying(tmp_path / "retrying", tries=5), *EACH)
+    assert status == 3
+    assert "no checkpoint was written: explore.resume: cannot be written" in said
+
+
+@LINUX
 def test_only_the_same_exploration_goes_on(tmp_path: Path):
     scenario = write_retrying(tmp_path / "retrying", tries=4)
     interrupted(tmp_path, scenario, *FAULTS)

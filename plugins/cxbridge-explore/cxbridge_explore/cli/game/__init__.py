@@ -26,15 +26,15 @@ EXIT_TESTS_FAILED: Final = 1  # exit status of a game whose agent's own tests fa
 
 EXIT_NOT_OVER: Final = 3  # exit status of an unfinished game
 
-EXIT_FAULT: Final = 4  # exit status of a game that was ended by an error of cxbridge
+EXIT_FAULT: Final = 4  # exit status of a game that an error of cxbridge has ended
 
 
 class _GameLog(RunLog):
     """Prints the log of a game. Lines of quiet components are printed only with ``--verbose``."""
 
-    def __init__(self, console: ConsoleOptions, quiet: Collection[str]) -> None:
+    def __init__(self, console: ConsoleOptions, quiet_components: Collection[str]) -> None:
         super().__init__(quiet=console.quiet, verbose=console.verbose)
-        self._hidden_components = frozenset(() if console.verbose else quiet)
+        self._hidden_components = frozenset(() if console.verbose else quiet_components)
 
     def __call__(self, event: Event) -> None:
         """Print a log line, unless its component is hidden."""
@@ -88,11 +88,10 @@ def _make_games_by_agent(first_game: Game, against: Path | None) -> dict[str, Ga
 
     :param against: the second agent, or None.
     """
-    name = str(
-        first_game.run_options.scenario
-        or (first_game.run_options.overlays or (first_game.run_options.fawkes_dir,))[0]
-    )
-    games = {name: first_game}
+    options = first_game.run_options
+    # a game of a plug-in needs no scenario: the first overlay has the agent, or else the Fawkes checkout
+    agent_folder, *_ = options.overlays or (options.fawkes_dir,)
+    games = {str(options.scenario or agent_folder): first_game}
     if against is not None:
         games[str(against)] = first_game.replace_agent(against)
         if len(games) == 1:

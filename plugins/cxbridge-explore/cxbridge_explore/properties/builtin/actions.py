@@ -43,6 +43,15 @@ class ObservedAction:
         return goal
 
 
+def _drop_agent(texts: Mapping[ActionKey, str], agent: str) -> dict[ActionKey, str]:
+    """Return the texts of the actions of other agents."""
+    return {
+        (environment, goal, plan, action): text
+        for (environment, goal, plan, action), text in texts.items()
+        if environment != agent
+    }
+
+
 class ActionMonitor(Monitor):
     """The base class of these monitors: follows the states of plan-actions."""
 
@@ -59,7 +68,7 @@ class ActionMonitor(Monitor):
 
     def left(self, tables: FactTables) -> None:
         """Forget the actions of an agent, whose ids a restarted agent may reuse."""
-        self._states = {key: state for key, state in self._states.items() if key[0] != tables.name}
+        self._states = _drop_agent(self._states, tables.name)
 
     def _handle_action_fact(self, tables: FactTables, _template: str, slots: Mapping[str, str]) -> None:
         try:
@@ -138,13 +147,15 @@ class SingleExecutionMonitor(ActionMonitor):
         watcher = tables.env.watcher
         slots = ("goal-id", "plan-id", "action-id", "skill-id", "skill-name")
         watcher.follow("skill-action-execinfo", partial(self._handle_call_fact, tables), slots)
-        watcher.follow("domain-fact", partial(self._undo_literal, False), ("name", "param-values"))
-        watcher.follow_retractions("domain-fact", partial(self._undo_literal, True), ("name", "param-values"))
+        watcher.follow("domain-fact", partial(self._undo_literal, is_true=False), ("name", "param-values"))
+        watcher.follow_retractions(
+            "domain-fact", partial(self._undo_literal, is_true=True), ("name", "param-values")
+        )
 
     def left(self, tables: FactTables) -> None:
         """Forget the calls of an agent, but keep the achieved effects."""
         super().left(tables)
-        self._calls = {key: skill for key, skill in self._calls.items() if key[0] != tables.name}
+        self._calls = _drop_agent(self._calls, tables.name)
 
     def _handle_call_fact(self, tables: FactTables, _template: str, slots: Mapping[str, str]) -> None:
         goal, action = slots["goal-id"], slots["action-id"]
@@ -160,7 +171,7 @@ class SingleExecutionMonitor(ActionMonitor):
                 skill=name,
             )
 
-    def _undo_literal(self, is_true: bool, _template: str, slots: Mapping[str, str]) -> None:
+    def _undo_literal(self, _template: str, slots: Mapping[str, str], *, is_true: bool) -> None:
         """Forget the executed actions with an effect that a changed fact undoes.
 
         :param is_true: whether the undone effect has made the atom true.
@@ -208,11 +219,11 @@ class SingleExecutionMonitor(ActionMonitor):
     @staticmethod
     def _read_effects(tables: FactTables, action: ObservedAction) -> frozenset[Literal]:
         """Return the effects of an action; empty if an effect is conditional."""
-        conditional = {formula["part-of"] for formula in tables.printed_facts("pddl-formula")}
+        conditional_effects = {formula["part-of"] for formula in tables.printed_facts("pddl-formula")}
         effects = [
             effect for effect in tables.printed_facts("domain-effect") if effect["part-of"] == action.name
         ]
-        if any(effect["name"] in conditional for effect in effects):
+        if any(effect["name"] in conditional_effects for effect in effects):
             return frozenset()
         literals = frozenset(
             (effect["type"] == "POSITIVE", ground_predicate(effect, action.arguments)) for effect in effects
@@ -222,9 +233,9 @@ class SingleExecutionMonitor(ActionMonitor):
 
     def state(self) -> Hashable:
         """Return the achieved effects, and the actions with a skill call."""
-        present = {
+        present_keys = {
             (tables.name, slots["goal-id"], slots["plan-id"], slots["id"])
             for tables in self.scene.tables
             for slots in tables.printed_facts("plan-action")
         }
-        return frozenset(self._achieved), frozenset(key for key in self._calls if key in present)
+        return frozenset(self._achieved), frozenset(key for key in self._calls if key in present_keys)

@@ -108,7 +108,9 @@ class IdleGoalMonitor(Monitor):
         self._rests: dict[tuple[str, str], tuple[str, float]] = {}
 
     def left(self, tables: FactTables) -> None:
-        self._rests = {key: rest for key, rest in self._rests.items() if key[0] != tables.name}
+        self._rests = {
+            (agent, goal): rest for (agent, goal), rest in self._rests.items() if agent != tables.name
+        }
 
     def check(self) -> None:
         """Record resting goals, and report those that exceed the limit."""
