@@ -17,7 +17,7 @@ from cxbridge_explore.forking import HAS_FORK
 
 @dataclass(frozen=True, kw_only=True)
 class Bounds:
-    """The bounds of an exploration, within which the result is complete, and whether states are merged."""
+    """The bounds of an exploration, within which its result is complete, and the option to merge states."""
 
     faults: Annotated[
         int, typer.Option(metavar="K", min=0, help="The maximum number of faults in a run.")

@@ -261,7 +261,7 @@ class Coordinator(Closing):
             self._pending_edges.append(edge)
         else:
             reason = f"its process ended {_MAX_DEATHS} times without a report"
-            self.graph.record_end(edge, Leaf("crashed", reason, 0.0, is_given_up=True))
+            self.graph.record_end(edge, Leaf("crashed", reason, seconds=0.0, is_given_up=True))
 
     def _restart_loader(self) -> None:
         """Restart the loader if it has died."""
@@ -290,7 +290,7 @@ class Coordinator(Closing):
                     hint="the rules may fire endlessly: check with cxbridge run, or raise --patience",
                 )
             reason = f"a loop has not ended within {cpu_limit_s:g} s of processor time"
-            self.graph.record_end(peer.edge, Leaf("timed out", reason, 0.0, is_given_up=True))
+            self.graph.record_end(peer.edge, Leaf("timed out", reason, seconds=0.0, is_given_up=True))
             self._disconnect(peer)
 
     def close(self) -> None:

@@ -51,7 +51,7 @@ class _EventRecorder:
             case LogLine():
                 text = f"log: {event.text}"
             case _:
-                text = str(event).replace(f"time_us={event.time_us}, ", "")
+                text = str(event).replace(f"time_us={event.time_us}, ", "")  # the record has the time
         self.records.append(((event.time_us - self.start_us) / MICROSECONDS, text))
 
 

@@ -147,7 +147,7 @@ class Graph(Struct):
         return node.faults + node.point.options[option].faults
 
     def next_point_number(self, edge: Edge) -> int:
-        """Return the number in its run of the first choice point after an edge."""
+        """Return the index, in a run on an edge, of the first choice point after the edge."""
         number, _ = edge
         return 0 if edge == ROOT_EDGE else self.nodes[number].point.index + 1
 

@@ -83,7 +83,7 @@ MakeRun = Callable[[Chooser], ExploredRun]  # makes a run with a chooser
 def make_failure_leaf(error: Exception) -> Leaf:
     """Return the leaf for a run that has raised an exception."""
     if isinstance(error, DivergedError):
-        return Leaf(DIVERGED, str(error), 0.0)
+        return Leaf(DIVERGED, str(error), seconds=0.0)
     if isinstance(error, CxbridgeError):
-        return Leaf(BAD_INPUT, str(error), 0.0)
-    return Leaf("fault", f"{type(error).__name__}: {error}", 0.0)
+        return Leaf(BAD_INPUT, str(error), seconds=0.0)
+    return Leaf("fault", f"{type(error).__name__}: {error}", seconds=0.0)

@@ -11,7 +11,7 @@ from multiprocessing.context import SpawnContext
 from multiprocessing.process import BaseProcess
 from typing import Final
 
-_SAFE_PATH: Final = "PYTHONSAFEPATH"
+_SAFE_PATH_VARIABLE: Final = "PYTHONSAFEPATH"
 
 
 @contextmanager
@@ -20,9 +20,9 @@ def safe_spawn_context() -> Iterator[SpawnContext]:
 
     The setting applies to processes that start before the context is left.
     """
-    setting = os.environ.get(_SAFE_PATH)
+    setting = os.environ.get(_SAFE_PATH_VARIABLE)
     # by the environment, because multiprocessing passes no option -P
-    os.environ[_SAFE_PATH] = "1"
+    os.environ[_SAFE_PATH_VARIABLE] = "1"
     try:
         yield multiprocessing.get_context("spawn")
     finally:
@@ -34,7 +34,7 @@ def start_safe_process(target: Callable[..., None], *arguments: object) -> BaseP
 
     The child processes of the process have the user's path again.
     """
-    setting = os.environ.get(_SAFE_PATH)
+    setting = os.environ.get(_SAFE_PATH_VARIABLE)
     with safe_spawn_context() as context:
         process = context.Process(target=_run_target, args=(setting, target, arguments), daemon=True)
         process.start()
@@ -52,7 +52,7 @@ def safe_process_pool(process_count: int) -> Iterator[ProcessPoolExecutor]:
 
     The child processes of the pool's processes have the user's path again.
     """
-    setting = os.environ.get(_SAFE_PATH)
+    setting = os.environ.get(_SAFE_PATH_VARIABLE)
     with (
         safe_spawn_context() as context,
         ProcessPoolExecutor(process_count, context, _restore_setting, (setting,)) as pool,
@@ -70,6 +70,6 @@ def describe_exit(status: int | None) -> str:
 
 def _restore_setting(setting: str | None) -> None:
     """Restore the user's value of the environment variable; None if it was not set."""
-    os.environ.pop(_SAFE_PATH, None)
+    os.environ.pop(_SAFE_PATH_VARIABLE, None)
     if setting is not None:
-        os.environ[_SAFE_PATH] = setting
+        os.environ[_SAFE_PATH_VARIABLE] = setting

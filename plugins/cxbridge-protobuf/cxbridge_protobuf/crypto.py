@@ -21,6 +21,7 @@ CIPHER_NUMBERS: Final = {"aes-128-ecb": 1, "aes-128-cbc": 2, "aes-256-ecb": 3, "
 
 _CIPHER_NAMES: Final = {cipher_number: name for name, cipher_number in CIPHER_NUMBERS.items()}
 _BLOCK_BYTES = 16  # bytes of an AES block
+_KEY_SIZES = (16, 32)  # bytes of a key of AES-128, and of AES-256
 _HASH_ROUNDS = 8  # the count that protobuf_comm passes to EVP_BytesToKey of OpenSSL
 
 
@@ -47,7 +48,7 @@ class Crypter:
             raise ProtobufError(
                 f"there is no cipher '{cipher}'", hint=f"there are: {', '.join(CIPHER_NUMBERS)}"
             )
-        self._keys = {size: derive_key(secret, size) for size in (16, 32)}
+        self._keys = {size: derive_key(secret, size) for size in _KEY_SIZES}
         self.cipher_number: Final = CIPHER_NUMBERS[cipher]
 
     def encrypt(self, payload: bytes) -> bytes:
@@ -81,7 +82,8 @@ class Crypter:
         from cryptography.hazmat.primitives import ciphers  # noqa: PLC0415
         from cryptography.hazmat.primitives.ciphers import algorithms, modes  # noqa: PLC0415
 
-        key = self._keys[16 if "128" in _CIPHER_NAMES[cipher_number] else 32]
+        _, key_bits, _ = _CIPHER_NAMES[cipher_number].split("-")
+        key = self._keys[int(key_bits) // 8]
         mode = modes.CBC(vector) if vector else modes.ECB()  # noqa: S305 - the format of protobuf_comm
         return ciphers.Cipher(algorithms.AES(key), mode)
 

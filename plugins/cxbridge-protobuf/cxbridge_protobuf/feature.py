@@ -20,7 +20,7 @@ from cxbridge.executive.feature import Feature
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
 from cxbridge_protobuf import fields
-from cxbridge_protobuf.inbox import ConnectionChange, ReceivedMessage
+from cxbridge_protobuf.inbox import ConnectionChange, Origin, ReceivedMessage
 from cxbridge_protobuf.network import Network
 from cxbridge_protobuf.settings import CONNECTIONS_KEY, ProtobufSettings
 from cxbridge_protobuf.types import MessageTypes, make_frame
@@ -78,12 +78,7 @@ class ProtobufState:
             ("pb-field-is-list", self._is_list_field, 2, message_and_field),
             ("pb-field-value", self._get_value, 2, message_and_field),
             ("pb-field-list", self._get_list, 2, message_and_field),
-            (
-                "pb-set-field",
-                partial(self._change_field, "set"),
-                3,
-                message_and_field,
-            ),
+            ("pb-set-field", partial(self._change_field, "set"), 3, message_and_field),
             ("pb-add-list", partial(self._change_field, "add"), 3, message_and_field),
             ("pb-tostring", self._to_string, 1, message_only),
             ("pb-server-enable", self._enable_server, 1, "*;l"),
@@ -274,7 +269,7 @@ class ProtobufState:
                 self._log.warn(event.text)
 
     def _assert_message(self, event: ReceivedMessage) -> None:
-        is_from_peer, is_from_client = event.origin.value == "PEER", event.origin.value == "SERVER"
+        is_from_peer, is_from_client = event.origin is Origin.PEER, event.origin is Origin.SERVER
         slots: dict[str, Value] = {
             "comp-id": event.component,
             "msg-type": event.type,
@@ -300,14 +295,16 @@ class ProtobufState:
         )
 
     def sender_value(self, event: ReceivedMessage) -> Value:
+        """Return the value of the slot ``rcvd-from``."""
         return (event.host, event.port)
 
     def time_value(self, time_us: int) -> Value:
+        """Return the value of the slot ``rcvd-at``."""
         return split_us(time_us)
 
     def _assert_presence(self, event: ConnectionChange) -> None:
         state = "connected" if event.connected else "disconnected"
-        if event.origin.value == "CLIENT":
+        if event.origin is Origin.CLIENT:
             self._env.assert_string(f"(protobuf-client-{state} {event.link_id})")
         else:
             address = f" {event.host} {event.port}" if event.connected else ""
@@ -317,7 +314,7 @@ class ProtobufState:
 class ProtobufFeature(Feature):
     """Defines the ``pb-*`` functions, and asserts facts for received messages.
 
-    :param make_connections: makes the connections of an environment; None: connections use sockets.
+    :param make_connections: makes the connections of an environment; None for connections over sockets.
     :param templates: whether to define the templates of the facts, and the rules that retract facts of
         previous loops; False if the caller defines them.
     """

@@ -58,12 +58,12 @@ def _find_cached_field(message_type: Any, name: str) -> MessageField | None:
         return None
     message = field.message_type
     # recent versions of protobuf have is_repeated, and deprecate label
-    repeated = getattr(field, "is_repeated", None)
+    is_repeated = getattr(field, "is_repeated", None)
     return MessageField(
         descriptor=field,
         name=name,
         type_code=field.type,
-        is_list=bool(field.label == field.LABEL_REPEATED if repeated is None else repeated),
+        is_list=bool(field.label == field.LABEL_REPEATED if is_repeated is None else is_repeated),
         is_map=message is not None and bool(message.GetOptions().map_entry),
         nested_type="" if message is None else message.full_name,
     )
@@ -89,10 +89,10 @@ def field_label(field: MessageField) -> Symbol:
         return Symbol("REPEATED")
     descriptor = field.descriptor
     # recent versions of protobuf have is_required, and deprecate label
-    required = getattr(descriptor, "is_required", None)
-    if required is None:
-        required = descriptor.label == descriptor.LABEL_REQUIRED
-    return Symbol("REQUIRED" if required else "OPTIONAL")
+    is_required = getattr(descriptor, "is_required", None)
+    if is_required is None:
+        is_required = descriptor.label == descriptor.LABEL_REQUIRED
+    return Symbol("REQUIRED" if is_required else "OPTIONAL")
 
 
 def has_value(message: Message, field: MessageField) -> bool:
@@ -134,17 +134,17 @@ def change_value(
         )
     if field.type_code == FieldDescriptor.TYPE_BYTES:
         return  # ignored, as by protobuf_comm
-    converted = _to_protobuf(field, clips_value, get_message)
-    value = getattr(message, field.name)
+    protobuf_value = _to_protobuf(field, clips_value, get_message)
+    field_content = getattr(message, field.name)
     try:
         if field.is_map:
-            _set_map_entry(value, converted)
+            _set_map_entry(field_content, protobuf_value)
         elif field.type_code == FieldDescriptor.TYPE_MESSAGE:
-            (value.add() if is_added else value).CopyFrom(converted)
+            (field_content.add() if is_added else field_content).CopyFrom(protobuf_value)
         elif is_added:
-            value.append(converted)
+            field_content.append(protobuf_value)
         else:
-            setattr(message, field.name, converted)
+            setattr(message, field.name, protobuf_value)
     except (TypeError, ValueError) as error:
         raise ProtobufError(str(error)) from None
 

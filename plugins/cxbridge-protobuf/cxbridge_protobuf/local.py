@@ -186,11 +186,11 @@ class LocalConnections:
                 member.receive_broadcast(peer.send_port, peer.recv_port, peer.key, frame, sender_id)
 
     def receive_broadcast(
-        self, port: int, from_port: int, key: tuple[str, str], frame: Frame, sender_id: int
+        self, port: int, sender_port: int, key: tuple[str, str], frame: Frame, sender_id: int
     ) -> None:
         """Deliver a peer's message to the peers on a port.
 
-        :param from_port: the port of the sender.
+        :param sender_port: the port of the sender.
         :param sender_id: the id of the sending peer if the peer belongs to this environment, else 0; a peer
             does not receive its own messages.
         """
@@ -198,7 +198,7 @@ class LocalConnections:
             if peer_id == sender_id:
                 continue
             if peer.recv_port == port and peer.key == key:
-                self._add_message_event(Origin.PEER, peer_id, from_port, frame)
+                self._add_message_event(Origin.PEER, peer_id, sender_port, frame)
             elif peer.recv_port == port and not peer.has_warned:
                 peer.has_warned = True  # one warning suffices: further messages are not readable, either
                 self._events.append(

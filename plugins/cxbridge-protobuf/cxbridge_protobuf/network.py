@@ -171,7 +171,7 @@ class Network:
     def close(self) -> None:
         """Close all connections and end the thread; the network is unusable afterwards."""
         self.disable_server()
-        for link in self._remove_links(None):
+        for link in self._remove_links():
             self._call_in_thread(link.close)
         for peer_id in list(self._peers):
             self.destroy_peer(peer_id)
@@ -194,8 +194,8 @@ class Network:
                 f"Cannot listen on {address} port {port}: {error.strerror or error}"
             ) from None
 
-    def _remove_links(self, origin: Origin | None) -> list[StreamLink]:
-        """Remove and return connections; all if no origin is given."""
+    def _remove_links(self, origin: Origin | None = None) -> list[StreamLink]:
+        """Remove and return the connections of an origin, or all connections."""
         with self._lock:
             links = [link for link in self._links.values() if origin is None or link.origin is origin]
             for link in links:

@@ -51,9 +51,9 @@ class MessageTypes:
                 continue
             for file in files:
                 # the types of imported files are known, but only the types of this folder are registered
-                self._add_file(file, register="/" not in file.name and (folder / file.name).is_file())
+                self._add_file(file, registers_types="/" not in file.name and (folder / file.name).is_file())
 
-    def _add_file(self, file: Any, *, register: bool) -> None:
+    def _add_file(self, file: Any, *, registers_types: bool) -> None:
         if file.name in self._file_names:
             return
         try:
@@ -63,7 +63,7 @@ class MessageTypes:
             self._warn(f"Skipping {file.name}: {error}")
             return
         self._file_names.add(file.name)
-        if register:
+        if registers_types:
             self._register_numbered_types(descriptor)
 
     def _register_numbered_types(self, file: Any) -> None:
@@ -103,12 +103,12 @@ class MessageTypes:
         if message_class is None:
             raise ProtobufError(f"Message type {frame.component}:{frame.type} not registered")
         try:
-            parsed = message_class.FromString(frame.data)
+            parsed_message = message_class.FromString(frame.data)
         except (message.DecodeError, RuntimeError):
             raise ProtobufError("Failed to parse message") from None
-        if not parsed.IsInitialized():
+        if not parsed_message.IsInitialized():
             raise ProtobufError("Failed to parse message: required fields are missing")
-        return parsed
+        return parsed_message
 
     def _find_class(self, full_name: str) -> Any:
         try:

@@ -50,9 +50,11 @@ class LeagueRun(Run):
         self.referee = setup.referee
         factories = (
             *setup.referee_factories(),
-            setup.interface_factory({name: f"/{name}/" for name in setup.robots}),
+            setup.interface_factory({name: f"/{name}/" for name in setup.robot_names}),
         )
-        super().__init__(setup.run_options, setup.base, None, setup.extend(additions), factories)
+        super().__init__(
+            setup.run_options, setup.base, additions=setup.extend(additions), components=factories
+        )
 
     @property
     def is_over(self) -> bool:
@@ -68,10 +70,12 @@ class LeagueTeam(Team):
 
         def make_factories(robot: str) -> Sequence[MakeComponent]:
             # the first agent has the referee, which all agents share
-            referee = setup.referee_factories() if robot == setup.robots[0] else ()
+            referee = setup.referee_factories() if robot == setup.robot_names[0] else ()
             return (*referee, setup.interface_factory({robot: ""}))
 
-        super().__init__(setup.run_options, setup.base, setup.robots, setup.extend(additions), make_factories)
+        super().__init__(
+            setup.run_options, setup.base, setup.robot_names, setup.extend(additions), make_factories
+        )
 
     @property
     def is_over(self) -> bool:
@@ -85,6 +89,7 @@ class GameSetup:
     """The robots and the referee of a game, and the base of its run.
 
     :param seed: the seed for the field, the orders and all further random choices.
+    :ivar is_team: whether each robot has an executive, which coordinates with the other robots.
     """
 
     def __init__(self, settings: LeagueSettings, run_options: RunOptions, seed: int) -> None:
@@ -101,17 +106,16 @@ class GameSetup:
         self.base = make_base(run_options)
         config = self.base.config
         spec = f"{_SPECS_PATH}/{run_options.spec or config.get_str(_SPEC_PATH, default='')}"
-        # whether each robot has an executive, which coordinates with its teammates
         self.is_team = bool(config.keys(f"{spec}/{_COORDINATION_PATH}"))
-        self.robots = self._configure_robots(config, spec)
-        self.world.add_robots(self.robots)
+        self.robot_names = self._configure_robots(config, spec)
+        self.world.add_robots(self.robot_names)
         # With a simulator, the agent would send tasks to robots over sockets. Here the robots are Skillers.
         config.set(_SIMULATOR_PATH, False)
         config.set(_PROTO_DIRS_PATH, [str(message_folder)])
         if settings.simtest:
             enable_simtest(config, spec, settings.simtest)
 
-    # the referee does not exist before the run has made its components
+    # functions for the field and the robots, since the run makes the referee later
 
     def _machine_facts(self) -> Iterator[dict[str, Any]]:
         return (slots for _, _, slots in self.referee.component.env.facts("machine"))

@@ -61,8 +61,11 @@ class LeagueGame(LeagueSettings):
         return replace(self, run_options=run_options)
 
     @property
-    def cut_options(self) -> RunOptions:
-        """The options of a run that stops before the end of the production, when open goals would fail."""
+    def exploration_options(self) -> RunOptions:
+        """The options of an explored run.
+
+        The run stops before the end of the production, at which open goals would fail.
+        """
         return replace(self.options, timeout=PRE_GAME_S + SETUP_S + self.minutes * 60 - _EARLY_END_S)
 
     @property

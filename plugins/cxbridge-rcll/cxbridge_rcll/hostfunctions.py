@@ -92,12 +92,12 @@ class MachineFunctions:
 
     def _define_functions(self, env: ClipsEnvironment) -> None:
         def define_machine_function(
-            name: str, instruct: Callable[..., None], extra_arguments: int = 0
+            name: str, instruct: Callable[..., None], extra_argument_count: int = 0
         ) -> None:
             env.define(
                 name,
                 lambda machine, *arguments: self._instruct(machine, instruct, arguments),
-                1 + extra_arguments,
+                1 + extra_argument_count,
                 types=_TEXT_ARGUMENT,
             )
 

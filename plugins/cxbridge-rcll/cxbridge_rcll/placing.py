@@ -47,9 +47,9 @@ class Placement:
 
     def side_zones(self) -> Iterator[tuple[int, int]]:
         """Yield the zones before the machine's sides, which must be free for robots."""
-        turns = (self.angle,) if self.machine == DELIVERY_STATION else (self.angle, self.angle + 180)
-        for turn in turns:
-            index = turn // 45 % len(_STEPS_BY_DIRECTION)
+        angles = (self.angle,) if self.machine == DELIVERY_STATION else (self.angle, self.angle + 180)
+        for angle in angles:
+            index = angle // 45 % len(_STEPS_BY_DIRECTION)
             step_x, step_y = _STEPS_BY_DIRECTION[index]
             yield self.x + step_x, self.y + step_y
             if index % 2:  # robots reach a diagonal zone through the two zones beside it
@@ -74,13 +74,13 @@ def arrange_machines(
                 Placement(machine, *random.choice(zones), random.choice(ANGLES))
                 for _ in range(_CANDIDATE_COUNT)
             ]
-            fitting = (
-                placement for placement in candidates if can_place(placement, placements, width, height)
+            fitting_placements = (
+                candidate for candidate in candidates if can_place(candidate, placements, width, height)
             )
-            chosen = next(fitting, None)
-            if chosen is None:
+            placement = next(fitting_placements, None)
+            if placement is None:
                 break
-            placements.append(chosen)
+            placements.append(placement)
         else:
             return placements
     return None
@@ -124,5 +124,6 @@ def _has_row_of_three(zones: set[tuple[int, int]]) -> bool:
 
 def _closes_corner(zones: set[tuple[int, int]], width: int, height: int) -> bool:
     """Return whether machines occupy both zones next to a corner zone."""
+    # the zones beside each corner, except the corner of the entrance, which has no machines
     corners = (((2, 1), (1, 2)), ((2, height), (1, height - 1)), ((width - 1, height), (width, height - 1)))
     return any(set(pair) <= zones for pair in corners)

@@ -217,7 +217,7 @@ class RobotInterfaces(Component):
         self._stations = stations
         self._board, self._clock, self._world = context.board, context.clock, world
         self._interfaces: list[Any] = []
-        self._next_us = 0
+        self._next_write_us = 0
         self._poses = {
             name: self._open("Position3DInterface", f"{prefix}Pose") for name, prefix in prefixes.items()
         }
@@ -246,9 +246,9 @@ class RobotInterfaces(Component):
         for interface in self._served_interfaces:
             self._answer_commands(interface)
         now_us = self._clock.now_us()
-        if now_us < self._next_us:
+        if now_us < self._next_write_us:
             return
-        self._next_us = now_us + round(_POSE_PERIOD_S * MICROSECONDS)
+        self._next_write_us = now_us + round(_POSE_PERIOD_S * MICROSECONDS)
         for name, interface in self._poses.items():
             pose = self._world.robots[name].pose
             interface.frame = "map"

@@ -41,10 +41,10 @@ def read_score(env: ClipsEnvironment) -> Score:
             Award(
                 str(slots["team"]),
                 slots["points"],
-                round(slots["game-time"], 3),
-                str(slots["phase"]),
-                str(slots["reason"]),
-                find_award_category(str(slots["reason"])),
+                game_time=round(slots["game-time"], 3),
+                phase=str(slots["phase"]),
+                reason=str(slots["reason"]),
+                category=find_award_category(str(slots["reason"])),
             )
             for slots in _read_facts(env, "points")
         ),
@@ -70,12 +70,12 @@ def read_score(env: ClipsEnvironment) -> Score:
     points = next((slots["points"] for slots in _read_facts(env, "gamestate")), (0, 0))
     game_time = next((slots["game-time"] for slots in _read_facts(env, "time-info")), 0.0)
     return Score(
-        dict(zip(TEAMS, points, strict=True)),
-        tuple(deliveries),
-        tuple(awards),
-        read_phase(env),
-        round(game_time, 3),
-        tuple(
+        points=dict(zip(TEAMS, points, strict=True)),
+        deliveries=tuple(deliveries),
+        awards=tuple(awards),
+        phase=read_phase(env),
+        game_time=round(game_time, 3),
+        orders=tuple(
             ProductOrder(number, str(slots["complexity"]), *slots["delivery-period"])
             for number, slots in sorted(orders.items())
             if slots["active"] == "TRUE"

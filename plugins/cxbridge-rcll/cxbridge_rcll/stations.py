@@ -71,18 +71,20 @@ class StationNodes:
         ]
         for half in "CM":
             chosen_poses: list[Pose] = []
-            candidates = [
-                (name, pose)
+            candidates = {
+                name: pose
                 for name, pose in _waiting_zones(self._field, half)
                 if _nearest_distance(pose, machine_centres) >= _MIN_DISTANCE_M
-            ]
+            }
             while candidates and len(chosen_poses) < WAIT_ZONE_COUNT:
                 # the first zone is the farthest from the machines, each further zone from the chosen zones
-                name, pose = max(
-                    candidates, key=lambda zone: _nearest_distance(zone[1], chosen_poses or machine_centres)
-                )
+                distances = {
+                    name: _nearest_distance(pose, chosen_poses or machine_centres)
+                    for name, pose in candidates.items()
+                }
+                name = max(distances, key=lambda name: distances[name])
+                pose = candidates.pop(name)
                 chosen_poses.append(pose)
-                candidates.remove((name, pose))
                 self._get_graph().replace_node(NavGraphNode(name, pose.x, pose.y))
 
 

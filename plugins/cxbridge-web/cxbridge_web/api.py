@@ -27,14 +27,13 @@ from cxbridge_web.queue import RequestQueue
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
 
-MAX_BODY_BYTES: Final = 1 << 20  # size of a request body
+MAX_BODY_BYTES: Final = 1 << 20  # the largest size of a request body
 
 BODY_TIMEOUT_S: Final = 10.0  # time limit for receiving a body
 
 MAX_WAITING_REQUESTS: Final = 16  # number of requests that may wait for a Skiller or an explanation
 
-# The number of requests that wait for an answer at the same time; up to MAX_WAITING_REQUESTS queue.
-_THREAD_COUNT: Final = 4
+_THREAD_COUNT: Final = 4  # number of threads that wait for answers; further requests wait for a thread
 _NO_CACHE: Final = {"Cache-Control": "no-cache, no-store, must-revalidate, max-age=0"}
 
 

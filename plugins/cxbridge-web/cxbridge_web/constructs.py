@@ -39,7 +39,8 @@ def find_constructs(files: Iterable[str]) -> dict[tuple[str, str], Construct]:
     for file in dict.fromkeys(files):
         with suppress(OSError):  # a file may be deleted after an environment has loaded it
             modification_ns = Path(file).stat().st_mtime_ns
-            constructs |= {(each.construct, each.name): each for each in _parse_file(file, modification_ns)}
+            for construct in _parse_file(file, modification_ns):
+                constructs[construct.construct, construct.name] = construct
     return constructs
 
 

@@ -95,7 +95,7 @@ class Endpoint:
         slashes; ``/?`` at the end makes the slash optional.
     :param summary: one sentence about the endpoint, for the OpenAPI document.
     :param reply: the type of the answer, a model or a list of models; a text by default.
-    :param names: the types of those names in the path that are not texts.
+    :param names: the types of values in the path by name; a name without a type stands for a text.
     :param body: the type of the body, a struct; None without a body.
     :param errors: possible errors by status.
     :param right: the required right; by default `LOOK` for GET and `PROGRAMS` for other methods.
@@ -193,5 +193,5 @@ def to_json(value: Any, *, is_pretty: bool = False) -> bytes:
     except UnicodeEncodeError:  # a lone surrogate; rare, so only then is the whole value converted
         members = msgspec.to_builtins(value, enc_hook=convert_unknown)
         text = json.dumps(members, ensure_ascii=False).encode("utf-8", "replace")
-        text = msgspec.json.encode(json.loads(text))
+        text = msgspec.json.encode(json.loads(text))  # encoded again, since only msgspec turns NaN into null
     return msgspec.json.format(text, indent=4) if is_pretty else text

@@ -111,7 +111,7 @@ class EventCollector:
         current_environments = list(self._host.environments().values())
         for env, kind in self._own_watches:
             if env in current_environments:  # a closed environment has no watches
-                _watch_item(env, kind).set((), on=False)
+                _find_watch_item(env, kind).set((), on=False)
         self._own_watches.clear()
         for sink in self._sinks.values():
             bus.unsubscribe(sink)
@@ -122,8 +122,8 @@ class EventCollector:
             bus.subscribe(sink, self._on_demand_types[kind])
         for env in environments:
             for kind in unwatched_kinds:
-                if kind in WATCHED_KINDS and not _watch_item(env, kind):
-                    _watch_item(env, kind).set((), on=True)  # (): all facts or rules
+                if kind in WATCHED_KINDS and not _find_watch_item(env, kind):
+                    _find_watch_item(env, kind).set((), on=True)  # (): all facts or rules
                     self._own_watches.append((env, kind))
         for env in current_environments:
             env.watcher.set_hooks()  # only for subscribed kinds, because each hook of CLIPS costs time
@@ -134,5 +134,5 @@ class EventCollector:
         return lambda event: enqueue(event)  # noqa: PLW0108 - the bus unsubscribes a sink by its identity
 
 
-def _watch_item(env: ClipsEnvironment, kind: str) -> WatchItem:
+def _find_watch_item(env: ClipsEnvironment, kind: str) -> WatchItem:
     return env.watcher.facts if kind == "fact" else env.watcher.rules

@@ -37,6 +37,12 @@ def make_endpoints() -> Iterator[Endpoint]:
 
 
 def _make_endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
+    is_list = get_origin(route.reply) is list
+    answer_type = get_args(route.reply)[0] if is_list else route.reply
+    kind = route.kind or answer_type.__name__
+    # the answer has JSON values already, so the handler adds the members of its model
+    common_members, model = {"kind": kind, "apiVersion": API_VERSION}, make_model(kind, answer_type)
+
     def handler(call: ApiCall) -> Any:
         context = call.host.operations
         try:
@@ -55,11 +61,6 @@ def _make_endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
         answer = to_json(result)
         return [common_members | row for row in answer] if is_list else common_members | answer
 
-    is_list = get_origin(route.reply) is list
-    answer_type = get_args(route.reply)[0] if is_list else route.reply
-    kind = route.kind or answer_type.__name__
-    # the answer has JSON values already, so the members of its model are added here
-    common_members, model = {"kind": kind, "apiVersion": API_VERSION}, make_model(kind, answer_type)
     return Endpoint(
         method=route.method,
         path=route.path,
@@ -123,7 +124,7 @@ def _make_body_type(parameters: type[msgspec.Struct], route: Route[Any]) -> type
     members: list[Any] = []
     for field in fields(parameters):
         if f"{{{field.name}}}" not in route.path and field.name not in route.query:
-            member = (route.names.get(field.name, field.name), field.type)
+            name_and_type = (route.names.get(field.name, field.name), field.type)
             default = route.defaults.get(field.name, field.default)
-            members.append(member if default is NODEFAULT else (*member, default))
+            members.append(name_and_type if default is NODEFAULT else (*name_and_type, default))
     return msgspec.defstruct(route.body, members, kw_only=True)

@@ -60,7 +60,7 @@ class WatchOptions(PluginOptions):
 
     @property
     def port_text(self) -> str | None:
-        """The value of the option, which the field of its name has; None without the option."""
+        """The text of the port; None without the option. The field is named like the option."""
         return cast("str | None", getattr(self, self.name.removeprefix("--")))
 
     @property

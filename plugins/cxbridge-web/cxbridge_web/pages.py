@@ -1,4 +1,4 @@
-"""The page as one document: its modules, styles and data are within it.
+"""The page as one document, which contains its modules, styles and data.
 
 The modules of the page import each other as ``cx/NAME.js``. The import map of the document maps each name to
 a ``data:`` URL with the text of the module, so a browser needs one request for the page instead of a hundred.
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 STATIC_FOLDER: Final = Path(__file__).resolve().parent / "static"
 """The folder with the files of the page."""
 
+# the style sheets; a later sheet overrides an earlier sheet
 _STYLES: Final = ("base", "app", "parts", "views", "outcomes", "timeline", "plot", "map", "documents")
 
 # The script that starts the page. The policy allows scripts by their hash, and the modules that they add.
@@ -93,7 +94,9 @@ class Page:
         recordings = None if runs is None else [{"path": path, "name": name} for path, name in runs]
         modules = _make_import_map({"runs": recordings, "inside": None})
         self._document = _make_document("cxbridge", modules).encode("utf-8")
-        self._packed_document = gzip.compress(self._document, 6, mtime=0)
+        self._packed_document = gzip.compress(
+            self._document, compresslevel=6, mtime=0
+        )  # 9 takes twice the time to save 1 %
         self._headers = {
             "content-security-policy": (
                 f"default-src 'self'; {_allow_scripts(modules)}; style-src 'unsafe-inline'; "

@@ -6,28 +6,16 @@ clipspy lists neither rules nor activations, so CLIPS' C functions walk them.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Annotated
 
 from clips._clips import lib
 from msgspec import UNSET, Meta, UnsetType
 
-from cxbridge.executive.host.capi import NULL, CData, decode
+from cxbridge.executive.host.capi import decode, items_of
 from cxbridge_web.models import Model
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
-
-
-def _iterate_items(env: ClipsEnvironment, next_item: Callable[[CData, CData], CData]) -> Iterator[CData]:
-    """Yield the items of an environment.
-
-    :param next_item: a function of CLIPS that returns the item after an item, and the first item after NULL.
-    """
-    item = next_item(env.c_env, NULL)
-    while item != NULL:
-        yield item
-        item = next_item(env.c_env, item)
 
 
 def count_items(env: ClipsEnvironment) -> dict[str, int]:
@@ -39,7 +27,7 @@ def count_items(env: ClipsEnvironment) -> dict[str, int]:
     }
     with env.lock:
         return {
-            name: sum(1 for _ in _iterate_items(env, next_item))
+            name: sum(1 for _ in items_of(next_item, env.c_env))
             for name, next_item in next_item_functions.items()
         }
 
@@ -60,10 +48,10 @@ class Rule(Model, kw_only=True):
 
 def list_rules(env: ClipsEnvironment) -> list[Rule]:
     """Return all rules without their locations; the caller holds the lock, between runs of the rules."""
-    activations = _iterate_items(env, lib.GetNextActivation)
+    activations = items_of(lib.GetNextActivation, env.c_env)
     activation_counts = Counter(decode(lib.ActivationRuleName(activation)) for activation in activations)
     models = []
-    for rule in _iterate_items(env, lib.GetNextDefrule):
+    for rule in items_of(lib.GetNextDefrule, env.c_env):
         name = decode(lib.DefruleName(rule))
         models.append(Rule(name=name, module=decode(lib.DefruleModule(rule)), agenda=activation_counts[name]))
     return models

@@ -37,9 +37,9 @@ def summarize_sample(values: Sequence[float]) -> dict[str, float] | None:
 def _interpolate_quantile(sorted_values: Sequence[float], share: float) -> float:
     """Return a quantile of sorted values by linear interpolation (type 7 of Hyndman and Fan 1996)."""
     position = share * (len(sorted_values) - 1)
-    low = math.floor(position)
-    high = min(low + 1, len(sorted_values) - 1)
-    return sorted_values[low] + (sorted_values[high] - sorted_values[low]) * (position - low)
+    index = math.floor(position)
+    lower_value, upper_value = sorted_values[index], sorted_values[min(index + 1, len(sorted_values) - 1)]
+    return lower_value + (upper_value - lower_value) * (position - index)
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,7 +37,7 @@ class Section:
             raise self.error("must be a map", f"use the keys: {', '.join(keys)}")
         for key in self._keys:
             if key not in keys:
-                raise self.error("means nothing", did_you_mean(key, keys, f"use: {', '.join(keys)}"), key)
+                raise self.error("is an unknown key", did_you_mean(key, keys, f"use: {', '.join(keys)}"), key)
         for key in required:
             if not document.exists(f"{path}/{key}"):
                 raise self.error(f"has no {key}", f"add: {key}: ...")

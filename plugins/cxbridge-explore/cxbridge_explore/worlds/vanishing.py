@@ -126,9 +126,9 @@ class KillChoices:
             # A run without an agent has no end, so the last agent is killed only if it restarts.
             is_dispensable = len(self._team.agents) > 1 or self._kill.restart_after_s is not None
             if self._kill.agent in ("*", agent.name) and is_dispensable:
-                self._decide(agent)
+                self._decide_kill(agent)
 
-    def _decide(self, agent: Run) -> None:
+    def _decide_kill(self, agent: Run) -> None:
         if self._choices.choose(ChoiceKind.KILL, agent.name, self._options).name == "killed":
             if self._kill.restart_after_s is not None:
                 self._restarts.append((self._choices.seconds + self._kill.restart_after_s, agent.name))

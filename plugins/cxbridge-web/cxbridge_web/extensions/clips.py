@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _ANSWER_TIMEOUT_S: Final = 10.0  # time limit of an explanation
 _MAX_NAME_BYTES: Final = 250  # size of a subject's name, which is sent in a message on the blackboard
-_WHY_KINDS: Final = {
+_WHY_QUERIES: Final = {
     "rule": "The name of a rule.",
     "goal": "The id or the class of a goal.",
     "action": "The goal and the id of a plan-action: GOAL/ID.",
@@ -76,12 +76,12 @@ def _describe_constructs(
     _call: ApiCall, selection: tuple[tuple[str, ...], str, str, bool]
 ) -> list[Construct]:
     """Return the constructs that :func:`_select_constructs` selects."""
-    files, kinds, names, includes_text = selection
+    files, kind_pattern, name_pattern, includes_text = selection
     constructs = find_constructs(files).values()
     selected_constructs = [
         construct
         for construct in constructs
-        if matches(construct.construct, kinds) and matches(construct.name, names)
+        if matches(construct.construct, kind_pattern) and matches(construct.name, name_pattern)
     ]
     return (
         selected_constructs
@@ -91,7 +91,7 @@ def _describe_constructs(
 
 
 def _explain(call: ApiCall) -> Answer:
-    subjects = [(kind, call.query[kind]) for kind in _WHY_KINDS if kind in call.query]
+    subjects = [(kind, call.query[kind]) for kind in _WHY_QUERIES if kind in call.query]
     if len(subjects) > 1 or not all(name for _, name in subjects):
         raise ApiError(400, "Name one subject: ?rule=NAME, ?goal=NAME, ?action=GOAL/ID or ?fact=f-12")
     kind, name = subjects[0] if subjects else ("run", "")
@@ -136,7 +136,7 @@ ENDPOINTS: Final = (
         summary="The reason why a rule has not fired, why a goal or an action has its outcome, or why a "
         "fact exists; without a query, the story of the run.",
         reply=Answer,
-        query=tuple(Query(kind, description) for kind, description in _WHY_KINDS.items()),
+        query=tuple(Query(kind, description) for kind, description in _WHY_QUERIES.items()),
         errors={400: "The query names more than one subject, or an unknown subject"},
         runs_in_thread=True,
     ),

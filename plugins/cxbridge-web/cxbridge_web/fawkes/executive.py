@@ -307,6 +307,16 @@ _DOMAIN_ENDPOINTS: Final[Sequence[_ListRow]] = (
         "fact",
     ),
 )
+_GROUNDED_FORMULA: Final = (
+    _define_text_model(
+        "GroundedPDDLFormula",
+        "Whether a formula is satisfied in a grounding.",
+        "id formula_id grounding",
+        is_satisfied=bool,
+    ),
+    "grounded-pddl-formula",
+    "grounded formula",
+)
 _PDDL_ENDPOINTS: Final[Sequence[_ListRow]] = (
     ("/pddl-groundings", PDDLGrounding, "pddl-grounding", "grounding"),
     (
@@ -338,17 +348,7 @@ _PDDL_ENDPOINTS: Final[Sequence[_ListRow]] = (
         "grounded-pddl-predicate",
         "grounded predicate",
     ),
-    (
-        "/grounded-pddl-formulas",
-        _define_text_model(
-            "GroundedPDDLFormula",
-            "Whether a formula is satisfied in a grounding.",
-            "id formula_id grounding",
-            is_satisfied=bool,
-        ),
-        "grounded-pddl-formula",
-        "grounded formula",
-    ),
+    ("/grounded-pddl-formulas", *_GROUNDED_FORMULA),
 )
 
 # All endpoints of the component in Fawkes' order.
@@ -377,5 +377,5 @@ ENDPOINTS: Final = (
     *(_make_list_endpoint(*row) for row in _PDDL_ENDPOINTS),
     *(_make_item_endpoint(*row) for row in _PDDL_ENDPOINTS),
     # Fawkes serves a single grounded formula at this path
-    _make_item_endpoint("/grounded-pddl-groundings", *_PDDL_ENDPOINTS[-1][1:]),
+    _make_item_endpoint("/grounded-pddl-groundings", *_GROUNDED_FORMULA),
 )

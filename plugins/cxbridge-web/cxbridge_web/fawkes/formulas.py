@@ -59,18 +59,18 @@ class Groundings:
 
     :param slots: the slots of each grounding, by its id.
     :param nodes: the child nodes, by the id of the parent: whether the node is an atom, and its slots.
-    :param satisfied: whether a node is satisfied, by the ids of the grounding and the node.
+    :param satisfied_nodes: whether a node is satisfied, by the ids of the grounding and the node.
     """
 
     slots: Mapping[str, Slots]
     nodes: Mapping[str, Sequence[tuple[bool, Slots]]]
-    satisfied: Mapping[tuple[str, str], bool]
+    satisfied_nodes: Mapping[tuple[str, str], bool]
 
     @classmethod
     def read(cls, facts: FactCopy) -> Groundings:
         """Read the copied facts of the executive."""
         nodes: dict[str, list[tuple[bool, Slots]]] = {}
-        satisfied: dict[tuple[str, str], bool] = {}
+        satisfied_nodes: dict[tuple[str, str], bool] = {}
         groundings = {str(slots.get("id", "")): slots for slots in facts.facts_of("pddl-grounding")}
         if not groundings:
             return cls({}, {}, {})
@@ -86,10 +86,10 @@ class Groundings:
         ):
             for slots in facts.facts_of(template):
                 with suppress(SlotError):  # as in Fawkes, an unreadable fact is skipped
-                    satisfied[read_text(slots, "grounding"), read_text(slots, slot)] = read_flag(
+                    satisfied_nodes[read_text(slots, "grounding"), read_text(slots, slot)] = read_flag(
                         slots, "is-satisfied"
                     )
-        return cls(groundings, nodes, satisfied)
+        return cls(groundings, nodes, satisfied_nodes)
 
 
 def make_precondition(
@@ -102,7 +102,7 @@ def make_precondition(
     root = None
     grounding_id = read_text(grounding, "id")
     for is_atom, slots in groundings.nodes.get(operator, ()):
-        if (grounding_id, read_text(slots, "id")) in groundings.satisfied:
+        if (grounding_id, read_text(slots, "id")) in groundings.satisfied_nodes:
             root = _make_node(groundings, is_atom, slots, grounding, 0)
     return root
 
@@ -130,13 +130,13 @@ def _make_node(
     return model(
         name=read_text(slots, "predicate") if is_atom else node_id,
         type="atom" if is_atom else read_text(slots, "type"),
-        is_satisfied=groundings.satisfied.get((grounding_id, node_id), False),
+        is_satisfied=groundings.satisfied_nodes.get((grounding_id, node_id), False),
         param_names=names,
         param_values=values,
         param_constants=constants,
         child=[
             _make_node(groundings, is_child_atom, child, grounding, depth + 1)
             for is_child_atom, child in groundings.nodes.get(node_id, ())
-            if (grounding_id, read_text(child, "id")) in groundings.satisfied
+            if (grounding_id, read_text(child, "id")) in groundings.satisfied_nodes
         ],
     )

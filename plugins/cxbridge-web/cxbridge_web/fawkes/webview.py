@@ -54,7 +54,7 @@ _Service: Final = defstruct(
     "Service", [("name", str), ("url", str)], namespace={"__doc__": "A service of another webview server."}
 )
 
-# The lists of these are always empty.
+# The lists of backends and images are always empty.
 Backend: Final = define_model(
     "Backend",
     "Another webview server.",

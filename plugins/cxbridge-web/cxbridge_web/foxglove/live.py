@@ -39,7 +39,9 @@ class FoxgloveServer(ServerListener):
         self._settings = settings
         self._context = Context()
         self._channels: dict[str, Channel] = {}
-        self._states: dict[str, dict[str, tuple[int, _Encoder]]] = {}  # kept messages, by topic and subject
+        self._states: dict[
+            str, dict[str, tuple[int, _Encoder]]
+        ] = {}  # by topic and subject: time and message
         self._new_topics: set[str] = set()  # topics with new subscribers
         self._lock = threading.Lock()  # guards channels, states and subscriptions
         self._server: Any = None

@@ -81,7 +81,7 @@ class FoxgloveProxy(Closing):
     async def _forward(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         head = await asyncio.wait_for(reader.readuntil(_HEAD_END), _HEAD_TIMEOUT_S)
         if refusal := self._find_refusal(head):
-            body = refusal.partition(" ")[2]
+            _status, _, body = refusal.partition(" ")
             response = f"HTTP/1.1 {refusal}\r\nContent-Length: {len(body)}\r\nConnection: close\r\n\r\n{body}"
             writer.write(response.encode())
             await writer.drain()

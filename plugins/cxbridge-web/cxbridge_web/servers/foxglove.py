@@ -64,7 +64,7 @@ class FoxgloveComponent(Component):
 
 
 class RunFoxglove(RunServer):
-    """Serves a run to Foxglove; clients that connect after its end get the last values.
+    """Serves a run to Foxglove; clients that connect after the end of the run get the last values.
 
     :param on_ready: called with the address of the server.
     """

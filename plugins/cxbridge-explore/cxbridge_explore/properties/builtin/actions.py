@@ -13,8 +13,8 @@ from cxbridge_explore.properties.tables import FactTables
 from cxbridge_studio.explain.preconditions import Atom, Preconditions, ground_predicate, parse_fields
 
 _ACTION_SLOTS: Final = ("goal-id", "plan-id", "id", "action-name", "state", "param-names", "param-values")
-_WAITING: Final = frozenset({"FORMULATED", "PENDING"})
-_STARTED: Final = frozenset({"WAITING", "RUNNING"})
+_WAITING_STATES: Final = frozenset({"FORMULATED", "PENDING"})
+_STARTED_STATES: Final = frozenset({"WAITING", "RUNNING"})
 
 ActionKey = tuple[str, str, str, str]  # environment, and the ids of goal, plan and action
 
@@ -79,11 +79,11 @@ class ActionMonitor(Monitor):
         if state == earlier_state:  # a modification of another slot has asserted the fact again
             return
         self._states[key] = state
-        if state in _STARTED and earlier_state not in _STARTED:
+        if state in _STARTED_STATES and earlier_state not in _STARTED_STATES:
             self.on_start(tables, self._make_action(tables, key, slots))
         elif state == "FINAL":
             self.on_end(tables, self._make_action(tables, key, slots))
-        elif state in _WAITING:
+        elif state in _WAITING_STATES:
             self.on_wait(key)
 
     @staticmethod
@@ -139,7 +139,7 @@ class SingleExecutionMonitor(ActionMonitor):
         super().__init__(scene)
         self._calls: dict[ActionKey, str] = {}  # id of the skill call by action
         # By operator and achieved effects: a text about the executed action.
-        self._achieved: dict[tuple[str, frozenset[Literal]], str] = {}
+        self._achievers: dict[tuple[str, frozenset[Literal]], str] = {}
 
     def joined(self, tables: FactTables) -> None:
         """Watch the actions, the calls of skills, and the facts that undo an effect."""
@@ -180,9 +180,9 @@ class SingleExecutionMonitor(ActionMonitor):
         self._forget_undone({(is_true, atom)})
 
     def _forget_undone(self, literals: set[Literal]) -> None:
-        self._achieved = {
+        self._achievers = {
             (operator, effects): text
-            for (operator, effects), text in self._achieved.items()
+            for (operator, effects), text in self._achievers.items()
             if literals.isdisjoint(effects)
         }
 
@@ -195,7 +195,7 @@ class SingleExecutionMonitor(ActionMonitor):
         if not effects:
             return
         self.is_evaluated = True
-        achiever = self._achieved.get((action.name, self._select_purpose(effects)))
+        achiever = self._achievers.get((action.name, self._select_purpose(effects)))
         if achiever is not None:
             self.scene.report(
                 f"{action.text} of {action.goal} starts, but {achiever} has been executed, "
@@ -209,7 +209,7 @@ class SingleExecutionMonitor(ActionMonitor):
         effects = self._read_effects(tables, action)
         if effects:
             self._forget_undone({(not is_true, atom) for is_true, atom in effects})
-            self._achieved[action.name, self._select_purpose(effects)] = f"{action.text} of {action.goal}"
+            self._achievers[action.name, self._select_purpose(effects)] = f"{action.text} of {action.goal}"
 
     @staticmethod
     def _select_purpose(effects: frozenset[Literal]) -> frozenset[Literal]:
@@ -238,4 +238,4 @@ class SingleExecutionMonitor(ActionMonitor):
             for tables in self.scene.tables
             for slots in tables.printed_facts("plan-action")
         }
-        return frozenset(self._achieved), frozenset(key for key in self._calls if key in present_keys)
+        return frozenset(self._achievers), frozenset(key for key in self._calls if key in present_keys)

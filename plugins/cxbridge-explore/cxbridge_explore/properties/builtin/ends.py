@@ -45,6 +45,7 @@ class ErrorMonitor(Monitor):
         self.is_evaluated = True
         if isinstance(event, LogLine) and event.level is Level.ERROR:
             if event.text.startswith(_RULE_ERROR_PREFIX):
+                # without an earlier message, two spaces would follow each other
                 self.scene.report(f"an error in a rule: {self._last_error} {event.text}".replace("  ", " "))
             self._last_error = event.text
 

@@ -73,8 +73,8 @@ def test_the_example_of_the_manual_is_a_world():
 @pytest.mark.parametrize(
     ("text", "line", "message"),
     [
-        ("skils: []", 1, "skils means nothing(?s:.*)did you mean skills"),
-        ("skills:\n  - {nam: say}", 2, "nam means nothing(?s:.*)did you mean name"),
+        ("skils: []", 1, "skils is an unknown key(?s:.*)did you mean skills"),
+        ("skills:\n  - {nam: say}", 2, "nam is an unknown key(?s:.*)did you mean name"),
         ("skills:\n  - {hangs: 0.5}", 2, "has no name"),
         ("skills: {say: 1}", 1, "must be a list"),
         ("skills: [say]", 1, "must be a list of maps"),
