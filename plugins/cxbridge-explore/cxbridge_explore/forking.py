@@ -71,11 +71,13 @@ def reset_signals() -> None:
 def read_cpu_seconds(pid: int) -> float:
     """Return the processor time of a process. On systems without /proc, return the monotonic time instead."""
     try:
-        fields = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()
+        # the fields after the name of the program, which may have spaces and parentheses
+        _, _, text = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")
     except OSError:
         return time.monotonic()
     ticks: int = _os.sysconf("SC_CLK_TCK")
-    return (int(fields[11]) + int(fields[12])) / ticks  # utime and stime of proc(5)
+    user_ticks, system_ticks = text.split()[11:13]  # utime and stime of proc(5)
+    return (int(user_ticks) + int(system_ticks)) / ticks
 
 
 def limit_cpu_seconds(seconds: int | None) -> None:

@@ -171,8 +171,8 @@ class Graph(Struct):
         try:
             sorter.prepare()
         except CycleError as error:
-            nodes: list[int] = error.args[1]
-            return min(nodes)
+            _, nodes = error.args
+            return int(min(nodes))
         return None
 
     def trace_choices(self, edge: Edge) -> list[Choice]:

@@ -27,7 +27,7 @@ class Construct(Model, kw_only=True):
 
     construct: str  # the kind, under its name in the API: `defrule`, `deftemplate` ...
     name: str
-    file: str  # relative to the working directory if the file is below it
+    file: str  # relative to the working directory for a file below that directory
     line: int
     core: Annotated[bool, Meta(description="whether the construct is part of the CX core, not of the agent")]
     text: str | UnsetType = UNSET

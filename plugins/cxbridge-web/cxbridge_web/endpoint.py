@@ -99,7 +99,7 @@ class Endpoint:
     :param body: the type of the body, a struct; None without a body.
     :param errors: possible errors by status.
     :param right: the required right; by default `LOOK` for GET and `PROGRAMS` for other methods.
-    :param runs_in_thread: whether the handler runs in a thread, because it waits; otherwise in the main loop.
+    :param runs_in_thread: whether the handler waits, and so runs in a thread instead of the main loop.
     :param is_skill: whether the endpoint runs a skill string, which counts as a program if it is evaluated as
         Lua.
     :param stalled_handler: replaces the handler in the server's thread while the main loop is stuck.

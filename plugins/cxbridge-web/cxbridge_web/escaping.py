@@ -1,4 +1,4 @@
-r"""Escaping of recorded text for a page, such that it cannot end an element or reverse the reading order.
+r"""Escaping of recorded text for a page: the text can neither end an element nor reverse the reading order.
 
 Recorded text comes from programs, some of them untrusted. Three things are dangerous: markup, characters that
 end a script (``</script>``, and U+2028 in old engines), and invisible characters that change the visible text

@@ -41,7 +41,7 @@ class EventCollector:
 
     def __init__(self, host: WebHost) -> None:
         self._host = host
-        self._pending: list[deque[tuple[int, Event]]] = [
+        self._pending_events: list[deque[tuple[int, Event]]] = [
             deque(maxlen=MAX_PENDING) for _ in range(len(GROUPS) + 1)
         ]
         self._event_numbers = count()  # the order of events across the groups
@@ -67,10 +67,10 @@ class EventCollector:
     # -- in the threads of the emitters
 
     def _enqueue(self, event: Event) -> None:
-        pending = self._pending[find_group(event.KIND.name)]
-        if len(pending) >= MAX_PENDING:
+        waiting_events = self._pending_events[find_group(event.KIND.name)]
+        if len(waiting_events) >= MAX_PENDING:
             self._lost_count += 1
-        pending.append((next(self._event_numbers), event))
+        waiting_events.append((next(self._event_numbers), event))
 
     def _enqueue_firing(self, event: Event) -> None:
         if isinstance(event, RuleFired):
@@ -87,7 +87,7 @@ class EventCollector:
     def take_events(self) -> tuple[list[Event], int]:
         """Return the events since the last call, and the number of events lost in between."""
         lost_count, self._lost_count = self._lost_count, 0
-        pending_groups = [[group.popleft() for _ in range(len(group))] for group in self._pending]
+        pending_groups = [[group.popleft() for _ in range(len(group))] for group in self._pending_events]
         return [event for _, event in merge(*pending_groups, key=itemgetter(0))], lost_count
 
     # -- in the main loop's thread

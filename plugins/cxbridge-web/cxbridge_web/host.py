@@ -51,7 +51,7 @@ class WebHost(ABC):
     @property
     @abstractmethod
     def executive(self) -> Executive | None:
-        """The executive; None while it does not run."""
+        """The executive; None while the executive does not run."""
 
     @abstractmethod
     def environments(self) -> Mapping[str, ClipsEnvironment]:
@@ -68,7 +68,7 @@ class WebHost(ABC):
     @property
     @abstractmethod
     def stall_reason(self) -> str:
-        """The reason why the main loop is stuck; empty if it is not. Callable in any thread."""
+        """The reason why the main loop is stuck; empty while the loop runs. Callable in any thread."""
 
     @abstractmethod
     def interrupt(self) -> None:

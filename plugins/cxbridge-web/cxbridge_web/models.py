@@ -69,7 +69,7 @@ def convert_unknown(value: object) -> Any:
 
 
 def make_schema(value_type: Any) -> Schema:
-    """Return the JSON schema of a type; a reference if it is a model."""
+    """Return the JSON schema of a type; for a model, a reference to its schema."""
     (schema,), _ = msgspec.json.schema_components([value_type], ref_template=_REFERENCE)
     return schema
 

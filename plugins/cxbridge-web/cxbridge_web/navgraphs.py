@@ -17,7 +17,7 @@ class NavGraphs:
 
     def _store_graph(self, event: Event) -> None:
         if isinstance(event, NavGraphRead):
-            # replaced, never changed, because other threads iterate over it
+            # a new dictionary, because other threads iterate over the previous dictionary
             self._graphs = {**self._graphs, event.graph: event}
 
     def list_graphs(self) -> Iterable[NavGraphRead]:

@@ -86,7 +86,7 @@ def _read_arguments(operation: Operation[Any], route: Route[Any], call: ApiCall)
         member = route.names.get(name, name)
         if name in call.path:
             is_number = _find_bare_type(parameter) is int
-            # None, for a text that is not a number, is a wrong value of the parameter
+            # None for a text that is not a number; then `operation.parse` reports a wrong value
             arguments[name] = parse_decimal(call.path[name]) if is_number else call.path[name]
         elif name in route.defaults:
             arguments[name] = call.query.get(name) or call.body.get(member) or route.defaults[name]

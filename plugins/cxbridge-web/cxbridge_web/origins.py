@@ -12,7 +12,7 @@ LOCAL_NAMES: Final = frozenset({"localhost", LOOPBACK, "::1"})
 
 
 def has_host_name(host: str, names: Collection[str]) -> bool:
-    """Return whether the header ``Host``, with or without port, has one of these names."""
+    """Return whether the header ``Host``, with or without a port, has one of some names."""
     name = host[1:].partition("]")[0] if host.startswith("[") else host.partition(":")[0]
     return name.lower() in names
 
@@ -22,7 +22,7 @@ def is_permitted_request(origin: str, scheme: str, host: str, allowed_origins: C
 
     Programs that are not browsers send requests without an origin; these are permitted, too.
 
-    :param origin: the header ``Origin``, empty without one.
+    :param origin: the header ``Origin``; empty without that header.
     :param scheme: the scheme of the request, ``http`` or ``https``.
     :param host: the header ``Host``.
     :param allowed_origins: the origins of other permitted pages; ``*`` allows all.

@@ -166,7 +166,7 @@ def _write_live_page(file: Path | None, command: str, result: ExploreResult) -> 
     from cxbridge_explore.map.page import write_page
 
     if file is not None:
-        write_page(result, None, file, command, is_live=True)
+        write_page(result, coverage=None, file=file, command=command, is_live=True)
 
 
 def _write_page(

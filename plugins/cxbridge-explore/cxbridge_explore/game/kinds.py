@@ -103,11 +103,11 @@ def find_chosen_game(groups: Sequence[GameOptionsT]) -> GameOptionsT | None:
     :param groups: the groups of which the command line has an option.
     :raises CxbridgeError: if several groups select a game, or an option has no meaning without a game.
     """
-    chosen = [group for group in groups if group.is_chosen]
-    if len(chosen) > 1:
-        names = " and ".join(type(group).__name__ for group in chosen)
+    chosen_groups = [group for group in groups if group.is_chosen]
+    if len(chosen_groups) > 1:
+        names = " and ".join(type(group).__name__ for group in chosen_groups)
         raise CxbridgeError(f"the options name two games: {names}", hint="omit the options of one game")
-    if not chosen:
+    if not chosen_groups:
         for group in groups:
             group.refuse_game_options()
-    return chosen[0] if chosen else None
+    return next(iter(chosen_groups), None)

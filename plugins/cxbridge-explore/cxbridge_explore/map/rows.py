@@ -61,7 +61,7 @@ def make_run_rows(graph: Graph) -> list[MapRow]:
 
 def _begin_row(graph: Graph, edge: Edge, parent: int | None, rows: list[MapRow]) -> MapRow:
     if parent is None:
-        return MapRow("", 0.0, 0, None, ())
+        return MapRow(choice="", begin_s=0.0, faults=0, parent=None, path=())
     number, option = edge
     point = graph.nodes[number].point
     choice = f"{point.subject}: {point.options[option].name}"

@@ -87,8 +87,8 @@ def check_templates(pattern: ConditionPattern, env: ClipsEnvironment) -> None:
     """
     for name in pattern.templates:
         if not env.has_template(name):
-            templates = (str(item).rpartition("::")[2] for item in env.eval("(get-deftemplate-list *)"))
-            hint = did_you_mean(name, templates)
+            full_names = map(str, env.eval("(get-deftemplate-list *)"))  # MODULE::NAME
+            hint = did_you_mean(name, (full_name.rpartition("::")[2] for full_name in full_names))
             raise pattern.mark.error(f"there is no deftemplate '{name}': {pattern.text}", hint or None)
 
 

@@ -250,10 +250,10 @@ class AfterMonitor(PatternMonitor):
             obligations = [
                 (*key, round(now_s - begin_s, 3)) for key, begin_s in self._open_obligations.items()
             ]
-        earlier_matches = (
-            (name, frozenset(current_matches)) for name, current_matches in self._earlier_matches.items()
+        earlier_matches = tuple(
+            (name, frozenset(matches)) for name, matches in sorted(self._earlier_matches.items())
         )
-        return frozenset(obligations), tuple(sorted(earlier_matches, key=lambda item: item[0]))
+        return frozenset(obligations), earlier_matches
 
 
 def _format_bindings(variables: tuple[str, ...], values: BoundValues) -> str:

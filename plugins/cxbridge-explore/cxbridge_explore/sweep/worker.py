@@ -72,7 +72,8 @@ class SeedForkChooser:
                     row = row_receiver.recv()
                 except EOFError:  # the child has died
                     row = None
-            status = os.waitstatus_to_exitcode(os.waitpid(child_pid, 0)[1])
+            _, wait_status = os.waitpid(child_pid, 0)
+            status = os.waitstatus_to_exitcode(wait_status)
             self._connection.send(
                 row or RunRow(seed, CRASHED, f"its process ended with {describe_exit(status)}")
             )

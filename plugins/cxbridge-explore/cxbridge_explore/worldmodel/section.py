@@ -157,13 +157,15 @@ class Section:
         if self._document.exists(f"{self._path}/{key}"):
             return Distribution.constant(self.seconds(key))
         section = self.section(key, (*_SHAPE_KEYS, *_BOUND_KEYS))
-        shapes = [name for name in _SHAPE_KEYS if name in section]
-        if len(shapes) != 1:
-            raise self.error(f"has {len(shapes)} distributions", f"use one of: {', '.join(_SHAPE_KEYS)}", key)
+        shape_keys = [name for name in _SHAPE_KEYS if name in section]
+        if len(shape_keys) != 1:
+            raise self.error(
+                f"has {len(shape_keys)} distributions", f"use one of: {', '.join(_SHAPE_KEYS)}", key
+            )
         min_s, max_s = section.seconds("min"), section.seconds("max", MAX_S)
         if max_s < min_s:
             raise section.error(f"is {max_s:g}, less than the minimum {min_s:g}", key="max")
-        shape = Shape(shapes[0])
+        (shape,) = map(Shape, shape_keys)
         return Distribution(shape, _parse_parameters(section, shape), min_s, max_s)
 
 

@@ -70,10 +70,11 @@ class SkillChoices:
         model = self._world.find_skill_model(call)
         options = make_skill_options(model)
         # A call that can only succeed is not a choice point.
-        chosen = self._choices.choose(ChoiceKind.SKILL, subject, options) if len(options) > 1 else options[0]
-        if chosen.name == "hangs":
+        usual_option, *faults = options
+        option = self._choices.choose(ChoiceKind.SKILL, subject, options) if faults else usual_option
+        if option.name == "hangs":
             return Outcome(FOREVER)
-        failure: SkillFailure | None = chosen.value
+        failure: SkillFailure | None = option.value
         if failure is None:
             return None if model.duration is None else Outcome(self._choose_seconds(model.duration, subject))
         duration = failure.duration or model.duration

@@ -65,8 +65,8 @@ class AbsenceChoices:
             return
         is_due = has_begun_call if self._schedule is None else self._schedule.is_due(seconds)
         if is_due:
-            chosen = self._choices.choose(ChoiceKind.SKILLER, self._subject, self._options)
-            if chosen.name == "vanishes":
+            option = self._choices.choose(ChoiceKind.SKILLER, self._subject, self._options)
+            if option.name == "vanishes":
                 self._vanish()
 
     def _vanish(self) -> None:

@@ -77,7 +77,7 @@ class DomainOperator(Model, kw_only=True, rename="kebab"):
 
 
 class PlanAction(Model, kw_only=True, rename="kebab"):
-    """An action of a plan, with its precondition if that is grounded."""
+    """An action of a plan, with its precondition if the precondition is grounded."""
 
     id: int
     operator_name: Annotated[str, Meta(extra={"slot": "action-name"})]

@@ -68,8 +68,8 @@ class _SharedGraph:
     """The graph that a Skiller shows; all clients share it.
 
     :ivar lock: held while a client requests a graph.
-    :ivar last_graph: the last shown state machine of an executed skill. An idle Skiller loses it when another
-        subject is requested, such as the list of skills.
+    :ivar last_graph: the last shown state machine of an executed skill. An idle Skiller loses that graph when
+        a client requests another subject, such as the list of skills.
     """
 
     lock: threading.Lock = field(default_factory=threading.Lock)

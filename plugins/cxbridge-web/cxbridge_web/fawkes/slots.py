@@ -36,7 +36,7 @@ def find_environment(call: ApiCall, name: str = DEFAULT_ENVIRONMENT, status: int
     """
     env = call.host.environments().get(name)
     if env is None:
-        if status == 404:  # noqa: PLR2004 - the HTTP status; Fawkes' components word it differently
+        if status == 404:  # noqa: PLR2004 - the HTTP status; Fawkes' components have different texts
             raise ApiError(404, f"Environment '{name}' is unknown")
         raise ApiError(status, f"No CLIPS environment named '{name}' found")
     return env

@@ -115,7 +115,7 @@ def _make_transform(event: InterfaceWrite) -> FoxgloveMessage | None:
     return FoxgloveMessage(TRANSFORM_TOPIC, "FrameTransform", data, child)
 
 
-# The functions that make the messages of interfaces by type.
+# The functions that make the messages, by the types of interfaces.
 _MESSAGE_MAKERS: Final[dict[str, Callable[[InterfaceWrite], FoxgloveMessage | None]]] = {
     "Position3DInterface": _make_position,
     "TransformInterface": _make_transform,

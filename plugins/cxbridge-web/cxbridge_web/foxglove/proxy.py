@@ -50,7 +50,7 @@ class FoxgloveProxy(Closing):
     def __init__(self, settings: FoxgloveSettings, server_address: tuple[str, int]) -> None:
         self._server_address, self._allowed_origins = server_address, settings.allow_origins
         is_local = is_loopback(settings.host)
-        # a public server may be reached by names that it does not know
+        # clients of a public server use names of the machine that the settings do not have
         self._allowed_host_names: Collection[str] | None = (
             LOCAL_NAMES | {settings.host.lower()} if is_local else None
         )
@@ -97,9 +97,10 @@ class FoxgloveProxy(Closing):
         hosts, origins = _find_header_values(head, "host"), _find_header_values(head, "origin")
         if len(hosts) != 1 or len(origins) > 1:
             return "400 The request needs one Host and at most one Origin"
-        if self._allowed_host_names is not None and not has_host_name(hosts[0], self._allowed_host_names):
+        (host,), origin = hosts, "".join(origins)
+        if self._allowed_host_names is not None and not has_host_name(host, self._allowed_host_names):
             return "421 This server has no such name"
-        if not is_permitted_request("".join(origins), "http", hosts[0], self._allowed_origins):
+        if not is_permitted_request(origin, "http", host, self._allowed_origins):
             return "403 Pages of other origins may not use this server"
         return ""
 
@@ -111,7 +112,7 @@ def _find_header_values(head: bytes, name: str) -> list[str]:
 
 
 async def _copy_bytes(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-    """Forward one direction; its end closes the connection of the other direction, which ends then, too."""
+    """Forward one direction. At its end, close the target, so that the other direction ends, too."""
     try:
         while data := await reader.read(_MAX_PIECE_BYTES):
             writer.write(data)

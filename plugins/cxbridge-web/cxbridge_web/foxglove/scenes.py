@@ -102,9 +102,10 @@ def _make_line_list(points: list[dict[str, float]]) -> dict[str, Any]:
     }
 
 
-def _make_arrow(start: tuple[float, float], end: tuple[float, float]) -> dict[str, Any]:
+def _make_arrow(start: _Point, end: _Point) -> dict[str, Any]:
     """Return an arrow, rotated from the x axis, along which Foxglove's arrows point."""
-    dx, dy = end[0] - start[0], end[1] - start[1]
+    (start_x, start_y), (end_x, end_y) = start, end
+    dx, dy = end_x - start_x, end_y - start_y
     length, half_angle = hypot(dx, dy), atan2(dy, dx) / 2  # a quaternion has half the angle of its rotation
     head_length = min(_MAX_ARROW_HEAD_LENGTH_M, length / 2)
     return {

@@ -144,7 +144,7 @@ class RecordingsApp:
         return HTMLResponse(page, headers=_NO_CACHE)
 
     def _explain(self, file: Path, query: Mapping[str, str]) -> Response:
-        """Return the explanation of a part of a recording; status 400 if there is none."""
+        """Return the explanation of a part of a recording; status 400 without an explanation."""
         try:
             with self._lock:
                 explain = self._find_explainer(file, query.get("at", ""), query.get("env", ""))
@@ -174,7 +174,7 @@ class _RecordingResponse(FileResponse):
 
 
 def _serve_recording(file: Path, query: Mapping[str, str]) -> Response:
-    """Return a recording; for the query ``links`` its guessed pairs of plan-actions and skill calls."""
+    """Return a recording; for the query ``links``, the guessed pairs of plan-actions and skill calls."""
     run = open_run(file)
     if "links" in query:
         history = RunHistory.from_events(run, UNLIMITED, run.start_us)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 
 from cxbridge.cli.console import say
@@ -28,7 +29,7 @@ def print_game(result: GameResult) -> None:
     for name, states in result.machines.items():
         say(f"machine: {name} {', '.join(f'{state} {seconds:g} s' for state, seconds in states.items())}")
     for team, categories in score.categories.items():
-        for category, total in sorted(categories.items(), key=lambda item: -item[1]):
+        for category, total in Counter(categories).most_common():
             say(f"points: {team} {total:+d} {category}")
     if result.simtest:
         say(f"the agent's own tests: {result.simtest}")
