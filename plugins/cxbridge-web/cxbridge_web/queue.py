@@ -131,7 +131,7 @@ def _make_closed_error() -> ApiError:
 
 
 def _carry_out(request: _QueuedRequest, is_late: Callable[[], bool]) -> bool:
-    """Carry out a request, or its pieces while ``is_late`` is False; return whether the request is finished."""
+    """Carry out a request, or its pieces until ``is_late``; return whether the request is finished."""
     if request.pieces is None and not request.result.set_running_or_notify_cancel():
         return True  # the client has disconnected
     try:
