@@ -71,14 +71,14 @@ def package(module: str) -> str:
 LAYER = {name: number for number, names in enumerate(LAYERS) for name in names}
 
 
-def test_every_package_has_its_layer():
+def test_every_package_has_layer():
     assert {package(module) for module in MODULES} - {""} == LAYER.keys()
 
 
 PAGE = (ROOT / "docs" / "architecture.md").read_text()
 
 
-def test_the_page_shows_the_layers():
+def test_page_shows_layers():
     rows = re.findall(r"^\| (\d+) \| (.*) \|$", PAGE, re.MULTILINE)
     assert [(int(number), set(re.findall(r"`(\w+)`", names))) for number, names in rows] == [
         (number, names) for number, names in reversed(list(enumerate(LAYERS)))
@@ -92,7 +92,7 @@ def is_there(path: str) -> bool:
     return any((folder / path).exists() for folder in folders)
 
 
-def test_the_page_names_files_that_exist():
+def test_files_named_by_page_exist():
     table = PAGE.partition("## Where to add or change what")[2]
     paths = {path for path in re.findall(r"`([\w./-]+/[\w./-]*)`", table) if "NAME" not in path}
     assert len(paths) > 50
@@ -112,13 +112,13 @@ def test_dependencies_point_down():
     assert upwards == set()
 
 
-def test_no_modules_import_each_other():
+def test_imports_have_no_cycle():
     TopologicalSorter(
         {module: imports(module) for module in MODULES}
     ).prepare()  # names what goes in a circle
 
 
-def test_only_the_command_line_imports_its_library():
+def test_only_command_line_imports_typer():
     users = {
         package(module)
         for module, path in MODULES.items()
@@ -127,7 +127,7 @@ def test_only_the_command_line_imports_its_library():
     assert users == {"cli"}
 
 
-def test_the_command_line_imports_nothing_heavy():
+def test_command_line_imports_no_heavy_module():
     program = "import sys, cxbridge.cli.main; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     heavy = {
@@ -180,7 +180,7 @@ def sleeps(node: ast.AST, looping: bool = False) -> list[int]:
     return found
 
 
-def test_no_test_sleeps_and_hopes():
+def test_tests_wait_for_conditions():
     """What a test waits for is looked for until it is there: how long it takes depends on the machine."""
     tests = ROOT / "tests"
     hopeful = {
@@ -202,13 +202,13 @@ PLUGINS = {
 """The packages of the plug-ins of this repository, by name."""
 
 
-def test_the_core_imports_no_plug_in():
+def test_core_imports_no_plug_in():
     found = {module: imported_packages([path]) & PLUGINS.keys() for module, path in MODULES.items()}
     assert {module: names for module, names in found.items() if names} == {}
 
 
 @pytest.mark.parametrize("name", PLUGINS)
-def test_a_plug_in_imports_only_plug_ins_that_it_declares(name):
+def test_plug_in_imports_declared_plug_ins_only(name):
     project = tomllib.loads((PLUGINS[name].parent / "pyproject.toml").read_text())["project"]
     declared = {
         re.split(r"[=<>]", requirement)[0].replace("-", "_") for requirement in project["dependencies"]
@@ -218,7 +218,7 @@ def test_a_plug_in_imports_only_plug_ins_that_it_declares(name):
     assert f"cxbridge=={__version__}" in project["dependencies"]
 
 
-def test_a_run_imports_only_what_its_agent_asks_for_and_tables_and_options_of_plug_ins():
+def test_run_imports_requested_modules_only():
     # one of its goals waits idle for a timeout
     program = (
         "import sys; from cxbridge.cli.main import invoke; invoke(['run', 'test-scenario', '--quiet']); "
@@ -232,7 +232,7 @@ def test_a_run_imports_only_what_its_agent_asks_for_and_tables_and_options_of_pl
     assert not {"bson", "cxbridge.skiller.board", "google.protobuf", "pymongo", "zmq"} & modules
 
 
-def test_no_module_imports_the_package_of_all():
+def test_modules_do_not_import_cxbridge_itself():
     """``cxbridge`` names what programs need, and so all of it: a module that imports it depends on all."""
     assert {module for module in MODULES if "cxbridge" in imports(module) and module != "cxbridge"} == set()
 
@@ -253,7 +253,7 @@ def nameless(tree: ast.AST) -> Iterator[tuple[str, int]]:
         yield from nameless(node)
 
 
-def test_every_argument_and_variable_is_a_noun():
+def test_arguments_and_variables_are_nouns():
     folders = (PACKAGE, *PLUGINS.values(), ROOT / "benchmarks")
     assert [
         f"{path.relative_to(ROOT)}:{line}: {name}"
@@ -263,7 +263,7 @@ def test_every_argument_and_variable_is_a_noun():
     ] == []
 
 
-def test_a_class_with_getattr_reads_only_attributes_that_it_has():
+def test_class_with_getattr_reads_existing_attributes_only():
     """A type checker believes that such a class has any attribute."""
     for module, path in module_files().items():
         for node in ast.walk(ast.parse(path.read_text())):

@@ -10,7 +10,7 @@ from cxbridge.clock import RealClock, VirtualClock, join_us, make_clock, split_u
 from cxbridge.errors import ConfigError
 
 
-def test_virtual_time_passes_only_by_sleeping():
+def test_virtual_time_passes_by_sleeping_only():
     clock = VirtualClock(5)
     assert clock.now_us() == 5
     clock.sleep_until(9)
@@ -19,7 +19,7 @@ def test_virtual_time_passes_only_by_sleeping():
     assert clock.now_us() == 9
 
 
-def test_real_time_is_the_machines_and_never_goes_back():
+def test_real_time_follows_machine_and_never_decreases():
     clock = RealClock()
     first = clock.now_us()
     assert abs(first - time.time() * 1e6) < 5e6
@@ -39,20 +39,20 @@ def test_scaled_time_runs_faster():
 @pytest.mark.parametrize(
     ("spec", "name"), [("virtual", "virtual"), ("real", "real"), ("scaled:2.5", "scaled:2.5")]
 )
-def test_clocks_by_name(spec, name):
+def test_clock_is_made_by_name(spec, name):
     assert make_clock(spec).name == name
 
 
 @pytest.mark.parametrize(
     "spec", ["", "fast", "scaled", "scaled:", "scaled:x", "scaled:0", "scaled:-1", "scaled:nan"]
 )
-def test_what_is_no_clock(spec):
+def test_unknown_clock_is_an_error(spec):
     with pytest.raises(ConfigError) as caught:
         make_clock(spec)
     assert caught.value.hint
 
 
-def test_times_of_any_writer_fit_into_64_bits():
+def test_times_of_writers_fit_into_64_bits():
     assert join_us(*split_us(1_500_000_000_250_000)) == 1_500_000_000_250_000
     assert join_us(*split_us(-1)) == -1
     for seconds, microseconds in (

@@ -35,7 +35,7 @@ TABLE = dict(
 )
 
 
-def test_the_page_names_the_licence_of_every_dependency_and_no_other():
+def test_page_has_licences_of_exactly_all_dependencies():
     assert set(TABLE) == {canonicalize_name(Requirement(requirement).name) for requirement in DEPENDENCIES}
 
 
@@ -77,7 +77,7 @@ LOCKED = {
 
 
 @pytest.mark.parametrize("file", LOCKED)
-def test_locked_versions_fit_the_project_and_have_hashes(file):
+def test_locked_versions_fit_project_and_have_hashes(file):
     versions = locked(file)
     wanted = [
         Requirement(requirement)

@@ -9,7 +9,7 @@ from cxbridge.clock import VirtualClock
 from cxbridge.events import Event, EventBus, Level, LogLine, RuleFired
 
 
-def test_each_sink_gets_what_it_wants_in_order():
+def test_sinks_get_their_kinds_in_order():
     bus = EventBus(VirtualClock(1))
     rules: list[Event] = []
     everything: list[Event] = []
@@ -22,7 +22,7 @@ def test_each_sink_gets_what_it_wants_in_order():
     assert everything == [fired, LogLine(1, Level.WARN, "C", "w")]
 
 
-def test_nobody_listens_so_nothing_need_be_made():
+def test_bus_without_sinks_wants_no_events():
     bus = EventBus(VirtualClock())
     assert not bus.wants(LogLine)
     got: list[Event] = []
@@ -35,7 +35,7 @@ def test_nobody_listens_so_nothing_need_be_made():
     assert got == []
 
 
-def test_who_subscribes_while_others_come_and_go_is_heeded():
+def test_concurrent_subscription_is_not_lost():
     bus = EventBus(VirtualClock())
     unheard: list[type[Event]] = []
 

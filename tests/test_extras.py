@@ -37,7 +37,7 @@ def absent():
     raise metadata.PackageNotFoundError
 
 
-def test_extras_are_those_of_users(installed):
+def test_development_extras_are_hidden(installed):
     assert extras.requirements_by_extra() == {
         "packed": ["zstandard<1,>=0.23"],
         "planners": ["up-aries<1,>=0.4", "no-such-package>=1"],
@@ -63,14 +63,14 @@ def test_extras_are_those_of_users(installed):
         ),
     ],
 )
-def test_plug_ins_that_an_extra_needs_come_from_the_checkout(monkeypatch, extra, package, folders):
+def test_command_installs_plug_ins_of_extra_from_checkout(monkeypatch, extra, package, folders):
     """No package of cxbridge is on an index, so pip finds only those that the command names."""
     monkeypatch.chdir(ROOT)
     words = shlex.split(extras.install_command(extra, package))[4:]
     assert words == [word for folder in folders for word in ("-e", folder)]
 
 
-def test_an_installed_copy_knows_the_folder_that_pip_was_given(monkeypatch, tmp_path):
+def test_installed_copy_knows_source_folder(monkeypatch, tmp_path):
     monkeypatch.setattr(extras, "__file__", str(tmp_path / "site-packages" / "cxbridge" / "extras.py"))
     monkeypatch.setattr(
         metadata.Distribution, "read_text", lambda self, name: json.dumps({"url": ROOT.as_uri()})
@@ -78,7 +78,7 @@ def test_an_installed_copy_knows_the_folder_that_pip_was_given(monkeypatch, tmp_
     assert extras._checkout() == ROOT
 
 
-def test_the_doctor_names_missing_extras_and_their_command(installed):
+def test_doctor_names_missing_extras_and_command(installed):
     found = {finding.what: finding for finding in run_checks() if finding.what.startswith("extra ")}
     assert found.keys() == {"extra packed", "extra planners"}
     assert found["extra packed"].fine
@@ -94,7 +94,7 @@ PROJECTS = {
 """The plug-ins of the repository."""
 
 
-def test_the_extras_are_those_of_the_project_and_of_the_manual():
+def test_extras_equal_extras_of_project_and_manual():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     plugins = {name.removeprefix("cxbridge-"): [f"{name}=={project['version']}"] for name in PROJECTS}
     found = dict(project["optional-dependencies"])
@@ -119,7 +119,7 @@ def test_the_extras_are_those_of_the_project_and_of_the_manual():
     assert extras.requirements_by_extra().keys() == project["optional-dependencies"].keys() - {"dev"}
 
 
-def test_commands_and_pages_name_extras_that_there_are():
+def test_commands_and_pages_name_existing_extras():
     known = {"cxbridge": tomllib.loads((ROOT / "pyproject.toml").read_text())["project"], **PROJECTS}
     extra = re.compile(
         r"(cxbridge[\w-]*|'\.)\[([a-z0-9,-]+)\]'?|install_command\([\"'](\w+)[\"'](?:, [\"']([\w-]+)[\"'])?\)"
@@ -136,7 +136,7 @@ def _manual(page: str) -> str:
 
 
 @pytest.mark.parametrize("packing", ["zstd", "lz4"])
-def test_a_packed_recording_names_the_extra_that_reads_it(monkeypatch, packing):
+def test_error_of_packed_recording_names_extra(monkeypatch, packing):
     monkeypatch.setitem(sys.modules, "lz4.frame" if packing == "lz4" else "zstandard", None)
     with pytest.raises(TraceError, match=f"packed with {packing}") as caught:
         _decompress(packing, b"", 1)

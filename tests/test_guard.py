@@ -22,7 +22,7 @@ time.sleep(600)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
-def test_a_process_in_a_session_of_its_own_ends_when_the_tests_are_killed() -> None:
+def test_process_in_separate_session_ends_with_killed_tests() -> None:
     with subprocess.Popen([sys.executable, "-c", PROGRAM], cwd=ROOT, stdout=subprocess.PIPE) as tests:
         assert tests.stdout is not None
         child = os.pidfd_open(int(tests.stdout.readline()))

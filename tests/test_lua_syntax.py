@@ -16,7 +16,7 @@ _RUNTIME = re.compile(r"LuaRuntime\((?!\s*encoding=\"latin-1\")")
 
 
 @pytest.mark.parametrize("length", range(30, 100))
-def test_a_message_that_cuts_a_character_in_two_is_readable(length: int):
+def test_message_with_split_character_is_readable(length: int):
     """Lua quotes the first part of a text, and counts bytes."""
     for text in ("é" * length, f"a{'é' * length}", f"say{{text='{'é' * length}"):
         message = find_syntax_error(text)
@@ -25,7 +25,7 @@ def test_a_message_that_cuts_a_character_in_two_is_readable(length: int):
 
 
 @given(st.text(st.characters(exclude_categories=()) | st.sampled_from("é\udcc3\0\x1b{}()'\"[]=#-\\")))
-def test_every_text_is_lua_or_has_a_reason(text: str):
+def test_random_text_is_lua_or_has_error(text: str):
     data = text.encode("utf-8", "surrogatepass")
     skill_string = data.decode("utf-8", "surrogateescape")
     message = ErrorTracker(1, "the error before").current_error(
@@ -36,19 +36,19 @@ def test_every_text_is_lua_or_has_a_reason(text: str):
     assert message == (find_syntax_error(skill_string) or "the error before")
 
 
-def test_precompiled_lua_is_not_read():
+def test_precompiled_lua_is_refused():
     assert (
         find_syntax_error("\x1bLua") == "the skill string is not valid Lua: precompiled Lua is not accepted"
     )
 
 
-def test_the_first_line_of_a_file_may_name_an_interpreter():
+def test_first_line_of_file_may_name_interpreter():
     compiler = LuaCompiler()
     assert compiler.find_error(b"#!/usr/bin/lua\nx = 1") is not None
     assert compiler.find_file_error(b"#!/usr/bin/lua\nx = 1") is None
 
 
-def test_every_state_of_lua_takes_bytes_that_are_no_text():
+def test_every_state_of_lua_accepts_invalid_utf_8():
     """With any other encoding an error of Lua that cuts a character in two becomes another error."""
     files = module_files().values()
     found = [path.name for path in files if _RUNTIME.search(path.read_text("utf-8"))]

@@ -9,7 +9,7 @@ from cxbridge.clock import VirtualClock
 from cxbridge.mainloop import Hook, MainLoop
 
 
-def test_hooks_run_in_fawkes_order_whatever_the_order_of_registration():
+def test_hooks_run_in_order_of_fawkes():
     loop = MainLoop(VirtualClock())
     done: list[str] = []
     hooks = list(Hook)
@@ -31,7 +31,7 @@ def test_hooks_run_in_fawkes_order_whatever_the_order_of_registration():
     ]
 
 
-def test_loops_are_a_period_apart():
+def test_loops_start_one_period_apart():
     clock = VirtualClock(0)
     loop = MainLoop(clock, 100)
     times = []
@@ -40,7 +40,7 @@ def test_loops_are_a_period_apart():
     assert times == [0, 100, 200, 300]
 
 
-def test_a_loop_that_took_too_long_is_followed_at_once():
+def test_next_loop_follows_slow_loop_at_once():
     clock = VirtualClock(0)
     loop = MainLoop(clock, 100)
     times = []

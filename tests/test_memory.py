@@ -63,7 +63,7 @@ def short_memories(monkeypatch: Any) -> None:
 
 
 @pytest.mark.usefixtures("short_memories")
-def test_goals_that_were_leave_nothing() -> None:
+def test_finished_goals_leave_no_memory() -> None:
     clips: list[float] = []
 
     def gauge(run: Run) -> float:
@@ -78,7 +78,7 @@ def test_goals_that_were_leave_nothing() -> None:
 
 
 @pytest.mark.parametrize("transport", message_ids.TRANSPORTS)
-def test_messages_that_went_leave_nothing(transport: str) -> None:
+def test_sent_messages_leave_no_memory(transport: str) -> None:
     sizes, faults = message_ids.drive(transport, MESSAGES, blocks, batch=100)
     assert not faults
     assert grown(sizes) <= most(MESSAGES), sizes

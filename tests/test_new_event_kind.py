@@ -64,14 +64,14 @@ def recorded(path: Path, events: list[Event], level: RecordLevel) -> Path:
     return path
 
 
-def test_it_is_recorded_and_read_back(tmp_path: Path, events: list[Event]) -> None:
+def test_new_kind_is_recorded_and_read_back(tmp_path: Path, events: list[Event]) -> None:
     run = open_run(recorded(tmp_path / "run.mcap", events, RecordLevel.RULES))
     assert list(run) == events
     assert list(run.select(BatteryCharge)) == events
     assert summarise(run).events == {"battery": 3}
 
 
-def test_it_is_listed(tmp_path: Path, events: list[Event]) -> None:
+def test_new_kind_is_listed(tmp_path: Path, events: list[Event]) -> None:
     run = open_run(recorded(tmp_path / "run.mcap", events, RecordLevel.FACTS))
     (line,) = text_lines(run, event_filter(["battery"], "0.75"))
     assert line.split()[:2] == ["0.000000", "battery"]
@@ -79,7 +79,7 @@ def test_it_is_listed(tmp_path: Path, events: list[Event]) -> None:
     assert line == '{"kind":"battery","time_us":1000000,"robot":"r1","charge":0.75,"cells":6}'
 
 
-def test_patterns_select_it(events: list[Event]) -> None:
+def test_patterns_select_new_kind(events: list[Event]) -> None:
     only, ignore = (
         Selection(only=["battery:r1"]).content_selector(),
         Selection(ignore=["battery.charge"]).content_selector(),
@@ -97,7 +97,7 @@ def test_patterns_select_it(events: list[Event]) -> None:
 
 
 @needs_plugin("web")
-def test_a_client_of_the_web_server_follows_it(events: list[Event]) -> None:
+def test_web_client_follows_new_kind(events: list[Event]) -> None:
     from web_tests.support import read_events, serving
 
     with serving() as (daemon, client, _):
@@ -112,7 +112,7 @@ def test_a_client_of_the_web_server_follows_it(events: list[Event]) -> None:
     assert [event["charge"] for event in found] == [0.75, 1e-05, 0.5]
 
 
-def test_it_leaves_nothing_behind() -> None:
+def test_new_kind_is_unregistered() -> None:
     assert EVENT_TYPES == BEFORE
     with pytest.raises(TraceError, match="unknown kind of event: 'battery'"):
         event_filter(["battery"], "")

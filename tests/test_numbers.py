@@ -22,7 +22,7 @@ from tests.support import module_files
         ("9" * 5000, None),
     ],
 )
-def test_a_decimal(text, number):
+def test_parse_decimal(text, number):
     assert parse_decimal(text) == number
 
 
@@ -39,7 +39,7 @@ def texts_in_calls(function: ast.AST) -> Iterator[tuple[str, str]]:
                 yield "int", ast.unparse(call.args[0])
 
 
-def test_only_one_function_converts_a_text_after_a_test_for_digits():
+def test_only_parse_decimal_converts_tested_digits():
     """Each further one forgets the length, or the digits of other scripts."""
     found = set()
     for module, path in module_files().items():

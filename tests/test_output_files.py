@@ -57,7 +57,7 @@ def writes(file: Path) -> bool:
     return False
 
 
-def test_who_writes_files():
+def test_modules_that_write_files_without_helper():
     found = {short_path(file) for file in module_files().values() if writes(file)}
     assert found == set(WITHOUT_HELPER)
 
@@ -87,7 +87,7 @@ def tree(folder: Path) -> dict[str, bytes]:
 @pytest.mark.parametrize("name", ["out", "out.csv"])
 @pytest.mark.parametrize("there", ["nothing", "file", "folder"])
 @pytest.mark.parametrize("to", copy_formats())
-def test_a_conversion_that_fails_leaves_what_was_there(to: str, there: str, name: str, tmp_path: Path):
+def test_failed_conversion_keeps_existing_output(to: str, there: str, name: str, tmp_path: Path):
     output = tmp_path / name
     if there == "file":
         output.write_text("something else")
@@ -101,7 +101,7 @@ def test_a_conversion_that_fails_leaves_what_was_there(to: str, there: str, name
     assert ".cxbridge-" not in str(caught.value)
 
 
-def test_a_recording_that_is_being_written_is_not_replaced(tmp_path: Path):
+def test_locked_recording_is_not_replaced(tmp_path: Path):
     output = tmp_path / "out.mcap"
     with open_exclusively(output) as file:
         with pytest.raises(TraceError, match="another process is writing"):
@@ -110,7 +110,7 @@ def test_a_recording_that_is_being_written_is_not_replaced(tmp_path: Path):
     assert output.read_bytes() == b"its own"
 
 
-def test_a_link_stays_and_leads_to_the_new_file(tmp_path: Path):
+def test_link_points_to_new_file(tmp_path: Path):
     (tmp_path / "folder").mkdir()
     link = tmp_path / "link"
     link.symlink_to("folder/file")
@@ -120,7 +120,7 @@ def test_a_link_stays_and_leads_to_the_new_file(tmp_path: Path):
     assert tree(tmp_path) == {"folder": b"", "folder/file": b"two", "link": b"two"}
 
 
-def test_a_pipe_is_written_to(tmp_path: Path):
+def test_pipe_is_written(tmp_path: Path):
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
@@ -132,7 +132,7 @@ def test_a_pipe_is_written_to(tmp_path: Path):
 
 
 @pytest.mark.parametrize("path", ["file/file", "file/folder/file", "folder"])
-def test_an_error_names_the_file(tmp_path: Path, path: str):
+def test_error_names_file(tmp_path: Path, path: str):
     (tmp_path / "file").write_text("text")
     (tmp_path / "folder").mkdir()
     before = tree(tmp_path)
@@ -142,7 +142,7 @@ def test_an_error_names_the_file(tmp_path: Path, path: str):
     assert tree(tmp_path) == before
 
 
-def test_an_interrupt_leaves_nothing(tmp_path: Path):
+def test_interrupt_leaves_no_file(tmp_path: Path):
     def write() -> None:
         with replaced_file(tmp_path / "file") as fresh:
             fresh.write_text("half")

@@ -48,7 +48,7 @@ def built(tmp_path_factory):
     return folder
 
 
-def test_the_wheel_holds_the_package_and_what_is_shipped_with_it(built):
+def test_wheel_holds_package_and_shipped_files(built):
     expected = {name for name in tracked() if name.startswith("cxbridge/")}
     expected |= {f"cxbridge/share/{name}" for name in tracked() if name.startswith(SHARED)}
     (wheel,) = built.glob("*.whl")
@@ -59,7 +59,7 @@ def test_the_wheel_holds_the_package_and_what_is_shipped_with_it(built):
     assert extra == {"METADATA", "WHEEL", "RECORD", "entry_points.txt", "licenses/LICENSE"}
 
 
-def test_the_sdist_holds_the_tree(built):
+def test_sdist_holds_tree(built):
     (sdist,) = built.glob("*.tar.gz")
     with tarfile.open(sdist) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
@@ -67,7 +67,7 @@ def test_the_sdist_holds_the_tree(built):
     assert names - {"PKG-INFO", ".gitignore"} == tracked() - {".gitattributes", ".gitignore"}
 
 
-def test_the_sdist_makes_the_same_wheel(built, tmp_path):
+def test_sdist_makes_same_wheel(built, tmp_path):
     """Byte by byte, in another folder: what distributions build is what was tested."""
     (sdist,), (wheel,) = built.glob("*.tar.gz"), built.glob("*.whl")
     with tarfile.open(sdist) as archive:
@@ -85,7 +85,7 @@ def test_the_sdist_makes_the_same_wheel(built, tmp_path):
     assert (tmp_path / "again" / wheel.name).read_bytes() == wheel.read_bytes()
 
 
-def test_the_wheel_works_where_there_is_no_checkout(built, tmp_path):
+def test_wheel_works_without_checkout(built, tmp_path):
     """Unpacked, before the checkout on the path, in an empty folder."""
     (wheel,) = built.glob("*.whl")
     site = tmp_path / "site"
@@ -164,7 +164,7 @@ STATUS = {"cxbridge-rcll": 2}
 
 
 @pytest.mark.parametrize("name", share(SMOKE, 2, row=lambda name: name == "cxbridge"))
-def test_each_wheel_works_with_what_it_declares(name, wheels, tmp_path):
+def test_wheel_works_with_declared_dependencies(name, wheels, tmp_path):
     """In an environment with the wheel and its dependencies alone; cxbridge's with no plug-in."""
     python = alone.make_environment(tmp_path / "venv", name, wheels(name))
     agent = tmp_path / "s"
@@ -191,7 +191,7 @@ def test_each_wheel_works_with_what_it_declares(name, wheels, tmp_path):
     assert installed == alone.closure([name])[0] - {"cxbridge"}
 
 
-def test_each_distribution_is_tried_and_in_the_readme():
+def test_distributions_are_tested_and_in_readme():
     assert (
         sorted(SMOKE)
         == alone.distributions()
@@ -212,14 +212,14 @@ def test_all_distributions_have_one_version():
     assert {line.partition("==")[2] for line in ours} == {__version__}
 
 
-def test_doctor_looks_for_what_the_wheel_depends_on():
+def test_doctor_checks_dependencies_of_wheel():
     """It once missed mcap, which only the tests need, in an installation where nothing was missing."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert set(_PACKAGES) == {line.partition(">")[0] for line in project["dependencies"]}
 
 
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="no systemd-analyze")
-def test_systemd_takes_the_unit(tmp_path):
+def test_systemd_accepts_unit(tmp_path):
     unit = tmp_path / UNIT.name
     unit.write_text(UNIT.read_text().replace("/opt/cxbridge/bin/cxbridge", f'"{sys.executable}"'))
     done = subprocess.run(

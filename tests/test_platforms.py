@@ -80,12 +80,12 @@ looking.join()
     ),
     ids=" ".join,
 )
-def test_it_works_without_what_windows_lacks(command):
+def test_command_works_without_modules_missing_on_windows(command):
     works(command)
 
 
 @needs_plugin("planning")
-def test_a_planner_works_without_what_windows_lacks():
+def test_planner_works_without_modules_missing_on_windows():
     works(("run", "-q", "scenarios/test-scenario-pddl"))  # a planner is a process
 
 
@@ -107,7 +107,7 @@ def works(command):
 
 
 @needs_plugin("web")
-def test_a_daemon_with_tcp_and_web_works_without_what_windows_lacks():
+def test_daemon_works_without_modules_missing_on_windows():
     done = subprocess.run(
         [sys.executable, *STRICT, "-c", WITHOUT + DAEMON],
         cwd=ROOT,
@@ -119,7 +119,7 @@ def test_a_daemon_with_tcp_and_web_works_without_what_windows_lacks():
     assert (done.returncode, done.stdout.split()) == (0, ["RUNNING", "RUNNING", "0"]), done.stderr
 
 
-def test_windows_is_told_that_zmq_is_not_there(monkeypatch):
+def test_zmq_endpoint_on_windows_is_an_error(monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(sys, "platform", "win32")
         with pytest.raises(EndpointError, match="Windows"):

@@ -66,14 +66,14 @@ def alone(monkeypatch):
     monkeypatch.setattr(plugins, "installed_plugins", tuple)
 
 
-def test_the_example_has_each_hook(greeter):
+def test_example_has_each_hook(greeter):
     (plugin,) = (plugin for plugin in installed_plugins() if plugin.name == "greeter")
     assert (plugin.error, plugin.package) == (None, "greeter 1.0")
     assert plugin.rows.keys() == HOOKS
     assert {row.origin for rows in plugin.rows.values() for row in rows} == {"greeter (greeter 1.0)"}
 
 
-def test_the_page_describes_each_hook():
+def test_page_describes_each_hook():
     page = (ROOT / "docs" / "plugins.md").read_text()
     assert [hook for hook in sorted(HOOKS) if hook not in page] == []
 
@@ -98,7 +98,7 @@ def command(site, *arguments):
     return subprocess.run(call, capture_output=True, text=True, env=environ, check=False)
 
 
-def test_its_feature(greeter, tmp_path):
+def test_feature_of_example(greeter, tmp_path):
     rules = (
         '(defrule greeting (executive-initialized) => (printout t (greet "Robin") crlf))'
         "(defrule guest (guest (name ?n) (mood happy)) => (printout t ?n crlf))"
@@ -109,7 +109,7 @@ def test_its_feature(greeter, tmp_path):
     assert "Robin" in lines
 
 
-def test_its_component(greeter, tmp_path):
+def test_component_of_example(greeter, tmp_path):
     uid = ("SwitchInterface", "Heartbeat")
     with Run(RunOptions(scenario=write_scenario(tmp_path / "s"))) as assembly:
         assembly.start()
@@ -122,7 +122,7 @@ def test_its_component(greeter, tmp_path):
         assert reader.as_dict()["value"] == 3.0
 
 
-def test_its_command(greeter, capsys):
+def test_command_of_example(greeter, capsys):
     assert invoke(["greet", "Robin"]) == 7
     assert capsys.readouterr().out == "Good morning, Robin.\n"
     assert invoke(["--help"]) == 0
@@ -130,7 +130,7 @@ def test_its_command(greeter, capsys):
     assert "Greet a person." in look
 
 
-def test_its_command_has_options_that_many_commands_have(greeter, capsys, tmp_path):
+def test_command_of_example_has_common_options(greeter, capsys, tmp_path):
     endpoint = f"ipc://{tmp_path}/bb"
     with running(settings=(("fawkes/enable", False), ("zmq/endpoints", [endpoint]))):
         assert invoke(["writers", "--json", "--connect", endpoint]) == 0
@@ -138,18 +138,18 @@ def test_its_command_has_options_that_many_commands_have(greeter, capsys, tmp_pa
     assert invoke(["writers", "--connect", f"ipc://{tmp_path}/none?timeout=1"]) == 2
 
 
-def test_its_transport(greeter):
+def test_transport_of_example(greeter):
     near, far = (open_blackboard("shelf://one", SampleRegistry(), VirtualClock()) for _ in "ab")
     assert near is far
 
 
-def test_its_format(greeter, tmp_path):
+def test_format_of_example(greeter, tmp_path):
     (tmp_path / "run").write_bytes(b"HELLO")
     assert list(open_run(tmp_path / "run")) == [LogLine(0, Level.INFO, "shout", "HELLO")]
     assert list(copy_formats())[-1] == "shouted"
 
 
-def test_its_source(greeter, tmp_path):
+def test_source_of_example(greeter, tmp_path):
     write_scenario(tmp_path / "s")
     (tmp_path / "agent.greet").write_text("s\n")
     options = RunOptions(scenario=tmp_path / "agent.greet")
@@ -157,7 +157,7 @@ def test_its_source(greeter, tmp_path):
     assert run_scenario(options).status == 0
 
 
-def test_its_options(greeter, tmp_path):
+def test_options_of_example(greeter, tmp_path):
     folder = write_scenario(tmp_path / "s")
     refused = command(tmp_path / "site", "run", folder, "--greeting", "")
     assert refused.returncode == 2
@@ -167,7 +167,7 @@ def test_its_options(greeter, tmp_path):
     assert options_from_keywords(folder).option("greeting") is None
 
 
-def test_its_template(greeter, tmp_path):
+def test_template_of_example(greeter, tmp_path):
     site, folder = tmp_path / "site", tmp_path / "hall"
     refused = command(site, "new", folder, "--from-greet", "")
     assert (refused.returncode, folder.exists()) == (2, False)
@@ -179,7 +179,7 @@ def test_its_template(greeter, tmp_path):
     assert "cannot be combined" in command(site, "new", tmp_path / "x", "--from-greet", "R", *other).stderr
 
 
-def test_its_decider(greeter, tmp_path):
+def test_decider_of_example(greeter, tmp_path):
     folder = write_scenario(tmp_path / "s", mapping="act: bow{deep=?(text)s}")
     with Run(RunOptions(scenario=folder, skiller="simulator")) as assembly:
         assembly.start()
@@ -190,7 +190,7 @@ def test_its_decider(greeter, tmp_path):
         assert reader.as_dict()["error"] == "my back"
 
 
-def test_its_member(greeter, tmp_path, cx):
+def test_member_of_example(greeter, tmp_path, cx):
     folder = write_scenario(tmp_path / "s", agent=AGENT, feature="greeting")
     run = cx.run(folder)
     run.to_end()
@@ -200,7 +200,7 @@ def test_its_member(greeter, tmp_path, cx):
     run.assert_greeted("Robin")
 
 
-def test_a_member_that_no_plug_in_has(cx, monkeypatch):
+def test_unknown_member_is_an_error(cx, monkeypatch):
     with pytest.raises(AttributeError, match=r"cx has no member 'greet'; docs/testing\.md"):
         cx.greet()
     monkeypatch.setattr(plugins, "installed_plugins", tuple)
@@ -208,7 +208,7 @@ def test_a_member_that_no_plug_in_has(cx, monkeypatch):
         cx.explore("scenarios/courier")
 
 
-def test_its_own_table(greeter, tmp_path, monkeypatch):
+def test_table_of_example(greeter, tmp_path, monkeypatch):
     tables = (
         'from cxbridge.plugins import Row\nAPI = 1\nGREETER_VOICES = (Row("loud", "loud.voice:shout"),)\n'
     )
@@ -220,7 +220,7 @@ def test_its_own_table(greeter, tmp_path, monkeypatch):
         forget("loud")
 
 
-def test_its_explainer(greeter, monkeypatch, tmp_path):
+def test_explainer_of_example(greeter, monkeypatch, tmp_path):
     only = tuple(plugin for plugin in installed_plugins() if plugin.name == "greeter")
     monkeypatch.setattr(plugins, "installed_plugins", lambda: only)
     assert read_run(recording(tmp_path)).why("MINI") == "MINI of run.mcap: the guests were polite"
@@ -229,7 +229,7 @@ def test_its_explainer(greeter, monkeypatch, tmp_path):
     assert "say hello first" in str(error)
 
 
-def test_a_run_explains_nothing_without_an_explainer(alone, tmp_path):
+def test_run_without_explainer_is_an_error(alone, tmp_path):
     with pytest.raises(PluginError, match="no installed package explains runs") as caught:
         read_run(recording(tmp_path)).why("MINI")
     assert "cxbridge-studio" in str(caught.value.hint)
@@ -237,7 +237,7 @@ def test_a_run_explains_nothing_without_an_explainer(alone, tmp_path):
     assert with_explanations(error, RunOptions()) is error
 
 
-def test_a_run_imports_only_the_tables(greeter, tmp_path):
+def test_run_imports_tables_of_plug_in_only(greeter, tmp_path):
     said(write_scenario(tmp_path / "s"))
     assert [name for name in sys.modules if name.startswith("greeter")] == ["greeter", "greeter.plugin"]
 
@@ -256,7 +256,7 @@ def test_a_run_imports_only_the_tables(greeter, tmp_path):
         ),
     ],
 )
-def test_a_broken_plug_in_is_reported_and_left_out(broken, tables, message, tmp_path, capsys):
+def test_broken_plug_in_is_reported_and_skipped(broken, tables, message, tmp_path, capsys):
     broken(tables)
     (plugin,) = (plugin for plugin in installed_plugins() if plugin.name == "broken")
     assert message in str(plugin.error)
@@ -266,7 +266,7 @@ def test_a_broken_plug_in_is_reported_and_left_out(broken, tables, message, tmp_
     assert message in capsys.readouterr().out
 
 
-def test_two_plug_ins_of_a_name_are_an_error_with_both_packages(broken):
+def test_plug_ins_of_same_name_are_an_error_with_packages(broken):
     broken("API = 1")
     broken("API = 1", "other", "broken = other.plugin")
     (plugin,) = (plugin for plugin in installed_plugins() if plugin.name == "broken")
@@ -281,7 +281,7 @@ def test_two_plug_ins_of_a_name_are_an_error_with_both_packages(broken):
         ("COMPONENTS = (Row('speech', 'x:y'),)", said),
     ],
 )
-def test_two_rows_of_a_name_are_an_error_with_both_packages(broken, table, use, tmp_path, capsys):
+def test_rows_of_same_name_are_an_error_with_packages(broken, table, use, tmp_path, capsys):
     broken(f"from cxbridge.plugins import Row\nAPI = 1\n{table}\n")
     try:
         assert use(write_scenario(tmp_path / "s")) == 2
@@ -292,7 +292,7 @@ def test_two_rows_of_a_name_are_an_error_with_both_packages(broken, table, use, 
 
 
 @pytest.mark.parametrize("target", ["no_such_module:X", "broken.plugin:NOTHING", "broken.plugin:API"])
-def test_an_object_that_cannot_be_used_is_an_error_with_its_package(broken, target, monkeypatch):
+def test_unusable_object_is_an_error_with_package(broken, target, monkeypatch):
     broken(f"from cxbridge.plugins import Row\nAPI = 1\nFORMATS = (Row('bad', '{target}'),)\n")
     monkeypatch.setattr(plugins, "HOOKS", HOOKS)
     table: Table[object] = Table("FORMATS", is_module, "a module")
@@ -301,13 +301,13 @@ def test_an_object_that_cannot_be_used_is_an_error_with_its_package(broken, targ
         table.load_target(row)
 
 
-def test_a_name_that_no_row_has_is_an_error_with_the_nearest():
+def test_unknown_name_is_an_error_with_nearest_name():
     with pytest.raises(PluginError, match="there is no format 'mcapp'") as caught:
         Table("FORMATS", is_module, "a module", Row("mcap", "json")).find("mcapp")
     assert caught.value.hint == "did you mean mcap?"
 
 
-def test_its_settings(greeter):
+def test_settings_of_example(greeter):
     config = Configuration()
     config.set("/cxbridge/greeter/host", "0.0.0.0")
     settings = DaemonSettings.from_config(config)
@@ -318,12 +318,12 @@ def test_its_settings(greeter):
         DaemonSettings.from_config(config)
 
 
-def test_its_clock(greeter, tmp_path):
+def test_clock_of_example(greeter, tmp_path):
     assert isinstance(make_configured_clock("quick", Configuration(), tmp_path), RealClock)
     assert run_scenario(RunOptions(scenario=write_scenario(tmp_path / "s"), clock="quick")).status == 0
 
 
-def test_its_view(greeter, tmp_path):
+def test_view_of_example(greeter, tmp_path):
     (tmp_path / "run").write_bytes(b"HELLO")
     view = VIEWS.load_target(VIEWS.find("greeting"))
     assert view(open_run(tmp_path / "run")) == "<h1>Hello run</h1>"
@@ -367,7 +367,7 @@ def names_of(plugin):
 
 
 @needs_all_plugins
-def test_each_name_of_a_plug_in_of_the_repository_is_known():
+def test_names_of_plug_ins_of_repository_are_known():
     """Without the plug-in, its names lead to the package."""
     own = [plugin for plugin in installed_plugins() if plugin.package.startswith("cxbridge-")]
     wanted = {name: plugin.package.partition(" ")[0] for plugin in own for name in names_of(plugin)}
@@ -401,9 +401,7 @@ def test_each_name_of_a_plug_in_of_the_repository_is_known():
         (["trace", "record", "-i", "*", "-o", "NEW", "--connect", "local:"], "cxbridge-fawkes"),
     ],
 )
-def test_what_belongs_to_an_absent_plug_in_names_its_package(
-    arguments, package, alone, tmp_path, monkeypatch, capsys
-):
+def test_error_of_absent_plug_in_names_package(arguments, package, alone, tmp_path, monkeypatch, capsys):
     for module in [name for name in sys.modules if name.startswith("cxbridge.cli.commands")]:
         monkeypatch.delitem(sys.modules, module)
     monkeypatch.setattr("cxbridge.run.agent.installed_plugins", tuple)
@@ -432,13 +430,13 @@ def test_what_belongs_to_an_absent_plug_in_names_its_package(
     assert f"belongs to the plug-in {package}: " in capsys.readouterr().err
 
 
-def test_a_server_of_an_absent_plug_in_may_be_off(alone):
+def test_server_of_absent_plug_in_may_be_off(alone):
     with running(settings=(("fawkes/enable", False), ("zmq/endpoints", []))) as (_, _lines, outcome):
         assert outcome == []
     assert outcome == [0]
 
 
-def test_a_request_that_belongs_to_an_absent_plug_in_names_its_package(alone):
+def test_error_of_request_to_absent_plug_in_names_package(alone):
     with (
         running(settings=(("executive", False),)) as (daemon, _lines, _),
         connected(daemon) as board,

@@ -24,7 +24,7 @@ DANGEROUS = set(map(chr, UNSAFE_CODE_POINTS))
 texts = st.text(st.one_of(st.characters(), st.sampled_from([*DANGEROUS, "\n", "\\", "u", "0"])))
 
 
-def test_every_control_of_unicode_and_every_turn_of_the_reading_order_counts():
+def test_all_controls_and_bidirectional_marks_are_dangerous():
     """Held against Python's Unicode data, not against our own list."""
     for code in range(0x110000):
         character = chr(code)
@@ -36,14 +36,14 @@ def test_every_control_of_unicode_and_every_turn_of_the_reading_order_counts():
 
 
 @given(texts)
-def test_nothing_dangerous_is_left(text):
+def test_escaped_text_has_no_dangerous_characters(text):
     assert not DANGEROUS & set(visible(text) + one_line(text) + indent_lines(text))
     assert "\n" not in one_line(text)
     assert all(not line or line.startswith("  ") for line in indent_lines(text).split("\n")[1:])
 
 
 @given(st.text(st.characters(categories=["L", "M", "N", "P", "S", "Zs"])))
-def test_what_people_write_stays(text):
+def test_harmless_text_stays(text):
     plain_text = text.replace("\\", "/")
     assert (
         visible(plain_text)
@@ -56,14 +56,14 @@ def test_what_people_write_stays(text):
 
 
 @given(texts)
-def test_a_record_and_an_entry_are_read_back(text):
+def test_record_and_log_entry_are_read_back(text):
     assert "\n" not in escape_record(text)
     assert unescape_record(escape_record(text)) == text
     assert unescape_record(escape_log_entry(text)) == text
     assert all(line[:1] in {"", " ", "\t", "(", ")"} for line in escape_log_entry(text).split("\n")[1:])
 
 
-def test_a_stream_passes_nothing_on_that_a_terminal_obeys():
+def test_stream_escapes_terminal_sequences():
     raw = io.StringIO()
     stream = VisibleStream(raw)
     print("a\x1b[31mb", file=stream)

@@ -15,7 +15,7 @@ WORKFLOW = yaml.safe_load((ROOT / ".github" / "workflows" / "release.yml").read_
 JOBS = WORKFLOW["jobs"]
 
 
-def test_a_tag_that_is_not_the_version_is_refused():
+def test_tag_of_another_version_is_refused():
     def check(tag):
         call = [sys.executable, ROOT / ".ci" / "release_version.py", tag]
         return subprocess.run(call, capture_output=True, text=True, check=False)
@@ -28,7 +28,7 @@ def test_a_tag_that_is_not_the_version_is_refused():
     )
 
 
-def test_its_commands_are_there():
+def test_commands_of_workflow_exist():
     commands = [step["run"] for job in JOBS.values() for step in job["steps"] if "run" in step]
     files = {name for text in commands for name in re.findall(r"[\w./-]*\.ci/[\w.]+", text)}
     assert {name for name in files if not (ROOT / name).is_file()} == set()
@@ -38,7 +38,7 @@ def test_its_commands_are_there():
     assert all(re.search(rf"^{name}(%|core)?:", makefile, re.MULTILINE) for name in targets)
 
 
-def test_only_the_last_jobs_may_sign_and_none_has_a_password():
+def test_only_last_jobs_may_sign_without_password():
     assert WORKFLOW["permissions"] == {}
     assert {name: job["permissions"] for name, job in JOBS.items()} == {
         "build": {"contents": "read"},

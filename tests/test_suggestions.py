@@ -31,13 +31,13 @@ from cxbridge.suggestions import did_you_mean, likeness, nearest_names, or_simil
         ("goal", [], []),
     ],
 )
-def test_nearest(name, known, wanted):
+def test_nearest_names(name, known, wanted):
     assert nearest_names(name, known) == wanted
     assert nearest_names(name, set(known)) == wanted
     assert nearest_names(name, reversed(known)) == wanted
 
 
-def test_the_name_that_is_meant_is_found_among_very_many():
+def test_nearest_name_is_found_among_5000_names():
     known = [f"function-number-{number}" for number in range(5000)] + ["zz-deliver"]
     assert nearest_names("zz-delivr", known) == ["zz-deliver"]
 

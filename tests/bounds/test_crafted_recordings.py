@@ -171,7 +171,7 @@ def looks(run: Path, scene: Scene, folder: Path) -> Iterator[list[str]]:
 
 
 @pytest.mark.parametrize(("name", "where"), CASES)
-def test_a_command_that_looks_at_a_crafted_recording_tells_an_error(
+def test_commands_on_crafted_recording_print_error(
     scene: Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, where: str
 ):
     run = crafted(scene.run, tmp_path / "crafted.mcap", where, ODD.get(name))
@@ -189,7 +189,7 @@ def test_a_command_that_looks_at_a_crafted_recording_tells_an_error(
 
 
 @pytest.mark.parametrize("damaged", [False, True], ids=["whole", "cut"])
-def test_repair_does_not_call_fine_what_cat_refuses(
+def test_repair_reports_damage_that_cat_refuses(
     scene: Scene,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
@@ -207,7 +207,7 @@ def test_repair_does_not_call_fine_what_cat_refuses(
     assert "fine" not in capsys.readouterr().out
 
 
-def test_all_formats_that_can_be_written_are_crafted(scene: Scene):
+def test_all_writable_formats_are_crafted(scene: Scene):
     assert set(scene.copies) == set(copy_formats())
 
 
@@ -225,7 +225,7 @@ def odd_texts(text: str) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("form", copy_formats())
-def test_a_reader_of_a_crafted_copy_raises_our_errors_only(scene: Scene, tmp_path: Path, form: str):
+def test_reader_of_crafted_copy_raises_trace_errors_only(scene: Scene, tmp_path: Path, form: str):
     source = scene.copies[form]
     files = sorted(source.iterdir()) if source.is_dir() else [source]
     tried = 0

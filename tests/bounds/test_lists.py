@@ -34,12 +34,12 @@ def is_unlimited(node: ast.AST) -> bool:
 
 
 @needs_all_plugins
-def test_the_page_lists_each_queue_without_a_limit():
+def test_page_lists_each_unlimited_queue():
     made = [path for path in files(QUEUES) if any(map(is_unlimited, ast.walk(ast.parse(path.read_text()))))]
     assert listed("| queue in `cxbridge/` |") == set(map(short_path, made))
 
 
 @needs_all_plugins
-def test_the_page_lists_each_file_that_can_unpack():
+def test_page_lists_each_file_that_unpacks():
     found = {short_path(path) for path in files(PACKERS) if imported_packages([path]) & PACKERS}
     assert listed("| code in `cxbridge/` |") == found

@@ -130,7 +130,7 @@ def slow(
     return None
 
 
-def test_no_expression_of_the_package_backtracks_without_a_bound():
+def test_expressions_of_package_backtrack_within_bound():
     found = [*compiled(), *literals()]
     assert len(found) > 150
     tried = {expression: slow(*expression) for expression in share(found, 80)}
@@ -189,14 +189,14 @@ def is_quadratic(pattern: Any, flags: int, methods: tuple[str, ...] = (WHOLE, PA
     return False
 
 
-def test_expressions_for_data_take_time_that_grows_with_the_length():
+def test_expressions_for_data_take_linear_time():
     known = {pattern for patterns in QUADRATIC.values() for pattern in patterns}
     tried = share((expression for expression in (*compiled(), *literals()) if expression[0] not in known), 80)
     assert [expression for expression in tried if is_quadratic(*expression)] == []
 
 
 @pytest.mark.parametrize("pattern", [r"(?:\d+\.?\d*|\.\d+)(?:e\d+)?", r"=[^']*\s*"])
-def test_an_expression_that_is_quadratic_is_found(pattern: str):
+def test_quadratic_expression_is_found(pattern: str):
     assert is_quadratic(pattern, 0)
 
 
@@ -206,6 +206,6 @@ def test_an_expression_that_is_quadratic_is_found(pattern: str):
         r"(a+)+b",
     ],
 )
-def test_an_expression_that_backtracks_is_found(pattern: str, monkeypatch: pytest.MonkeyPatch):
+def test_backtracking_expression_is_found(pattern: str, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(f"{__name__}.MOST_S", 0.01)
     assert slow(pattern, 0) is not None

@@ -34,7 +34,7 @@ def over_fawkes_protocol(stack: ExitStack, board: LocalBlackBoard) -> BlackBoard
 
 
 @pytest.mark.parametrize("connect", [over_zmq, over_fawkes_protocol][: 1 + HAS_FAWKES])
-def test_a_client_opens_large_interfaces_up_to_a_limit(
+def test_client_opens_large_interfaces_up_to_limit(
     connect: Callable[[ExitStack, LocalBlackBoard], BlackBoard],
 ):
     """1,500 readers of one interface had the server keep 763 MiB."""
@@ -52,7 +52,7 @@ def test_a_client_opens_large_interfaces_up_to_a_limit(
         assert client.open_for_reading("SkillerInterface", "Skiller", owner="modest").valid
 
 
-def test_messages_that_nobody_takes_are_refused_at_a_limit():
+def test_unread_messages_are_refused_at_limit():
     clock = VirtualClock()
     board = LocalBlackBoard(InterfaceRegistry(), clock, EventBus(clock))
     board.open_for_writing("SpeechSynthInterface", "Flite", owner="deaf")

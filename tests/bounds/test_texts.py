@@ -27,7 +27,7 @@ SKILL_STRINGS = [
 
 
 @pytest.mark.parametrize("text", SKILL_STRINGS)
-def test_a_skill_string_of_the_simulator(text):
+def test_skill_string_of_simulator_takes_little_time(text):
     assert len(text) <= LONGEST
     rig = Rig()
     rig.add(SkillerSimulator(rig.board, rig.clock, rig.bus, ()))
@@ -49,7 +49,7 @@ def test_a_skill_string_of_the_simulator(text):
     ],
     ids=["attributes", "quotes", "name", "tags"],
 )
-def test_a_start_tag(tag, encoding):
+def test_start_tag_takes_little_time(tag, encoding):
     before = process_time()
     for end in ("", "<", "/>"):
         with pytest.raises(CxbridgeError):
@@ -70,7 +70,7 @@ def test_a_start_tag(tag, encoding):
     ],
     ids=["slots", "slots, unclosed", "fields", "digits", "parentheses", "texts", "a text, unclosed"],
 )
-def test_a_fact_of_a_client(inner, is_fact):
+def test_fact_of_client_takes_little_time(inner, is_fact):
     before = process_time()
     try:
         parse_constant_fact(f"(f {inner})")

@@ -9,7 +9,7 @@ from cxbridge.executive.pddl import parse_formula
 from cxbridge.executive.problem.truth import KnownState
 
 
-def test_a_formula_whose_variables_have_too_many_choices_is_refused():
+def test_formula_with_too_many_choices_is_refused():
     variables = " ".join(f"?v{number}" for number in range(9))
     formula = parse_formula(f"(exists ({variables} - place) (at ?v0 ?v8))")
     with pytest.raises(PddlError, match="cases"):

@@ -62,7 +62,7 @@ def test_show(board, skiller, capsys):
     assert json.loads(capsys.readouterr().out)["fields"]["status"] == "S_RUNNING"
 
 
-def test_show_of_what_is_not_there(board, skiller, capsys):
+def test_show_of_missing_interface_is_status_2(board, skiller, capsys):
     assert run("show", "SkillerInterface::Skillet") == 2
     error = capsys.readouterr().err
     assert "no process has SkillerInterface::Skillet open" in error
@@ -70,7 +70,7 @@ def test_show_of_what_is_not_there(board, skiller, capsys):
     assert run("show", "Skiller") == 2
 
 
-def test_watch_prints_what_changes_until_the_count(board, monkeypatch, capsys):
+def test_watch_prints_changes_up_to_count(board, monkeypatch, capsys):
     interface = board.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
     waits = threading.Event()
     wait = Feed.wait_for_change
@@ -100,12 +100,12 @@ def test_watch_prints_what_changes_until_the_count(board, monkeypatch, capsys):
     ]
 
 
-def test_watch_ends_at_its_timeout(board, skiller):
+def test_watch_ends_at_timeout(board, skiller):
     assert run("watch", "*", "--timeout", "0.01") == 0
     assert run("watch", "*", "--timeout", "0.01", "--count", "1") == 3
 
 
-def test_set_writes_the_named_fields_and_keeps_the_others(board, skiller, capsys):
+def test_set_writes_named_fields_only(board, skiller, capsys):
     skiller.skill_string = "kept"
     skiller.write()
     reader = board.open_for_reading(SkillerInterface, "Skiller")
@@ -116,14 +116,14 @@ def test_set_writes_the_named_fields_and_keeps_the_others(board, skiller, capsys
     assert reader.changed
 
 
-def test_send_prints_the_id(board, skiller, capsys):
+def test_send_prints_message_id(board, skiller, capsys):
     assert run("send", "SkillerInterface::Skiller", "ExecSkill", 'skill_string=say{text="a=b"}') == 0
     assert capsys.readouterr().out == "1\n"
     message = skiller.msgq_pop()
     assert (message.type, message.skill_string) == ("ExecSkillMessage", 'say{text="a=b"}')
 
 
-def test_send_waits_for_the_answer(board, capsys):
+def test_send_waits_for_answer(board, capsys):
     skiller = board.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
 
     class Answer(Listener):
@@ -138,12 +138,12 @@ def test_send_waits_for_the_answer(board, capsys):
     assert '"answered"' in capsys.readouterr().out
 
 
-def test_send_gives_up_waiting(board, skiller, capsys):
+def test_send_times_out_without_answer(board, skiller, capsys):
     assert run("send", "SkillerInterface::Skiller", "StopExec", "--wait", "--timeout", "0.01") == 3
     assert "no answer to message 1" in capsys.readouterr().err
 
 
-def test_send_that_cannot_be_delivered(board, skiller, capsys):
+def test_undeliverable_message_is_status_2(board, skiller, capsys):
     reader = board.open_for_reading(SkillerInterface, "Lonely")
     assert run("send", "SkillerInterface::Lonely", "StopExec") == 2
     assert run("send", "SkillerInterface::Skiller", "Nonsense") == 2

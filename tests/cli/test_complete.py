@@ -46,7 +46,7 @@ def offered(line, **environment):
         3,
     ),
 )
-def test_names_that_begin_so(line, expected):
+def test_completion_offers_names_with_prefix(line, expected):
     assert offered(line) == expected
 
 
@@ -54,7 +54,7 @@ def test_names_that_begin_so(line, expected):
     ("shell", "mark"),
     [("bash", "complete_bash"), ("zsh", "#compdef cxbridge"), ("fish", "complete --command cxbridge")],
 )
-def test_scripts_for_the_shells(shell, mark):
+def test_completion_scripts_of_shells(shell, mark):
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM],
         env=os.environ | {"_CXBRIDGE_COMPLETE": f"source_{shell}"},
@@ -66,7 +66,7 @@ def test_scripts_for_the_shells(shell, mark):
     assert mark in done.stdout
 
 
-def test_an_installation_that_is_not_complete_offers_nothing(monkeypatch):
+def test_incomplete_installation_offers_no_names(monkeypatch):
     def absent(name):
         raise CxbridgeError(f"no {name}")
 

@@ -25,7 +25,7 @@ def printed(capsys: pytest.CaptureFixture[str], events: list[LogLine]) -> list[s
     return [line.removeprefix("W Rules: ") for line in capsys.readouterr().err.splitlines()]
 
 
-def test_lines_that_come_in_turns_are_counted_each(capsys: pytest.CaptureFixture[str]) -> None:
+def test_alternating_lines_are_counted_separately(capsys: pytest.CaptureFixture[str]) -> None:
     found = printed(capsys, [*lines("ping", "pong") * 62_502, *lines("end")])
     assert found == [
         *["ping", "pong"] * 3,
@@ -35,12 +35,12 @@ def test_lines_that_come_in_turns_are_counted_each(capsys: pytest.CaptureFixture
     ]
 
 
-def test_the_count_comes_before_the_next_moment(capsys: pytest.CaptureFixture[str]) -> None:
+def test_count_precedes_line_of_next_loop(capsys: pytest.CaptureFixture[str]) -> None:
     found = printed(capsys, [*lines("ping") * 5, *lines("ping", "end", time_us=LOOP_US)])
     assert found == ["ping", "ping", "ping", "ping ... repeated 2 times", "ping", "end"]
 
 
-def test_a_line_of_each_loop_is_printed_each_time(capsys: pytest.CaptureFixture[str]) -> None:
+def test_line_of_each_loop_is_printed_each_time(capsys: pytest.CaptureFixture[str]) -> None:
     found = printed(capsys, [line for loop in range(20) for line in lines("slow", time_us=loop * LOOP_US)])
     assert found == ["slow"] * 20
 
@@ -50,7 +50,7 @@ def test_different_lines_are_all_printed(capsys: pytest.CaptureFixture[str]) -> 
     assert printed(capsys, lines(*texts)) == texts
 
 
-def test_progress_is_a_line_of_a_terminal_that_ends_empty(monkeypatch):
+def test_progress_is_a_temporary_line_of_terminals(monkeypatch):
     for stream, hidden, shown in (
         (Stream(True), False, True),
         (Stream(True), True, False),

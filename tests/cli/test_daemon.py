@@ -56,7 +56,7 @@ def test_status(status, capsys):
     assert lines[1:] == ["at ipc:///x", "  blackboard  active", "  skiller     active"]
 
 
-def test_status_of_a_daemon_that_is_not_well(status, capsys):
+def test_status_of_degraded_daemon_is_1(status, capsys):
     status.publish("DEGRADED", [ComponentStatus("skiller", State.UNCONFIGURED, "no skills", 6)])
     assert invoke(["daemon", "status", "--json"]) == 1
     row = json.loads(capsys.readouterr().out)
@@ -68,7 +68,7 @@ def test_status_of_a_daemon_that_is_not_well(status, capsys):
     }
 
 
-def test_status_where_there_is_no_daemon(board, capsys):
+def test_status_without_daemon_is_2(board, capsys):
     assert invoke(["daemon", "status"]) == 2
     assert "has no daemon" in capsys.readouterr().err
 
@@ -81,7 +81,7 @@ def test_commands(board, status, what):
     assert obey.received_types == [f"{what.capitalize()}Message"]
 
 
-def test_a_daemon_that_does_not_answer_is_status_3(status, monkeypatch, capsys):
+def test_silent_daemon_is_status_3(status, monkeypatch, capsys):
     monkeypatch.setattr(daemon, "_COMMAND_TIMEOUT_S", 0.01)
     assert invoke(["daemon", "pause"]) == 3
     assert "did not pause within" in capsys.readouterr().err

@@ -32,7 +32,7 @@ COMMANDS = dict(leaves(ROOT_COMMAND))
 EXAMPLE = re.compile(r"Example:\n((?:  .+\n?)+)")
 
 
-def test_the_example_of_each_command_parses():
+def test_examples_of_commands_parse():
     wrong = {}
     for path, command in COMMANDS.items():
         found = EXAMPLE.search(command.epilog or "")
@@ -48,12 +48,12 @@ def test_the_example_of_each_command_parses():
     assert wrong == {}
 
 
-def test_the_sections_name_the_cores_commands_and_only_these():
+def test_sections_name_exactly_commands_of_core():
     named = [name for names in commands.HELP_SECTIONS.values() for name in names]
     assert sorted(named) == sorted(row.name for row in make_module_rows(commands))
 
 
-def test_the_help_has_each_command_once():
+def test_help_has_each_command_once():
     sections = names_by_section(top_level_rows(), commands.HELP_SECTIONS)
     listed = [name for names in sections.values() for name in names]
     assert sorted(listed) == sorted(row.name for row in top_level_rows())

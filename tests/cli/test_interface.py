@@ -32,7 +32,7 @@ def test_list_names_all_types(tmp_path: Path) -> None:
     assert {"SampleInterface", "SkillerInterface"} <= set(names)
 
 
-def test_show_tells_the_layout() -> None:
+def test_show_prints_layout() -> None:
     text = run("show", "SkillerInterface")
     assert "SkillerInterface: 1216 bytes" in text
     assert "  1208     4  uint32 msgid" in text
@@ -43,7 +43,7 @@ def test_show_tells_the_layout() -> None:
 
 @needs_shared
 @pytest.mark.parametrize("row", ROWS, ids=[row["name"] for row in ROWS])
-def test_show_json_has_the_shape_of_the_measured_rows(row: dict[str, Any]) -> None:
+def test_json_of_show_has_shape_of_measured_rows(row: dict[str, Any]) -> None:
     file = SHARED / "fawkes-data" / "interfaces" / Path(row["xml"]).name
     shown = json.loads(run("show", file, "--json"))
     assert {"name", "hash", "datasize", "fields", "messages", "enums", "constants"} <= set(shown)
@@ -54,7 +54,7 @@ def test_show_json_has_the_shape_of_the_measured_rows(row: dict[str, Any]) -> No
     ]
 
 
-def test_check_explains_every_mistake(tmp_path: Path) -> None:
+def test_check_reports_every_error(tmp_path: Path) -> None:
     file = tmp_path / "SampleInterface.xml"
     file.write_bytes(
         data_block('<field type="uint33" name="a">c</field>', '<field type="int8" name="id" x="">c</field>')
@@ -71,13 +71,13 @@ def test_check_explains_every_mistake(tmp_path: Path) -> None:
     ]
 
 
-def test_warnings_do_not_change_the_status(tmp_path: Path) -> None:
+def test_warnings_do_not_change_status(tmp_path: Path) -> None:
     file = tmp_path / "SampleInterface.xml"
     file.write_bytes(definition(DATA, "<extra/>"))
     assert ": warning: <extra> in <interface> is ignored" in run("check", file)
 
 
-def test_hash_is_that_of_the_file_or_of_fawkes(tmp_path: Path) -> None:
+def test_hash_of_file_and_of_fawkes(tmp_path: Path) -> None:
     schema = default_registry().schema("SwitchInterface")
     assert run("hash", "SwitchInterface") == f"{schema.hash_printable}  SwitchInterface\n"
     wire = run("hash", "--wire", "SwitchInterface", "TestInterface").splitlines()
@@ -104,6 +104,6 @@ def test_compile_writes_modules_and_stubs(tmp_path: Path) -> None:
         (["list", "--interface-dir", "/nowhere"], "no such folder"),
     ],
 )
-def test_mistakes_of_the_user_are_clear_errors(arguments: list[str], message: str) -> None:
+def test_invalid_arguments_are_errors(arguments: list[str], message: str) -> None:
     with pytest.raises((InterfaceError, InterfaceDefinitionError), match=message):
         run(*arguments)

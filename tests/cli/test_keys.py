@@ -11,13 +11,13 @@ def test_keys(tmp_path, capsys):
     assert capsys.readouterr().out.splitlines() == files
 
 
-def test_keys_that_are_there_are_an_error(tmp_path, capsys):
+def test_existing_keys_are_an_error(tmp_path, capsys):
     assert invoke(["keys", "robot", "-o", str(tmp_path)]) == 0
     assert invoke(["keys", "robot", "-o", str(tmp_path)]) == 2
     assert "the key file exists already" in capsys.readouterr().err
 
 
-def test_a_folder_that_cannot_be_made(tmp_path, capsys):
+def test_impossible_folder_is_an_error(tmp_path, capsys):
     (tmp_path / "file").touch()
     assert invoke(["keys", "robot", "-o", str(tmp_path / "file" / "keys")]) == 2
     assert "cxbridge: error:" in capsys.readouterr().err

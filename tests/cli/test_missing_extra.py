@@ -32,7 +32,7 @@ CASES = (
     share(CASES, 4, row=lambda case: case[0]),
     ids=lambda value: value if isinstance(value, str) else " ".join(value),
 )
-def test_a_missing_package_is_one_error(tmp_path: Path, module: str, plugin: str, words: list[str]):
+def test_missing_package_is_one_error(tmp_path: Path, module: str, plugin: str, words: list[str]):
     pytest.importorskip(f"cxbridge_{plugin}", reason=f"needs cxbridge-{plugin}")
     missing = tmp_path / "packages" / module
     missing.mkdir(parents=True)

@@ -195,7 +195,7 @@ def _ask(places, monkeypatch, capsys):
     return ask
 
 
-def test_each_name_that_a_command_takes_is_here():
+def test_names_of_commands_have_cases():
     named = {
         (" ".join(path), parameter.name)
         for path, command in COMMANDS.items()
@@ -213,17 +213,17 @@ def test_each_name_that_a_command_takes_is_here():
 
 @pytest.mark.parametrize("option", ["--spec mini", "--core builtin", "--skiller none", "--clips-dir OWN"])
 @pytest.mark.parametrize("source", ["", " --run RECORDED"])
-def test_an_option_that_would_not_count_is_an_error(option, source, ask):
+def test_option_without_effect_is_an_error(option, source, ask):
     status, _, error = ask(f"why MINI{source} {option}")
     assert (status, f"{option.split()[0]} needs a scenario" in error) == (2, True)
 
 
-def test_the_spec_of_no_scenario_is_an_error(ask):
+def test_spec_without_scenario_is_an_error(ask):
     assert ask("coverage RECORDED --spec mini")[0] == 2
 
 
 @pytest.mark.parametrize("choice", CHOICES, ids=" ".join)
-def test_a_misspelt_choice_is_an_error(choice, ask, monkeypatch):
+def test_misspelt_choice_is_an_error(choice, ask, monkeypatch):
     """The example of the help, with another value that nobody offers."""
     monkeypatch.chdir(ROOT)
     (ROOT / "out").mkdir(exist_ok=True)  # where examples write
@@ -237,7 +237,7 @@ def test_a_misspelt_choice_is_an_error(choice, ask, monkeypatch):
 
 
 @pytest.mark.parametrize("case", CASES, ids=" ".join)
-def test_a_misspelt_name_is_an_error(case, ask):
+def test_misspelt_name_is_an_error(case, ask):
     line, said = CASES[case]
     assert line.startswith(case[0])
     if "GOAL" in line:
@@ -250,7 +250,7 @@ def test_a_misspelt_name_is_an_error(case, ask):
 
 
 @pytest.mark.parametrize("case", WAITING, ids=" ".join)
-def test_what_waits_says_that_there_is_no_such_name_yet(case, ask):
+def test_waiting_command_reports_missing_name(case, ask):
     status, _, error = ask(WAITING[case])
     assert status == 3
     assert re.search(r"nothing matches \S+ yet \(did you mean Skiller", error)

@@ -49,7 +49,7 @@ def launches(project: Path) -> None:
 
 @needs_plugin("planning")
 @needs_plugin("studio")
-def test_the_agent_of_the_tutorial_runs_passes_and_has_no_mistake(here, capsys):
+def test_new_agent_runs_and_passes_tests_and_checks(here, capsys):
     assert invoke(["new", "my-robot"]) == 0
     made = capsys.readouterr().out.splitlines()
     project = here / "my-robot"
@@ -74,7 +74,7 @@ def test_the_agent_of_the_tutorial_runs_passes_and_has_no_mistake(here, capsys):
 
 
 @pytest.mark.parametrize("is_there", share([True, False], 1))
-def test_a_pytest_that_does_not_know_cxbridge_says_what_to_do(here, monkeypatch, is_there):
+def test_pytest_without_cxbridge_prints_remedy(here, monkeypatch, is_there):
     invoke(["new", "my-robot"])
     there = str(Path(sys.executable).parent)
     monkeypatch.setenv("PATH", f"{there}{os.pathsep}/usr/bin" if is_there else "/usr/bin")
@@ -87,7 +87,7 @@ def test_a_pytest_that_does_not_know_cxbridge_says_what_to_do(here, monkeypatch,
     assert "Traceback" not in done.stderr
 
 
-def test_the_template_is_what_the_tutorial_says(here):
+def test_template_equals_tutorial(here):
     invoke(["new", "courier"])
     made, said = here / "courier", here / "said"
     said.mkdir()
@@ -101,7 +101,7 @@ def test_the_template_is_what_the_tutorial_says(here):
 
 @needs_fawkes
 @needs_plugin("studio")
-def test_an_agent_of_fawkes_stays_where_it_is(here, capsys):
+def test_agent_of_fawkes_stays_in_place(here, capsys):
     assert FAWKES_DIR is not None
     assert invoke(["new", "talker", "--from-fawkes", "test", "--fawkes-dir", str(FAWKES_DIR)]) == 0
     project = here / "talker"
@@ -119,7 +119,7 @@ def test_an_agent_of_fawkes_stays_where_it_is(here, capsys):
 
 
 @needs_fawkes
-def test_a_spec_that_the_checkout_lacks_is_an_error(here, capsys):
+def test_unknown_spec_of_checkout_is_an_error(here, capsys):
     assert invoke(["new", "talker", "--from-fawkes", "tset", "--fawkes-dir", str(FAWKES_DIR)]) == 2
     assert "no spec 'tset'" in capsys.readouterr().err
     assert not (here / "talker").exists()
@@ -128,7 +128,7 @@ def test_a_spec_that_the_checkout_lacks_is_an_error(here, capsys):
 @pytest.mark.parametrize(
     "there", ["courier/README.md", "courier/courier/courier.clp", "courier/.vscode/launch.json"]
 )
-def test_nothing_that_is_there_is_overwritten(there, here, capsys):
+def test_existing_files_are_not_overwritten(there, here, capsys):
     (here / there).parent.mkdir(parents=True)
     (here / there).write_text("mine")
     assert invoke(["new", "courier"]) == 2
@@ -147,7 +147,7 @@ def test_nothing_that_is_there_is_overwritten(there, here, capsys):
         (["x", "--from-fawkes", "test", "--fawkes-dir", "nowhere"], "no such folder"),
     ],
 )
-def test_a_mistake_makes_nothing(arguments, message, here, capsys, monkeypatch):
+def test_invalid_arguments_create_no_files(arguments, message, here, capsys, monkeypatch):
     monkeypatch.delenv("FAWKES_DIR", raising=False)
     assert invoke(["new", *arguments]) == 2
     assert message in capsys.readouterr().err

@@ -54,7 +54,7 @@ def paint(
     return 0
 
 
-def test_each_field_is_an_option():
+def test_fields_are_options():
     done = CliRunner().invoke(
         app, ["here", "--layer", "1", "--layer", "2", "--rooms", "3", "--name", "a", "--name", "b"]
     )
@@ -63,7 +63,7 @@ def test_each_field_is_an_option():
     assert seen == [painting, 3, "broad"]
 
 
-def test_options_stand_in_the_order_of_the_groups():
+def test_options_have_order_of_groups():
     help_text = CliRunner().invoke(app, ["--help"]).output
     names = ["--colour", "--layer", "--coats", "--fast", "--name", "--rooms", "--brush"]
     places = [help_text.index(name) for name in names]
@@ -88,7 +88,7 @@ def test_usage_is_checked(wrong):
     assert CliRunner().invoke(app, wrong).exit_code == 2
 
 
-def test_what_is_declared_is_a_field():
+def test_declared_options_are_fields():
     groups = (RunOptions, DaemonOptions, RecordOptions, ReplayOptions, ExecutorOptions, FawkesTemplate)
     bases = {base for group in groups for base in group.__mro__}
     fields = {f"{base.__name__}.{name}" for base in bases for name in vars(base).get("__annotations__", ())}

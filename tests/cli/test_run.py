@@ -8,7 +8,7 @@ from cxbridge.cli.main import invoke
 from tests.run.mini import write_scenario
 
 
-def test_the_result_as_json_is_alone_on_stdout(tmp_path, capsys):
+def test_json_of_result_is_alone_on_stdout(tmp_path, capsys):
     assert invoke(["run", str(write_scenario(tmp_path)), "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert (result["status"], result["result"], result["spec"]) == (0, "completed", "mini")
@@ -26,7 +26,7 @@ def test_version(capsys):
     assert capsys.readouterr().out.startswith("cxbridge 0.")
 
 
-def test_the_doctor_is_content(capsys):
+def test_doctor_finds_no_problem(capsys):
     assert invoke(["doctor"]) == 0
     assert invoke(["doctor", "--json"]) == 0
     findings = json.loads(capsys.readouterr().out.split("\n[", 1)[1].join(["[", ""]))

@@ -45,24 +45,24 @@ def run(*arguments):
     return invoke(["skill", *arguments])
 
 
-def test_a_skill_that_is_final_is_status_0(skiller, capsys):
+def test_final_skill_is_status_0(skiller, capsys):
     assert run("exec", 'say{text="hi"}') == 0
     assert capsys.readouterr().out == "final\n"
 
 
-def test_an_earlier_answer_to_the_same_message_id_is_no_answer(skiller, capsys):
+def test_earlier_answer_with_same_message_id_is_ignored(skiller, capsys):
     """Every command's messages begin with id 1: what the Skiller shows of the one before is not ours."""
     for skill_string, status in (("say{}", 0), ("fail{}", 1), ("say{}", 0), ("fail{}", 1), ("fail{}", 1)):
         assert run("exec", skill_string) == status
 
 
-def test_a_skill_that_fails_is_status_1_with_the_reason(skiller, capsys):
+def test_failed_skill_is_status_1_with_reason(skiller, capsys):
     assert run("exec", "fail{}", "--json") == 1
     result = json.loads(capsys.readouterr().out)
     assert (result["outcome"], result["error"]) == ("failed", "on purpose")
 
 
-def test_a_skill_that_takes_too_long_is_stopped_and_status_3(skiller, capsys):
+def test_skill_timeout_stops_skill_and_is_status_3(skiller, capsys):
     assert run("exec", "long{}", "--timeout", "0.2") == 3
     assert capsys.readouterr().out == "timed out: not finished after 0.2 s\n"
     assert_stopped(skiller)
@@ -74,7 +74,7 @@ def assert_stopped(reader):
     assert reader.status == SkillerInterface.S_INACTIVE
 
 
-def test_ctrl_c_stops_the_skill_and_is_status_130(board, skiller):
+def test_ctrl_c_stops_skill_and_is_status_130(board, skiller):
     pressed: list[bool] = []
 
     class Interrupt(Listener):
@@ -89,7 +89,7 @@ def test_ctrl_c_stops_the_skill_and_is_status_130(board, skiller):
     assert_stopped(board.open_for_reading(SkillerInterface, "Skiller", owner="after"))
 
 
-def test_somebody_elses_control_is_respected_unless_it_is_stolen(skiller, capsys):
+def test_foreign_control_is_respected_unless_stolen(skiller, capsys):
     skiller.msgq_enqueue(SkillerInterface.AcquireControlMessage())
     wait_for_control(skiller, str(skiller.serial))
     assert run("exec", "say{}") == 1
@@ -97,13 +97,13 @@ def test_somebody_elses_control_is_respected_unless_it_is_stolen(skiller, capsys
     assert run("exec", "say{}", "--steal") == 0
 
 
-def test_without_a_skiller_it_is_status_2(board, capsys):
+def test_missing_skiller_is_status_2(board, capsys):
     assert run("exec", "say{}") == 2
     assert "no Skiller writes SkillerInterface::Skiller" in capsys.readouterr().err
     assert run("list") == 0
 
 
-def test_list_and_the_names_of_the_skills(board, skiller, capsys):
+def test_list_prints_skillers_and_skills(board, skiller, capsys):
     debug = board.open_for_writing("SkillerDebugInterface", "Skiller", owner="skiller")
     shown = []
 

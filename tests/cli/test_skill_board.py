@@ -42,7 +42,7 @@ def executor(board, agent, name):
     return ExecutorHost(Wave(context), name)
 
 
-def test_the_board_lists_executors_by_agent(board, capsys):
+def test_board_lists_executors_by_agent(board, capsys):
     for agent, name in (("r2", "b"), ("r1", "z"), ("r1", "a")):
         executor(board, agent, name)
     assert invoke(["skill", "board"]) == 0
@@ -64,7 +64,7 @@ def test_the_board_lists_executors_by_agent(board, capsys):
     }
 
 
-def test_what_an_executor_does_is_told(board, capsys):
+def test_board_prints_activity_of_executor(board, capsys):
     host = executor(board, "r1", "e1")
     host._interface.state, host._interface.skill = "BUSY", "wave"
     host._interface.board, host._interface.master = "SkillBoard", 3
@@ -73,7 +73,7 @@ def test_what_an_executor_does_is_told(board, capsys):
     assert capsys.readouterr().out == "r1: e1 (wave, bow) BUSY: wave for SkillBoard, action 3\n"
 
 
-def test_a_skiller_on_the_board_knows_what_its_executors_know(board, capsys):
+def test_skiller_of_board_has_skills_of_executors(board, capsys):
     executor(board, "r1", "e1")
     for agent in ("r1", "r2"):
         board.open_for_writing("SkillerInterface", agent, owner="test")
@@ -87,7 +87,7 @@ def test_a_skiller_on_the_board_knows_what_its_executors_know(board, capsys):
     ]
 
 
-def test_nobody_there(board, capsys):
+def test_empty_board_prints_message(board, capsys):
     assert invoke(["skill", "board"]) == 0
     assert capsys.readouterr() == ("", "there is no executor\n")
 
@@ -102,7 +102,7 @@ def test_nobody_there(board, capsys):
         ("wave.py:Wave", ["times"], "'times' is not a setting"),
     ],
 )
-def test_a_users_mistake_is_one_message(tmp_path, monkeypatch, capsys, target, settings, message):
+def test_invalid_target_or_setting_is_one_message(tmp_path, monkeypatch, capsys, target, settings, message):
     (tmp_path / "wave.py").write_text(CLASS)
     monkeypatch.chdir(tmp_path)
     options = [part for setting in settings for part in ("--set", setting)]
@@ -116,7 +116,7 @@ def test_a_users_mistake_is_one_message(tmp_path, monkeypatch, capsys, target, s
     ("agent", "settings", "message"),
     [("r1", ("arms=2",), "has no setting 'arms'"), ("x" * 65, (), "an agent cannot be called")],
 )
-def test_what_cannot_be_made_leaves_nothing_behind(tmp_path, monkeypatch, agent, settings, message):
+def test_failed_executor_leaves_no_interface(tmp_path, monkeypatch, agent, settings, message):
     (tmp_path / "wave.py").write_text(CLASS)
     shared = SharedBoard()
     monkeypatch.setattr("cxbridge.daemon.services.service.open_blackboard", lambda *_: shared)

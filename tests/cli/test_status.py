@@ -57,7 +57,7 @@ def wrapped(outer, inner):
         (ComponentFailedError("zmq: ZMQError: Too many open files"), 4, "zmq: ZMQError"),
     ],
 )
-def test_each_error_has_its_status(monkeypatch, capsys, error, status, said):
+def test_errors_have_statuses(monkeypatch, capsys, error, status, said):
     monkeypatch.setattr(program, "app", failing(error))
     assert program.invoke([]) == status
     errors = capsys.readouterr().err
@@ -65,7 +65,7 @@ def test_each_error_has_its_status(monkeypatch, capsys, error, status, said):
     assert "stdout" not in errors
 
 
-def test_a_fault_of_ours_is_4_and_shows_where(monkeypatch, capsys):
+def test_internal_fault_is_status_4_with_traceback(monkeypatch, capsys):
     monkeypatch.setattr(program, "app", failing(ZeroDivisionError("oh")))
     with pytest.raises(SystemExit) as ended:
         program.main([])
@@ -77,7 +77,7 @@ def test_a_fault_of_ours_is_4_and_shows_where(monkeypatch, capsys):
 
 @pytest.mark.skipif(not FULL_DISK.exists(), reason="the system has no /dev/full")
 @pytest.mark.parametrize("command", ["doctor", "interface list", "--help"])
-def test_a_full_disk_below_stdout_is_told_as_that(command):
+def test_full_disk_below_stdout_is_reported(command):
     with FULL_DISK.open("w") as full:
         process = Started(*command.split(), stdout=full)
     _, errors = process.communicate()
@@ -93,7 +93,7 @@ def test_a_full_disk_below_stdout_is_told_as_that(command):
         (ConfigError("wrong"), ConfigError),
     ],
 )
-def test_a_component_that_cannot_start_says_which_and_why(monkeypatch, error, kind):
+def test_failed_start_names_component_and_reason(monkeypatch, error, kind):
     settings = (("fawkes/enable", False), ("zmq/endpoints", ["ipc:///nowhere/bb"]), ("skiller", "none"))
     daemon = Daemon(DaemonOptions(settings=settings))
 

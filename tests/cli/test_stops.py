@@ -55,7 +55,7 @@ def test_stops_at_random_instants(name, boards):
     assert not faults, "\n".join(faults)
 
 
-def test_a_signal_in_the_sleep_of_a_daemon_is_no_fault(tmp_path):
+def test_signal_during_sleep_of_daemon_is_no_fault(tmp_path):
     more = "\nfawkes/mainapp/desired_loop_time: 1100000\n"
     process, _ = start(tmp_path, str(write_scenario(tmp_path / "s", agent="(deffacts nothing)", more=more)))
     process.terminate()
@@ -64,7 +64,7 @@ def test_a_signal_in_the_sleep_of_a_daemon_is_no_fault(tmp_path):
     assert "the agent has quit" not in errors
 
 
-def test_a_signal_while_the_executive_is_started_is_no_fault(tmp_path):
+def test_signal_during_start_of_executive_is_no_fault(tmp_path):
     """Rules that never end are broken off; what comes of that is not a failure of the start."""
     agent = "(defrule spin => (printout error LOADING crlf) (while TRUE (bind ?x 1)))"
     scenario = write_scenario(tmp_path / "s", agent=agent)
@@ -76,7 +76,7 @@ def test_a_signal_while_the_executive_is_started_is_no_fault(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="has no SIGHUP")
-def test_a_daemon_below_nohup_goes_on_when_its_terminal_is_gone(tmp_path):
+def test_daemon_below_nohup_survives_hangup(tmp_path):
     process, _ = start(tmp_path, ignore=signal.SIGHUP)
     process.send_signal(signal.SIGHUP)
     with pytest.raises(subprocess.TimeoutExpired):
@@ -89,7 +89,7 @@ def test_a_daemon_below_nohup_goes_on_when_its_terminal_is_gone(tmp_path):
 # -- the parts
 
 
-def test_an_interrupt_within_another_takes_over_what_came_before_and_hands_back_what_comes():
+def test_nested_interrupt_shares_signals_with_outer_interrupt():
     stopped = threading.Event()
     with Interrupt() as outer:
         signal.raise_signal(signal.SIGTERM)
@@ -103,7 +103,7 @@ def test_an_interrupt_within_another_takes_over_what_came_before_and_hands_back_
         assert outer.is_signalled
 
 
-def test_what_does_not_end_by_itself_is_forced_and_no_sooner():
+def test_interrupt_forces_end_after_grace_period():
     asked, forced = threading.Event(), threading.Event()
     with Interrupt(asked.set, forced.set) as interrupt:
         interrupt.give_time(3600)
@@ -114,7 +114,7 @@ def test_what_does_not_end_by_itself_is_forced_and_no_sooner():
         assert forced.wait(WAIT_S)
 
 
-def test_a_handler_takes_no_lock_that_the_code_below_it_may_hold():
+def test_signal_handler_takes_no_lock_of_interrupted_code():
     """``Event.set`` in a handler waits for ever when the main thread is in ``Event.wait``."""
     event = threading.Event()
     names = []

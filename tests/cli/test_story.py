@@ -33,7 +33,7 @@ def run(*arguments, capsys):
     return status, captured.out.splitlines(), captured.err
 
 
-def test_a_story_tells_how_each_goal_ended_then_the_tree_then_one_line(capsys):
+def test_story_has_ends_of_goals_tree_and_result(capsys):
     status, lines, errors = run("test-scenario", capsys=capsys)
     assert (status, errors) == (0, "")
     story = [line for line in lines if line.startswith("  ") and " s  " in line]
@@ -49,7 +49,7 @@ def test_a_story_tells_how_each_goal_ended_then_the_tree_then_one_line(capsys):
     )
 
 
-def test_a_failed_action_is_the_reason(tmp_path, capsys):
+def test_story_names_failed_action_as_reason(tmp_path, capsys):
     scenario = write_scenario(tmp_path, mapping="act: fail{}")
     status, lines, _ = run(scenario, capsys=capsys)
     assert status == 1
@@ -57,7 +57,7 @@ def test_a_failed_action_is_the_reason(tmp_path, capsys):
     assert ": action act hello failed: " in line
 
 
-def test_a_goal_that_is_set_back_ends_twice(tmp_path, capsys):
+def test_reset_goal_ends_twice(tmp_path, capsys):
     again = """
 (defrule mini-again
   (declare (salience 10))
@@ -72,13 +72,13 @@ def test_a_goal_that_is_set_back_ends_twice(tmp_path, capsys):
     assert len([line for line in lines if " failed " in line and "G (MINI)" in line]) == 2
 
 
-def test_quiet_prints_the_result_only(tmp_path, capsys):
+def test_quiet_prints_result_only(tmp_path, capsys):
     scenario = write_scenario(tmp_path)
     _, lines, errors = run(scenario, "-q", capsys=capsys)
     assert (lines[0], len(lines), errors) == ("G (MINI): COMPLETED", 2, "")
 
 
-def test_what_rules_print_is_in_the_log_what_went_wrong_is_shown(tmp_path, capsys):
+def test_story_shows_errors_but_no_output_of_rules(tmp_path, capsys):
     scenario = write_scenario(tmp_path)
     (agent,) = scenario.glob("*.clp")
     agent.write_text(agent.read_text() + PRINTS + BROKEN)
@@ -95,7 +95,7 @@ def test_what_rules_print_is_in_the_log_what_went_wrong_is_shown(tmp_path, capsy
     assert "an error that the agent prints" in log.read_text()
 
 
-def test_a_terminal_has_colours_and_icons(tmp_path, capsys, monkeypatch):
+def test_terminal_gets_colours_and_icons(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("FORCE_COLOR", "1")
     _, lines, _ = run(write_scenario(tmp_path), capsys=capsys)
     assert "\x1b[32m✓ completed\x1b[0m" in lines[0]
@@ -124,7 +124,7 @@ class Stream(io.StringIO):
         (True, {"TERM": "dumb"}, False),
     ],
 )
-def test_when_there_are_colours(tty, environ, coloured):
+def test_colours_depend_on_terminal_and_environment(tty, environ, coloured):
     assert wants_colour(Stream(tty), environ) is coloured
 
 
@@ -133,7 +133,7 @@ def goal(name, mode, outcome="UNKNOWN", parent="nil", error=""):
 
 
 class TestFailureReasons:
-    def test_facts_say_with_what_and_why_an_action_failed(self):
+    def test_facts_give_parameters_and_reason_of_failure(self):
         facts = {
             "plan-action": [
                 {"goal-id": "G", "plan-id": "P", "id": 1, "param-values": ("book",), "error-msg": "slipped"}
@@ -145,14 +145,14 @@ class TestFailureReasons:
         reasons.record_event(failed)
         assert reasons.find_failure_reason(failed) == "action pick book failed: slipped"
 
-    def test_a_goal_that_is_set_back_has_no_failed_action(self):
+    def test_reset_goal_has_no_failed_action(self):
         reasons = FailureReasons(lambda _: ())
         reasons.record_event(PlanActionTransition(0, "executive", "1", "G", "P", "pick", "FAILED"))
         reasons.record_event(goal("G", "FINISHED", "FAILED"))
         reasons.record_event(goal("G", "SELECTED"))
         assert reasons.find_failure_reason(goal("G", "FINISHED", "FAILED")) == ""
 
-    def test_many_failures_cost_neither_memory_nor_many_looks(self):
+    def test_many_failures_cost_little_memory_and_few_lookups(self):
         looks: list[str] = []
 
         def look(template):
@@ -168,7 +168,7 @@ class TestFailureReasons:
         assert len(reasons._failed_sub_goals) == MAX_FAILURES
 
 
-def test_a_reader_that_has_seen_enough_ends_the_run_without_a_word():
+def test_closed_stdout_ends_run_silently():
     """Goals end within calls of CLIPS: an exception there is no exception of the run."""
     scenario = ROOT / "scenarios" / "workshop"
     process = Started("run", scenario)

@@ -35,21 +35,19 @@ def changed(tmp_path: Path) -> Path:
 
 @needs_shared
 @pytest.mark.parametrize("name", NAMES)
-def test_transitions_are_those_of_the_recording(
-    name: str, capsysbinary: pytest.CaptureFixture[bytes]
-) -> None:
+def test_transitions_equal_recording(name: str, capsysbinary: pytest.CaptureFixture[bytes]) -> None:
     assert invoke(["trace", "transitions", str(recording(name))]) == 0
     assert capsysbinary.readouterr().out == (RECORDINGS / name / "trace.txt").read_bytes()
 
 
 @needs_shared
-def test_rules_are_those_of_the_recording(capsys: pytest.CaptureFixture[str]) -> None:
+def test_rules_equal_recording(capsys: pytest.CaptureFixture[str]) -> None:
     assert invoke(["trace", "rules", str(recording("skiller-1"))]) == 0
     rules = capsys.readouterr().out.splitlines()
     assert (len(rules), rules[0], rules[-1]) == (728, "executive-init-start", "skill-control-release")
 
 
-def test_a_difference_is_shown_with_what_led_to_it(
+def test_difference_is_shown_with_context(
     run: Path, changed: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert invoke(["trace", "diff", str(run), str(changed), "--order", "partial"]) == 1
@@ -87,7 +85,7 @@ def test_a_difference_is_shown_with_what_led_to_it(
         (["cat", "RUN", "--match", "("], "is not a regular expression"),
     ],
 )
-def test_mistakes(
+def test_invalid_arguments_are_errors(
     arguments: list[str], message: str, run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "bad").write_bytes(bytes(range(256)))
@@ -129,7 +127,7 @@ def test_convert(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert capsys.readouterr().out == copy.read_text()
 
 
-def test_what_is_wrong_with_a_file_is_told_on_stderr(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_damage_of_file_is_reported_on_stderr(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run.write_bytes(run.read_bytes()[:-20])
     assert invoke(["trace", "transitions", str(run)]) == 0
     captured = capsys.readouterr()

@@ -50,7 +50,7 @@ def diff(*arguments: object) -> int:
     return invoke(["trace", "diff", *map(str, arguments)])
 
 
-def test_the_report_shows_both_runs(runs: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_report_shows_both_runs(runs: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
     assert diff(*runs) == 1
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "differ in 2 places, total order: A has 18 transitions, B 17"
@@ -88,7 +88,9 @@ def test_equal_runs_as_json(runs: tuple[str, str], capsys: pytest.CaptureFixture
     assert (report["same"], report["total"], report["first"], report["differences"]) == (True, 0, None, [])
 
 
-def test_junit_tells_ci(runs: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_junit_file_lists_differences(
+    runs: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     path = tmp_path / "junit.xml"
     assert diff(*runs, "--junit", path) == 1
     suites = ET.parse(path).getroot()
@@ -105,7 +107,7 @@ def test_junit_tells_ci(runs: tuple[str, str], tmp_path: Path, capsys: pytest.Ca
     assert "cannot be written: Not a directory" in capsys.readouterr().err
 
 
-def test_what_xml_cannot_hold_is_replaced(tmp_path: Path) -> None:
+def test_characters_invalid_in_xml_are_replaced(tmp_path: Path) -> None:
     a = record(tmp_path / "a.mcap", [skill("x\x00\x1b", "S_RUNNING")])
     b = record(tmp_path / "b.mcap", [skill("y\ufffe", "S_RUNNING")])
     assert diff(a, b, "--junit", tmp_path / "junit.xml") == 1
@@ -116,7 +118,7 @@ def test_what_xml_cannot_hold_is_replaced(tmp_path: Path) -> None:
 
 @needs_plugin("web")
 @pytest.mark.parametrize("order", ["total", "partial"])
-def test_the_page_has_the_json_inside(
+def test_page_embeds_json(
     runs: tuple[str, str], tmp_path: Path, order: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     from web_tests.test_report import data_of, inside_of
@@ -137,9 +139,7 @@ def test_the_page_has_the_json_inside(
 @needs_plugin("web")
 @needs_browser
 @pytest.mark.parametrize("order", ["total", "partial"])
-def test_a_browser_draws_the_page_without_complaint(
-    runs: tuple[str, str], tmp_path: Path, order: str
-) -> None:
+def test_browser_renders_page_without_errors(runs: tuple[str, str], tmp_path: Path, order: str) -> None:
     path = tmp_path / "diff.html"
     assert diff(*runs, "--html", path, "--order", order) == 1
     shown = show(path, tmp_path / "profile")
@@ -152,7 +152,7 @@ def test_a_browser_draws_the_page_without_complaint(
 
 @needs_plugin("web")
 @needs_browser
-def test_the_page_of_equal_runs(runs: tuple[str, str], tmp_path: Path) -> None:
+def test_page_of_equal_runs(runs: tuple[str, str], tmp_path: Path) -> None:
     path = tmp_path / "diff.html"
     assert diff(runs[0], runs[0], "--html", path) == 0
     assert "same: 18 transitions, total order" in show(path, tmp_path / "profile").dom

@@ -21,7 +21,7 @@ __all__ = ["dark"]  # a fixture
         *(pytest.param(command, marks=needs_plugin("studio")) for command in ("check", "why mini-begin")),
     ],
 )
-def test_a_configuration_in_a_folder_that_may_not_be_searched(
+def test_configuration_in_unsearchable_folder_is_an_error(
     command: str, dark: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     scenario = write_scenario(tmp_path / "mini")
@@ -32,7 +32,7 @@ def test_a_configuration_in_a_folder_that_may_not_be_searched(
     assert f"{dark / 'more.yaml'}: Permission denied" in printed
 
 
-def test_a_file_of_rules(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_unreadable_rules_are_an_error(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """It was passed over silently, and the agent was stuck."""
     scenario = write_scenario(tmp_path / "mini")
     rules = scenario / "mini.clp"
@@ -43,7 +43,7 @@ def test_a_file_of_rules(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> N
 
 
 @needs_plugin("studio")
-def test_a_file_of_rules_that_is_checked(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_check_reports_unreadable_rules(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     scenario = write_scenario(tmp_path / "mini")
     rules = scenario / "mini.clp"
     rules.chmod(0)

@@ -80,7 +80,7 @@ def test_messages_and_skills(board, url, skiller, capsys):
         wait_for_control(reader)
 
 
-def test_nobody_there_is_one_message_and_status_2(tmp_path, capsys):
+def test_missing_server_is_one_message_and_status_2(tmp_path, capsys):
     assert invoke(["bb", "list", "--connect", f"ipc://{tmp_path}/bb"]) == 2
     error = capsys.readouterr().err
     assert error.startswith("cxbridge: error: ")

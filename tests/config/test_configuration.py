@@ -54,7 +54,7 @@ def test_typed_values(config: Configuration) -> None:
     assert config.get_strings("/robot/none") == []
 
 
-def test_defaults_stand_in_for_missing_values_only(config: Configuration) -> None:
+def test_defaults_replace_missing_values_only(config: Configuration) -> None:
     assert config.get_uint("/robot/gone", default=7) == 7
     assert config.get_str("/robot/gone", default=None) is None
     assert config.get_strings("/gone", default=["x"]) == ["x"]
@@ -75,7 +75,7 @@ def test_defaults_stand_in_for_missing_values_only(config: Configuration) -> Non
         ("get_uints", "/robot/names", 10, "element 0 is 'a'"),
     ],
 )
-def test_wrong_type_names_the_place(
+def test_error_of_wrong_type_has_place(
     config: Configuration, getter: str, path: str, line: int, message: str
 ) -> None:
     with pytest.raises(ConfigError) as caught:
@@ -99,7 +99,7 @@ def test_missing_value_suggests_paths(config: Configuration) -> None:
 # ---- search
 
 
-def test_search_yields_in_lexicographic_order_with_the_prefix_as_given() -> None:
+def test_search_has_lexicographic_order_and_given_prefix() -> None:
     config = Configuration.from_text("b: {z: 1, a-b: 2, a: {c: 3}}\na: 1\n")
     assert [value.path for value in config.search("/b/")] == ["/b/a-b", "/b/a/c", "/b/z"]
     assert [value.path for value in config.search("b")] == ["b/a-b", "b/a/c", "b/z"]
@@ -107,7 +107,7 @@ def test_search_yields_in_lexicographic_order_with_the_prefix_as_given() -> None
     assert [*config.search("/a"), *config.search("/gone")] == []
 
 
-def test_search_tells_type_raw_text_and_place(config: Configuration) -> None:
+def test_search_yields_type_raw_text_and_line(config: Configuration) -> None:
     rows = {
         value.path.removeprefix("/robot/"): (
             value.type.name,
@@ -129,7 +129,7 @@ def test_search_tells_type_raw_text_and_place(config: Configuration) -> None:
 # ---- changing
 
 
-def test_set_changes_and_makes_values(config: Configuration) -> None:
+def test_set_changes_and_adds_values(config: Configuration) -> None:
     config.set("/robot/name", 5)
     config.set("/robot/new/flag", True)
     config.set("/robot/names", ["x", 2, False])
@@ -142,7 +142,7 @@ def test_set_changes_and_makes_values(config: Configuration) -> None:
 
 
 @pytest.mark.parametrize("path", ["/robot", "/", "/".join("a" * 101), "/robot/name/below", "/robot/names/0"])
-def test_set_refuses_what_is_no_leaf(config: Configuration, path: str) -> None:
+def test_set_refuses_maps(config: Configuration, path: str) -> None:
     before = list(config.search())
     with pytest.raises(ConfigError):
         config.set(path, 1)
@@ -153,7 +153,7 @@ def test_set_refuses_what_is_no_leaf(config: Configuration, path: str) -> None:
 
 
 @needs_shared
-def test_fawkes_own_files_load() -> None:
+def test_files_of_fawkes_load() -> None:
     files = sorted((SHARED / "fawkes-data" / "config").glob("*.yaml"))
     assert files
     for file in files:

@@ -29,14 +29,14 @@ def error(text: str | bytes) -> ConfigError:
     return caught.value
 
 
-def test_tags_are_the_same_with_and_without_the_directive() -> None:
+def test_tags_are_equal_with_and_without_directive() -> None:
     declared = "%YAML 1.2\n%TAG ! tag:fawkesrobotics.org,cfg/\n---\na: !url x\n---\na: !url x\n"
     for document in parse_documents(declared, "a.yaml"):
         assert isinstance(document, YamlMap)
         assert document.pairs[0][1].tag == "url"
 
 
-def test_yaml_own_tags_say_what_the_node_is() -> None:
+def test_tags_of_yaml_select_type() -> None:
     values = [value for _, value in only("a: !!str 5\nb: !!seq [1]\nc: !!map {d: 1}\nd: !!int x\n").pairs]
     assert [value.tag for value in values] == ["", "", "", ""]
     assert (
@@ -75,7 +75,7 @@ def test_billion_laughs_is_refused_before_it_grows() -> None:
         (b"a: 1\nb: \xff\xfe\n", 2, "save it as UTF-8"),
     ],
 )
-def test_a_mistake_is_told_with_its_line(text: str | bytes, line: int, expected_text: str) -> None:
+def test_syntax_error_has_line(text: str | bytes, line: int, expected_text: str) -> None:
     problem = error(text)
     assert expected_text in f"{problem.message} {problem.hint}"
     assert problem.line == line
@@ -88,14 +88,14 @@ def check_one_error_at_most(text: str | bytes) -> None:
 
 @patient
 @given(st.text(alphabet="ab01-:[]{},&*!|>'\"%#? \n\t\ud800~/\x00", max_size=60))
-def test_random_yaml_soup_is_yaml_or_one_error(text: str) -> None:
+def test_random_text_is_yaml_or_one_error(text: str) -> None:
     check_one_error_at_most(text)
 
 
 @pytest.mark.parametrize(
     "text", ["a: !url [x, &y 'z', *y]\nb: ~\n---\nc: |\n  t\n", "a: [1, 2\nb: 3\n", "a: *x"]
 )
-def test_the_same_without_the_parser_in_c(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_parser_in_python_reads_same_documents(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def outcome() -> object:
         try:
             return parse_documents(text, "a.yaml")

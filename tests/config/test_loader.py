@@ -32,7 +32,7 @@ def load_error(path: Path) -> ConfigError:
     return caught.value
 
 
-def test_files_are_laid_over_each_other_breadth_first(tmp_path: Path) -> None:
+def test_included_files_overlay_breadth_first(tmp_path: Path) -> None:
     main = write(
         tmp_path, "config.yaml", "include: [one.yaml, two.yaml]", "a: main\nb: main\nc: main\nd: main"
     )
@@ -44,7 +44,7 @@ def test_files_are_laid_over_each_other_breadth_first(tmp_path: Path) -> None:
     assert [file.name for file in config.files] == ["config.yaml", "one.yaml", "two.yaml", "deep.yaml"]
 
 
-def test_relative_includes_are_seen_from_the_configurations_folder(tmp_path: Path) -> None:
+def test_relative_includes_start_at_main_folder(tmp_path: Path) -> None:
     main = write(tmp_path, "config.yaml", "include: [sub/one.yaml]", "a: 1")
     write(tmp_path, "sub/one.yaml", "include: [two.yaml]", "b: 1")
     write(tmp_path, "two.yaml", "c: 1")
@@ -53,7 +53,7 @@ def test_relative_includes_are_seen_from_the_configurations_folder(tmp_path: Pat
     assert Configuration.load(other, confdir=tmp_path).exists("/c")
 
 
-def test_folder_reads_its_yaml_files_sorted_and_no_subfolder(tmp_path: Path) -> None:
+def test_folder_includes_sorted_yaml_files_without_subfolders(tmp_path: Path) -> None:
     main = write(tmp_path, "config.yaml", "include: [conf.d/]", "x: main")
     for name in ("b.yaml", "a.yaml", ".hidden.yaml", "c.yml", "with blank.yaml", "sub/d.yaml", "e.yaml.orig"):
         write(tmp_path / "conf.d", name, f"x: {name}")
@@ -62,7 +62,7 @@ def test_folder_reads_its_yaml_files_sorted_and_no_subfolder(tmp_path: Path) -> 
     assert config.get_str("/x") == "b.yaml"
 
 
-def test_loading_a_folder(tmp_path: Path) -> None:
+def test_folder_is_loaded(tmp_path: Path) -> None:
     write(tmp_path, "b.yaml", "x: b")
     write(tmp_path, "a.yaml", "x: a\ny: a")
     config = Configuration.load(tmp_path)
@@ -71,7 +71,7 @@ def test_loading_a_folder(tmp_path: Path) -> None:
     assert not Configuration.load(tmp_path).exists("x")
 
 
-def test_ignore_missing(tmp_path: Path) -> None:
+def test_missing_files_are_ignored_on_request(tmp_path: Path) -> None:
     main = write(
         tmp_path,
         "config.yaml",
@@ -82,7 +82,7 @@ def test_ignore_missing(tmp_path: Path) -> None:
     assert Configuration.load(main).exists("/b")
 
 
-def test_host_specific_file_wins_over_everything(tmp_path: Path) -> None:
+def test_host_specific_file_overlays_all_files(tmp_path: Path) -> None:
     main = write(
         tmp_path, "config.yaml", "include:\n- !host-specific $host.yaml\n- one.yaml", "a: main\nb: main"
     )
@@ -112,7 +112,7 @@ def test_empty_files_and_documents(tmp_path: Path, documents: tuple[str, ...]) -
     assert len(config.files) == 1
 
 
-def test_missing_include_names_the_line_that_asked(tmp_path: Path) -> None:
+def test_error_of_missing_include_has_line(tmp_path: Path) -> None:
     main = write(tmp_path, "config.yaml", "include:\n  - gone.yaml", "a: 1")
     problem = load_error(main)
     assert (problem.file, problem.line) == (str(main), 2)
@@ -127,7 +127,7 @@ def test_missing_main_file(tmp_path: Path) -> None:
     assert "no configuration" in load_error(tmp_path).message
 
 
-def test_unreadable_file_is_not_a_missing_one(tmp_path: Path) -> None:
+def test_unreadable_file_is_not_ignored(tmp_path: Path) -> None:
     main = write(tmp_path, "config.yaml", "include: [!ignore-missing x.yaml]", "a: 1")
     write(tmp_path, "x.yaml", "a: 2").chmod(0)
     with unprivileged():
@@ -147,13 +147,13 @@ def test_unreadable_file_is_not_a_missing_one(tmp_path: Path) -> None:
         ("[include]", "must be a map"),
     ],
 )
-def test_odd_meta_documents(tmp_path: Path, meta: str, message: str) -> None:
+def test_invalid_meta_documents_are_errors(tmp_path: Path, meta: str, message: str) -> None:
     with pytest.raises(ConfigError, match=message) as caught:
         Configuration.load(write(tmp_path, "c.yaml", meta, "a: 1"))
     assert caught.value.line == 1
 
 
-def test_include_in_a_circle_names_the_way(tmp_path: Path) -> None:
+def test_cycle_of_includes_is_shown(tmp_path: Path) -> None:
     main = write(tmp_path, "config.yaml", "include: [one.yaml]", "a: 1")
     one = write(tmp_path, "one.yaml", "include:\n\n- config.yaml", "b: 1")
     problem = load_error(main)
@@ -161,7 +161,7 @@ def test_include_in_a_circle_names_the_way(tmp_path: Path) -> None:
     assert f"{main} -> {one} -> {main}" in problem.message
 
 
-def test_includes_that_multiply_are_bounded(tmp_path: Path) -> None:
+def test_number_of_includes_is_bounded(tmp_path: Path) -> None:
     for level in range(12):
         write(tmp_path, f"l{level}.yaml", f"include: [l{level + 1}.yaml, l{level + 1}.yaml]", "a: 1")
     write(tmp_path, "l12.yaml", "a: 1")

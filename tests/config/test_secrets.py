@@ -54,7 +54,7 @@ def test_secret_names(path):
         "/cxbridge/zmq/clients",
     ],
 )
-def test_names_that_are_not_secret(path):
+def test_public_names(path):
     assert not is_secret(path)
     assert mask(path, "hunter2") == "hunter2"
 
@@ -74,12 +74,12 @@ def test_names_that_are_not_secret(path):
         ("-----BEGIN CERTIFICATE-----\nMII",) * 2,
     ],
 )
-def test_parts_of_values(text, masked):
+def test_secret_parts_of_values_are_masked(text, masked):
     assert mask("/x/uri", text) == masked
     assert mask("", text) == masked
 
 
-def test_lists_and_errors():
+def test_secrets_in_lists_and_errors_are_masked():
     config = Configuration.from_text("web: {tokens: [abc, def], uris: ['x://u:abc@h', y]}\npassword: abc\n")
     assert mask_value(config.get("/web/tokens")).items == (MASKED_TEXT, MASKED_TEXT)
     assert mask_value(config.get("/web/uris")).items == (f"x://{MASKED_TEXT}@h", "y")
@@ -102,5 +102,5 @@ def test_lists_and_errors():
         ("a: \xff", True),
     ],
 )
-def test_files_with_secrets_and_unreadable_files_are_found(text, expected):
+def test_unreadable_files_count_as_secret(text, expected):
     assert has_secrets(text.encode("latin-1")) is expected

@@ -23,7 +23,7 @@ HEAD = "%YAML 1.2\n%TAG ! tag:fawkesrobotics.org,cfg/\n---\n"
         "!ipv4-addr 224.16.0.1",
     ],
 )
-def test_accepted(value: str) -> None:
+def test_valid_values_of_tags(value: str) -> None:
     assert Configuration.from_text(f"{HEAD}a: {value}\n").exists("/a")
 
 
@@ -42,7 +42,7 @@ def test_accepted(value: str) -> None:
         ("!url [a, b]", "URL"),
     ],
 )
-def test_refused_with_place_and_hint(value: str, hint: str) -> None:
+def test_invalid_values_of_tags_have_place_and_hint(value: str, hint: str) -> None:
     with pytest.raises(ConfigError) as caught:
         Configuration.from_text(f"{HEAD}a:\n  b: {value}\n", "c.yaml")
     problem = caught.value
@@ -58,7 +58,7 @@ def test_refused_with_place_and_hint(value: str, hint: str) -> None:
         ("include:\n  - !ignore-missing conf.d/\n", 2, "first of two documents"),
     ],
 )
-def test_tags_of_elements_of_python_and_of_includes(text: str, line: int, message: str) -> None:
+def test_invalid_tags_are_errors(text: str, line: int, message: str) -> None:
     with pytest.raises(ConfigError, match=message) as caught:
         Configuration.from_text(text)
     assert caught.value.line == line

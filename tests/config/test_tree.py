@@ -37,7 +37,7 @@ def test_empty_and_null_values_are_leaves() -> None:
         ("just text\n", 1, "must be a map"),
     ],
 )
-def test_refused(text: str, line: int, message: str) -> None:
+def test_invalid_trees_are_errors(text: str, line: int, message: str) -> None:
     with pytest.raises(ConfigError, match=message) as caught:
         Configuration.from_text(text, "c.yaml")
     assert (caught.value.file, caught.value.line) == ("c.yaml", line)
@@ -57,7 +57,7 @@ def test_later_duplicate_replaces_and_warns() -> None:
     assert config.warnings == ("c.yaml:3: 'a' replaces the value in line 1",)
 
 
-def test_overlay_merges_maps_and_replaces_the_rest() -> None:
+def test_overlay_merges_maps_and_replaces_lists_and_scalars() -> None:
     config = Configuration.from_text("m: {a: 1, b: 2}\nl: [1, 2, 3]\ns:\n- x: 1\n- x: 2\nn:\n")
     config.overlay(Configuration.from_text("m: {b: text, c: 4}\nl: [9]\ns:\n- y: 5\nn: {deep: 1}\n"))
     assert values(config) == {
@@ -75,7 +75,7 @@ def test_overlay_merges_maps_and_replaces_the_rest() -> None:
     [("a: 1", "a: [1]"), ("a: [1]", "a: 1"), ("a: {b: 1}", "a: 1"), ("a: 1", "a: {b: 1}"), ("a: 1", "a:"),
      ("a: [{b: 1}]", "a: {b: 1}"), ("a: {b: 1}", "a: [{b: 1}]")],
 )  # fmt: skip
-def test_overlay_of_another_kind_names_both_places(below: str, above: str) -> None:
+def test_error_of_incompatible_overlay_has_both_places(below: str, above: str) -> None:
     config = Configuration.from_text(below, "below.yaml")
     with pytest.raises(ConfigError) as caught:
         config.overlay(Configuration.from_text(f"\n{above}", "above.yaml"))
@@ -115,7 +115,7 @@ def flat(tree: Any, prefix: str = "") -> dict[str, Any]:
 
 @patient
 @given(_TREE)
-def test_random_trees_come_back_in_order(tree: dict[str, Any]) -> None:
+def test_random_trees_are_read_back_in_order(tree: dict[str, Any]) -> None:
     text = yaml.safe_dump(tree, allow_unicode=True)
     expected = flat(tree)
     config = Configuration.from_text(text)

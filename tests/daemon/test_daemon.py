@@ -94,7 +94,7 @@ def connected(daemon):
         ("cxbridge:\n  zmq: {clients: keys}\n", "CURVE needs both keys", "make keys"),
     ],
 )
-def test_settings_that_make_no_sense(text, message, hint):
+def test_invalid_settings_are_errors(text, message, hint):
     with pytest.raises(ConfigError) as caught:
         settings(text)
     assert message in caught.value.message
@@ -106,7 +106,7 @@ def test_settings_that_make_no_sense(text, message, hint):
 # -- in this process
 
 
-def test_it_serves_its_blackboard_and_tells_how_it_stands(tmp_path):
+def test_daemon_serves_blackboard_and_status(tmp_path):
     before = set(threading.enumerate())
     endpoint = f"ipc://{tmp_path}/bb"
     with running(settings=(("zmq/endpoints", [endpoint]), *ANY_PORT)) as (daemon, _, outcome):
@@ -150,7 +150,7 @@ def test_pause_resume_reset_and_shutdown_by_messages(tmp_path):
         assert outcome == [0]
 
 
-def test_commands_are_refused_when_remote_control_is_off(tmp_path):
+def test_commands_need_remote_control(tmp_path):
     options: Any = (*QUIET[:1], ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]), ("remote-control", False))
     with running(settings=options) as (daemon, _lines, _), connected(daemon) as board:
         for what in ("Pause", "Resume", "Reset", "Shutdown"):
@@ -159,7 +159,7 @@ def test_commands_are_refused_when_remote_control_is_off(tmp_path):
         assert read_status(board)["state"] == "RUNNING"
 
 
-def test_another_blackboard_has_no_daemon():
+def test_blackboard_without_daemon_is_an_error():
     with (
         open_blackboard("local:", InterfaceRegistry(), RealClock()) as board,
         pytest.raises(BlackBoardError, match="has no daemon"),
@@ -170,7 +170,7 @@ def test_another_blackboard_has_no_daemon():
 @pytest.mark.parametrize(
     ("policy", "state", "status"), [("stop", "STOPPING", [4]), ("continue", "DEGRADED", [])]
 )
-def test_a_component_that_fails_ends_the_daemon_or_leaves_the_others_alone(policy, state, status):
+def test_failed_component_follows_failure_policy(policy, state, status):
     with running(settings=(*QUIET, ("on-failure", policy))) as (daemon, lines, outcome):
         broken = next(node for node in daemon.lifecycle.nodes if node.name == "speech")
         broken.check = lambda: 1 // 0
@@ -178,7 +178,7 @@ def test_a_component_that_fails_ends_the_daemon_or_leaves_the_others_alone(polic
         assert any("speech failed: ZeroDivisionError" in line for line in lines)
 
 
-def test_a_second_daemon_at_the_same_ipc_endpoint_does_not_take_it_over(tmp_path):
+def test_second_daemon_does_not_take_over_ipc_endpoint(tmp_path):
     """ZeroMQ unlinks the socket of the server there, and binds."""
     options: Any = (*QUIET[:1], ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]), ("skiller", "none"))
     with running(settings=options) as (first, _, _o):
@@ -191,7 +191,7 @@ def test_a_second_daemon_at_the_same_ipc_endpoint_does_not_take_it_over(tmp_path
         assert read_status(board)["state"] == "RUNNING"
 
 
-def test_commands_are_for_the_main_loop():
+def test_commands_run_in_main_loop():
     """A reset on a client's thread used CLIPS beside the main loop: now and then the process crashed."""
     with running(settings=QUIET) as (daemon, _, outcome):
         with pytest.raises(RuntimeError, match="carried out by its main loop"):
@@ -200,7 +200,7 @@ def test_commands_are_for_the_main_loop():
     assert outcome == [0]
 
 
-def test_the_executive_runs_its_agent(tmp_path):
+def test_executive_runs_agent(tmp_path):
     scenario = write_scenario(tmp_path / "s")
     trace = tmp_path / "t.mcap"
     with running(config=scenario, settings=(*QUIET, ("record/trace", str(trace)))) as (daemon, _, outcome):
@@ -215,7 +215,7 @@ def test_the_executive_runs_its_agent(tmp_path):
     }
 
 
-def test_a_daemon_that_starts_again_keeps_what_it_recorded_before(tmp_path):
+def test_restarted_daemon_keeps_earlier_recordings(tmp_path):
     """The recording of a daemon that crashed was gone when systemd had started it again."""
     named = {"record/trace": tmp_path / "run.mcap", "record/log": tmp_path / "run.log"}
     for _ in range(2):
@@ -250,7 +250,7 @@ def start(tmp_path, *arguments, env=None, until="Daemon: Ready", ignore=None):
         (signal.SIGINT, signal.SIGINT),  # by a shell without job control that puts it into the background
     ],
 )
-def test_signals_stop_it_cleanly(tmp_path, number, ignored):
+def test_signals_stop_daemon_cleanly(tmp_path, number, ignored):
     process, endpoint = start(tmp_path, ignore=ignored)
     process.send_signal(number)
     output, errors = process.communicate(timeout=WAIT_S)
@@ -265,7 +265,7 @@ def test_signals_stop_it_cleanly(tmp_path, number, ignored):
 
 
 @needs_all_plugins
-def test_the_configuration_of_the_page_is_one_and_shows_every_setting():
+def test_page_shows_every_setting():
     import re
 
     from cxbridge.daemon.settings import KEYS

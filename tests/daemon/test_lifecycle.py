@@ -91,7 +91,7 @@ class Rig:
         return said
 
 
-def test_start_is_first_to_last_and_stop_last_to_first():
+def test_stop_has_reverse_order_of_start():
     rig = Rig()
     rig.manager.startup()
     assert rig.said() == [
@@ -112,7 +112,7 @@ def test_start_is_first_to_last_and_stop_last_to_first():
     assert rig.said() == []
 
 
-def test_pause_and_resume_leave_the_steady_ones_alone():
+def test_pause_and_resume_skip_steady_components():
     rig = Rig()
     rig.nodes[0].steady = True
     rig.manager.startup()
@@ -125,7 +125,7 @@ def test_pause_and_resume_leave_the_steady_ones_alone():
     assert rig.reasons() == ["", "", ""]
 
 
-def test_a_start_that_fails_stops_the_start_and_says_why():
+def test_failed_component_stops_start():
     rig = Rig(b=["activate"])
     rig.manager.startup()
     assert rig.states() == [State.ACTIVE, State.INACTIVE, State.INACTIVE]
@@ -134,7 +134,7 @@ def test_a_start_that_fails_stops_the_start_and_says_why():
     assert ("E", "b cannot activate: ValueError: activate on purpose") in rig.log
 
 
-def test_a_start_that_fails_leaves_the_others_alone_when_told_so():
+def test_failed_start_keeps_components_with_policy_continue():
     rig = Rig(policy=FailurePolicy.CONTINUE, b=["configure"])
     rig.manager.startup()
     assert rig.states() == [State.ACTIVE, State.UNCONFIGURED, State.ACTIVE]
@@ -143,7 +143,7 @@ def test_a_start_that_fails_leaves_the_others_alone_when_told_so():
     rig.manager.reset()
 
 
-def test_a_component_that_raises_in_its_work_is_taken_out_of_service_and_the_others_go_on():
+def test_component_with_failed_work_is_deactivated():
     rig = Rig(policy=FailurePolicy.CONTINUE)
     rig.manager.startup()
     rig.said()
@@ -163,7 +163,7 @@ def test_a_component_that_raises_in_its_work_is_taken_out_of_service_and_the_oth
     assert rig.manager.failure == ""
 
 
-def test_a_component_that_is_not_well_is_found_by_watching():
+def test_watch_finds_failed_component():
     rig = Rig(policy=FailurePolicy.CONTINUE, a=["check"])
     rig.manager.startup()
     rig.manager.watch()
@@ -171,7 +171,7 @@ def test_a_component_that_is_not_well_is_found_by_watching():
     assert rig.reasons()[0] == "not well; hint: see a doctor"
 
 
-def test_a_failure_at_the_end_is_told_and_keeps_nobody_from_ending():
+def test_failure_at_shutdown_does_not_stop_shutdown():
     rig = Rig(c=["deactivate", "cleanup"])
     rig.manager.startup()
     rig.manager.shutdown()
@@ -183,7 +183,7 @@ def test_a_failure_at_the_end_is_told_and_keeps_nobody_from_ending():
 
 
 @pytest.mark.parametrize("step", STEPS[1:])
-def test_a_step_from_the_wrong_state_is_refused(step):
+def test_transition_from_wrong_state_is_refused(step):
     with pytest.raises(LifecycleError, match="n is unconfigured, expected "):
         Node("n", []).take_transition(Transition(step))
 
@@ -193,7 +193,7 @@ def test_a_step_from_the_wrong_state_is_refused(step):
     commands=st.lists(st.sampled_from(["startup", "pause", "resume", "reset", "watch"]), max_size=8),
     policy=st.sampled_from([FailurePolicy.STOP, FailurePolicy.CONTINUE]),
 )
-def test_whatever_happens_every_acquisition_is_let_go_once(fails, commands, policy):
+def test_every_acquisition_is_released_once(fails, commands, policy):
     rig = Rig(policy=policy, **fails)
     for command in commands:
         getattr(rig.manager, command)()
@@ -206,7 +206,7 @@ def test_whatever_happens_every_acquisition_is_let_go_once(fails, commands, poli
         assert done.count("activate") == done.count("deactivate")
 
 
-def test_a_run_raises_what_a_component_raises_and_closes_every_component():
+def test_policy_raise_raises_error_and_closes_components():
     rig = Rig(policy=FailurePolicy.RAISE, b=["configure", "cleanup"], c=["cleanup"])
     rig.manager.start(rig.nodes[0])
     rig.manager.start(rig.nodes[2])
@@ -220,7 +220,7 @@ def test_a_run_raises_what_a_component_raises_and_closes_every_component():
     assert rig.log == []
 
 
-def test_one_component_is_taken_through_its_life_step_by_step():
+def test_manager_changes_single_component():
     rig = Rig()
     manager = rig.manager
     for transition, state in (
@@ -236,7 +236,7 @@ def test_one_component_is_taken_through_its_life_step_by_step():
     assert (rig.nodes[0].state, rig.nodes[1].reason) == (State.UNCONFIGURED, "shutdown on request")
 
 
-def test_a_transition_that_does_not_fit_is_refused_and_leaves_no_trace():
+def test_refused_transition_has_no_effect():
     rig = Rig()
     rig.manager.startup()
     for name, transition, what in (
@@ -253,7 +253,7 @@ def test_a_transition_that_does_not_fit_is_refused_and_leaves_no_trace():
         rig.manager.change_component("c", "deactivate")
 
 
-def test_what_was_shut_down_does_not_come_back():
+def test_finalized_component_does_not_restart():
     """Loading such a plugin said that it was done, and nothing had happened."""
     rig = Rig()
     rig.manager.startup()

@@ -120,7 +120,7 @@ def right_of_request(method: str, path: str, rights: Rights | None = None) -> Ri
 
 @needs_plugin("studio")
 @needs_plugin("web")
-def test_every_request_over_http_has_its_right():
+def test_every_http_request_has_right():
     assert len(endpoints()) > 60
     needed = {
         f"{endpoint.method} {endpoint.path}": endpoint.needed_right(Rights()) for endpoint in endpoints()
@@ -130,15 +130,15 @@ def test_every_request_over_http_has_its_right():
 
 
 @needs_plugin("studio")
-def test_every_verb_has_its_right():
+def test_every_verb_has_right():
     assert dict(verbs()) == ASK
 
 
-def test_every_frame_of_a_client_is_in_the_table():
+def test_every_frame_of_client_has_right():
     assert {kind.__name__.lower() for kind in get_args(ClientFrame)} == set(FRAME_RIGHTS["zmq"])
 
 
-def test_every_message_on_the_blackboard_needs_a_right():
+def test_every_message_of_blackboard_needs_right():
     looks = set()
     for name in default_registry().names():
         for message in default_registry().schema(name).messages:
@@ -149,11 +149,11 @@ def test_every_message_on_the_blackboard_needs_a_right():
 
 
 @needs_plugin("web")
-def test_a_request_over_http_that_is_in_no_table_is_refused():
+def test_unknown_http_request_needs_highest_right():
     assert right_of_request("POST", "/new") is Right.PROGRAMS
 
 
-def test_what_is_in_no_table_is_refused():
+def test_unknown_messages_and_frames_are_refused():
     assert right_of_message("NewInterface", "AnyMessage") is Right.CONTROL
     rights = Rights(control=False, programs=True)
     assert [right for right in Right if rights.allow(right)] == [Right.LOOK]
@@ -192,14 +192,14 @@ def test_what_is_in_no_table_is_refused():
         pytest.param("ros2: {performers: {hub: {reach: 'off'}}}", True, marks=needs_plugin("ros2")),
     ],
 )
-def test_programs_are_off_beyond_the_loopback(text, programs, monkeypatch):
+def test_programs_are_off_beyond_loopback(text, programs, monkeypatch):
     for name in ("CYCLONEDDS_URI", "ROS_LOCALHOST_ONLY", "ROS_AUTOMATIC_DISCOVERY_RANGE"):
         monkeypatch.delenv(name, raising=False)
     assert settings(text).rights.programs is programs
 
 
 @needs_plugin("ros2")
-def test_a_configuration_of_cyclone_dds_may_reach_anywhere(monkeypatch):
+def test_configuration_of_cyclone_dds_turns_programs_off(monkeypatch):
     monkeypatch.setenv("CYCLONEDDS_URI", "file:///there.xml")
     assert settings("ros2: {node: {transport: dds, reach: localhost}}").rights.programs is False
 
@@ -212,7 +212,7 @@ def test_a_configuration_of_cyclone_dds_may_reach_anywhere(monkeypatch):
         "cxbridge/skiller: 'fawkes://robot'",
     ],
 )
-def test_a_skill_string_that_is_evaluated_is_a_program(skiller):
+def test_evaluated_skill_string_is_program(skiller):
     """With ``mode: fawkes`` a client that may run no programs could send one as a skill string."""
     rights = settings(f"cxbridge/remote-programs: false\n{skiller}").rights
     with pytest.raises(CxbridgeError, match="ExecSkillMessage"):
@@ -222,14 +222,14 @@ def test_a_skill_string_that_is_evaluated_is_a_program(skiller):
     rights.check_message("SkillerInterface", "StopExecMessage")
 
 
-def test_a_skill_string_that_is_data_is_no_program():
+def test_parsed_skill_string_is_no_program():
     rights = settings("cxbridge: {remote-programs: false}").rights
     rights.check_message("SkillerInterface", "ExecSkillMessage")
     if HAS_WEB:
         assert right_of_request("POST", "/skiller/call", rights) is Right.CONTROL
 
 
-def test_programs_without_control_make_no_sense():
+def test_programs_without_control_are_an_error():
     with pytest.raises(ConfigError, match="clients that may run programs must be able to change state"):
         settings("cxbridge: {remote-programs: true, remote-control: false}")
 
@@ -290,7 +290,7 @@ def body_for(path: str, marker: Path) -> dict[str, Any]:
 
 
 @needs_plugin("studio")
-def test_without_control_nothing_changes_on_any_way(tmp_path):
+def test_clients_without_control_change_no_state(tmp_path):
     with served(tmp_path, remote_control=False) as (daemon, _lines, marker), ExitStack() as stack:
         for way in REST if HAS_WEB else ():
             method, path = way.split()
@@ -362,7 +362,7 @@ VALUES = (
 
 
 @needs_plugin("studio")
-def test_without_programs_no_text_of_a_client_is_evaluated(tmp_path):
+def test_texts_of_clients_without_programs_are_not_evaluated(tmp_path):
     with served(tmp_path, remote_programs=False) as (daemon, _lines, marker), ExitStack() as stack:
         evil = f'"touch {marker}"'
         ways = boards(daemon, stack)
@@ -391,7 +391,7 @@ def test_without_programs_no_text_of_a_client_is_evaluated(tmp_path):
 
 @needs_plugin("studio")
 @needs_plugin("web")
-def test_without_programs_no_text_of_a_request_over_http_is_evaluated(tmp_path):
+def test_texts_of_http_requests_without_programs_are_not_evaluated(tmp_path):
     with served(tmp_path, remote_programs=False) as (daemon, _lines, marker):
         evil = f'"touch {marker}"'
         made = rest(daemon, "POST", "/cxbridge/facts", {"fact": "(battery (level 5))"})
@@ -411,7 +411,7 @@ def test_without_programs_no_text_of_a_request_over_http_is_evaluated(tmp_path):
 
 
 @needs_plugin("studio")
-def test_with_programs_an_expression_is_evaluated(tmp_path):
+def test_expressions_of_clients_with_programs_are_evaluated(tmp_path):
     """So that the attacks above are known to be some."""
     with served(tmp_path) as (daemon, _lines, marker), ExitStack() as stack:
         fact = f"(x (system \"touch '{marker}'\"))"
@@ -432,19 +432,19 @@ def test_with_programs_an_expression_is_evaluated(tmp_path):
         ("(wm-fact (key domain fact at args? r robot1) (value TRUE))",) * 2,
     ],
 )
-def test_constants_are_written_anew(text, written):
+def test_constants_are_normalised(text, written):
     assert parse_constant_fact(text).text == written
 
 
 @pytest.mark.parametrize(
     "text", ["", "(", ")", "()", "a", "(a", "a)", "(a))", "((a))", "(a (b) 1)", "(a ())"]
 )
-def test_what_is_no_fact_is_refused(text):
+def test_invalid_facts_are_refused(text):
     with pytest.raises(ClipsError):
         parse_constant_fact(text)
 
 
 @pytest.mark.parametrize("text", VALUES)
-def test_what_is_no_constant_is_refused(text):
+def test_invalid_constants_are_refused(text):
     with pytest.raises(ClipsError):
         to_safe_values_text(text.replace("M", '"x"'))

@@ -7,7 +7,7 @@ import socket
 from cxbridge.daemon.process import Notifier
 
 
-def test_one_that_does_not_read_holds_nobody_up(tmp_path):
+def test_full_socket_of_systemd_does_not_block(tmp_path):
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
         listener.bind(str(tmp_path / "notify"))
         notifier = Notifier(str(tmp_path / "notify"))

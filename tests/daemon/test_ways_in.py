@@ -88,20 +88,20 @@ def calls(names: Iterable[str]) -> Iterator[tuple[str, ast.Call, str, str]]:
 
 
 @needs_all_plugins
-def test_each_component_is_a_way_in_or_none():
+def test_components_are_classified():
     names = [row.name for row in (*DAEMON_COMPONENTS, *COMPONENTS.rows)]
     assert set(names) == set(WAYS)
     assert {protocol for protocols in WAYS.values() for protocol in protocols} == set(FRAME_RIGHTS)
 
 
 @needs_all_plugins
-def test_each_socket_that_is_bound_is_known():
+def test_bound_sockets_are_known():
     found = {module for module, _, receiver, _ in calls(_BINDING) if "signature" not in receiver}
     assert found == set(LISTENS)
 
 
 @needs_all_plugins
-def test_each_service_and_each_topic_of_a_node_names_its_right():
+def test_services_and_topics_of_nodes_name_rights():
     """Without a right it needs the highest: no client of a daemon beyond the loopback would have it."""
     found = [
         (module, {keyword.arg for keyword in call.keywords})
@@ -117,7 +117,7 @@ def test_each_service_and_each_topic_of_a_node_names_its_right():
 
 
 @needs_all_plugins
-def test_each_sender_of_skill_strings_is_known():
+def test_senders_of_skill_strings_are_known():
     found = {
         module.removesuffix(".__init__")
         for module, call, _, name in calls(("SkillerCall", "create_message", "_send"))
@@ -131,7 +131,7 @@ def test_each_sender_of_skill_strings_is_known():
     assert found == set(SENDS_SKILL_STRINGS)
 
 
-def test_a_frame_without_an_entry_needs_the_highest_right():
+def test_unknown_frame_needs_highest_right():
     assert right_of_frame("ros2-lifecycle", "new") is right_of_frame("new", "any") is Right.PROGRAMS
 
 
@@ -148,7 +148,7 @@ def test_a_frame_without_an_entry_needs_the_highest_right():
         *((host, False) for host in ("0.0.0.0", "::", "192.168.0.1", "robot", "", "*", "fe80::1%eth0")),
     ],
 )
-def test_the_loopback_is_the_same_for_all_servers(host: str, expected: bool):
+def test_loopback_addresses(host: str, expected: bool):
     assert is_loopback(host) is expected
 
 
@@ -159,7 +159,7 @@ def test_the_loopback_is_the_same_for_all_servers(host: str, expected: bool):
         *((url, False) for url in ("ipc://@x", "ipc://@", "tcp://*:1911", "tcp://eth0:1", "tcp://[::1")),
     ],
 )
-def test_an_endpoint_is_private_or_needs_keys(endpoint: str, expected: bool):
+def test_public_endpoint_needs_keys(endpoint: str, expected: bool):
     assert is_private_endpoint(endpoint) is expected
     for secured in ({"keys": True, "insecure": False}, {"keys": False, "insecure": True}):
         check_endpoint(endpoint, **secured)

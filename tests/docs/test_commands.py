@@ -57,7 +57,7 @@ def shown(language):
                     yield page, line
 
 
-def test_every_command_is_run_or_says_why_not():
+def test_every_command_is_run_or_has_reason():
     run = {line.split("  #")[0] for page in PAGES for line in commands(page)}
     missing: dict[str, dict[str, int]] = {}
     for page in PAGES:
@@ -70,14 +70,14 @@ def test_every_command_is_run_or_says_why_not():
     assert missing == {}, "make it a console block, or add it to tests/docs/not_run.py with a reason"
 
 
-def test_what_is_not_run_is_still_shown():
+def test_excluded_commands_are_in_pages():
     for name, lines in NOT_RUN.items():
         (page,) = (page for page in PAGES if name_of(page) == name)
         found = [line for block in blocks(page.read_text()) for line in looks_like_commands(block)]
         assert [line for line in lines if line not in found] == [], name
 
 
-def test_what_ci_runs_itself():
+def test_commands_of_ci_are_in_script():
     script = (ROOT / ".ci" / "run").read_text()
     for lines in NOT_RUN.values():
         for line, reason in lines.items():
@@ -85,7 +85,7 @@ def test_what_ci_runs_itself():
                 assert f"{line}\n" in script
 
 
-def test_usage_and_what_is_not_run_name_commands_and_options_that_there_are():
+def test_commands_and_options_exist():
     lines = {line for _, line in shown(USAGE) if line.startswith("cxbridge")}
     assert lines
     lines |= {line for lines in NOT_RUN.values() for line in lines if line.startswith("cxbridge ")}
@@ -96,11 +96,11 @@ def test_usage_and_what_is_not_run_name_commands_and_options_that_there_are():
     "line",
     ["cxbridge trace nothing FILE", "cxbridge run X --nothing", "cxbridge env list | none", "cxbridge none"],
 )
-def test_what_there_is_not_is_noticed(line):
+def test_unknown_commands_and_options_are_found(line):
     assert unknown_words(line)
 
 
-def test_commands_md_tells_the_status_of_every_error():
+def test_commands_md_has_status_of_every_error():
     statuses = [tuple(row) for row in json.loads(nursery().run([], program="tests.docs.statuses").stdout)]
     assert ("CxbridgeError", 2) in statuses
     assert len(statuses) > 20

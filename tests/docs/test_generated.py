@@ -27,13 +27,13 @@ def texts():
 
 
 @pytest.mark.parametrize("name", PARTS)
-def test_a_part_is_that_of_the_code(name, texts):
+def test_generated_part_equals_code(name, texts):
     found = pattern(name).search((DOCS / PARTS[name][0]).read_text())
     assert found is not None
     assert found[0].split("\n") == texts[name].split("\n"), f"run: {COMMAND}"
 
 
-def test_pictures_show_no_path_of_the_machine_that_drew_them():
+def test_pictures_show_no_local_path():
     # the ids of wm-facts look like paths, too
     path = re.compile(r"&quot;(?!/(?:template|domain)/)/[^&<]+")
     pictures = sorted((DOCS / "images").glob("*.svg"))

@@ -97,7 +97,7 @@ def back(page: str) -> str:
     return found[0].removesuffix("```")
 
 
-def test_the_rule_of_the_manual_sets_a_goal_back(make):
+def test_rule_of_manual_resets_goal(make):
     run = make(
         DRIVE
         + back((DOCS / "core-goals.md").read_text())
@@ -151,13 +151,13 @@ TOUCH = """
     ],
     ids=["youngest first", "a change makes a goal the youngest"],
 )
-def test_among_goals_of_equal_priority_the_youngest_goes_first(make, rules, order):
+def test_youngest_goal_of_equal_priority_runs_first(make, rules, order):
     run = make(rules + END)
     run.to_end()
     assert [line.text[5:] for line in run.log if line.text.startswith("leaf ")] == order
 
 
-def test_a_stopped_skill_as_the_manual_shows_it(make):
+def test_stopped_skill_of_manual(make):
     sample = re.search(
         r"```python\n(run.skills\(\"drive\"\).hangs\(\)\n.*?)```",
         (DOCS / "testing.md").read_text(),

@@ -25,7 +25,7 @@ def test_files_and_tests_exist():
     assert missing == []
 
 
-def test_tests_named_by_their_column_exist():
+def test_tests_of_columns_exist():
     rows = [line.split("|") for line in TEXT.splitlines() if line.count("|") == 5]
     names = [
         (number, name)

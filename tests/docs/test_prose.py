@@ -40,7 +40,7 @@ def findings(page):
         "The color of a bar shows its outcome.",
     ],
 )
-def test_a_bad_sentence_is_found(sentence):
+def test_bad_sentence_is_found(sentence):
     assert findings(sentence) != []
 
 
@@ -59,7 +59,7 @@ def test_good_prose_and_code_pass(page):
     assert findings(page) == []
 
 
-def test_python_docstrings_help_and_messages_are_read_and_nothing_else():
+def test_only_docstrings_help_and_messages_are_read():
     source = (
         '"""Is told of one."""\n'
         "told = 'told of two'  # told of three\n"
@@ -71,7 +71,7 @@ def test_python_docstrings_help_and_messages_are_read_and_nothing_else():
     assert sorted({one.line for one in found}) == [1, 3, 6, 8]
 
 
-def test_all_files_are_read_and_a_finding_is_status_1(monkeypatch, capsys):
+def test_all_files_are_read_and_finding_is_status_1(monkeypatch, capsys):
     names = {path.name for path, _ in prose.pages()}
     assert {"README.md", "CHANGELOG.md", "index.md", "errors.py"} <= names
     monkeypatch.setattr(prose, "pages", lambda: [(ROOT / "docs" / "bad.md", "Whoever asks.")])

@@ -47,7 +47,7 @@ def daemon_samples() -> list[tuple[str, str]]:
 
 
 @pytest.mark.parametrize(("name", "text"), daemon_samples(), ids=[name for name, _ in daemon_samples()])
-def test_a_daemon_takes_the_samples(name, text):
+def test_daemon_accepts_samples(name, text):
     """``web: {}`` was shown, and refused."""
     absent = ""
     try:
@@ -70,7 +70,7 @@ def is_documented(key: str, known: list[str]) -> bool:
     return any(re.fullmatch(pattern + r"(?:/.*)?", one) for one in known)
 
 
-def test_configuration_md_has_every_key_that_is_read():
+def test_configuration_md_has_every_key():
     known = documented_keys()
     read = keys_that_are_read()
     assert {"/planner/timeout", "/cxbridge/agents/*/spec", "/skiller/skillspace"} <= read.keys()
@@ -79,7 +79,7 @@ def test_configuration_md_has_every_key_that_is_read():
 
 
 @pytest.mark.parametrize("key", ["/planner/none", "*/none", "/none/"])
-def test_a_key_that_is_not_told_is_noticed(key):
+def test_undocumented_key_is_found(key):
     assert not is_documented(key, documented_keys())
 
 
@@ -101,7 +101,7 @@ def test_features_md_has_every_feature():
     assert [name for name in names if f"`{name}`" not in text.partition("\n## ")[0]] == []
 
 
-def test_features_md_has_every_function_of_ours():
+def test_features_md_has_every_function_of_cxbridge():
     text = page("features.md")
     names = {
         name
@@ -126,13 +126,13 @@ def test_features_md_has_every_function_of_fawkes():
 
 
 @pytest.mark.parametrize("folder", [DOCS, DOCS / "evidence"], ids=lambda folder: folder.name)
-def test_every_page_is_linked_in_the_index_of_its_folder(folder):
+def test_index_of_folder_links_every_page(folder):
     text = (folder / "index.md").read_text()
     names = [path.name for path in PAGES if path.parent == folder and path.name != "index.md"]
     assert [name for name in names if f"({name})" not in text] == []
 
 
-def test_every_page_is_in_the_menu_of_the_site_once():
+def test_menu_of_site_has_every_page_once():
     menu = yaml.safe_load((ROOT / "mkdocs.yml").read_text())["nav"]
     names = re.findall(r"[\w/-]+\.md", str(menu))
     pages = [path.name for path in PAGES if path.parent == DOCS]
@@ -143,7 +143,7 @@ def test_every_page_is_in_the_menu_of_the_site_once():
 @pytest.mark.parametrize(
     "path", [path for path in PAGES if path.parent == DOCS and path.name != "index.md"], ids=name_of
 )
-def test_a_page_begins_with_its_use_and_ends_with_the_next_page(path):
+def test_page_begins_with_use_and_ends_with_next_page(path):
     first, *_, last = [each for each in path.read_text().split("\n\n") if not each.startswith("# ")]
     assert first.startswith("After this page ")
     assert last.startswith("Next: ")
@@ -154,7 +154,7 @@ def test_a_page_begins_with_its_use_and_ends_with_the_next_page(path):
 API = DOCS / "api.md"
 
 
-def test_names_of_the_api_are_there_and_told():
+def test_names_of_api_exist_with_docstrings():
     names = re.findall(r"^::: (\S+)$", API.read_text(), re.MULTILINE)
     assert names
     for name in names:
@@ -172,7 +172,7 @@ OFFERING = [
 
 
 @pytest.mark.parametrize("package", OFFERING)
-def test_what_packages_offer_is_in_the_api(package):
+def test_public_names_of_packages_are_in_api(package):
     """As a name of its own, or below one that is shown whole."""
     text = API.read_text()
     module = importlib.import_module(f"cxbridge.{package}")
@@ -180,7 +180,7 @@ def test_what_packages_offer_is_in_the_api(package):
     assert missing == []
 
 
-def test_the_examples_of_the_api_work(tmp_path, monkeypatch):
+def test_examples_of_api_work(tmp_path, monkeypatch):
     for part in ("scenarios", "interfaces"):
         (tmp_path / part).symlink_to(ROOT / part)
     monkeypatch.chdir(tmp_path)
@@ -205,7 +205,7 @@ def anchor(heading: str) -> str:
 @pytest.mark.parametrize(
     "path", [path for path in PAGES if DIFFERS.search(path.read_text())], ids=lambda path: path.name
 )
-def test_every_table_of_differences_is_reachable(path):
+def test_every_table_of_differences_is_linked(path):
     text = path.read_text()
     for match in DIFFERS.finditer(text):
         heading = re.findall(r"^#+ (.*)$", text[: match.start()], re.MULTILINE)[-1]

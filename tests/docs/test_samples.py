@@ -85,7 +85,7 @@ SHOWN = share([page for page in PAGES if commands(page)], 9, row=lambda page: pa
 
 
 @pytest.mark.parametrize("page", SHOWN, ids=name_of)
-def test_a_page_works_as_written(page, tmp_path, ipc, monkeypatch, capfd):
+def test_page_works_as_written(page, tmp_path, ipc, monkeypatch, capfd):
     """Its files are written, its commands run, with the statuses and the output shown.
 
     A tutorial in a folder that is empty, or has the files of the tutorial before; others as in a checkout.
@@ -100,13 +100,13 @@ def test_a_page_works_as_written(page, tmp_path, ipc, monkeypatch, capfd):
             pytest.skip(f"needs {' and '.join(ELSEWHERE)}")
 
 
-def test_links_lead_somewhere():
+def test_links_have_targets():
     links = [(page, target) for page in PAGES for target in LINK.findall(page.read_text())]
     assert links
     assert [link for link in links if "://" not in link[1] and not (link[0].parent / link[1]).exists()] == []
 
 
-def test_readme_begins_with_the_two_commands():
+def test_readme_begins_with_run_and_test():
     text = (ROOT / "README.md").read_text()
     assert re.findall(r"^    (make \w+)", text, re.MULTILINE) == ["make run", "make test"]
     makefile = (ROOT / "Makefile").read_text()

@@ -46,7 +46,7 @@ AGENT = """
 """
 
 
-def test_the_agent_is_loaded_and_told_the_time_each_loop(bus, tmp_path):
+def test_agent_is_loaded_and_gets_time_in_each_loop(bus, tmp_path):
     executive = make(bus, tmp_path, AGENT)
     executive.init()
     assert executive.initialized
@@ -55,14 +55,14 @@ def test_the_agent_is_loaded_and_told_the_time_each_loop(bus, tmp_path):
     assert list(executive.env.facts("time")) == []
 
 
-def test_rules_may_say_good_bye(bus, log, tmp_path):
+def test_rules_fire_at_finalization(bus, log, tmp_path):
     executive = make(bus, tmp_path, AGENT)
     executive.init()
     executive.finalize()
     assert "bye" in log.texts(Level.INFO)
 
 
-def test_a_feature_that_does_not_exist_is_one_clear_error(bus, tmp_path):
+def test_unknown_feature_is_one_error(bus, tmp_path):
     executive = make(bus, tmp_path, AGENT, feature="telepathy")
     with pytest.raises(ExecutiveError, match="Feature telepathy is not available") as caught:
         executive.init()
@@ -70,7 +70,7 @@ def test_a_feature_that_does_not_exist_is_one_clear_error(bus, tmp_path):
     assert caught.value.exit_status == 2
 
 
-def test_parameters_that_have_no_name_or_no_text(bus, log, tmp_path):
+def test_parameters_without_name_or_text(bus, log, tmp_path):
     executive = make(bus, tmp_path, AGENT)
     executive.init()
     env = executive.env
@@ -86,7 +86,7 @@ def test_parameters_that_have_no_name_or_no_text(bus, log, tmp_path):
     ]
 
 
-def test_rules_that_go_round_in_circles_at_the_end_are_ended(bus, log, tmp_path, monkeypatch):
+def test_endless_rules_at_finalization_are_ended(bus, log, tmp_path, monkeypatch):
     monkeypatch.setattr("cxbridge.executive.executive.MAX_FINAL_FIRINGS", 50)
     circle = "(defrule circle (executive-finalize) ?f <- (n ?i) => (retract ?f) (assert (n (+ ?i 1))))"
     executive = make(bus, tmp_path, f"(deffacts start (n 0)) {circle}")

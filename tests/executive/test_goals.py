@@ -17,7 +17,7 @@ def goals(env):
     return GoalWatch(env)
 
 
-def test_a_root_is_over_when_it_is_retracted_or_gone(env, goals):
+def test_root_ends_with_mode_retracted_or_without_fact(env, goals):
     first = env.assert_string("(goal (id a) (class A))")
     second = env.assert_string("(goal (id b) (class B))")
     goals.record_ended_goals()
@@ -31,7 +31,7 @@ def test_a_root_is_over_when_it_is_retracted_or_gone(env, goals):
     assert goals.outcome_counts == {"COMPLETED": 1, "UNKNOWN": 1}
 
 
-def test_a_root_is_counted_once_though_its_fact_goes_later(env, goals):
+def test_retracted_root_is_counted_once(env, goals):
     fact = env.assert_string("(goal (id a) (class A))")
     env.eval(f"(modify {fact} (mode RETRACTED) (outcome FAILED) (error X 1))")
     goals.record_ended_goals()
@@ -44,7 +44,7 @@ def test_a_root_is_counted_once_though_its_fact_goes_later(env, goals):
     assert goals.open_goals == {}
 
 
-def test_a_goal_that_is_tried_again_is_one_goal(env, goals):
+def test_repeated_goal_is_counted_once(env, goals):
     env.assert_string("(goal (id a) (class A) (mode RETRACTED) (outcome FAILED))")
     env.eval("(do-for-fact ((?g goal)) TRUE (modify ?g (mode FORMULATED) (outcome UNKNOWN)))")
     goals.record_ended_goals()
@@ -52,7 +52,7 @@ def test_a_goal_that_is_tried_again_is_one_goal(env, goals):
     assert [root.goal for root in goals.open_roots] == ["a"]
 
 
-def test_a_goal_with_the_id_of_one_that_is_gone_is_another_goal(env, goals):
+def test_new_goal_with_old_id_is_counted_separately(env, goals):
     env.assert_string("(goal (id a) (class A) (mode RETRACTED) (outcome FAILED))")
     env.eval("(do-for-fact ((?g goal)) TRUE (retract ?g) (assert (goal (id a) (class A))))")
     goals.record_ended_goals()
@@ -63,7 +63,7 @@ def test_a_goal_with_the_id_of_one_that_is_gone_is_another_goal(env, goals):
     assert goals.outcome_counts == {"FAILED": 1}
 
 
-def test_a_goal_that_gets_its_id_later_is_one_goal(env, goals):
+def test_goal_with_late_id_is_counted_once(env, goals):
     env.assert_string("(goal (id nil) (class A))")
     env.eval("(do-for-fact ((?g goal)) TRUE (modify ?g (id A-gen1)))")
     goals.record_ended_goals()
@@ -72,7 +72,7 @@ def test_a_goal_that_gets_its_id_later_is_one_goal(env, goals):
     assert goals.outcome_counts == {}
 
 
-def test_sub_goals_do_not_count(env, goals):
+def test_sub_goals_are_not_counted(env, goals):
     env.assert_string("(goal (id a) (class A))")
     child = env.assert_string("(goal (id b) (class B))")
     env.eval(f"(modify {child} (parent a))")

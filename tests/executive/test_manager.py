@@ -37,13 +37,13 @@ def manager(bus, feature):
     manager.close()
 
 
-def test_an_environment_has_the_library_and_knows_the_features(manager):
+def test_environment_has_library_and_known_features(manager):
     env = manager.create("agent")
     assert env.eval("(time-diff-sec (create$ 2 500000) (create$ 1 0))") == 1.5
     assert [values["implied"] for _, _, values in env.facts("ff-feature")] == [("answer",)]
 
 
-def test_a_feature_is_there_once_it_was_requested(manager):
+def test_requested_feature_is_available(manager):
     env = manager.create("agent")
     with pytest.raises(ClipsError):
         env.eval("(answer)")
@@ -52,14 +52,14 @@ def test_a_feature_is_there_once_it_was_requested(manager):
     assert [values["implied"] for _, _, values in env.facts("ff-feature-loaded")] == [("answer",)]
 
 
-def test_features_survive_a_reset(manager):
+def test_features_survive_reset(manager):
     env = manager.create("agent")
     env.eval('(ff-feature-request "answer")')
     env.eval("(reset)")
     assert [template for _, template, _ in env.facts()] == ["ff-feature", "ff-feature-loaded"]
 
 
-def test_several_environments_do_not_know_of_each_other(manager):
+def test_environments_are_separate(manager):
     one, two = manager.create("one"), manager.create("two")
     one.eval('(ff-feature-request "answer")')
     one.assert_string("(only one)")
@@ -68,7 +68,7 @@ def test_several_environments_do_not_know_of_each_other(manager):
     assert set(manager.environments) == {"one", "two"}
 
 
-def test_a_name_can_be_used_once_and_again_after_destruction(manager, feature):
+def test_name_is_free_after_destruction(manager, feature):
     manager.create("agent").eval('(ff-feature-request "answer")')
     with pytest.raises(ClipsError, match="already exists"):
         manager.create("agent")
@@ -79,7 +79,7 @@ def test_a_name_can_be_used_once_and_again_after_destruction(manager, feature):
         manager.destroy("other")
 
 
-def test_a_lazy_feature_is_made_once_and_only_when_requested(bus):
+def test_lazy_feature_is_created_once_at_first_request(bus):
     made = []
 
     def load():
@@ -116,7 +116,7 @@ class Waiting(Feature):
             env.assert_fact("came", {"what": self.came.pop(0)})
 
 
-def test_a_feature_tells_what_came_in_before_a_run(manager):
+def test_feature_asserts_pending_facts_before_run(manager):
     feature = Waiting()
     manager.add_feature(feature)
     env = manager.create("test")

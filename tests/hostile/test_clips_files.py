@@ -65,7 +65,7 @@ RECURRING = share(RECURSIONS, 5)
 
 
 @pytest.mark.parametrize("functions", [RECURSIONS[name] for name in RECURRING], ids=RECURRING)
-def test_recursion_without_end_ends_the_right_hand_side_only(bench, functions):
+def test_endless_recursion_ends_right_hand_side_only(bench, functions):
     assert bench.load(
         functions + "(deffacts d (a) (b)) (defrule r (a) => (f 1)) (defrule s (b) => (assert (done)))"
     )
@@ -77,7 +77,7 @@ def test_recursion_without_end_ends_the_right_hand_side_only(bench, functions):
     assert len(bench.lines) < 5, "one message, not one a level"
 
 
-def test_recursion_in_a_thread_with_a_small_stack(bench):
+def test_recursion_in_thread_with_small_stack(bench):
     bench.load("(deffunction f (?x) (+ 1 (f ?x))) (defrule r (a) => (f 1))")
     bench.env.assert_string("(a)")
     before = threading.stack_size(1024 * 1024)
@@ -90,12 +90,12 @@ def test_recursion_in_a_thread_with_a_small_stack(bench):
     assert any("calls itself endlessly" in line for line in bench.lines)
 
 
-def test_recursion_that_ends_is_left_alone(bench):
+def test_finite_recursion_is_allowed(bench):
     bench.load("(deffunction sum (?x) (if (= ?x 0) then 0 else (+ ?x (sum (- ?x 1)))))")
     assert bench.env.eval("(sum 3000)") == 3000 * 3001 // 2
 
 
-def test_only_functions_that_may_recur_are_guarded():
+def test_only_recursive_functions_are_guarded():
     text = "(deffunction f (?x) (+ ?x 1))\n(deffunction g () (f 1))\n(defrule g (g) => (f 1))"
     assert prepare_source(text).text == text
     assert prepare_core_source("(deffunction f () (f))").is_changed is False
@@ -111,7 +111,7 @@ def test_only_functions_that_may_recur_are_guarded():
         '(defmethod f "(send [x] y)" ((?x INTEGER)) (+ ?x 1))',
     ],
 )
-def test_an_example_in_a_string_or_comment_is_no_call(function):
+def test_call_in_string_or_comment_is_no_call(function):
     assert prepare_source(function).text == function
 
 
@@ -142,14 +142,14 @@ def test_an_example_in_a_string_or_comment_is_no_call(function):
         "precise",
     ],
 )
-def test_texts_that_crash_the_parser_do_not_reach_it(bench, text, line, message):
+def test_crashing_texts_do_not_reach_parser(bench, text, line, message):
     assert not bench.load(text)
     [diagnostic] = bench.env.loader.diagnostics
     assert (diagnostic.line, diagnostic.code) == (line, "LIMIT")
     assert message in diagnostic.message
 
 
-def test_large_is_not_too_large(bench):
+def test_large_file_is_allowed(bench):
     nested = "(+ 1 " * 400 + "1" + ")" * 400
     facts = " ".join(f'(a {i} "{"x" * 20}")' for i in range(20_000))
     assert bench.load(f"(deffacts d {facts}) (defrule r => (bind ?x {nested})) ; {'-' * 1000}")
@@ -157,7 +157,7 @@ def test_large_is_not_too_large(bench):
     assert find_exceeded_limit('(format t "%-20s %5.3f 1000 %%500" 1 2)') is None
 
 
-def test_rules_that_go_round_in_circles_are_a_fault_that_names_them(bench):
+def test_endless_rules_are_named_in_fault(bench):
     bench.load("(defrule spin ?f <- (n ?x) => (retract ?f) (assert (n (+ ?x 1))))")
     bench.env.assert_string("(n 1)")
     assert bench.env.run() >= endless.ENDLESS[-1][0]
@@ -169,7 +169,7 @@ def test_rules_that_go_round_in_circles_are_a_fault_that_names_them(bench):
 @pytest.mark.parametrize(
     "text", [b"\0\0", b"\xff\xfe\0a", b"\xef\xbb\xbf(deffacts d (a))", b"(deffacts d (a))\r\n", b"\x1a", b""]
 )
-def test_bytes_of_any_kind(bench, text):
+def test_files_of_any_bytes(bench, text):
     bench.load(text)
     assert bench.load("(deffacts e (b))")
 
@@ -184,7 +184,7 @@ CRASHING_TEXTS = {
 
 
 @pytest.mark.parametrize("text", CRASHING_TEXTS.values(), ids=CRASHING_TEXTS)
-def test_texts_of_clients_do_not_crash_the_parser_either(bench, text):
+def test_crashing_texts_of_clients_do_not_reach_parser(bench, text):
     """A fact that was asserted over HTTP ended the daemon."""
     with pytest.raises(ClipsError, match="CLIPS cannot read this text"):
         bench.env.eval(text)

@@ -23,12 +23,12 @@ AGENT = """
 """
 
 
-def test_the_names_are_found() -> None:
+def test_names_of_deftemplates_are_found() -> None:
     assert {"goal", "plan-action", "planner-call"} <= {*NAMES}
 
 
 @pytest.mark.parametrize("name", share(NAMES, 6))
-def test_a_run_ends_without_a_fault(tmp_path: Path, name: str) -> None:
+def test_run_with_own_deftemplate_ends_without_fault(tmp_path: Path, name: str) -> None:
     agent = tmp_path / "agent.clp"
     agent.write_text(AGENT.format(name=name), "utf-8")
     status = invoke(["run", str(agent), "--timeout", "2", "--trace", str(tmp_path / "run.mcap")])

@@ -335,7 +335,7 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
 """How each command is driven; names in braces are of the fixture ``place``."""
 
 
-def test_every_command_is_driven_with_options_that_it_has() -> None:
+def test_every_command_is_driven_with_existing_options() -> None:
     assert COMMANDS.keys() == DRIVEN.keys()
     for words, rows in DRIVEN.items():
         options = {
@@ -346,7 +346,7 @@ def test_every_command_is_driven_with_options_that_it_has() -> None:
 
 
 @pytest.mark.parametrize("words", share(DRIVEN, 14), ids=" ".join)
-def test_no_command_prints_what_a_terminal_obeys(
+def test_commands_print_no_escape_sequences(
     words: tuple[str, ...], place: dict[str, Path | str], cxbridge: Callable[..., str]
 ) -> None:
     for arguments in DRIVEN[words]:
@@ -354,7 +354,7 @@ def test_no_command_prints_what_a_terminal_obeys(
         cxbridge(*words, *filled)
 
 
-def test_no_module_prints_past_the_one_place() -> None:
+def test_modules_print_through_console_only() -> None:
     """`print` and its like are in cli/console.py; who writes to a terminal by itself says so."""
     for file in module_files().values():
         if file.name in {"console.py", "printing.py"}:
@@ -425,7 +425,7 @@ SIGNS = (b"\x1b]52", b"\x1b]8;", b"\x1b[31mred", b"\x1b]0;", "\x9b".encode(), "\
     ],
     ids=lambda value: " ".join(value[:2]) if isinstance(value, tuple) else "",
 )
-def test_no_screen_passes_it_on(
+def test_screens_print_no_escape_sequences(
     arguments: tuple[str, ...], until: bytes, place: dict[str, Path | str]
 ) -> None:
     filled = [re.sub(r"\{(\w+)\}", lambda name: str(place[name[1]]), argument) for argument in arguments]
@@ -437,7 +437,7 @@ def test_no_screen_passes_it_on(
 
 
 @pytest.mark.parametrize("to", ["fawkes-log", "transitions"])
-def test_text_recordings_have_one_entry_a_line_and_are_read_back(
+def test_text_recordings_have_one_entry_per_line(
     to: str, tmp_path: Path, cxbridge: Callable[..., str]
 ) -> None:
     h = " ".join(ATTACKS[:-1])
@@ -456,7 +456,7 @@ def test_text_recordings_have_one_entry_a_line_and_are_read_back(
     assert again == [replace(event, time_us=0) for event in whole if isinstance(event, kinds)]
 
 
-def test_reports_of_a_comparison_hold_nothing_of_it(
+def test_reports_of_comparison_hold_no_escape_sequences(
     place: dict[str, Path | str], tmp_path: Path, cxbridge: Callable[..., str]
 ) -> None:
     junit, page = tmp_path / "junit.xml", tmp_path / "page.html"
@@ -466,7 +466,7 @@ def test_reports_of_a_comparison_hold_nothing_of_it(
     ET.parse(junit)
 
 
-def test_the_manager_of_services_is_told_one_status(tmp_path: Path) -> None:
+def test_notification_of_systemd_has_one_status(tmp_path: Path) -> None:
     receiver = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
     with receiver:
         receiver.bind(str(tmp_path / "notify"))
@@ -475,7 +475,7 @@ def test_the_manager_of_services_is_told_one_status(tmp_path: Path) -> None:
     assert [line.partition("=")[0] for line in notification.splitlines()] == ["READY", "STATUS"]
 
 
-def test_fawkes_viewers_get_no_escape_sequence() -> None:
+def test_fawkes_viewers_get_no_escape_sequences() -> None:
     sent: list[bytes] = []
 
     class Viewer:

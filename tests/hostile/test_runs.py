@@ -29,7 +29,7 @@ def start(*arguments, wait_for):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_ends_a_loop_within_one_right_hand_side(tmp_path, number):
+def test_signal_ends_endless_right_hand_side(tmp_path, number):
     process = start(write_scenario(tmp_path, agent=SPIN), wait_for="SPINS")
     process.send_signal(number)
     _, errors = process.communicate(timeout=20)
@@ -50,7 +50,7 @@ with Interrupt(lambda: None):
 """In a function of C that takes no notice of signals, as no skill can be any more."""
 
 
-def test_the_third_signal_ends_what_cannot_be_asked():
+def test_third_signal_ends_blocked_process():
     command = [sys.executable, "-c", STUCK]
     process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True)
     assert process.stderr is not None
@@ -65,7 +65,7 @@ def test_the_third_signal_ends_what_cannot_be_asked():
     assert "the third signal ends it at once" in errors
 
 
-def test_a_run_that_is_killed_while_it_waits_can_be_read(tmp_path, capsys):
+def test_recording_of_killed_run_is_readable(tmp_path, capsys):
     scenario = write_scenario(tmp_path / "s", mapping="act: wait{seconds=1000}")
     trace = tmp_path / "t.mcap"
     process = start(scenario, "--clock", "real", "--trace", trace, wait_for="Calling skill")
@@ -94,7 +94,7 @@ def test_a_run_that_is_killed_while_it_waits_can_be_read(tmp_path, capsys):
         (["--trace", "{here}/" + "x" * 300], "File name too long"),
     ],
 )
-def test_what_cannot_be_is_one_message_and_status_2(tmp_path, capsys, arguments, message):
+def test_impossible_options_are_one_message_and_status_2(tmp_path, capsys, arguments, message):
     scenario = write_scenario(tmp_path)
     assert invoke(["run", str(scenario), *(text.format(here=tmp_path) for text in arguments)]) == 2
     captured = capsys.readouterr()
@@ -104,7 +104,7 @@ def test_what_cannot_be_is_one_message_and_status_2(tmp_path, capsys, arguments,
 
 
 @pytest.mark.parametrize("period", [0, 1])
-def test_a_loop_that_takes_no_time_is_refused(tmp_path, capsys, period):
+def test_invalid_loop_time_is_refused(tmp_path, capsys, period):
     file = write_scenario(tmp_path) / "scenario.yaml"
     text = file.read_text()
     file.write_text(text + f"fawkes/mainapp:\n  desired_loop_time: {period}\n")
@@ -114,7 +114,7 @@ def test_a_loop_that_takes_no_time_is_refused(tmp_path, capsys, period):
     assert f"desired_loop_time cannot be {period}" in error
 
 
-def test_a_pipe_in_place_of_a_file_of_the_agent(tmp_path, capsys):
+def test_pipe_in_place_of_agents_file_is_an_error(tmp_path, capsys):
     scenario = write_scenario(tmp_path)
     (scenario / "mini.clp").unlink()
     os.mkfifo(scenario / "mini.clp")
@@ -122,7 +122,7 @@ def test_a_pipe_in_place_of_a_file_of_the_agent(tmp_path, capsys):
     assert "mini.clp is not a regular file" in capsys.readouterr().err
 
 
-def test_a_full_stdout_is_one_message():
+def test_full_stdout_is_one_message():
     with Path("/dev/full").open("w", encoding="utf-8") as full:
         process = Started("interface", "list", stdout=full)
     _, errors = process.communicate()

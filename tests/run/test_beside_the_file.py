@@ -45,7 +45,7 @@ def before() -> set[Path]:
 
 
 @needs_plugin("fawkes")
-def test_a_file_laid_over_a_shipped_scenario_keeps_its_recordings_beside_itself(tmp_path, before):
+def test_recordings_of_overlay_lie_beside_overlay(tmp_path, before):
     laid_over = tmp_path / "mine" / "over.yaml"
     laid_over.parent.mkdir()
     laid_over.write_text(ours(WRITTEN))

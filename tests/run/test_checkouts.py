@@ -76,6 +76,6 @@ def test_folders_of_the_first_overlay_are_searched_first(options):
     }
 
 
-def test_without_a_scenario_the_first_configuration_is_taken(options):
+def test_first_configuration_is_used_without_scenario(options):
     _, file = source_of(replace(options, scenario=None)).load_configuration()
     assert file == options.overlays[1] / "cfg" / "config.yaml"

@@ -40,7 +40,7 @@ def components(daemon):
     return {status.name: status.state for status in daemon.component_statuses()}
 
 
-def test_a_daemon_manages_it(plugin):
+def test_daemon_manages_component_of_plug_in(plugin):
     plugin()
     with running(settings=SILENT) as (daemon, _, outcome):
         assert components(daemon)["heartbeat"] is State.ACTIVE
@@ -64,7 +64,7 @@ def test_a_daemon_manages_it(plugin):
         (("broken", "greeter.component:Hook"), "is not a subclass"),
     ],
 )
-def test_a_component_that_cannot_be_used_is_an_error_at_the_start(plugin, row, message):
+def test_unusable_component_is_an_error_at_start(plugin, row, message):
     plugin(row)
     with pytest.raises(PluginError, match=message):
         Daemon(DaemonOptions(settings=SILENT))

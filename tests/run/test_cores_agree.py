@@ -52,21 +52,19 @@ def difference(folder: Path, text: str, timeout: float = 20) -> str:
 
 
 @pytest.mark.parametrize("seed", [*range(many(300, 4)), *(seed for seed in ONCE_DIFFERENT if not FULL)])
-def test_both_cores_take_the_same_way_through_generated_trees(seed: int, tmp_path: Path) -> None:
+def test_cores_agree_on_generated_trees(seed: int, tmp_path: Path) -> None:
     text = make_agent(seed)
     assert not (found := difference(tmp_path / "run", text)), f"{text}\n{found}"
 
 
 @pytest.mark.parametrize("name", MALFORMED if FULL else [*MALFORMED][::8])
-def test_both_cores_make_the_same_of_malformed_goals(name: str, tmp_path: Path) -> None:
+def test_cores_agree_on_malformed_goals(name: str, tmp_path: Path) -> None:
     found = difference(tmp_path / "run", agent(MALFORMED[name]))
     assert bool(found) == (name in DIFFERENT), found
 
 
 @pytest.mark.parametrize(("sub_type", "whom", "deed"), MEDDLING if FULL else MEDDLING[::40])
-def test_both_cores_go_on_alike_when_an_agent_meddles(
-    sub_type: str, whom: str, deed: str, tmp_path: Path
-) -> None:
+def test_cores_agree_on_goals_changed_by_agent(sub_type: str, whom: str, deed: str, tmp_path: Path) -> None:
     """Goals are retracted, ended, taken away from their parent ... in each mode that they can have."""
     found = difference(tmp_path / "run", meddled(sub_type, whom, deed), 8)
     assert bool(found) == ((sub_type, whom, deed) == OLD_PLAN), found

@@ -29,35 +29,35 @@ def run(scenario, **options):
     return result, [line.text for line in lines]
 
 
-def test_a_run_that_completes(tmp_path):
+def test_completed_run_has_status_0(tmp_path):
     result, _ = run(write_scenario(tmp_path))
     assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
     assert [(goal.goal, goal.outcome) for goal in result.goals] == [("G", "COMPLETED")]
     assert 0.5 < result.run_seconds < 10
 
 
-def test_a_run_at_the_beginning_of_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_run_starts_at_time_0(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """A simulation begins in 1970. Control of the Skiller was asked for last at 0: the first try is late."""
     monkeypatch.setattr(VirtualClock.__init__, "__defaults__", (10_000,))
     result, _ = run(write_scenario(tmp_path))
     assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
 
 
-def test_a_goal_that_fails_is_status_1(tmp_path):
+def test_failed_goal_is_status_1(tmp_path):
     result, log = run(write_scenario(tmp_path, mapping="other: wait{}"))
     assert (result.status, result.reason) == (1, "G ended FAILED")
     assert result.goals[0].error == "ACTION-FAILED"
     assert any("No action executor for action 'act'" in text for text in log)
 
 
-def test_a_run_that_does_not_end_is_status_3_and_says_what_is_open(tmp_path):
+def test_timeout_is_status_3_with_open_goals(tmp_path):
     result, _ = run(write_scenario(tmp_path, mapping="act: wait{seconds=1000}"), timeout=5)
     assert result.status == 3
     assert result.reason == "not over: G is DISPATCHED after 5 s"
     assert 5 <= result.run_seconds < 5.1
 
 
-def test_an_agent_that_quits_with_open_goals_is_status_1(tmp_path):
+def test_quit_with_open_goals_is_status_1(tmp_path):
     """It was "completed": what is not over has not ended badly."""
     bye = "(defrule bye (goal (id G) (mode DISPATCHED)) => (quit))"
     result, _ = run(write_scenario(tmp_path, agent=AGENT + bye))
@@ -66,7 +66,7 @@ def test_an_agent_that_quits_with_open_goals_is_status_1(tmp_path):
     assert result.to_json()["result"] == "unsuccessful"
 
 
-def test_an_agent_that_quits_when_its_goals_are_over_is_status_0(tmp_path):
+def test_quit_after_all_goals_is_status_0(tmp_path):
     bye = "(defrule bye (not (goal)) (begun) => (quit))"
     result, _ = run(write_scenario(tmp_path, agent=AGENT + bye))
     assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
@@ -80,7 +80,7 @@ def test_an_agent_that_quits_when_its_goals_are_over_is_status_0(tmp_path):
         "(goal-tree-assert-run-all A (assert (goal (class B))) (assert (goal (class C))))",
     ],
 )
-def test_a_goal_that_was_made_without_id_ends_no_run(tmp_path, made, core):
+def test_goal_without_id_does_not_end_run(tmp_path, made, core):
     """``run`` ended in a RecursionError, or told of a goal nil that ended UNKNOWN."""
     agent = f"""(defrule begin (executive-initialized) (not (begun)) => (assert (begun)) {made})
         (defrule select ?g <- (goal (mode FORMULATED) (parent nil)) => (modify ?g (mode SELECTED)))
@@ -113,7 +113,7 @@ def run_until_the_goal_is_dropped(directory, core, **options):
 
 @pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
 @pytest.mark.parametrize("skiller", ["lua", "simulator"])
-def test_a_goal_that_is_dropped_while_its_skill_runs_leaves_no_run_behind(tmp_path, core, skiller):
+def test_dropped_goal_with_running_skill_ends_run(tmp_path, core, skiller):
     """Fawkes' rules leave a skill behind that is S_RUNNING: the run waited for it until its timeout."""
     result = run_until_the_goal_is_dropped(tmp_path, core, skiller=skiller)
     assert (result.status, result.reason) == (1, "G ended UNKNOWN")
@@ -121,14 +121,14 @@ def test_a_goal_that_is_dropped_while_its_skill_runs_leaves_no_run_behind(tmp_pa
 
 
 @pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
-def test_a_run_waits_until_the_skiller_has_stopped_what_nobody_wants(tmp_path, core):
+def test_run_waits_for_stop_of_dropped_skill(tmp_path, core):
     """With the built-in core it ended while rules still saw the skill run."""
     run_until_the_goal_is_dropped(tmp_path, core, trace=tmp_path / "run.mcap")
     statuses = [event.status for event in open_run(tmp_path / "run.mcap") if isinstance(event, SkillStatus)]
     assert statuses[-2:] == ["S_RUNNING", "S_INACTIVE"]
 
 
-def test_a_second_configuration_is_laid_over_the_first(tmp_path):
+def test_second_configuration_overlays_first(tmp_path):
     """It took its place, without a word: what only the first said was not there."""
     scenario = write_scenario(tmp_path / "mini", mapping="other: wait{}")
     mapping = "clips-executive: {specs: {mini: {action-mapping: {act: '%s'}}}}"
@@ -141,7 +141,7 @@ def test_a_second_configuration_is_laid_over_the_first(tmp_path):
     assert context.config.get_str("/other/text") == "second"
 
 
-def test_the_goals_of_a_long_run_are_listed_as_far_as_memory_goes(tmp_path, monkeypatch):
+def test_number_of_listed_goals_is_bounded(tmp_path, monkeypatch):
     monkeypatch.setattr("cxbridge.executive.goals.MAX_GOALS", 5)
     agent = """(defrule begin (executive-initialized) (not (begun)) => (assert (begun) (make 1)))
         (defrule make ?m <- (make ?n) (not (goal)) =>
@@ -177,7 +177,7 @@ def bad(scenario, **options):
     return caught.value
 
 
-def test_shipped_scenarios_are_known_by_name(tmp_path, monkeypatch):
+def test_shipped_scenarios_are_found_by_name(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run(Path("test-scenario"))[0].status == 0
     shipped = ", ".join(sorted(file.parent.name for file in (ROOT / "scenarios").glob("*/scenario.yaml")))
@@ -196,11 +196,11 @@ def test_shipped_scenarios_are_known_by_name(tmp_path, monkeypatch):
         ({"timeout": 0}, "--timeout cannot be 0"),
     ],
 )
-def test_options_that_make_no_sense(tmp_path, options, message):
+def test_invalid_options_are_errors(tmp_path, options, message):
     assert message in bad(write_scenario(tmp_path), **options).message
 
 
-def test_a_broken_construct_is_told_and_the_run_goes_on_as_in_fawkes(tmp_path):
+def test_lenient_run_continues_after_broken_construct(tmp_path):
     scenario = write_scenario(tmp_path, agent=AGENT + "\n(defrule broken (x) => (nope 1))\n")
     line = AGENT.count("\n") + 2
     result, log = run(scenario, strict=False)
@@ -209,7 +209,7 @@ def test_a_broken_construct_is_told_and_the_run_goes_on_as_in_fawkes(tmp_path):
     assert any(text.startswith(message) for text in log)
 
 
-def test_broken_constructs_are_status_2_each_with_its_place(tmp_path):
+def test_broken_constructs_are_status_2_with_places(tmp_path):
     """Without --strict the run went on, and said at its end that no goal had appeared."""
     more = "\n(defrule broken (x) => (nope 1))\n(defrule worse (y) => (nope 2))\n"
     scenario = write_scenario(tmp_path, agent=AGENT + more)
@@ -227,7 +227,7 @@ LATER = """
 """
 
 
-def test_a_broken_file_that_is_loaded_while_the_initialisation_waits_is_status_2(tmp_path):
+def test_broken_file_during_initialisation_is_status_2(tmp_path):
     """--strict looked once, before the first loop, and never again."""
     later = tmp_path / "later.clp"
     later.write_text("(defrule later\n")
@@ -243,7 +243,7 @@ def test_a_broken_file_that_is_loaded_while_the_initialisation_waits_is_status_2
 
 @needs_fawkes
 @pytest.mark.parametrize(("strict", "ends"), [(None, True), (True, True), (False, False)])
-def test_a_file_that_a_spec_of_a_checkout_names_must_be_there(tmp_path, strict, ends):
+def test_missing_file_of_spec_is_an_error(tmp_path, strict, ends):
     over = tmp_path / "over.yaml"
     over.write_text(
         "clips-executive/specs/test/init/stage-3:\n  - {name: goal, file: test-scenario/no-such-file.clp}\n"
@@ -264,7 +264,7 @@ def test_a_file_that_a_spec_of_a_checkout_names_must_be_there(tmp_path, strict, 
 @needs_shared
 @pytest.mark.parametrize("recording", ["skiller-1", "skiller-2", "simulator-1"])
 @pytest.mark.parametrize("kind", ["t.mcap", "t.log"])
-def test_claim_2_our_scenario_goes_through_the_recorded_transitions(tmp_path, recording, kind):
+def test_claim_2_our_scenario_has_recorded_transitions(tmp_path, recording, kind):
     from cxbridge.cli.main import invoke
 
     result, _ = run(TEST_SCENARIO, trace=tmp_path / "t.mcap", log=tmp_path / "t.log")
@@ -289,7 +289,7 @@ def fawkes_run(tmp_path, recording, clock):
 @needs_shared
 @needs_fawkes
 @pytest.mark.parametrize("recording", ["skiller-1", "skiller-2"])
-def test_claim_1_the_original_files_fire_the_recorded_rules(tmp_path, recording):
+def test_claim_1_original_files_fire_recorded_rules(tmp_path, recording):
     fawkes_run(tmp_path, recording, "virtual")
 
 
@@ -300,7 +300,7 @@ def test_claim_1_in_real_time(tmp_path):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
-def test_a_recording_that_is_not_whole_is_status_4_and_does_not_stop_the_run(tmp_path):
+def test_incomplete_recording_is_status_4_after_run(tmp_path):
     result, _ = run(write_scenario(tmp_path / "s"), log=Path("/dev/full"))
     assert result.status == 4
     assert result.reason.startswith(
@@ -309,7 +309,7 @@ def test_a_recording_that_is_not_whole_is_status_4_and_does_not_stop_the_run(tmp
 
 
 @pytest.mark.parametrize(("level", "kinds"), [("transitions", 0), ("rules", 1), ("facts", 2)])
-def test_rules_and_facts_are_recorded_when_asked_though_debugging_is_off(tmp_path, level, kinds):
+def test_rules_and_facts_are_recorded_without_debugging(tmp_path, level, kinds):
     from cxbridge.events import FactChange, RuleFired
     from cxbridge.trace.formats.registry import open_run
 

@@ -48,7 +48,7 @@ def run(folder, **options):
     return result, [event.text for event in events]
 
 
-def test_an_agent_called_skiller_takes_the_place_of_the_lua_skiller(tmp_path):
+def test_agent_named_skiller_replaces_lua_skiller(tmp_path):
     """An agent written for the Skiller needs no change."""
     result, lines = run(write(tmp_path))
     assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
@@ -56,18 +56,18 @@ def test_an_agent_called_skiller_takes_the_place_of_the_lua_skiller(tmp_path):
 
 
 @pytest.mark.parametrize("skiller", ["none", "simulator"])
-def test_the_board_is_there_whatever_other_skiller_there_is(tmp_path, skiller):
+def test_skill_board_exists_beside_any_skiller(tmp_path, skiller):
     result, _ = run(write(tmp_path), skiller=skiller)
     assert result.status == 0
 
 
-def test_the_feature_is_there_with_a_skill_board_only(tmp_path):
+def test_feature_needs_skill_board(tmp_path):
     assert run(write(tmp_path / "with", feature="skill-board"))[0].status == 0
     with pytest.raises(ConfigError, match="skill-board"):
         run(write_scenario(tmp_path / "without", feature="skill-board"))
 
 
-def test_a_daemon_has_it_as_a_component(tmp_path):
+def test_skill_board_is_component_of_daemon(tmp_path):
     (tmp_path / "executors.py").write_text(EXECUTORS)
     config = tmp_path / "cxbridge.yaml"
     board = BOARD.replace("skiller: Skiller", "skiller: robot1")

@@ -34,7 +34,7 @@ def shown(ms: int, status: str, text: str, msgid: int = 1, error: str = "") -> I
     return InterfaceWrite(ms * 1000, "SkillerInterface::Skiller", values)
 
 
-def test_what_ends_counts_and_what_is_stopped_or_replaced_does_not(tmp_path: Path):
+def test_only_finished_calls_are_samples(tmp_path: Path):
     run = write(
         tmp_path / "run.mcap",
         shown(0, "S_INACTIVE", "", 0),
@@ -60,7 +60,7 @@ def test_what_ends_counts_and_what_is_stopped_or_replaced_does_not(tmp_path: Pat
     ]
 
 
-def test_a_format_without_times_is_refused(tmp_path: Path):
+def test_format_without_times_is_refused(tmp_path: Path):
     path = tmp_path / "run.txt"
     path.write_text('SkillerInterface skill="say{}" msgid=2 status=S_RUNNING\n')
     with pytest.raises(TraceError, match="has no times"):

@@ -21,7 +21,7 @@ skiller/instances:
 """
 
 
-def test_instances_say_what_they_are_and_inherit_the_rest():
+def test_instances_inherit_settings():
     config = Configuration.from_text(TWO + "  robot3: {}\n")
     config.set("/skiller/mode", "strict")
     assert skiller_settings(config, "lua", made_elsewhere=("robot3", "Skiller")) == (
@@ -38,7 +38,7 @@ def test_instances_say_what_they_are_and_inherit_the_rest():
         ("skiller/instances/a: {space: x}", "/skiller/instances/a/space is unknown", "skillspace"),
     ],
 )
-def test_a_slip_is_one_error_with_its_place(text: str, message: str, hint: str):
+def test_misspelt_setting_is_one_error_with_place(text: str, message: str, hint: str):
     with pytest.raises(ConfigError, match=message) as caught:
         skiller_settings(Configuration.from_text(text), "lua")
     assert hint in str(caught.value)
@@ -73,7 +73,7 @@ def two_robots(folder: Path, extra: str = TWO) -> Path:
     return write_scenario(folder, agent=agent, more=extra)
 
 
-def test_a_plan_runs_on_two_skillers(tmp_path: Path):
+def test_plan_runs_on_two_skillers(tmp_path: Path):
     trace = tmp_path / "run.mcap"
     result = run_scenario(RunOptions(scenario=two_robots(tmp_path / "two"), trace=trace))
     assert result.status == 0
@@ -86,14 +86,14 @@ def test_a_plan_runs_on_two_skillers(tmp_path: Path):
     ]
 
 
-def test_without_the_second_skiller_its_action_fails_and_the_first_does_not(tmp_path: Path):
+def test_missing_second_skiller_fails_its_action_only(tmp_path: Path):
     folder = two_robots(tmp_path / "two", "skiller/instances: {robot1: {}, other: {}}\n")
     result = run_scenario(RunOptions(scenario=folder, timeout=5))
     assert result.status == 3
     assert "FORMULATED" in result.reason
 
 
-def test_two_skillers_that_want_to_write_the_same_are_one_error(tmp_path: Path):
+def test_two_writers_of_interface_are_one_error(tmp_path: Path):
     """As on any blackboard: one writer."""
     folder = two_robots(tmp_path / "two", TWO.replace("test", "greedy").replace("kind: simulator, ", ""))
     skills = tmp_path / "skills"
@@ -117,7 +117,7 @@ def test_two_skillers_that_want_to_write_the_same_are_one_error(tmp_path: Path):
         ("skiller/mode: strict\ncxbridge/remote-programs: true", 0),
     ],
 )
-def test_a_value_is_pasted_only_where_data_may_be_programs(tmp_path: Path, settings: str, status: int):
+def test_value_is_pasted_only_in_mode_fawkes(tmp_path: Path, settings: str, status: int):
     """A quote in an object's name ends the skill string's text in Fawkes, which then does not compile."""
     folder = write_scenario(tmp_path, agent=AGENT.replace('"hello"', r'"hel\"lo"'), more=f"{settings}\n")
     assert run_scenario(RunOptions(scenario=folder)).status == status

@@ -28,7 +28,7 @@ def configuration(text):
     return Configuration.from_text(text, "f.yaml")
 
 
-def test_a_good_spec_is_fine():
+def test_valid_spec_has_no_warning():
     config = configuration(GOOD)
     assert choose_spec(config, None) == "s"
     assert check_spec(config, "s") == []
@@ -61,7 +61,7 @@ def test_a_good_spec_is_fine():
         ("  spec: s\n", "  spec: other\n", 3, "has no spec 'other'"),
     ],
 )
-def test_what_is_of_a_wrong_type_is_told_with_its_place(old, new, line, message):
+def test_wrong_type_is_an_error_with_place(old, new, line, message):
     assert old in GOOD
     config = configuration(GOOD.replace(old, new, 1))
     with pytest.raises(ConfigError) as caught:
@@ -70,7 +70,7 @@ def test_what_is_of_a_wrong_type_is_told_with_its_place(old, new, line, message)
     assert (caught.value.file, caught.value.line) == ("f.yaml", line)
 
 
-def test_keys_that_nobody_reads_are_warnings():
+def test_unknown_keys_are_warnings():
     config = configuration(GOOD.replace("file: a.clp", "flie: a.clp"))
     (warning,) = check_spec(config, "s")
     assert warning.startswith("f.yaml:10: 'flie' of stage-3, entry 1 is never read")
@@ -78,6 +78,6 @@ def test_keys_that_nobody_reads_are_warnings():
 
 @needs_fawkes
 @pytest.mark.parametrize("spec", ["test", pytest.param("test-pddl", marks=needs_plugin("planning"))])
-def test_fawkes_own_specs_are_fine(spec):
+def test_specs_of_fawkes_have_no_warning(spec):
     assert FAWKES_DIR is not None
     assert check_spec(Configuration.load(FAWKES_DIR / "cfg"), spec) == []

@@ -39,7 +39,7 @@ def run(folder, agent, timeout=30):
 
 
 @pytest.mark.usefixtures("explained")
-def test_a_run_is_stuck_if_an_explainer_names_missing_events(tmp_path):
+def test_run_is_stuck_if_explainer_names_missing_events(tmp_path):
     result = run(tmp_path, IDLE)
     assert (result.status, result.reason) == (3, "nothing can happen any more: godot")
     assert result.to_json()["result"] == "stuck"
@@ -47,12 +47,12 @@ def test_a_run_is_stuck_if_an_explainer_names_missing_events(tmp_path):
 
 
 @pytest.mark.usefixtures("explained")
-def test_an_explainer_gets_the_rules_with_errors(tmp_path):
+def test_explainer_gets_rules_with_errors(tmp_path):
     result = run(tmp_path, "(defrule broken (executive-initialized) => (/ 1 0))")
     assert result.reason == "nothing can happen any more: godotbroken"
 
 
 @pytest.mark.usefixtures("explained")
-def test_a_run_whose_rules_fire_is_not_stuck(tmp_path):
+def test_run_with_firing_rules_is_not_stuck(tmp_path):
     result = run(tmp_path, BUSY)
     assert (result.status, result.reason) == (3, "no goal has appeared after 30 s")

@@ -31,7 +31,7 @@ def run(folder: Path, **options: Any) -> tuple[Any, list[LogLine]]:
     return run_scenario(RunOptions(scenario=folder, **options), console=lines.append), lines
 
 
-def test_each_agent_has_a_skiller_that_is_called_skiller(tmp_path: Path) -> None:
+def test_each_agent_has_skiller_named_skiller(tmp_path: Path) -> None:
     """An agent written for one Fawkes needs no change."""
     trace = tmp_path / "run.mcap"
     result, lines = run(write(tmp_path / "s"), trace=trace)
@@ -50,7 +50,7 @@ def test_each_agent_has_a_skiller_that_is_called_skiller(tmp_path: Path) -> None
     assert not any(name.startswith("ann/CLIPS (") for name in components)
 
 
-def test_the_result_has_each_agents(tmp_path: Path) -> None:
+def test_result_has_results_of_agents(tmp_path: Path) -> None:
     more = """
 cxbridge:
   agents:
@@ -68,7 +68,7 @@ cxbridge:
     assert told_people[2:4] == ["ben", "  G (MINI): COMPLETED"]
 
 
-def test_one_agent_alone(tmp_path: Path) -> None:
+def test_agent_runs_alone(tmp_path: Path) -> None:
     folder = write(tmp_path)
     result, lines = run(folder, agent="ben")
     assert (result.status, result.agents) == (0, {})
@@ -89,7 +89,7 @@ def test_one_agent_alone(tmp_path: Path) -> None:
         ("{executive: {}}", "is not a valid name of an agent"),
     ],
 )
-def test_mistakes_in_the_configuration(agents: str, words: str) -> None:
+def test_invalid_agents_are_errors(agents: str, words: str) -> None:
     config = Configuration.from_text(f"cxbridge:\n  agents: {agents}\n", "f.yaml")
     with pytest.raises(ConfigError, match=words) as refused:
         agent_names(config)
@@ -98,18 +98,18 @@ def test_mistakes_in_the_configuration(agents: str, words: str) -> None:
 
 
 @pytest.mark.parametrize("options", [{}, {"agent": "ben"}])
-def test_what_is_strange_in_the_configuration_is_told_once(tmp_path: Path, options: dict[str, str]) -> None:
+def test_warning_of_configuration_is_logged_once(tmp_path: Path, options: dict[str, str]) -> None:
     _, lines = run(write(tmp_path, TWO + "skiller: {skillspace: test}\n"), **options)
     assert len([line for line in lines if "'skiller' replaces" in line.text]) == 1
 
 
-def test_a_list_is_no_configuration_of_an_agent() -> None:
+def test_list_is_no_configuration_of_agent() -> None:
     config = Configuration.from_text("a: 1\ncxbridge/agents: {ann: {config: [{a: 2}]}}", "f.yaml")
     with pytest.raises(ConfigError, match="is a list of maps"):
         choose_agent(config, "ann")
 
 
-def test_an_agents_configuration_leaves_the_others_alone() -> None:
+def test_configurations_of_agents_are_separate() -> None:
     config = Configuration.from_text(
         "a: {b: 1, c: [x]}\ncxbridge/agents: {ann: {spec: s, config: {a: {b: 2}}}, ben: {}}", "f.yaml"
     )
@@ -121,7 +121,7 @@ def test_an_agents_configuration_leaves_the_others_alone() -> None:
     assert not config.exists("/fawkes/agent/name")
 
 
-def test_a_daemon_is_one_of_them(tmp_path: Path) -> None:
+def test_daemon_runs_agent_of_team(tmp_path: Path) -> None:
     folder = write(tmp_path)
     with running(config=folder, agent="ben", settings=(("fawkes/enable", False),)) as (daemon, _, _):
         assert daemon.config.get_str("/fawkes/agent/name") == "ben"
@@ -131,7 +131,7 @@ def test_a_daemon_is_one_of_them(tmp_path: Path) -> None:
     assert "--agent" in str(refused.value)
 
 
-def test_a_run_of_several_is_not_replayed(tmp_path: Path) -> None:
+def test_replay_of_team_is_refused(tmp_path: Path) -> None:
     folder, recording = write(tmp_path), tmp_path / "run.mcap"
     run(folder, trace=recording)
     for options in ({}, {"agent": "ann"}):
@@ -139,7 +139,7 @@ def test_a_run_of_several_is_not_replayed(tmp_path: Path) -> None:
             run(folder, replay=(recording,), **options)
 
 
-def test_a_run_of_one_of_several_is_replayed(tmp_path: Path) -> None:
+def test_replay_of_single_agent_of_team(tmp_path: Path) -> None:
     folder, recording = write(tmp_path), tmp_path / "run.mcap"
     run(folder, trace=recording, agent="ann")
     again, _ = run(folder, replay=(recording,), agent="ann")

@@ -22,14 +22,14 @@ def log_of(tmp_path: Path, skills: Path, **options: object) -> str:
 
 
 @pytest.mark.parametrize("below", ["", "skills"])
-def test_a_skill_space_of_ones_own(tmp_path: Path, below: str) -> None:
+def test_user_skill_space(tmp_path: Path, below: str) -> None:
     """A Lua folder with ``skills/`` in it, or the folder of the skills itself."""
     folder = write_skill_space(tmp_path / "lua", "mine", own=BODY)
     assert "SkillerLua: mine" in log_of(tmp_path, folder / below)
 
 
 @needs_fawkes
-def test_a_skill_space_of_ones_own_beside_those_of_fawkes(tmp_path: Path) -> None:
+def test_user_skill_space_uses_skills_of_fawkes(tmp_path: Path) -> None:
     folder = write_skill_space(tmp_path / "lua", "mine", own=BODY)
     with (folder / "skills" / "mine.lua").open("a") as space:
         space.write('skillenv.use_skill("skills.generic.fake_moveto")\n')

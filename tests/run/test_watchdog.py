@@ -92,21 +92,21 @@ def watched(*constructs):
         (["(defrule a (x) => (sleep-for 1.5))"], "function sleep-for, which rule a has called, does not end"),
     ],
 )
-def test_the_rule_is_named(constructs, what):
+def test_stall_names_rule_or_function(constructs, what):
     with watched(*constructs) as world:
         assert world.heard.wait(WAIT_S)
         assert world.stalls[0].activity.startswith(what)
         assert world.stalls[0].in_rules == ("sleep-for" not in what)
 
 
-def test_a_stall_is_told_again_when_its_duration_has_doubled():
+def test_stall_is_reported_again_after_double_duration():
     with watched("(defrule a (x) => (while TRUE (bind ?y 1)))") as world:
         assert until(lambda: len(world.stalls) > 1)
     first_s, second_s = (stall.seconds for stall in world.stalls[:2])
     assert 2 * first_s <= second_s
 
 
-def test_an_interrupted_rule_ends_and_the_next_loop_is_as_usual():
+def test_loop_continues_after_interrupted_rule():
     with watched(
         "(defrule a (x) => (while TRUE (bind ?y 1)))", "(defrule b (z) => (assert (done)))"
     ) as world:
@@ -146,7 +146,7 @@ def wait_for(board, state):
     return status
 
 
-def test_a_daemon_whose_rule_does_not_end_is_degraded_says_which_and_can_be_interrupted(tmp_path):
+def test_endless_rule_degrades_daemon_until_interrupt(tmp_path):
     with spinning(tmp_path) as (daemon, lines, outcome), connected(daemon) as board:
         status = wait_for(board, "DEGRADED")
         reasons = {part["name"]: part["reason"] for part in status["components"]}
@@ -159,7 +159,7 @@ def test_a_daemon_whose_rule_does_not_end_is_degraded_says_which_and_can_be_inte
 
 
 @pytest.mark.parametrize("what", ["Pause", "Reset", "Shutdown"])
-def test_commands_reach_a_daemon_whose_rule_does_not_end(tmp_path, what):
+def test_commands_reach_daemon_with_endless_rule(tmp_path, what):
     with spinning(tmp_path) as (daemon, _, outcome), connected(daemon) as board:
         wait_for(board, "DEGRADED")
         assert send_command(board, what, WAIT_S)
@@ -169,7 +169,7 @@ def test_commands_reach_a_daemon_whose_rule_does_not_end(tmp_path, what):
     assert outcome == [0]
 
 
-def test_without_remote_control_nobody_interrupts(tmp_path):
+def test_interrupt_needs_remote_control(tmp_path):
     with spinning(tmp_path, **{"remote-control": False}) as (daemon, lines, _), connected(daemon) as board:
         wait_for(board, "DEGRADED")
         with pytest.raises(BlackBoardError, match="remote-control of the daemon is off"):
@@ -186,7 +186,7 @@ def ask_over_http(daemon, method, path):
 
 
 @needs_plugin("web")
-def test_the_rest_api_answers_while_a_rule_does_not_end(tmp_path):
+def test_rest_api_answers_during_endless_rule(tmp_path):
     with spinning(tmp_path, **{"web/port": 0}) as (daemon, _, outcome), connected(daemon) as board:
         wait_for(board, "DEGRADED")
         code, health = ask_over_http(daemon, "GET", "/cxbridge/health")
@@ -208,7 +208,7 @@ def listener_says(listener, wanted):
         pass
 
 
-def test_systemd_hears_of_it_and_its_watchdog_is_not_fed(tmp_path):
+def test_endless_rule_stops_watchdog_of_systemd(tmp_path):
     scenario = write_scenario(tmp_path / "s", agent=SPIN)
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
         listener.bind(str(tmp_path / "notify"))
@@ -238,7 +238,7 @@ function reset() end
 """
 
 
-def test_a_skill_string_inside_a_function_of_c_is_named_and_fails_once_the_function_returns(tmp_path):
+def test_skill_string_in_c_function_is_named_and_fails(tmp_path):
     folder = write_skill_space(tmp_path / "lua", "stuck", say=STUCK)
     rig = Rig()
     skiller = rig.lua([folder], space="stuck")
@@ -259,7 +259,7 @@ def test_a_skill_string_inside_a_function_of_c_is_named_and_fails_once_the_funct
 # -- a run
 
 
-def test_a_run_whose_rule_does_not_end_says_which_and_ends_after_its_timeout(tmp_path, monkeypatch):
+def test_endless_rule_is_named_and_run_times_out(tmp_path, monkeypatch):
     monkeypatch.setattr("cxbridge.run.watchdog.STALL_S", LIMIT_S)
     monkeypatch.setattr("cxbridge.run.run.MIN_STALL_S", 2 * LIMIT_S)
     scenario = write_scenario(tmp_path / "s", agent=SPIN)

@@ -123,14 +123,14 @@ def same_as_recorded(outcome: Outcome, folder: Path) -> bool:
 
 
 @needs_shared
-def test_same_transitions_as_a_real_fawkes(outcome: Outcome, tmp_path: Path) -> None:
+def test_transitions_equal_recording_of_fawkes(outcome: Outcome, tmp_path: Path) -> None:
     assert len(RECORDINGS) == 3
     assert same_as_recorded(outcome, tmp_path)
 
 
 @needs_shared
 @needs_fawkes
-def test_our_files_run_on_the_original_core_too(tmp_path: Path) -> None:
+def test_our_files_run_on_original_core(tmp_path: Path) -> None:
     assert FAWKES_DIR is not None
     plugins = FAWKES_DIR / "src" / "plugins"
     original = run_scenario(plugins / "clips" / "clips", plugins / "clips-executive" / "clips")
@@ -139,14 +139,14 @@ def test_our_files_run_on_the_original_core_too(tmp_path: Path) -> None:
 
 @needs_shared
 @needs_fawkes
-def test_the_original_files_run_on_our_core(tmp_path: Path) -> None:
+def test_original_files_run_on_our_core(tmp_path: Path) -> None:
     assert FAWKES_DIR is not None
     files = FAWKES_DIR / "src" / "plugins" / "clips-executive" / "clips"
     config_file = FAWKES_DIR / "cfg" / "conf.d" / "clips-executive.yaml"
     assert same_as_recorded(run_scenario(files=files, config_file=config_file), tmp_path)
 
 
-def test_it_ends_with_nothing_left(outcome: Outcome) -> None:
+def test_run_ends_without_goals_plans_and_skills(outcome: Outcome) -> None:
     assert outcome.over
     assert 5.0 < outcome.seconds < 15.0
     for template in ("goal", "plan", "plan-action", "skill", "skill-action-execinfo"):
@@ -159,12 +159,12 @@ def test_skill_strings(outcome: Outcome) -> None:
     assert outcome.skill_strings == [f'say{{text="{text}", wait=true}}' for text in spoken]
 
 
-def test_the_domain_at_the_end(outcome: Outcome) -> None:
+def test_domain_facts_at_end(outcome: Outcome) -> None:
     facts = sorted((str(f["name"]), *map(str, f["param-values"])) for f in outcome.of("domain-fact"))
     assert facts == [("said", "bob", "hello"), ("said", "peggy", "goodbye"), ("said", "peggy", "hello")]
 
 
-def test_the_world_model_at_the_end(outcome: Outcome) -> None:
+def test_world_model_at_end(outcome: Outcome) -> None:
     found = {fact["id"]: fact for fact in outcome.of("wm-fact")}
     assert found["/cx/identity"]["value"] == "executive"
     assert found["/config/coordination/mutex/max-age-sec"]["value"] == 15
@@ -184,7 +184,7 @@ def test_the_world_model_at_the_end(outcome: Outcome) -> None:
 
 
 @needs_shared
-def test_actions_map_to_the_recorded_templates() -> None:
+def test_actions_map_to_recorded_templates() -> None:
     ours = Configuration.load(SCENARIO / "scenario.yaml")
     recorded = Configuration.load(SHARED / "fawkes-data" / "config" / "clips-executive.yaml")
     assert read_action_mapping(ours, "test") == read_action_mapping(recorded, "test")
@@ -206,7 +206,7 @@ def domain_of(file: Path) -> set[str]:
 
 
 @needs_fawkes
-def test_the_domain_is_the_same_as_in_fawkes() -> None:
+def test_domain_equals_domain_of_fawkes() -> None:
     assert FAWKES_DIR is not None
     core = FAWKES_DIR / "src" / "plugins" / "clips-executive" / "clips"
     ours = domain_of(SCENARIO / "domain.pddl")

@@ -100,7 +100,7 @@ def test_two_robots_share_the_work(run):
 
 
 @pytest.mark.parametrize(("victim", "skill"), [("robot1", "move"), ("robot2", "move"), ("robot1", "inspect")])
-def test_an_executor_that_dies_fails_its_action_only(run, victim, skill):
+def test_dead_executor_fails_its_action_only(run, victim, skill):
     other = "robot2" if victim == "robot1" else "robot1"
     run.until(lambda: bool(run.working(victim, skill) and run.working(other, "move")))
     goal, others_goal = run.working(victim, skill), run.working(other, "move")
@@ -144,7 +144,7 @@ def robot(stack: ExitStack, url: str, agent: str, dock: str, speed: float) -> su
     return drive
 
 
-def test_kill_9_of_an_executors_process(tmp_path: Path):
+def test_killed_executor_process_fails_its_action(tmp_path: Path):
     elsewhere = tmp_path / "elsewhere.yaml"
     elsewhere.write_text("skill-board: {in-process: false}\n")
     with ExitStack() as stack:

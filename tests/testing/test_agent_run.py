@@ -13,7 +13,7 @@ def mini(tmp_path):
     return write_scenario(tmp_path / "mini", mapping="act: work{what=?(text)s}")
 
 
-def test_the_clock_stands_until_it_is_let_go(cx, mini):
+def test_clock_stands_until_step_or_advance(cx, mini):
     run = cx.run(mini)
     assert run.seconds == 0.0
     run.step()
@@ -22,7 +22,7 @@ def test_the_clock_stands_until_it_is_let_go(cx, mini):
     assert 1.0 <= run.seconds < 1.1
 
 
-def test_a_skill_that_succeeds(cx, mini):
+def test_successful_skill_completes_goal(cx, mini):
     run = cx.run(mini)
     run.skills("work").succeeds(after=5.0)
     run.to_end()
@@ -38,14 +38,14 @@ def test_a_skill_that_succeeds(cx, mini):
     run.assert_outcomes(MINI="COMPLETED")
 
 
-def test_an_agent_that_quits_with_open_goals_has_not_come_to_its_end(cx, tmp_path):
+def test_quit_with_open_goals_fails_to_end(cx, tmp_path):
     bye = "(defrule bye (goal (id G) (mode DISPATCHED)) => (quit))"
     run = cx.run(write_scenario(tmp_path / "bye", mapping="act: work{what=?(text)s}", agent=AGENT + bye))
     with pytest.raises(AssertionError, match="the agent quit before its root goals were over"):
         run.to_end()
 
 
-def test_a_skill_that_fails(cx, mini):
+def test_failed_skill_fails_goal(cx, mini):
     run = cx.run(mini)
     run.skills("work", what="hel*").fails("too heavy")
     run.to_end()
@@ -55,7 +55,7 @@ def test_a_skill_that_fails(cx, mini):
         run.assert_outcomes(MINI="COMPLETED")
 
 
-def test_a_skill_that_hangs_fails_the_test_in_time_of_the_run(cx, mini):
+def test_hanging_skill_fails_test_after_virtual_timeout(cx, mini):
     run = cx.run(mini)
     run.skills("work").hangs()
     with pytest.raises(AssertionError, match=r"not over within 100 s .*\n.*G \(MINI\): DISPATCHED"):
@@ -63,7 +63,7 @@ def test_a_skill_that_hangs_fails_the_test_in_time_of_the_run(cx, mini):
     assert 100 <= run.seconds < 100.1
 
 
-def test_something_happens_at_a_time(cx, mini):
+def test_callbacks_run_at_their_times(cx, mini):
     run = cx.run(mini)
     seen = []
     run.at(0.5, lambda: seen.append(run.seconds))
@@ -72,7 +72,7 @@ def test_something_happens_at_a_time(cx, mini):
     assert [round(when, 1) for when in seen] == [0.2, 0.5]
 
 
-def test_facts_are_seen_asserted_and_retracted(cx, mini):
+def test_facts_are_read_asserted_and_retracted(cx, mini):
     run = cx.run(mini)
     run.skills("work").hangs()
     run.advance(1.0)
@@ -97,7 +97,7 @@ def test_facts_are_seen_asserted_and_retracted(cx, mini):
             run.assert_fact(text)
 
 
-def test_arguments_that_no_run_can_follow_are_refused_at_once(cx, mini):
+def test_invalid_arguments_are_refused_at_once(cx, mini):
     run = cx.run(mini)
     work = run.skills("work").optional()
     for wrong in (
@@ -120,7 +120,7 @@ def test_arguments_that_no_run_can_follow_are_refused_at_once(cx, mini):
         cx.run(mini, skiller="foo")
 
 
-def test_interfaces_are_written_read_and_sent_messages(cx, mini):
+def test_interfaces_are_read_written_and_get_messages(cx, mini):
     run = cx.run(mini)
     run.write("BatteryInterface::Robot", current=3, absolute_soc=0.5)
     assert run.read("BatteryInterface::Robot")["current"] == 3
@@ -138,7 +138,7 @@ def has_skiller(run):
     return info.has_writer
 
 
-def test_a_skiller_that_vanishes_and_comes_back(cx, mini):
+def test_skiller_vanishes_and_returns(cx, mini):
     run = cx.run(mini)
     run.skills("work").succeeds(after=3.0)
     run.at(1.0, run.skills.vanish)
@@ -153,7 +153,7 @@ def test_a_skiller_that_vanishes_and_comes_back(cx, mini):
         run.skills.come_back("other")
 
 
-def test_somebody_takes_control(cx, mini):
+def test_stolen_control_fails_goal(cx, mini):
     run = cx.run(mini)
     run.skills("work").hangs()
     run.advance(1.0)
@@ -163,21 +163,21 @@ def test_somebody_takes_control(cx, mini):
     assert run.read("SkillerInterface::Skiller")["exclusive_controller"] not in ("", ours)
 
 
-def test_an_error_in_a_rule_fails_the_test(cx, tmp_path):
+def test_error_in_rule_fails_test(cx, tmp_path):
     agent = AGENT + "(defrule bad (begun) => (div 1 0))"
     run = cx.run(write_scenario(tmp_path, agent=agent), strict=False)
     with pytest.raises(AssertionError, match=r"an error in a rule: .*div"):
         run.advance(1.0)
 
 
-def test_a_construct_that_does_not_load_fails_the_test(cx, tmp_path):
+def test_broken_construct_fails_test(cx, tmp_path):
     with pytest.raises(
         AssertionError, match=r"mini.clp:\d+:(?s:.*)1 mistake, the agent was not started; strict=False"
     ):
         cx.run(write_scenario(tmp_path, agent=AGENT + "(defrule broken (nothing-such) => (no-function))"))
 
 
-def test_rules_that_fire_for_ever_fail_the_test(cx, tmp_path):
+def test_endless_rules_fail_test(cx, tmp_path):
     agent = AGENT + "(defrule circle ?f <- (circle ?n) => (retract ?f) (assert (circle (+ ?n 1))))"
     agent += "(defrule circle-begin (begun) => (assert (circle 0)))"
     run = cx.run(write_scenario(tmp_path, agent=agent))
@@ -185,7 +185,7 @@ def test_rules_that_fire_for_ever_fail_the_test(cx, tmp_path):
         run.advance(1.0)
 
 
-def test_a_rule_that_does_not_end_fails_the_test(cx, tmp_path):
+def test_endless_rule_fails_test(cx, tmp_path):
     agent = AGENT + "(defrule stuck (begun) => (while TRUE (bind ?x 1)))"
     with pytest.raises(AssertionError, match=r"no end within 0.5 s of real time; last rules: .*stuck"):
         cx.run(write_scenario(tmp_path, agent=agent), patience=0.5).advance(1.0)

@@ -138,7 +138,7 @@ def differs(
 
 
 @pytest.mark.parametrize("order", Order)
-def test_a_mutant_is_found(mutated, order, golden):
+def test_mutant_differs_from_golden_run(mutated, order, golden):
     mutant, transitions = mutated
     assert differs(golden / "times", transitions, order, TOLERANCE_S)
     assert differs(golden / "values", transitions, order) == (mutant.needs != "times")
@@ -147,6 +147,6 @@ def test_a_mutant_is_found(mutated, order, golden):
 
 
 @pytest.mark.parametrize("order", Order)
-def test_the_scenario_itself_is_the_golden_run(order, golden, again):
+def test_scenario_equals_golden_run(order, golden, again):
     for file, tolerance_s in (("times", 0.0), ("values", None), ("old", None)):
         assert not differs(golden / file, again, order, tolerance_s)

@@ -40,7 +40,7 @@ def project(pytester, monkeypatch):
     return run
 
 
-def test_a_golden_file_is_written_compared_with_and_written_anew(project, pytester):
+def test_golden_file_is_written_compared_and_updated(project, pytester):
     missing = project("succeeds(after=2.0)")
     missing.assert_outcomes(failed=1)
     missing.stdout.fnmatch_lines(["*there is no golden file *test_mini.transitions: pytest --update-golden*"])
@@ -56,7 +56,7 @@ def test_a_golden_file_is_written_compared_with_and_written_anew(project, pytest
 
 
 @needs_plugin("web")
-def test_a_run_that_is_not_the_golden_one_has_a_page_with_both(project, pytester):
+def test_difference_from_golden_run_makes_page(project, pytester):
     project("succeeds()", "--update-golden").assert_outcomes(passed=1)
     kept = project("fails('slipped')", "--cx-artifacts=kept")
     kept.stdout.fnmatch_lines(["*both runs side by side: kept*test_mini_test_mini.html"])
@@ -64,7 +64,7 @@ def test_a_run_that_is_not_the_golden_one_has_a_page_with_both(project, pytester
     assert "this run and the golden one" in page.read_text()
 
 
-def test_an_empty_golden_file_is_not_the_same(project, pytester):
+def test_empty_golden_file_differs(project, pytester):
     folder = pytester.path / "golden" / "test_agent"
     folder.mkdir(parents=True)
     (folder / "test_mini.transitions").write_text("")
@@ -73,7 +73,7 @@ def test_an_empty_golden_file_is_not_the_same(project, pytester):
     found.stdout.fnmatch_lines(["*holds no transitions*"])
 
 
-def test_a_failed_test_tells_of_its_run(project):
+def test_failed_test_shows_run(project):
     found = project("fails('slipped')", more="    assert run.goal('G').outcome == 'COMPLETED'\n")
     found.assert_outcomes(failed=1)
     project("fails('slipped')", "--update-golden")
@@ -100,7 +100,7 @@ def test_recordings_of_failed_tests_are_kept(project, pytester):
     assert [str(path) for path in kept] == ["kept/test_agent/test_bad.mcap"]
 
 
-def test_a_skill_that_nothing_calls_fails_the_test(project):
+def test_scripted_skill_without_call_fails_test(project):
     project("succeeds()", "--update-golden").assert_outcomes(passed=1)
     more = """
 def test_typo(cx):
@@ -136,7 +136,7 @@ def test_optional(cx):
     found.stdout.no_fnmatch_line("*pytest_plugin.py*")
 
 
-def test_a_failure_shows_no_frame_of_the_library(project):
+def test_failure_shows_no_frame_of_library(project):
     more = """
 def test_goal(cx):
     cx.run("mini").goal("NOWHERE")
@@ -181,7 +181,7 @@ def test_name(run):
 """
 
 
-def test_tests_of_a_module_share_a_run(project, pytester):
+def test_tests_of_module_share_run(project, pytester):
     def module(*arguments, skill="work", outcome="COMPLETED"):
         more = MODULE.format(skill=skill, outcome=outcome)
         return project("succeeds()", "-k", "not mini", *arguments, more=more)
@@ -198,7 +198,7 @@ def test_tests_of_a_module_share_a_run(project, pytester):
     unmet.stdout.fnmatch_lines(["*did you mean work*"])
 
 
-def test_times_count_when_they_are_asked_for(project):
+def test_times_are_compared_on_request(project):
     timed = "succeeds(after={})\n    run.to_end()\n    run.assert_golden('timed', time_tolerance=0.2)"
     project("succeeds()", "--update-golden").assert_outcomes(passed=1)
     absent = project(timed.format(2.0))
@@ -210,7 +210,7 @@ def test_times_count_when_they_are_asked_for(project):
     late.stdout.fnmatch_lines(["*another time: * s earlier in B*"])
 
 
-def test_a_golden_file_without_times_has_none_to_compare(project, pytester):
+def test_golden_file_without_times_refuses_tolerance(project, pytester):
     project("succeeds()", "--update-golden").assert_outcomes(passed=1)
     timed = project("succeeds()\n    run.to_end()\n    run.assert_golden(time_tolerance=0.2)")
     timed.assert_outcomes(failed=1)

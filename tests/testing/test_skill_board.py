@@ -33,7 +33,7 @@ def error_of_first_failure(run: AgentRun) -> str:
     return "".join(line.text for line in run.log if "lost" in line.text)
 
 
-def test_a_script_lets_a_skill_of_an_executor_fail_halfway(run):
+def test_script_fails_skill_of_executor(run):
     run.skills("move", to="lab").fails("lost", after=2.0, times=1)
     assert "lost" in error_of_first_failure(run)
     run.to_end()
@@ -42,7 +42,7 @@ def test_a_script_lets_a_skill_of_an_executor_fail_halfway(run):
     assert {goal.outcome for goal in run.goals("INSPECT")} >= {"COMPLETED"}
 
 
-def test_the_robot_is_halfway_when_its_skill_fails(run):
+def test_robot_of_failed_skill_is_halfway(run):
     run.skills("move").fails("lost", after=2.0)
     run.until(lambda: run.skills("move").calls)
     run.advance(2.1)
@@ -50,7 +50,7 @@ def test_the_robot_is_halfway_when_its_skill_fails(run):
     assert 0.8 < x < 1.2, "two seconds at half a metre a second"
 
 
-def test_what_succeeds_by_script_takes_its_time_and_moves_nothing(run):
+def test_scripted_success_takes_time_without_movement(run):
     ends = []
     run.skills("move", to="lab").succeeds(after=3.0, then=lambda: ends.append(run.seconds))
     run.until(lambda: ends)
@@ -58,13 +58,13 @@ def test_what_succeeds_by_script_takes_its_time_and_moves_nothing(run):
     assert run.read(POSE)["translation"][0] == 0.0
 
 
-def test_executors_do_what_nothing_is_said_of(run):
+def test_executors_execute_unscripted_skills(run):
     run.to_end()
     assert run.seconds == pytest.approx(45.0, abs=0.5)
     assert {call.skiller for call in run.skills.calls} == {"robot1", "robot2"}
 
 
-def test_a_function_may_leave_a_call_to_its_executor(run):
+def test_function_may_leave_call_to_executor(run):
     seen = []
 
     def answer(call):
@@ -77,7 +77,7 @@ def test_a_function_may_leave_a_call_to_its_executor(run):
     assert len(actions) >= 3
 
 
-def test_failures_of_the_configuration_strike_executors(tmp_path):
+def test_configured_failures_apply_to_executors(tmp_path):
     config = tmp_path / "failures.yaml"
     failure = "{name: move, args: [to=lab], calls: [1], error: lost, after: 0.5}"
     config.write_text(f"plugins/skiller-simulator: {{seed: 3, failures: {{lost: {failure}}}}}\n")

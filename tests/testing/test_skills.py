@@ -28,11 +28,11 @@ def outcome(skills, name, skiller="Skiller", **args):
     return skills.decider(skiller).decide(SkillStringCall(name, arguments))
 
 
-def test_a_skill_of_which_nothing_is_said_is_left_to_other_deciders(skills):
+def test_unscripted_skill_is_left_to_next_decider(skills):
     assert outcome(skills, "any") is None
 
 
-def test_what_is_said_first_counts_first_and_what_is_used_up_is_gone(skills):
+def test_steps_of_script_are_used_in_order(skills):
     skills("pick").fails("slipped", after=2.0, times=2).succeeds(after=3.0, times=1)
     found = [outcome(skills, "pick") for _ in range(4)]
     assert found == [*[Outcome(2.0, Status.S_FAILED, "slipped")] * 2, Outcome(3.0), None]
@@ -51,27 +51,27 @@ def test_what_is_said_first_counts_first_and_what_is_used_up_is_gone(skills):
         ({"height": "2"}, True),
     ],
 )
-def test_calls_are_chosen_by_their_arguments(skills, args, matches):
+def test_calls_are_selected_by_arguments(skills, args, matches):
     skills("pick", **args).fails("chosen")
     ended = outcome(skills, "pick", thing="cup", place="shelf-1", height=2)
     assert (ended is not None) == matches
 
 
-def test_what_was_said_last_counts_where_several_match(skills):
+def test_last_matching_script_wins(skills):
     skills("pick").fails("any")
     skills("pick", thing="cup").succeeds(after=7.0)
     assert outcome(skills, "pick", thing="cup") == Outcome(7.0)
     assert outcome(skills, "pick", thing="pot").error == "any"
 
 
-def test_otherwise_is_for_those_of_which_nothing_is_said(skills):
+def test_otherwise_is_for_unscripted_skills(skills):
     skills.otherwise.fails("not expected")
     skills("pick").succeeds()
     assert outcome(skills, "pick") == Outcome(1.0)
     assert outcome(skills, "place").error == "not expected"
 
 
-def test_a_function_sees_the_call(skills, clock):
+def test_function_gets_call(skills, clock):
     skills("wait").does(lambda call: Outcome(call.args["seconds"]))
     clock.sleep_until(clock.now_us() + 2_500_000)
     assert outcome(skills, "wait", "robot1", seconds=4) == Outcome(4)
@@ -79,7 +79,7 @@ def test_a_function_sees_the_call(skills, clock):
     assert (call.seconds, call.name, call.args, call.skiller) == (2.5, "wait", {"seconds": 4}, "robot1")
 
 
-def test_a_complaint_names_the_arguments_of_the_calls(skills):
+def test_error_names_arguments_of_calls(skills):
     skills("goto", location="hall").succeeds()
     outcome(skills, "goto", place="hall")
     skills.begin("robot1", SkillStringCall("goto", {1: "lab", "speed": 2}))
@@ -88,7 +88,7 @@ def test_a_complaint_names_the_arguments_of_the_calls(skills):
     assert " matches no call, calls were goto(place='hall'), goto('lab', speed=2); say " in complaint
 
 
-def test_the_outcome_has_the_effect(skills):
+def test_effect_happens_with_outcome(skills):
     seen = []
     skills("pick").succeeds(after=2.0, then=lambda: seen.append("picked"))
     skills("place").does(lambda _: None, then=lambda: seen.append("placed"))

@@ -65,7 +65,7 @@ def clients() -> list[Path]:
 
 
 @pytest.mark.parametrize("file", clients(), ids=short_path)
-def test_requests_are_as_the_table_has_them(file):
+def test_requests_match_table_of_operations(file):
     wrong = [
         complaint
         for verb, given, is_all in calls_in(file.read_text())
@@ -92,7 +92,7 @@ def test_requests_are_as_the_table_has_them(file):
         ),
     ],
 )
-def test_what_is_wrong_is_found(source, expected):
+def test_wrong_requests_are_found(source, expected):
     [*found] = calls_in(source)
     assert [
         text for verb, given, is_all in found for text in complaints(verb, given, is_all=is_all)

@@ -31,11 +31,11 @@ def _added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("added")
-def test_a_new_operation_is_one_row() -> None:
+def test_new_operation_is_one_row() -> None:
     assert verbs()["count-words"] is Right.CONTROL
 
 
-def test_two_operations_of_one_name_are_an_error() -> None:
+def test_duplicate_name_of_operation_is_an_error() -> None:
     rows = OPERATION_MODULES.rows
     with pytest.raises(PluginError, match="two operations are called"):
         _load_operations((*rows, *map(copy, rows)))
@@ -72,7 +72,7 @@ def test_parameters_have_types(given: dict[str, Any], wrong: str, name: str) -> 
     assert caught.value.name == name
 
 
-def test_without_an_executive_each_operation_on_it_says_so() -> None:
+def test_operation_without_executive_is_an_error() -> None:
     context = OperationContext(ALL_RIGHTS, None)
     with pytest.raises(CxbridgeError, match="this daemon has no executive"):
         _ = context.executive

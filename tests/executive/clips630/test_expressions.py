@@ -35,7 +35,7 @@ def describe_difference(text: str, reference: Outcome, outcome: Outcome) -> str:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_every_function_does_as_in_6_30(seed: int, ours: Ours, tmp_path: Path) -> None:
+def test_functions_match_clips_6_30(seed: int, ours: Ours, tmp_path: Path) -> None:
     texts = list(expressions.generate(expressions.functions(tmp_path), seed, EACH))
     assert len(texts) > 4000
     new = []
@@ -52,7 +52,7 @@ def test_every_function_does_as_in_6_30(seed: int, ours: Ours, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("row", KNOWN, ids=lambda row: row.example)
-def test_what_is_known_to_differ_still_does(row: Known, ours: Ours, tmp_path: Path) -> None:
+def test_known_differences_remain(row: Known, ours: Ours, tmp_path: Path) -> None:
     [reference] = engines.run_6_30([row.example], tmp_path)
     outcome = ours.outcome(0, row.example)
     assert reference.differences(outcome), "it no longer differs: take the row out"
@@ -116,13 +116,13 @@ MENDED = (
 """What was different once."""
 
 
-def test_what_was_mended_is_as_in_6_30(ours: Ours, tmp_path: Path) -> None:
+def test_mended_functions_match_clips_6_30(ours: Ours, tmp_path: Path) -> None:
     for text, reference in zip(MENDED, engines.run_6_30(MENDED, tmp_path), strict=True):
         outcome = ours.outcome(0, text)
         assert not reference.differences(outcome), describe_difference(text, reference, outcome)
 
 
-def test_it_is_no_crash_where_6_30_crashes(ours: Ours) -> None:
+def test_crashes_of_clips_6_30_are_errors(ours: Ours) -> None:
     for text in (
         "(duplicate 1 (a (create$ 1 2)))",
         "(modify 1 (a (create$)))",

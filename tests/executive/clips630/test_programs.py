@@ -52,7 +52,7 @@ def kept(lines: list[str]) -> list[str]:
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
-def test_a_program_prints_what_it_prints_in_6_30(
+def test_program_prints_lines_of_clips_6_30(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -62,7 +62,7 @@ def test_a_program_prints_what_it_prints_in_6_30(
 
 
 @pytest.mark.parametrize("seed", range(many(2000, 20)))
-def test_a_program_of_chance_fires_the_same_rules(seed: int, tmp_path: Path) -> None:
+def test_random_program_fires_rules_of_clips_6_30(seed: int, tmp_path: Path) -> None:
     file = tmp_path / "program.clp"
     file.write_text(program(seed))
     lines, errors = in_ours(file)

@@ -138,7 +138,7 @@ def _all(kind: str) -> list[Any]:
     ]
 
 
-def test_everything_loads_without_a_word(core: WholeCore) -> None:
+def test_core_loads_without_messages(core: WholeCore) -> None:
     assert core.env.loader.diagnostics == []
     assert [line for line in core.lines if line.level.value in "EW"] == []
 
@@ -222,7 +222,7 @@ def test_saliences(core: WholeCore) -> None:
         assert core.env.eval(name) == value
 
 
-def test_the_core_of_a_scenario_idles_without_errors(core: WholeCore) -> None:
+def test_core_of_scenario_idles_without_errors(core: WholeCore) -> None:
     core.tick(1.0)
     core.tick(1.0)
     assert [line.text for line in core.lines if line.level.value == "E"] == []

@@ -74,7 +74,7 @@ def bench() -> CoordinationBench:
     return CoordinationBench()
 
 
-def test_a_lock_that_nobody_asked_for_is_given_back(bench: CoordinationBench) -> None:
+def test_lock_without_request_is_released(bench: CoordinationBench) -> None:
     bench.memory.unlock("m")
     bench.settle()
     bench.memory.lock("m", "me")
@@ -87,7 +87,7 @@ def test_a_lock_that_nobody_asked_for_is_given_back(bench: CoordinationBench) ->
 # --- UNLOCK -----------------------------------------------------------------------------------------------
 
 
-def test_unlock_of_a_foreign_lock(bench: CoordinationBench) -> None:
+def test_unlock_of_foreign_lock_is_refused(bench: CoordinationBench) -> None:
     bench.theirs()
     bench.call("mutex-unlock-async", "m")
     assert bench.mutex()["response"] == "ERROR"
@@ -109,7 +109,7 @@ def test_unlock_of_a_foreign_lock(bench: CoordinationBench) -> None:
         ("busy", "Mutex m already has pending UNLOCK request."),
     ],
 )
-def test_renew_of_what_is_not_ours(bench: CoordinationBench, prepare: str, problem: str) -> None:
+def test_renewal_of_foreign_lock_is_refused(bench: CoordinationBench, prepare: str, problem: str) -> None:
     if prepare == "opened":
         bench.memory.unlock("m")
         bench.settle()
@@ -136,7 +136,7 @@ def renewing() -> CoordinationBench:
     return bench
 
 
-def test_a_fresh_lock_is_not_renewed(bench: CoordinationBench) -> None:
+def test_fresh_lock_is_not_renewed(bench: CoordinationBench) -> None:
     bench.env.assert_string(
         '(wm-fact (id "/config/coordination/mutex/renew-interval") (type UINT) (value 5))'
     )
@@ -149,14 +149,14 @@ def test_a_fresh_lock_is_not_renewed(bench: CoordinationBench) -> None:
     assert bench.mutex()["request"] == "RENEW-LOCK"
 
 
-def test_unlock_waits_for_the_renewal(renewing: CoordinationBench) -> None:
+def test_unlock_waits_for_renewal(renewing: CoordinationBench) -> None:
     renewing.call("mutex-unlock-async", "m")
     assert renewing.mutex()["pending-requests"] == ("AUTO-RENEW-PROC", "UNLOCK")
     renewing.settle()
     assert renewing.answer() == ("UNLOCK", "UNLOCKED", "OPEN", "")
 
 
-def test_a_renewal_that_fails_loses_the_lock(renewing: CoordinationBench) -> None:
+def test_failed_renewal_loses_lock(renewing: CoordinationBench) -> None:
     renewing.memory._pending.clear()
     renewing.env.assert_string("(mutex-op-feedback renew-lock-async FAIL m)")
     renewing.env.run()
@@ -164,7 +164,7 @@ def test_a_renewal_that_fails_loses_the_lock(renewing: CoordinationBench) -> Non
     assert renewing.texts("E") == ["Renewing lock for mutex m failed. LOST LOCK!"]
 
 
-def test_a_lock_that_somebody_else_took_meanwhile(renewing: CoordinationBench) -> None:
+def test_renewal_reports_lock_of_another_agent(renewing: CoordinationBench) -> None:
     renewing.memory._pending.clear()
     renewing.theirs()
     assert renewing.answer() == ("NONE", "NONE", "LOCKED", "other")
@@ -174,7 +174,7 @@ def test_a_lock_that_somebody_else_took_meanwhile(renewing: CoordinationBench) -
 # --- expiry -----------------------------------------------------------------------------------------------
 
 
-def test_expire_takes_the_configured_age(bench: CoordinationBench) -> None:
+def test_expiry_uses_configured_age(bench: CoordinationBench) -> None:
     bench.env.assert_string('(wm-fact (id "/config/coordination/mutex/max-age-sec") (type UINT) (value 15))')
     bench.call("mutex-expire-locks-async")
     bench.settle()
@@ -199,7 +199,7 @@ def _state(bench: CoordinationBench) -> tuple[str, str]:
     return str(action["state"]), str(action["error-msg"])
 
 
-def test_action_lock_that_is_refused(bench: CoordinationBench) -> None:
+def test_refused_lock_fails_lock_action(bench: CoordinationBench) -> None:
     bench.memory.fail_mutex_operations = True
     _action(bench, "lock")
     bench.settle()
@@ -209,7 +209,7 @@ def test_action_lock_that_is_refused(bench: CoordinationBench) -> None:
 
 @pytest.mark.parametrize("name", ["flush-locks", "expire-locks"])
 @pytest.mark.parametrize("fails", [False, True])
-def test_actions_flush_and_expire(bench: CoordinationBench, name: str, fails: bool) -> None:
+def test_flush_and_expire_actions(bench: CoordinationBench, name: str, fails: bool) -> None:
     bench.env.assert_string(
         '(wm-fact (id "/config/coordination/mutex/max-age-sec") (type FLOAT) (value 15.0))'
     )
@@ -222,12 +222,12 @@ def test_actions_flush_and_expire(bench: CoordinationBench, name: str, fails: bo
 
 
 @pytest.mark.parametrize("name", ["lock", "unlock", "flush-locks", "expire-locks"])
-def test_actions_wait_until_they_are_executable(bench: CoordinationBench, name: str) -> None:
+def test_actions_wait_until_executable(bench: CoordinationBench, name: str) -> None:
     _action(bench, name, executable=False)
     assert _state(bench) == ("PENDING", "")
 
 
-def test_events_are_taken_in_the_order_of_their_arrival(bench: CoordinationBench) -> None:
+def test_events_are_handled_in_order_of_arrival(bench: CoordinationBench) -> None:
     for owner, second in (("late", 30), ("early", 10), ("middle", 20)):
         document = {"_id": "m", "locked": True, "locked-by": owner}
         bench.memory.trigger(

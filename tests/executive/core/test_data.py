@@ -17,7 +17,7 @@ KNOWN = {
 }
 
 
-def test_the_core_evaluates_no_text():
+def test_core_evaluates_no_text():
     found = set()
     for file in CORE_DIR.rglob("*.clp"):
         text = re.sub(r";[^\n]*", "", file.read_text())
@@ -39,7 +39,7 @@ def _constructs(env):
         "(wm-fact-like a 1 2.5)",
     ],
 )
-def test_data_becomes_the_same_fact_as_by_assert_string(env, text):
+def test_data_makes_same_fact_as_assert_string(env, text):
     by_clips = env.call("fact-index", env.call("assert-string", text))
     env.retract(by_clips)
     made = env.call("cx-assert-data", text)
@@ -60,7 +60,7 @@ def test_data_becomes_the_same_fact_as_by_assert_string(env, text):
         "(goal-info (goal-id ?*x*))",
     ],
 )
-def test_nothing_in_data_is_called(env, text):
+def test_functions_in_data_are_not_called(env, text):
     with pytest.raises(ClipsError):
         env.call("cx-assert-data", text)
     assert not [name for _, name, _ in env.facts() if name == "noted"]

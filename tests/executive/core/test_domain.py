@@ -20,7 +20,7 @@ def bench() -> DomainBench:
 # --- grounding ------------------------------------------------------------------------------------------
 
 
-def test_grounding_makes_the_documented_facts(bench: DomainBench) -> None:
+def test_grounding_makes_documented_facts(bench: DomainBench) -> None:
     bench.begin("move R A B")
     grounding = bench.one("pddl-grounding")
     assert bench.action()["precondition"] == grounding["id"]
@@ -44,7 +44,7 @@ def test_grounding_makes_the_documented_facts(bench: DomainBench) -> None:
 
 
 @pytest.mark.parametrize("action", ["unheard-of A", "free A"])
-def test_without_a_precondition_to_ground_an_action_is_executable(action: str) -> None:
+def test_action_without_precondition_is_executable(action: str) -> None:
     bench = DomainBench()
     bench.operator("free", "x")
     bench.begin(action)
@@ -65,7 +65,7 @@ def test_changed_arguments_are_grounded_again(bench: DomainBench) -> None:
 
 
 @pytest.mark.parametrize("state", ["FINAL", "FAILED"])
-def test_the_grounding_of_a_finished_action_goes(bench: DomainBench, state: str) -> None:
+def test_grounding_of_finished_action_is_retracted(bench: DomainBench, state: str) -> None:
     bench.begin("move R A B")
     bench.set_state(state)
     assert bench.action()["precondition"] == "nil"
@@ -87,7 +87,7 @@ OWN_FORMULA = (
 
 
 @pytest.mark.parametrize("way", [("assert-mine", "ground-mine"), ("assert-mine", "run", "ground-mine")])
-def test_the_grounding_of_an_agents_own_formula_stays_as_long_as_the_formula(
+def test_grounding_of_agents_formula_lives_as_long_as_formula(
     bench: DomainBench, way: tuple[str, ...]
 ) -> None:
     for function in OWN_FORMULA:
@@ -113,7 +113,7 @@ def test_the_grounding_of_an_agents_own_formula_stays_as_long_as_the_formula(
 
 
 @pytest.mark.parametrize("changes", [("p A", "q A"), ("q A", "p A")])
-def test_executable_flips_when_all_atoms_have_been_looked_up(changes: tuple[str, str]) -> None:
+def test_executable_flips_after_lookup_of_all_atoms(changes: tuple[str, str]) -> None:
     bench = DomainBench()
     bench.operator("stop", "x", ("and", ("atom", "p", "x"), ("not", ("atom", "q", "x"))))
     bench.operator("go", "x", ("or", ("atom", "p", "x"), ("not", ("atom", "q", "x"))))
@@ -131,7 +131,7 @@ def test_executable_flips_when_all_atoms_have_been_looked_up(changes: tuple[str,
     ("fact", "value", "expected"),
     [("a", "a", True), ('"a"', "a", False), ("1", "1", True), ("1.0", "1", False), ("1", "1.0", False)],
 )
-def test_values_are_compared_with_their_types(fact: str, value: str, expected: bool) -> None:
+def test_values_of_different_types_differ(fact: str, value: str, expected: bool) -> None:
     bench = DomainBench()
     bench.operator("use", "x", ("atom", "ready", "x"))
     bench.facts(f"ready {fact}")
@@ -187,7 +187,7 @@ def again() -> DomainBench:
     facts=st.sets(st.sampled_from(GROUND_ATOMS)),
     changes=st.lists(st.sampled_from(GROUND_ATOMS), max_size=6),
 )
-def test_executable_equals_the_formula(
+def test_executable_equals_formula(
     again: DomainBench, formula: Formula, x: str, y: str, facts: set[str], changes: list[str]
 ) -> None:
     """Also after each of some changes: the incremental result is the one from scratch."""
@@ -211,7 +211,7 @@ def test_executable_equals_the_formula(
 # --- users' rules, leaks ------------------------------------------------------------
 
 
-def test_a_thousand_actions_leave_nothing_behind(bench: DomainBench) -> None:
+def test_thousand_actions_leave_no_facts(bench: DomainBench) -> None:
     """Neither facts nor memory: CLIPS keeps retracted facts that refer to each other."""
     bench.predicate("said", sensed=True)
     bench.effect("move", "said r")

@@ -25,7 +25,7 @@ def test_effects_need_goal_plan_and_operator(bench: DomainBench, missing: str) -
     assert bench.action()["state"] == "EXECUTION-SUCCEEDED"
 
 
-def test_an_action_waits_for_sensed_effects(bench: DomainBench) -> None:
+def test_action_waits_for_sensed_effects(bench: DomainBench) -> None:
     bench.predicate("seen-at", sensed=True)
     bench.effect("move", "seen-at r to")
     bench.effect("move", "not seen-at r from")
@@ -47,7 +47,7 @@ def test_an_action_waits_for_sensed_effects(bench: DomainBench) -> None:
     assert bench.holds() == {"at R B", "seen-at R B"}
 
 
-def test_an_action_waits_for_its_own_effects_only() -> None:
+def test_action_waits_for_own_effects_only() -> None:
     bench = DomainBench()
     bench.predicate("said", sensed=True)
     bench.operator("say", "w")
@@ -72,7 +72,7 @@ def run_action(bench: DomainBench, action: str) -> set[str]:
     return bench.holds()
 
 
-def test_negative_effects_remove_the_fact_before_anybody_sees_the_state(bench: DomainBench) -> None:
+def test_negative_effects_precede_rules_on_new_state(bench: DomainBench) -> None:
     bench.env.build(
         "(defrule test-both (declare (salience 5200)) (domain-fact (name at) (param-values ?r ?a))"
         " (domain-fact (name at) (param-values ?r ~?a)) => (assert (two-places ?r)))"
@@ -100,7 +100,7 @@ def test_conditional_effects(precondition: Formula | None, loaded: bool) -> None
     assert not bench.all("domain-met-conditions")
 
 
-def test_a_condition_is_decided_before_sensed_effects_change_it() -> None:
+def test_condition_is_decided_before_sensed_effects() -> None:
     bench = DomainBench()
     bench.predicate("holding", sensed=True)
     bench.predicate("placed")
@@ -116,7 +116,7 @@ def test_a_condition_is_decided_before_sensed_effects_change_it() -> None:
     assert bench.holds() == {"placed CUP"}
 
 
-def test_an_action_that_is_executed_again_settles_its_conditions_again() -> None:
+def test_repeated_action_decides_conditions_again() -> None:
     bench = DomainBench()
     bench.predicate("loaded")
     bench.predicate("delivered")
@@ -137,7 +137,7 @@ def test_an_action_that_is_executed_again_settles_its_conditions_again() -> None
     assert bench.holds() == {"told R"}
 
 
-def test_a_negative_conditional_effect_is_not_hidden_by_one_that_does_not_apply() -> None:
+def test_negative_effect_survives_inapplicable_conditional_effect() -> None:
     bench = DomainBench()
     for name in ("lit", "magic"):
         bench.predicate(name)

@@ -35,7 +35,7 @@ ERRORS = {
 
 
 @pytest.mark.parametrize("kind", ERRORS)
-def test_errors_in_the_domain_are_told(kind: str) -> None:
+def test_domain_errors_are_reported(kind: str) -> None:
     facts, message = ERRORS[kind]
     bench = DomainBench()
     bench.assert_all(*facts)
@@ -72,12 +72,12 @@ def test_errors_in_the_domain_are_told(kind: str) -> None:
         ("(intersect (create$ a b c) (create$ c a))", ("a", "c")),
     ],
 )
-def test_functions(call: str, expected: object) -> None:
+def test_functions_of_domain_model(call: str, expected: object) -> None:
     assert DomainBench().env.eval(call) == expected
 
 
 @pytest.mark.parametrize("function", ["(domain-fact-key p", "(domain-fact-args"])
-def test_names_and_values_must_match(function: str) -> None:
+def test_names_without_values_are_an_error(function: str) -> None:
     bench = DomainBench()
     assert bench.env.eval(f"{function} (create$ a b) (create$ 1))") == FALSE
     assert len(bench.texts("E")) == 1

@@ -76,7 +76,7 @@ def test_sequential_outcomes(
         ("timeout", "NO-SUB-GOAL", "TIMEOUT"),
     ],
 )
-def test_without_children_a_goal_fails(bench: Bench, kind: str, code: str, name: str) -> None:
+def test_goal_without_children_fails(bench: Bench, kind: str, code: str, name: str) -> None:
     params = {"retry": ("max-tries", 2), "timeout": ("timeout", 1.0)}.get(kind, ())
     lone(bench, kind, *params)
     bench.tick()
@@ -84,7 +84,7 @@ def test_without_children_a_goal_fails(bench: Bench, kind: str, code: str, name:
     assert error(bench, "P") == (code, f"No sub-goal for {name} goal 'P'")
 
 
-def test_the_greatest_priority_goes_first(bench: Bench) -> None:
+def test_greatest_priority_runs_first(bench: Bench) -> None:
     for number, priority in enumerate((1.0, 7.5, 3.0), 1):
         bench.env.eval(
             f"(assert (goal (id C{number}) (class WILL-COMPLETED) (parent P) (priority {priority})))"
@@ -112,7 +112,7 @@ def test_dispatch_waits_for_required_resources(bench: Bench, kind: str) -> None:
 
 @pytest.mark.parametrize("kind", list(SUB_TYPES))
 @pytest.mark.parametrize("outcome", ["COMPLETED", "FAILED", "REJECTED"])
-def test_a_child_is_over_only_without_resources(bench: Bench, kind: str, outcome: str) -> None:
+def test_child_with_resources_is_not_finished(bench: Bench, kind: str, outcome: str) -> None:
     option = {"retry": "1", "timeout": "9.0", "run-parallel": "NONE"}.get(kind, "")
     parent = grow(bench, kind, outcome, option=option)
     bench.modify("goal", "(acquired-resources r1)", id="C1")

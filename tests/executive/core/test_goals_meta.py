@@ -21,7 +21,7 @@ def index_of(bench: Bench, template: str) -> int:
     return index
 
 
-def test_meta_template_alone_makes_a_default_fact(meta: Bench) -> None:
+def test_meta_template_alone_makes_default_fact(meta: Bench) -> None:
     meta.env.eval("(assert (goal (id G) (meta-template tries) (verbosity NOISY)))")
     meta.tick()
     assert meta.one("tries") == {"goal-id": "G", "count": 7}
@@ -29,14 +29,14 @@ def test_meta_template_alone_makes_a_default_fact(meta: Bench) -> None:
     assert meta.texts("I") == ["Goal G attached default meta fact from template tries"]
 
 
-def test_meta_fact_alone_sets_the_template_and_the_goal_id(meta: Bench) -> None:
+def test_meta_fact_alone_sets_template_and_goal_id(meta: Bench) -> None:
     meta.env.eval("(assert (goal (id G) (meta-fact (fact-index (assert (tries (count 1)))))))")
     meta.tick()
     assert meta.goal("G")["meta-template"] == "tries"
     assert meta.one("tries")["goal-id"] == "G"
 
 
-def test_a_meta_fact_that_was_modified_is_linked_again_with_the_next_time(meta: Bench) -> None:
+def test_modified_meta_fact_is_linked_in_next_loop(meta: Bench) -> None:
     meta.env.eval("(assert (goal (id G) (meta-template tries)))")
     meta.tick()
     assert meta.env.retract(index_of(meta, "tries"))
@@ -46,7 +46,7 @@ def test_a_meta_fact_that_was_modified_is_linked_again_with_the_next_time(meta: 
     assert meta.goal("G")["meta-fact"] == index_of(meta, "tries")
 
 
-def test_a_meta_fact_goes_with_its_goal(meta: Bench) -> None:
+def test_meta_fact_is_retracted_with_goal(meta: Bench) -> None:
     meta.retract_automatically()
     meta.env.eval("(assert (goal (id G) (meta-template tries)) (tries (goal-id other)))")
     meta.tick()
@@ -67,13 +67,13 @@ def test_a_meta_fact_goes_with_its_goal(meta: Bench) -> None:
         ),
     ],
 )
-def test_meta_mistakes_are_told(meta: Bench, goal: str, text: str) -> None:
+def test_meta_errors_are_reported(meta: Bench, goal: str, text: str) -> None:
     meta.env.eval(f"(assert (goal (id G) {goal}))")
     meta.tick()
     assert meta.texts("E") == [text]
 
 
-def test_a_meta_fact_that_is_gone_is_forgotten(meta: Bench) -> None:
+def test_retracted_meta_fact_is_unlinked(meta: Bench) -> None:
     meta.env.eval("(assert (goal (id G) (mode SELECTED) (meta-fact (fact-index (assert (tries))))))")
     meta.tick()
     assert meta.env.retract(index_of(meta, "tries"))

@@ -62,7 +62,7 @@ def test_parallel_continue_on(bench: Bench, option: str, first: str, second_runs
     assert bench.state(parent) == ("FINISHED", first)
 
 
-def test_parallel_next_batch_follows_dispatch_not_the_end(bench: Bench) -> None:
+def test_parallel_next_batch_follows_dispatch(bench: Bench) -> None:
     grow(bench, "run-parallel-delayed", "HANGS", "HANGS", option="NONE")
     bench.tick()
     assert selected(bench) == ["C1"]
@@ -72,7 +72,7 @@ def test_parallel_next_batch_follows_dispatch_not_the_end(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize("outcome", ["FAILED", "REJECTED"])
-def test_parallel_blames_the_first_that_was_over(bench: Bench, outcome: str) -> None:
+def test_parallel_blames_first_finished_child(bench: Bench, outcome: str) -> None:
     """The first in Fawkes' order of facts, in which what was changed last comes last."""
     parent = grow(bench, "run-parallel-delayed", "HANGS", "HANGS", "HANGS", option="FAILED")
     for child in ("C1", "C2", "C3"):
@@ -85,7 +85,7 @@ def test_parallel_blames_the_first_that_was_over(bench: Bench, outcome: str) -> 
     assert error(bench, parent)[0] == f"SUB-GOAL-{outcome} C2"
 
 
-def test_the_goal_that_was_changed_last_is_the_last_fact(bench: Bench) -> None:
+def test_last_modified_goal_is_last_fact(bench: Bench) -> None:
     """As in CLIPS 6.30, where a goal that was modified is a new fact."""
     grow(bench, "run-all", "COMPLETED", "HANGS", "HANGS")
     bench.tick()

@@ -11,7 +11,7 @@ from tests.executive.core.goal_bench import PREFIXES, error, grow, lone, selecte
 
 
 @pytest.mark.parametrize("outcome", ["FAILED", "REJECTED"])
-def test_retry_gives_up_after_the_last_try(bench: Bench, outcome: str) -> None:
+def test_retry_gives_up_after_last_try(bench: Bench, outcome: str) -> None:
     parent = grow(bench, "retry", outcome, option="3")
     bench.tick()
     assert selected(bench) == ["C1"] * 3
@@ -43,7 +43,7 @@ def tree(kind: str, bad: str) -> str:
 
 
 @pytest.mark.parametrize("kind", TREES)
-def test_retry_tries_a_whole_tree_again(bench: Bench, kind: str) -> None:
+def test_retry_repeats_whole_tree(bench: Bench, kind: str) -> None:
     """Fawkes leaves what is below as it is: the tree waits for ever, or fails without another try."""
     bench.env.eval(f"(goal-tree-assert-retry ROOT 3 {tree(kind, 'SECOND-TRY')})")
     bench.tick()
@@ -56,9 +56,7 @@ def test_retry_tries_a_whole_tree_again(bench: Bench, kind: str) -> None:
 
 @pytest.mark.parametrize("leaf", ["WILL-FAILED", "WILL-REJECTED"])
 @pytest.mark.parametrize("kind", ["RUN-ALL", "RUN-ONE", "TRY-ALL"])
-def test_sub_goals_that_an_expander_makes_are_not_joined_by_the_old_ones(
-    bench: Bench, kind: str, leaf: str
-) -> None:
+def test_retry_removes_old_sub_goals_of_expander(bench: Bench, kind: str, leaf: str) -> None:
     """A sub-goal that is over in the step that selects it left no time to forget the old ones."""
     bench.env.build(
         "(defrule expand-it ?g <- (goal (id ?id) (class EXPANDS) (mode SELECTED)) =>"
@@ -74,7 +72,7 @@ def test_sub_goals_that_an_expander_makes_are_not_joined_by_the_old_ones(
     assert len(set(leaves)) == len(leaves)
 
 
-def test_retry_exactly_as_fawkes_waits_for_ever(bench: Bench) -> None:
+def test_exact_retry_waits_for_ever_as_in_fawkes(bench: Bench) -> None:
     bench.env.eval('(assert (confval (path "/clips-executive/exact-retry") (type BOOL) (value TRUE)))')
     bench.env.eval(f"(goal-tree-assert-retry ROOT 3 {tree('run-all', 'SECOND-TRY')})")
     bench.tick()
@@ -82,7 +80,7 @@ def test_retry_exactly_as_fawkes_waits_for_ever(bench: Bench) -> None:
     assert bench.one("goal", sub_type="RUN-ALL-OF-SUBGOALS")["mode"] == "EXPANDED"
 
 
-def test_retry_meets_no_old_plan(bench: Bench) -> None:
+def test_retry_removes_old_plan(bench: Bench) -> None:
     bench.retract_automatically()
     bench.env.build(
         "(defrule plan-it (goal (id ?id) (class PLANNED) (mode SELECTED)) =>"
@@ -103,7 +101,7 @@ def test_retry_meets_no_old_plan(bench: Bench) -> None:
 
 @pytest.mark.parametrize("kind", ["retry", "timeout"])
 @pytest.mark.parametrize("params", ["", "max-tries", "max-tries three", "timeout -1.0", "max-tries 1 x 2"])
-def test_parameters_that_are_wrong(bench: Bench, kind: str, params: str) -> None:
+def test_invalid_parameters_fail_goal(bench: Bench, kind: str, params: str) -> None:
     bench.env.eval("(assert (goal (id C1) (class WILL-COMPLETED) (parent P)))")
     lone(bench, kind, params)
     bench.tick()
@@ -113,7 +111,7 @@ def test_parameters_that_are_wrong(bench: Bench, kind: str, params: str) -> None
 
 
 @pytest.mark.parametrize(("kind", "params"), [("retry", "max-tries 2"), ("timeout", "timeout 2.0")])
-def test_more_than_one_child(bench: Bench, kind: str, params: str) -> None:
+def test_second_child_fails_goal(bench: Bench, kind: str, params: str) -> None:
     for child in ("C1", "C2"):
         bench.env.eval(f"(assert (goal (id {child}) (class WILL-COMPLETED) (parent P)))")
     lone(bench, kind, params)
@@ -127,7 +125,7 @@ def test_more_than_one_child(bench: Bench, kind: str, params: str) -> None:
 # --- timeout -----------------------------------------------------------------------------------------------
 
 
-def test_timeout_fails_the_child_and_then_itself(bench: Bench) -> None:
+def test_timeout_fails_child_then_goal(bench: Bench) -> None:
     parent = grow(bench, "timeout", "HANGS", option="5.0")
     bench.tick()
     assert bench.state("C1")[0] == "SELECTED"
@@ -144,7 +142,7 @@ def test_timeout_fails_the_child_and_then_itself(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize("outcome", ["FAILED", "REJECTED"])
-def test_timeout_passes_the_outcome_on(bench: Bench, outcome: str) -> None:
+def test_timeout_takes_outcome_of_child(bench: Bench, outcome: str) -> None:
     parent = grow(bench, "timeout", outcome, option="5.0")
     bench.tick()
     code = f"SUBGOAL-{outcome}"

@@ -8,7 +8,7 @@ from tests.executive.core.core_bench import Bench
 from tests.executive.core.goal_bench import grow, make_bench
 
 
-def test_ids_and_priorities_of_a_tree(bench: Bench) -> None:
+def test_ids_and_priorities_of_tree(bench: Bench) -> None:
     bench.env.eval(
         "(goal-tree-assert-run-all AUTOMATIC-SUBGOAL (assert (goal (class A)))"
         " (goal-tree-assert-retry B 3 (assert (goal (id mine) (class C)))))"
@@ -27,7 +27,7 @@ def test_ids_and_priorities_of_a_tree(bench: Bench) -> None:
     assert retry["params"] == ("max-tries", 3)
 
 
-def test_a_goal_without_id_gets_one(bench: Bench) -> None:
+def test_goal_without_id_gets_id(bench: Bench) -> None:
     """Its id nil would make it the parent of every root: retracted, it took them all along."""
     bench.retract_automatically()
     bench.env.eval(
@@ -42,7 +42,7 @@ def test_a_goal_without_id_gets_one(bench: Bench) -> None:
     assert len(goals) == 2
 
 
-def test_a_retracted_root_takes_the_whole_tree_along(bench: Bench) -> None:
+def test_retracted_root_retracts_whole_tree(bench: Bench) -> None:
     bench.retract_automatically()
     parent = grow(bench, "run-all", "COMPLETED", "COMPLETED")
     bench.env.eval(
@@ -63,7 +63,7 @@ def test_a_retracted_root_takes_the_whole_tree_along(bench: Bench) -> None:
     assert not bench.all("goal-plan-retract")
 
 
-def test_a_root_with_resources_stays(bench: Bench) -> None:
+def test_root_with_resources_stays(bench: Bench) -> None:
     bench.retract_automatically()
     bench.env.eval("(assert (goal (id R) (mode RETRACTED) (acquired-resources r1)))")
     bench.tick()
@@ -73,7 +73,7 @@ def test_a_root_with_resources_stays(bench: Bench) -> None:
     assert not bench.all("goal")
 
 
-def test_children_of_maintain_goals_go_one_by_one(bench: Bench) -> None:
+def test_children_of_maintain_goals_are_retracted_separately(bench: Bench) -> None:
     bench.retract_automatically()
     bench.env.eval(
         "(assert (goal (id M) (type MAINTAIN)) (goal (id C1) (parent M) (mode RETRACTED))"
@@ -83,7 +83,7 @@ def test_children_of_maintain_goals_go_one_by_one(bench: Bench) -> None:
     assert [str(goal["id"]) for goal in bench.all("goal")] == ["M", "C2", "A", "C3"]
 
 
-def test_a_transition_fires_the_same_rules_among_many_goals() -> None:
+def test_firings_of_transition_are_independent_of_number_of_goals() -> None:
     """The work for one goal does not grow with the number of others."""
 
     def firings(others: int) -> int:
@@ -110,7 +110,7 @@ RINGS = {
 
 
 @pytest.mark.parametrize("ring", RINGS.values(), ids=RINGS)
-def test_a_ring_of_goals_goes_like_a_tree(bench: Bench, ring: str) -> None:
+def test_ring_of_goals_is_retracted_like_tree(bench: Bench, ring: str) -> None:
     """Each waited for the goals below it, and is below itself."""
     bench.retract_automatically()
     plans = "(plan (id P) (goal-id A)) (plan-action (id 1) (plan-id P) (goal-id A))"

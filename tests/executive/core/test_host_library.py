@@ -60,7 +60,7 @@ def call(function: str, *arguments: Value) -> Value:
         ("(time-trunc-ms (create$ 5))", (5,)),
     ],
 )
-def test_functions(expression: str, value: Value) -> None:
+def test_functions_of_library(expression: str, value: Value) -> None:
     assert _LIBRARY.env.eval(expression) == value
 
 
@@ -79,7 +79,7 @@ def test_split_undoes_join(parts: list[str]) -> None:
 # --- time facts and timers --------------------------------------------------------------------------------
 
 
-def test_time_lives_for_one_run() -> None:
+def test_time_fact_lives_for_one_run() -> None:
     bench = Bench()
     bench.env.build('(defrule see (time ?s ?u) => (printout t "time " ?s crlf))')
     bench.tick()
@@ -116,7 +116,7 @@ def test_path_is_searched_in_order_and_survives_reset(folders: tuple[Bench, Path
 
 
 @pytest.mark.parametrize("function", ["path-load", "path-load*"])
-def test_load_defines_constructs_and_says_so(folders: tuple[Bench, Path], function: str) -> None:
+def test_load_defines_constructs_and_path_info(folders: tuple[Bench, Path], function: str) -> None:
     bench, top = folders
     (top / "two" / "f.clp").write_text("(deffunction answer () 42)")
     assert bench.env.call(function, "f.clp") == TRUE
@@ -138,9 +138,7 @@ def test_load_defines_constructs_and_says_so(folders: tuple[Bench, Path], functi
         ("path-batch*", "batch load"),
     ],
 )
-def test_a_missing_file_is_an_error_line_and_a_fact(
-    folders: tuple[Bench, Path], function: str, verb: str
-) -> None:
+def test_missing_file_is_logged_and_asserted(folders: tuple[Bench, Path], function: str, verb: str) -> None:
     bench, top = folders
     assert bench.env.call(function, "no.clp") == FALSE
     message = f"Cannot {verb} file no.clp (file not found in {top}/one/:{top}/two/)"

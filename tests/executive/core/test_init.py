@@ -86,7 +86,7 @@ def start(tmp_path: Path) -> Start:
     return Start(tmp_path)
 
 
-def test_an_empty_spec_requests_the_blackboard_and_loads_the_core(tmp_path: Path) -> None:
+def test_empty_spec_requests_blackboard_and_loads_core(tmp_path: Path) -> None:
     start = Start(tmp_path, '"core-a.clp" "BATCH|core-b.clp"')
     start.file("core-a.clp", "(deffunction core-a () 1)")
     start.file("core-b.clp", "(assert (core-b))")
@@ -107,7 +107,7 @@ def test_an_empty_spec_requests_the_blackboard_and_loads_the_core(tmp_path: Path
     assert "Init STAGE-1: feature request for blackboard has been fulfilled" in start.bench.texts("D")
 
 
-def test_requests_run_one_after_the_other_by_number(start: Start) -> None:
+def test_requests_run_in_order_of_numbers(start: Start) -> None:
     """Index 2 comes before 10; the order counts positions from 11."""
     for index in (10, 2, 3):
         name = f"entry-{index}"
@@ -120,7 +120,7 @@ def test_requests_run_one_after_the_other_by_number(start: Start) -> None:
     assert files == ["blackboard-init.clp", "entry-2.clp", "entry-3.clp", "entry-10.clp"]
 
 
-def test_an_unavailable_feature_fails_the_start(start: Start) -> None:
+def test_unavailable_feature_fails_start(start: Start) -> None:
     start.entry(1, 0, name="robot_memory")
     start.entry(1, 1, name="later", feature_request=FALSE)
     start.run()
@@ -136,7 +136,7 @@ def test_an_unavailable_feature_fails_the_start(start: Start) -> None:
     ]
 
 
-def test_an_entry_without_a_name_is_reported_when_its_stage_begins(start: Start) -> None:
+def test_entry_without_name_is_reported_at_its_stage(start: Start) -> None:
     start.entry(2, 0, name="fine")
     start.entry(3, 7, file="x.clp")
     start.run()
@@ -145,7 +145,7 @@ def test_an_entry_without_a_name_is_reported_when_its_stage_begins(start: Start)
     assert start.request("MISSING")["error-msgs"] == ("STAGE-3 entry 7 is missing name entry",)
 
 
-def test_a_missing_or_broken_file_does_not_stop_the_start(start: Start) -> None:
+def test_missing_or_broken_file_does_not_stop_start(start: Start) -> None:
     start.file("broken.clp", "(defrule half (a) => (assert (b))")
     start.file("fine.clp", "(deffunction fine () 1)")
     start.entry(3, 0, name="x", files=("missing.clp", "broken.clp", "fine.clp"))
@@ -165,7 +165,7 @@ def test_a_missing_or_broken_file_does_not_stop_the_start(start: Start) -> None:
 # --- signals ----------------------------------------------------------------------------------------------
 
 
-def test_a_request_waits_for_its_signal(start: Start) -> None:
+def test_request_waits_for_signal(start: Start) -> None:
     start.entry(1, 0, name="db", feature_request=FALSE, wait_for="db-ready")
     start.run()
     assert start.stage == "STAGE-1"
@@ -179,7 +179,7 @@ def test_a_request_waits_for_its_signal(start: Start) -> None:
     assert [signal["id"] for signal in start.bench.all("executive-init-signal")] == ["something-else"]
 
 
-def test_a_bad_signal_fails_the_start(start: Start) -> None:
+def test_failed_signal_fails_start(start: Start) -> None:
     start.entry(1, 0, name="db", feature_request=FALSE, wait_for="db-ready")
     start.run()
     start.signal('(id db-ready) (ok FALSE) (error-msg "no disk")')
@@ -207,7 +207,7 @@ def test_debugging_watches_and_unwatches(start: Start) -> None:
     ]
 
 
-def test_what_a_file_of_the_agent_defines_is_unwatched_too(start: Start, tmp_path: Path) -> None:
+def test_constructs_of_agents_files_are_unwatched(start: Start, tmp_path: Path) -> None:
     start.bench.config("/clips-executive/debug/enable", TRUE)
     start.bench.config("/clips-executive/debug/unwatch-facts", ("order",))
     start.bench.config("/clips-executive/debug/unwatch-rules", ("take-order",))

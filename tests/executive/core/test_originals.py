@@ -58,7 +58,7 @@ UNMET_BY_FAWKES = {
 @needs_fawkes
 @pytest.mark.parametrize("core", DOMAIN)
 @pytest.mark.parametrize("original", ORIGINALS, ids=lambda original: original.name)
-def test_originals_of_the_domain(core: str, original: Original, tmp_path: Path) -> None:
+def test_original_tests_of_domain(core: str, original: Original, tmp_path: Path) -> None:
     assert FAWKES_DIR is not None
     words = tmp_path / "old-words.clp"
     words.write_text(OLD_WORDS)
@@ -79,7 +79,7 @@ def _missed(surprise: str) -> str:
 
 
 @needs_fawkes
-def test_all_originals_of_the_domain_are_found() -> None:
+def test_all_original_tests_of_domain_are_found() -> None:
     assert len(ORIGINALS) == 31
     assert {original.domain for original in ORIGINALS} == {None, "blocksworld.clp", "conditional_say.clp"}
     assert {*UNMET, *UNMET_BY_FAWKES} <= {original.name for original in ORIGINALS}
@@ -139,7 +139,7 @@ REMAPPED = {"wm-domain-sync-object-remap-test": "/wm/text"}
 @needs_fawkes
 @pytest.mark.parametrize("core", SYNC)
 @pytest.mark.parametrize("name", SCENES)
-def test_originals_of_the_synchronisation(core: str, name: str, tmp_path: Path) -> None:
+def test_original_tests_of_synchronisation(core: str, name: str, tmp_path: Path) -> None:
     assert FAWKES_DIR is not None
     bus = EventBus(VirtualClock())
     fired: list[Event] = []

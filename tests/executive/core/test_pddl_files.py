@@ -96,7 +96,7 @@ EXPECTED = [
 ]
 
 
-def test_the_plan_is_found_when_the_word_came_too_early(bench: PlanningBench) -> None:
+def test_plan_is_found_after_early_notification(bench: PlanningBench) -> None:
     """The original core waits for ever. Message ids of earlier runs are no excuse."""
     stale = {**PLAN, "_id": "1", "actions": [{"name": "old", "args": []}]}
     bench.memory.collections[PLANS] = {"1": stale, "2": {**PLAN, "_id": "2"}, "3": {"_id": "3", "plan": 0}}
@@ -107,7 +107,7 @@ def test_the_plan_is_found_when_the_word_came_too_early(bench: PlanningBench) ->
     assert bench.memory.living() == 0
 
 
-def test_no_plan_fails_the_goal(bench: PlanningBench) -> None:
+def test_failed_planning_fails_goal(bench: PlanningBench) -> None:
     bench.finish(success=False)
     assert bench.state("G") == ("FINISHED", "FAILED")
     assert (bench.goal("G")["error"], bench.goal("G")["message"]) == ((), "")
@@ -120,7 +120,7 @@ def test_no_plan_fails_the_goal(bench: PlanningBench) -> None:
     [5, None, "say-hello", ["say-hello"], [{"name": "x"}], [{"args": []}], [{"name": 1, "args": []}], [[]]],
 )
 @pytest.mark.parametrize("by", ["event", "document"])
-def test_a_document_that_is_no_plan_fails_the_goal(bench: PlanningBench, actions: object, by: str) -> None:
+def test_invalid_plan_document_fails_goal(bench: PlanningBench, actions: object, by: str) -> None:
     document = {**PLAN, "_id": "1", "actions": actions}
     if by == "document":
         bench.memory.collections[PLANS] = {"1": document}
@@ -137,7 +137,7 @@ def test_a_document_that_is_no_plan_fails_the_goal(bench: PlanningBench, actions
 # --- start ------------------------------------------------------------------------------------------------
 
 
-def test_start_asks_every_second_until_both_writers_are_there() -> None:
+def test_start_polls_until_both_writers_exist() -> None:
     bench = PlanningBench("pddl-init.clp")
     bench.env.call("path-add", f"{CORE_DIR}/cx/")
     for fact in ("(executive-init)", "(ff-feature-loaded blackboard)", "(ff-feature-loaded robot_memory)"):
@@ -185,7 +185,7 @@ def test_documents_become_facts(
 
 
 @pytest.mark.parametrize("event", [{"fullDocument": {"plan": 0}}, {"operationType": "delete"}])
-def test_the_word_that_there_is_no_plan_is_forgotten(bench: PlanningBench, event: Document) -> None:
+def test_notification_without_plan_is_dropped(bench: PlanningBench, event: Document) -> None:
     bench.finish()
     bench.memory.trigger("new-plan", event)
     bench.env.run()

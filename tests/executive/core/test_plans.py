@@ -26,7 +26,7 @@ def bench_with(*files: str) -> DomainBench:
 # --- sequential selection -------------------------------------------------------------------------------
 
 
-def test_actions_are_selected_one_after_the_other_by_id() -> None:
+def test_actions_are_selected_in_order_of_ids() -> None:
     bench = bench_with(SEQUENTIAL)
     bench.plan("act", "act", "act")
     bench.modify("plan-action", "(id 0)", id="3")
@@ -51,7 +51,7 @@ def test_actions_are_selected_one_after_the_other_by_id() -> None:
         ("plan", "(suspended TRUE)"),
     ],
 )
-def test_nothing_is_selected_for(change: tuple[str, str]) -> None:
+def test_action_of_inactive_goal_is_not_selected(change: tuple[str, str]) -> None:
     bench = bench_with(SEQUENTIAL)
     bench.plan("act")
     template, slots = change
@@ -61,7 +61,7 @@ def test_nothing_is_selected_for(change: tuple[str, str]) -> None:
 
 
 @pytest.mark.parametrize("kind", ["SEQUENTIAL", "TEMPORAL"])
-def test_a_failed_action_fails_the_goal(kind: str) -> None:
+def test_failed_action_fails_goal(kind: str) -> None:
     bench = bench_with(SEQUENTIAL, TEMPORAL)
     bench.begin("act", "act", kind=kind, slots='(error-msg "no fuel")')
     bench.set_state("EXECUTION-FAILED")
@@ -75,7 +75,7 @@ def test_a_failed_action_fails_the_goal(kind: str) -> None:
         assert goal["message"] == ""
 
 
-def test_plans_with_the_same_id_do_not_mix() -> None:
+def test_plans_with_same_id_are_separate() -> None:
     bench = bench_with(SEQUENTIAL)
     bench.env.build(EXECUTOR)
     for goal in ("G", "H"):
@@ -121,7 +121,7 @@ def test_temporal_actions_start_at_their_dispatch_times() -> None:
 # --- execution monitoring -------------------------------------------------------------------------------
 
 
-def test_an_action_without_executor_fails() -> None:
+def test_action_without_executor_fails() -> None:
     bench = bench_with(SEQUENTIAL, "execmon/stalled-action.clp")
     bench.begin("act")
     assert states(bench) == ["FAILED"]
@@ -129,7 +129,7 @@ def test_an_action_without_executor_fails() -> None:
     assert bench.goal("G")["message"] == "Action act failed: No action executor for action 'act'"
 
 
-def test_a_plan_that_cannot_go_on_fails_the_goal() -> None:
+def test_stalled_plan_fails_goal() -> None:
     bench = bench_with("execmon/stalled-sequential-plan.clp")
     bench.operator("use", "x", ("atom", "ready", "x"))
     bench.plan("act", "use A")
@@ -164,9 +164,7 @@ def test_a_plan_that_cannot_go_on_fails_the_goal() -> None:
         ),
     ],
 )
-def test_an_action_that_is_late_is_told_once(
-    file: str, slots: str, running: int, code: str, text: str
-) -> None:
+def test_late_action_is_reported_once(file: str, slots: str, running: int, code: str, text: str) -> None:
     bench = bench_with(f"execmon/{file}.clp")
     now = bench.clock.time_us // 1_000_000
     bench.plan("act", "act", kind="TEMPORAL", slots=slots.format(now=now))
@@ -205,6 +203,6 @@ def work_of_one_action(goals: int) -> int:
     return join_activity(bench) - before
 
 
-def test_a_transition_costs_the_same_with_many_goals() -> None:
+def test_cost_of_transition_is_independent_of_number_of_goals() -> None:
     """Lengths of hash chains differ a little."""
     assert work_of_one_action(160) < 2.5 * work_of_one_action(10)

@@ -29,7 +29,7 @@ def _acquired(bench: CoordinationBench, goal_id: str) -> set[str]:
     return set(map(str, acquired))
 
 
-def test_a_resource_that_another_goal_has(bench: CoordinationBench) -> None:
+def test_resource_of_another_goal_rejects_goal(bench: CoordinationBench) -> None:
     _goal(bench, "G", "cup")
     bench.settle()
     _goal(bench, "H", "cup")
@@ -39,7 +39,7 @@ def test_a_resource_that_another_goal_has(bench: CoordinationBench) -> None:
     assert _acquired(bench, "G") == {"cup"}
 
 
-def test_all_or_nothing(bench: CoordinationBench) -> None:
+def test_goal_locks_all_resources_or_none(bench: CoordinationBench) -> None:
     """Another robot takes one of two resources at the last moment: the other one is given back."""
     _goal(bench, "G", "cup plate")
     bench.memory._pending.clear()
@@ -57,7 +57,7 @@ def test_all_or_nothing(bench: CoordinationBench) -> None:
     assert "Rejecting goal G, resource lock plate was rejected" in bench.texts("W")
 
 
-def test_a_mutex_of_ours_that_is_locked_for_something_else_holds_the_goal(bench: CoordinationBench) -> None:
+def test_own_mutex_without_resource_blocks_goal(bench: CoordinationBench) -> None:
     bench.ours("resource-cup")
     _goal(bench, "G", "cup")
     bench.settle()

@@ -91,7 +91,7 @@ def bench() -> RobmemBench:
 # --- to the robot memory ----------------------------------------------------------------------------------
 
 
-def test_nothing_is_written_without_an_identity() -> None:
+def test_facts_without_identity_are_not_written() -> None:
     bench = RobmemBench("")
     bench.wm("/shared/x", "(value 1)")
     assert bench.documents() == {}
@@ -107,7 +107,7 @@ _SET = '(deffunction set-x (?v) (do-for-fact ((?f wm-fact)) (eq ?f:id "/shared/x
 
 
 @pytest.mark.parametrize("who", ["agent", "core"])
-def test_a_modified_fact_is_written_again(bench: RobmemBench, who: str, tmp_path: Path) -> None:
+def test_modified_fact_is_written_again(bench: RobmemBench, who: str, tmp_path: Path) -> None:
     if who == "agent":
         agent = tmp_path / "agent.clp"
         agent.write_text(_SET)
@@ -123,7 +123,7 @@ def test_a_modified_fact_is_written_again(bench: RobmemBench, who: str, tmp_path
     assert len(bench.memory.called("robmem-upsert")) == 3
 
 
-def test_later_knowledge_of_others_is_not_overwritten(bench: RobmemBench) -> None:
+def test_later_documents_are_not_overwritten(bench: RobmemBench) -> None:
     later = {
         "_id": "/shared/x",
         "source": "other",
@@ -139,7 +139,7 @@ def test_later_knowledge_of_others_is_not_overwritten(bench: RobmemBench) -> Non
 
 
 @pytest.mark.parametrize("kind", ["insert", "update"])
-def test_a_known_fact_is_changed_by_later_news_only(bench: RobmemBench, kind: str) -> None:
+def test_only_later_documents_change_fact(bench: RobmemBench, kind: str) -> None:
     bench.wm("/shared/x", "(type INT) (value 1)")
     bench.receive(kind, "/shared/x", bench.now() - 1, value=2)
     assert bench.value("/shared/x") == 1
@@ -187,7 +187,7 @@ NO_FACT = [
 
 
 @pytest.mark.parametrize("fields", NO_FACT, ids=repr)
-def test_a_document_that_is_no_fact_is_ignored(bench: RobmemBench, fields: Document) -> None:
+def test_invalid_document_is_ignored(bench: RobmemBench, fields: Document) -> None:
     bench.receive("insert", "/shared/x", bench.now(), **fields)
     assert bench.texts("E") == ["The document /shared/x is not a wm-fact, it is ignored"]
     assert bench.known() == set()
@@ -197,7 +197,7 @@ def test_a_document_that_is_no_fact_is_ignored(bench: RobmemBench, fields: Docum
 
 
 @pytest.mark.parametrize("fields", NO_FACT, ids=repr)
-def test_restore_leaves_out_what_is_no_fact(bench: RobmemBench, fields: Document) -> None:
+def test_restore_skips_invalid_documents(bench: RobmemBench, fields: Document) -> None:
     fine = {"type": "INT", "is-list": "FALSE", "value": 1, "source": "other", "update-timestamp": Date(1)}
     bad = {name: value for name, value in {**fine, **fields}.items() if value is not None}
     bench.memory.collections[SHARED_FACTS] = {
@@ -221,7 +221,7 @@ def test_restore_leaves_out_what_is_no_fact(bench: RobmemBench, fields: Document
     ],
     ids=repr,
 )
-def test_an_event_that_makes_no_sense_is_ignored(bench: RobmemBench, event: Document) -> None:
+def test_invalid_event_is_ignored(bench: RobmemBench, event: Document) -> None:
     bench.memory.trigger(TRIGGER, event)
     bench.env.run()
     assert bench.known() == set()
@@ -229,7 +229,7 @@ def test_an_event_that_makes_no_sense_is_ignored(bench: RobmemBench, event: Docu
     assert bench.memory.living() == 0
 
 
-def test_deletion(bench: RobmemBench) -> None:
+def test_deletion_needs_later_timestamp(bench: RobmemBench) -> None:
     bench.wm("/shared/x", "(value 1)")
     bench.receive("delete", "/shared/x", bench.now() - 1)
     assert bench.known() == {"/shared/x"}
@@ -245,7 +245,7 @@ def test_deletion(bench: RobmemBench) -> None:
 # --- start, restore, end ----------------------------------------------------------------------------------
 
 
-def test_registration_is_tried_again(bench: RobmemBench) -> None:
+def test_failed_registration_is_repeated(bench: RobmemBench) -> None:
     bench.env.eval("(do-for-fact ((?i wm-robmem-sync-initialized)) TRUE (retract ?i))")
     bench.memory.refuse_triggers = 1
     bench.settle()

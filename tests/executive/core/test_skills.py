@@ -95,7 +95,7 @@ def test_control_is_stolen_only_if_configured(skills: Skills, steal: Symbol) -> 
     assert skills.skiller.steals == (steal == TRUE)
 
 
-def test_after_a_silent_refusal_we_ask_again() -> None:
+def test_silent_refusal_of_control_repeats_request() -> None:
     skills = Skills(grants=False)
     skills.env.assert_string("(skiller-control)")
     skills.loop(seconds=1.0, loops=3)
@@ -113,7 +113,7 @@ def test_after_a_silent_refusal_we_ask_again() -> None:
     ("msgid", "status"),
     [(2, "S_FINAL"), (2, "S_RUNNING"), (2, "S_FAILED"), (2, "S_INACTIVE"), (77, "S_FINAL")],
 )
-def test_an_action_fails_when_control_is_lost(
+def test_lost_control_fails_action(
     skills: Skills, loops: int, controller: str, msgid: int, status: str
 ) -> None:
     """Whether its skill was only sent (1) or runs (2). The thief's skill may have any id."""
@@ -142,9 +142,7 @@ def test_an_action_fails_when_control_is_lost(
 @pytest.mark.parametrize(
     ("status", "state"), [("S_FINAL", "EXECUTION-SUCCEEDED"), ("S_FAILED", "EXECUTION-FAILED")]
 )
-def test_the_end_of_our_call_counts_when_nobody_has_control_any_more(
-    skills: Skills, loops: int, status: str, state: str
-) -> None:
+def test_final_status_counts_without_controller(skills: Skills, loops: int, status: str, state: str) -> None:
     """A Skiller that leaves shows how our call has ended, and no controller."""
     skills.skiller.duration = 100
     skills.acquire()
@@ -159,7 +157,7 @@ def test_the_end_of_our_call_counts_when_nobody_has_control_any_more(
 
 
 @pytest.mark.parametrize("loops", [1, 2])
-def test_a_call_without_control_fails_when_somebody_takes_it(skills: Skills, loops: int) -> None:
+def test_foreign_control_fails_call_without_control(skills: Skills, loops: int) -> None:
     """Taken up (2) at once; before (1), the skiller may yet refuse it: the time-out tells."""
     skills.skiller.duration = 100
     skills.env.eval("(skill-call say (create$) (create$))")
@@ -170,7 +168,7 @@ def test_a_call_without_control_fails_when_somebody_takes_it(skills: Skills, loo
     assert skills.bench.one("skill")["status"] == "S_FAILED"
 
 
-def test_control_is_released_at_the_end(skills: Skills) -> None:
+def test_control_is_released_at_end(skills: Skills) -> None:
     skills.acquire()
     skills.env.assert_string("(executive-finalize)")
     skills.env.run()
@@ -182,7 +180,7 @@ def test_control_is_released_at_the_end(skills: Skills) -> None:
 # --- calls ------------------------------------------------------------------------------------------------
 
 
-def test_a_call_that_cannot_be_mapped_fails(skills: Skills) -> None:
+def test_call_without_mapping_fails(skills: Skills) -> None:
     identifier = skills.env.eval('(skill-call unmappable (create$) (create$) "Two")')
     skill = skills.bench.one("skill")
     assert str(identifier).startswith("unmappablegen")
@@ -192,7 +190,7 @@ def test_a_call_that_cannot_be_mapped_fails(skills: Skills) -> None:
     assert skills.skiller.sent == []
 
 
-def test_calls_on_two_skillers_have_different_ids_though_their_messages_have_the_same(skills: Skills) -> None:
+def test_calls_with_equal_message_ids_have_different_ids(skills: Skills) -> None:
     """Each reading instance counts its messages from 1: the calls were taken for one."""
     first = skills.env.eval('(skill-call say (create$) (create$) "Two")')
     skills.skiller.sent.clear()
@@ -209,7 +207,7 @@ def test_merge_params(skills: Skills) -> None:
     assert len(skills.bench.texts("E")) == 1
 
 
-def test_a_call_that_is_never_taken_up_times_out(skills: Skills) -> None:
+def test_ignored_call_times_out(skills: Skills) -> None:
     skills.env.eval("(skill-call say (create$) (create$))")
     skills.bench.tick(5.0)
     assert skills.bench.one("skill")["status"] == "S_IDLE"
@@ -226,7 +224,7 @@ def test_a_call_that_is_never_taken_up_times_out(skills: Skills) -> None:
     "obstacle",
     ["(executable FALSE)", "(state FORMULATED)", "(action-name not-mapped)", '(skiller "Nobody")'],
 )
-def test_an_action_waits_for_everything_it_needs(skills: Skills, obstacle: str) -> None:
+def test_action_waits_for_requirements(skills: Skills, obstacle: str) -> None:
     skills.acquire()
     skills.action()
     skills.bench.modify("plan-action", obstacle, id="1")
@@ -234,7 +232,7 @@ def test_an_action_waits_for_everything_it_needs(skills: Skills, obstacle: str) 
     assert skills.types() == []
 
 
-def test_a_skiller_executes_one_action_at_a_time(skills: Skills) -> None:
+def test_skiller_executes_one_action_at_a_time(skills: Skills) -> None:
     skills.acquire()
     skills.action(1)
     skills.action(2)
@@ -245,7 +243,7 @@ def test_a_skiller_executes_one_action_at_a_time(skills: Skills) -> None:
 
 
 @pytest.mark.parametrize("msgid", [0, 2])
-def test_an_inactive_skiller_fails_the_running_action(skills: Skills, msgid: int) -> None:
+def test_inactive_skiller_fails_running_action(skills: Skills, msgid: int) -> None:
     """With the id of another message, or of this call (then the skill is over, too)."""
     skills.acquire()
     skills.action()
@@ -263,7 +261,7 @@ def test_an_inactive_skiller_fails_the_running_action(skills: Skills, msgid: int
 
 
 @pytest.mark.parametrize("loops", [1, 2])
-def test_an_action_that_vanishes_is_cancelled(skills: Skills, loops: int) -> None:
+def test_retracted_action_is_cancelled(skills: Skills, loops: int) -> None:
     """Whether the skill was only sent (1) or is running (2)."""
     skills.skiller.duration = 100
     skills.acquire()
@@ -279,7 +277,7 @@ def test_an_action_that_vanishes_is_cancelled(skills: Skills, loops: int) -> Non
     assert skills.state(2) == "WAITING"
 
 
-def test_skills_can_be_tried_by_hand(skills: Skills) -> None:
+def test_exectest_runs_skills_by_hand(skills: Skills) -> None:
     skills.env.call("path-add", f"{CORE_DIR}/cx/")
     skills.bench.load("cx/exectest-init.clp")
     skills.env.assert_string("(executive-init)")
@@ -294,7 +292,7 @@ def test_skills_can_be_tried_by_hand(skills: Skills) -> None:
     assert [text.split()[-1] for text in lines[-4:]] == states
 
 
-def test_of_actions_that_wait_for_a_skiller_the_first_goes_first() -> None:
+def test_first_waiting_action_gets_skiller() -> None:
     """As in Fawkes: an action waits at the condition that its skiller executes nothing."""
     skills = Skills()
     skills.skiller.duration = 10

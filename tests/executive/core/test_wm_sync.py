@@ -133,7 +133,7 @@ def bench(request: pytest.FixtureRequest, tmp_path: Path) -> SyncBench:
 
 
 @MODIFYING
-def test_the_domain_follows_the_value_of_a_fact_that_it_made_itself(bench: SyncBench) -> None:
+def test_domain_follows_value_of_own_wm_fact(bench: SyncBench) -> None:
     bench.domain("said hello")
     bench.wm_becomes(HELLO, "FALSE")
     assert (bench.atoms(), bench.known()) == ([], {HELLO: "FALSE"})
@@ -144,7 +144,7 @@ def test_the_domain_follows_the_value_of_a_fact_that_it_made_itself(bench: SyncB
 
 
 @MODIFYING
-def test_only_boolean_values_are_followed_later(bench: SyncBench) -> None:
+def test_domain_follows_boolean_values_only(bench: SyncBench) -> None:
     bench.wm(HELLO, "TRUE", "UNKNOWN")
     bench.wm_becomes(HELLO, "FALSE")
     assert bench.atoms() == ["said hello"]
@@ -156,7 +156,7 @@ def test_only_boolean_values_are_followed_later(bench: SyncBench) -> None:
 # --- facts: both sides at once, and odd ones --------------------------------------------------------------
 
 
-def test_a_predicate_that_is_declared_later(bench: SyncBench) -> None:
+def test_late_predicate_is_synchronised(bench: SyncBench) -> None:
     bench.domain("heard hello")
     bench.wm("/domain/fact/heard?c=goodbye")
     assert bench.known() == {"/domain/fact/heard?c=goodbye": "TRUE"}
@@ -166,7 +166,7 @@ def test_a_predicate_that_is_declared_later(bench: SyncBench) -> None:
     assert set(bench.known()) == {"/domain/fact/heard?c=goodbye", "/domain/fact/heard?c=hello"}
 
 
-def test_arguments_in_another_order_mean_the_same(bench: SyncBench) -> None:
+def test_order_of_arguments_is_irrelevant(bench: SyncBench) -> None:
     """A wm-fact names its arguments. (The original core goes by their order, and loses the fact.)"""
     bench.wm("/domain/fact/at?place=P-2&robot=R-1")
     assert bench.atoms() == ["at R-1 P-2"]
@@ -174,13 +174,13 @@ def test_arguments_in_another_order_mean_the_same(bench: SyncBench) -> None:
     assert bench.known() == {}
 
 
-def test_a_list_among_the_arguments_is_an_error(bench: SyncBench) -> None:
+def test_list_among_arguments_is_an_error(bench: SyncBench) -> None:
     bench.wm("/domain/fact/at?robot=R-1,R-2&place=x")
     assert bench.atoms() == []
     assert [text for text in bench.texts("E") if "may not contain argument value list" in text]
 
 
-def test_a_domain_fact_with_too_few_values_is_an_error(bench: SyncBench) -> None:
+def test_domain_fact_with_too_few_values_is_an_error(bench: SyncBench) -> None:
     bench.domain("at R-1")
     assert bench.known() == {}
     assert len(bench.texts("E")) == 1
@@ -197,7 +197,7 @@ _OPERATIONS = st.lists(
 
 
 @pytest.mark.parametrize("who", ["agent", "core"])
-def test_any_sequence_of_changes_ends_consistent(who: str, tmp_path_factory: pytest.TempPathFactory) -> None:
+def test_random_changes_end_consistent(who: str, tmp_path_factory: pytest.TempPathFactory) -> None:
     """What the wm-facts claim and what the domain has is the same after each run."""
     folder = tmp_path_factory.mktemp("any")
 
@@ -252,7 +252,7 @@ def test_id_prefixes_name_predicates(bench: SyncBench) -> None:
     assert "open" not in bench.atoms()
 
 
-def test_remapping_is_configured_before_the_first_fact_is_synchronised(bench: SyncBench) -> None:
+def test_remapping_is_configured_before_first_synchronisation(bench: SyncBench) -> None:
     for path, value in (
         ("/clips-executive/spec", "s"),
         ("/clips-executive/specs/s/wm-remap/facts/id-prefix", ("/wm/said", "/wm/at")),
@@ -288,7 +288,7 @@ def objects(bench: SyncBench) -> SyncBench:
     return bench
 
 
-def test_the_list_of_a_type_has_its_objects_only(objects: SyncBench) -> None:
+def test_list_of_type_has_objects_of_that_type_only(objects: SyncBench) -> None:
     for fact in (
         "(domain-object-type (name word) (super-type text))",
         "(domain-object (name w) (type word))",
@@ -301,7 +301,7 @@ def test_the_list_of_a_type_has_its_objects_only(objects: SyncBench) -> None:
     assert (listed["key"], listed["type"]) == (("domain", "objects-by-type", "text"), Symbol("SYMBOL"))
 
 
-def test_objects_of_one_run_are_listed_last_first(bench: SyncBench) -> None:
+def test_objects_of_one_run_are_listed_in_reverse(bench: SyncBench) -> None:
     """As in the recordings: the activation made last fires first."""
     bench.env.assert_string("(domain-object-type (name text))")
     bench.env.run()
@@ -311,7 +311,7 @@ def test_objects_of_one_run_are_listed_last_first(bench: SyncBench) -> None:
     assert bench.known()[TEXTS] == "goodbye hello"
 
 
-def test_the_list_is_written_once_for_all_objects(objects: SyncBench) -> None:
+def test_list_is_written_once_for_all_objects(objects: SyncBench) -> None:
     objects.env.build(
         "(defrule written (declare (salience 9000))"
         f' (wm-fact (id "{TEXTS}") (values $?names)) => (printout t (length$ ?names) crlf))'
@@ -324,7 +324,7 @@ def test_the_list_is_written_once_for_all_objects(objects: SyncBench) -> None:
 
 
 @MODIFYING
-def test_a_list_may_be_replaced_as_a_whole(objects: SyncBench) -> None:
+def test_replaced_list_replaces_objects(objects: SyncBench) -> None:
     """The original core drops what is new if something else is missing."""
     objects.wm_becomes(TEXTS, "b", "c", "d")
     assert objects.objects() == {"b", "c", "d"}
@@ -332,7 +332,7 @@ def test_a_list_may_be_replaced_as_a_whole(objects: SyncBench) -> None:
 
 
 @MODIFYING
-def test_the_changed_list_wins_over_changed_objects(objects: SyncBench) -> None:
+def test_changed_list_wins_over_changed_objects(objects: SyncBench) -> None:
     objects.env.call("agent-set", TEXTS, *map(Symbol, "ac"))
     objects.env.assert_string("(domain-object (name z) (type text))")
     objects.drop("domain-object", "(eq ?f:name a)")
@@ -344,7 +344,7 @@ def test_the_changed_list_wins_over_changed_objects(objects: SyncBench) -> None:
 
 
 @pytest.mark.parametrize("count", [50, 200])
-def test_the_work_for_one_more_fact_does_not_depend_on_the_others(bench: SyncBench, count: int) -> None:
+def test_firings_of_new_fact_are_independent_of_number_of_facts(bench: SyncBench, count: int) -> None:
     bench.domain(*(f"at R-{number} P-2" for number in range(count)))
     bench.env.assert_string("(domain-fact (name at) (param-values R-x P-2))")
     assert bench.env.run() == 2

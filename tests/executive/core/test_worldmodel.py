@@ -55,7 +55,7 @@ def test_id_to_key(shared: Bench, fact_id: str, key: str) -> None:
     assert shared.env.call("wm-id-to-key", fact_id) == symbols(key)
 
 
-def test_a_parameter_with_two_equal_signs_is_invalid(bench: Bench) -> None:
+def test_parameter_with_two_equal_signs_is_invalid(bench: Bench) -> None:
     assert bench.env.call("wm-id-to-key", "/a?x=1=2") == symbols("a args? INVALID x=1=2")
     assert bench.texts("W") == ["Param 'x=1=2' not of format name=value, ignoring"]
 
@@ -126,7 +126,7 @@ def test_functions_on_keys(shared: Bench, call: str, result: Value) -> None:
     assert shared.env.eval(f"({call})") == result
 
 
-def test_a_fact_gets_the_other_half_of_its_name_before_any_rule_sees_it(bench: Bench) -> None:
+def test_fact_has_id_and_key_before_rules_fire(bench: Bench) -> None:
     bench.env.build('(defrule seen (wm-fact (id ?id) (key $?key)) => (printout t ?id " " ?key crlf))')
     bench.env.assert_string('(wm-fact (id "/a/b?x=1"))')
     bench.env.assert_string("(wm-fact (key c d))")
@@ -135,7 +135,7 @@ def test_a_fact_gets_the_other_half_of_its_name_before_any_rule_sees_it(bench: B
 
 
 @pytest.mark.parametrize("fact", ["(wm-fact)", '(wm-fact (id "/"))'])
-def test_a_fact_without_a_name_does_not_keep_the_rules_busy(bench: Bench, fact: str) -> None:
+def test_fact_without_name_fires_few_rules(bench: Bench, fact: str) -> None:
     bench.env.assert_string(fact)
     assert bench.env.run(50) < 10
 
@@ -151,7 +151,7 @@ def test_a_fact_without_a_name_does_not_keep_the_rules_busy(bench: Bench, fact: 
         ("(key a args? x [ b ])", '(id "a?x=b,") (key a args? x [ b ])'),
     ],
 )
-def test_of_two_facts_with_one_key_the_newer_stays(bench: Bench, first: str, second: str) -> None:
+def test_newer_fact_replaces_fact_with_same_key(bench: Bench, first: str, second: str) -> None:
     bench.env.assert_string(f"(wm-fact {first} (value 1))")
     bench.env.assert_string(f"(wm-fact {second} (value 2))")
     bench.env.run()
@@ -186,7 +186,7 @@ def _convert(bench: Bench, slots: str = "id") -> dict[str, Value]:
 
 
 @pytest.mark.parametrize("slots", ["id", "id count", "stops id", ""])
-def test_a_template_fact_comes_back(parcels: Bench, slots: str) -> None:
+def test_template_fact_survives_both_conversions(parcels: Bench, slots: str) -> None:
     _convert(parcels, slots)
     before = parcels.one("parcel") | {"anything": NIL}
     parcels.env.eval("(do-for-fact ((?p parcel)) TRUE (retract ?p))")

@@ -64,7 +64,7 @@ def accepts(env, name, count):
 
 @needs_shared
 @pytest.mark.parametrize(("name", "types"), list(functions()))
-def test_every_function_takes_its_arguments_and_no_others(full, name, types):
+def test_functions_take_exactly_their_arguments(full, name, types):
     count = len(types)
     arguments = ["?x" if kind.startswith("MULTIFIELD") else "(nth$ 1 ?x)" for kind in types]
     full.build(f"(deffunction probe ($?x) ({name} {' '.join(arguments)}))")
@@ -75,14 +75,14 @@ def test_every_function_takes_its_arguments_and_no_others(full, name, types):
 
 @needs_shared
 @pytest.mark.parametrize("function", library()["deffunctions"], ids=lambda function: function["name"])
-def test_every_deffunction_of_the_library(env, function):
+def test_deffunctions_of_library(env, function):
     count = len([argument for argument in function["args"] if not argument.startswith("$")])
     assert accepts(env, function["name"], count)
     assert accepts(env, function["name"], count + 1) == (function["name"] in VARIADIC)
 
 
 @needs_shared
-def test_the_globals_templates_and_rules_of_the_library(env):
+def test_globals_templates_and_rules_of_library(env):
     known = library()
     for name in known["globals"]:
         assert name.strip("?*") in env.eval("(get-defglobal-list)")
@@ -106,7 +106,7 @@ def test_the_globals_templates_and_rules_of_the_library(env):
         ("navgraph", "navgraph-edge"),
     ],
 )
-def test_the_templates_of_the_features(full, feature, template):
+def test_templates_of_features(full, feature, template):
     (row,) = [row for row in load() if row["feature"] == feature]
     (fact,) = [fact for fact in row["facts"] if fact["template"] == template]
     assert list(full.eval(f"(deftemplate-slot-names {template})")) == list(fact["slots"])

@@ -16,13 +16,13 @@ def read(env):
     env.eval("(blackboard-read)")
 
 
-def test_opening_again_is_a_silent_no_op(env):
+def test_second_opening_is_silent_no_op(env):
     for _ in range(2):
         env.eval('(blackboard-open "SkillerInterface" "Skiller")')
     assert len(facts(env, "blackboard-interface")) == 1
 
 
-def test_a_write_becomes_one_fact_and_the_next_replaces_it(env, board, bus):
+def test_fact_of_write_is_replaced_by_next_write(env, board, bus):
     env.eval('(blackboard-open-reading "SkillerInterface" "Skiller")')
     with board.open_for_writing("SkillerInterface", "Skiller") as writer:
         read(env)
@@ -46,7 +46,7 @@ def test_a_write_becomes_one_fact_and_the_next_replaces_it(env, board, bus):
         assert (fact["status"], fact["time"]) == ("S_FINAL", (1_000_000_000, 7))
 
 
-def test_a_time_fact_reads_when_it_is_enabled(env, board):
+def test_time_fact_reads_if_enabled(env, board):
     env.eval('(blackboard-open-reading "TestInterface" "T")')
     env.eval("(blackboard-enable-time-read)")
     with board.open_for_writing("TestInterface", "T") as writer:
@@ -57,7 +57,7 @@ def test_a_time_fact_reads_when_it_is_enabled(env, board):
     assert facts(env, "TestInterface")[0]["test_int"] == 4
 
 
-def test_templates_have_slots_of_the_right_kind(env):
+def test_slots_of_templates_have_types_of_fields(env):
     env.eval('(blackboard-preload "Position3DInterface")')
     assert env.eval("(deftemplate-slot-multip Position3DInterface rotation)") == "TRUE"
     assert env.eval("(deftemplate-slot-types Position3DInterface rotation)") == ("FLOAT",)
@@ -95,14 +95,14 @@ def test_writing_from_clips(env, board):
         ('(blackboard-write "TestInterface::Q")', "not opened for writing"),
     ],
 )
-def test_mistakes_are_told(env, log, call, message):
+def test_invalid_calls_are_logged(env, log, call, message):
     env.eval('(blackboard-open-writing "TestInterface" "W")')
     env.eval(call)
     assert any(message in text for text in log.texts(Level.WARN, Level.ERROR))
     assert env.faults == []
 
 
-def test_a_message_reaches_the_writer_once(env, board, log):
+def test_message_reaches_writer_once(env, board, log):
     env.eval('(blackboard-open-reading "SkillerInterface" "Skiller")')
     with board.open_for_writing("SkillerInterface", "Skiller") as writer:
         env.build(
@@ -120,20 +120,20 @@ def test_a_message_reaches_the_writer_once(env, board, log):
     assert "Can't send message, was it already sent?" in log.texts(Level.WARN)
 
 
-def test_a_message_without_a_writer_has_id_0_and_the_blackboard_tells(env, log):
+def test_message_without_writer_has_id_0_and_is_logged(env, log):
     env.eval('(blackboard-open-reading "SkillerInterface" "Skiller")')
     call = '(blackboard-send-msg (blackboard-create-msg "SkillerInterface::Skiller" "StopExecMessage"))'
     assert env.eval(call) == 0
     assert [line.component for line in log.lines if line.level is Level.WARN] == ["BlackBoard"]
 
 
-def test_destroying_the_environment_closes_its_interfaces(env, manager, board):
+def test_destroyed_environment_closes_interfaces(env, manager, board):
     env.eval('(blackboard-open-writing "TestInterface" "T")')
     manager.destroy("executive")
     assert list(board.list_all()) == []
 
 
-def test_an_opened_interface_is_told(env, log):
+def test_opened_interface_is_logged(env, log):
     env.eval('(blackboard-open-reading "SkillerInterface" "Skiller")')
     (fact,) = facts(env, "blackboard-interface")
     assert (fact["type"], fact["id"], fact["uid"]) == (

@@ -186,7 +186,7 @@ def problems(log):
 
 
 @pytest.mark.parametrize("name", [name for name, row in ROWS.items() if row.good])
-def test_a_call_that_works(world, log, name):
+def test_valid_call_succeeds(world, log, name):
     if name in DUMPS:
         pytest.importorskip("pymongo", reason="needs pymongo")
     row = ROWS[name]
@@ -201,7 +201,7 @@ def test_a_call_that_works(world, log, name):
 
 
 @pytest.mark.parametrize("name", ROWS)
-def test_a_call_that_does_not(world, log, name):
+def test_invalid_call_is_reported(world, log, name):
     row = ROWS[name]
     before = len(problems(log))
     if row.bad is TOO_MANY:
@@ -222,7 +222,7 @@ def test_a_call_that_does_not(world, log, name):
 
 
 @needs_shared
-def test_there_is_a_row_for_each_function():
+def test_each_function_has_row():
     features = json.loads((SHARED / "compat" / "clips-functions.json").read_text())["features"]
     absent = {
         feature

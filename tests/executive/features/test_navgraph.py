@@ -41,7 +41,7 @@ def slots_of(env, template):
     return [slots for _, _, slots in env.facts(template)]
 
 
-def test_the_facts(nav):
+def test_graph_becomes_facts(nav):
     assert slots_of(nav, "navgraph") == [{"name": "House"}]
     hall, kitchen, bath = slots_of(nav, "navgraph-node")
     assert hall == {
@@ -61,7 +61,7 @@ def test_the_facts(nav):
     assert [edge["directed"] for edge in edges] == ["FALSE", "TRUE", "FALSE"]
 
 
-def test_a_loop_without_a_change_tells_nothing(bus, graph):
+def test_unchanged_graph_keeps_facts(bus, graph):
     manager, env = made(bus, lambda: graph)
     before = [index for index, _, _ in env.facts("navgraph-node")]
     manager.before_run("executive")
@@ -72,7 +72,7 @@ def test_a_loop_without_a_change_tells_nothing(bus, graph):
     manager.close()
 
 
-def test_a_graph_that_cannot_be_read(bus, log):
+def test_unreadable_graph_is_reported(bus, log):
     def fail():
         raise NavGraphError('there is no "House"')
 
@@ -95,7 +95,7 @@ def test_blocked_edges_are_not_used(nav, graph):
     assert [node.name for node in graph.search_path("bath", "hall").nodes] == ["bath", "hall"]
 
 
-def test_an_edge_that_is_not_there_or_the_other_way_round(nav, log):
+def test_blocking_of_missing_edge_is_a_warning(nav, log):
     nav.call("navgraph-block-edge", "bath", "hall")
     nav.call("navgraph-unblock-edge", "hall", "moon")
     assert log.texts(Level.WARN) == [
@@ -129,11 +129,11 @@ def test_an_edge_that_is_not_there_or_the_other_way_round(nav, log):
         ('(navgraph-property-as-bool (create$) "a")', "FALSE"),
     ],
 )
-def test_the_library(nav, call, value):
+def test_functions_of_library(nav, call, value):
     assert nav.eval(call) == value
 
 
-def test_a_directed_edge_is_blocked(nav, graph):
+def test_directed_edge_is_blocked(nav, graph):
     nav.call("navgraph-block-edge", "kitchen", "bath")
     path = graph.search_path("kitchen", "bath")
     assert [node.name for node in path.nodes] == ["kitchen", "hall", "bath"]

@@ -59,7 +59,7 @@ def number(env, name):
     return [slots["value"] for _, _, slots in env.facts("problem-function") if slots["name"] == name]
 
 
-def test_a_condition_follows_the_numbers(start):
+def test_condition_follows_numbers(start):
     env = start(1.0)
     for value, executable in ((9.0, "TRUE"), (2.0, "FALSE"), (6.0, "TRUE")):
         env.eval(f"(do-for-fact ((?f problem-function)) (eq ?f:name fuel) (modify ?f (value {value})))")
@@ -67,7 +67,7 @@ def test_a_condition_follows_the_numbers(start):
         assert action(env)["executable"] == executable
 
 
-def test_effects_change_numbers_from_the_values_before(start):
+def test_effects_use_values_before_action(start):
     env = start(8.0)
     env.eval("(do-for-fact ((?a plan-action)) TRUE (modify ?a (state EXECUTION-SUCCEEDED)))")
     env.run()
@@ -76,7 +76,7 @@ def test_effects_change_numbers_from_the_values_before(start):
     assert [slots["param-values"] for _, _, slots in env.facts("domain-fact")] == [("r1", "b")]
 
 
-def test_a_number_without_a_value_is_an_error_and_the_action_ends(start, log):
+def test_number_without_value_is_an_error_and_ends_action(start, log):
     env = start(8.0, WORLD.replace("(problem-function (name moved) (value 0.0))", ""))
     env.eval("(do-for-fact ((?a plan-action)) TRUE (modify ?a (state EXECUTION-SUCCEEDED)))")
     env.run()
@@ -87,7 +87,7 @@ def test_a_number_without_a_value_is_an_error_and_the_action_ends(start, log):
     )
 
 
-def test_numbers_cost_nothing_where_the_domain_has_none(bus, clp):
+def test_domain_without_numbers_fires_no_rules_of_numbers(bus, clp):
     manager = EnvironmentManager(bus, [PddlParserFeature()])
     env = manager.create("executive")
     manager.request("executive", "pddl-parser")

@@ -24,7 +24,7 @@ def pddl(env, manager):
     return env
 
 
-def test_a_domain_becomes_facts(pddl, clp):
+def test_domain_becomes_facts(pddl, clp):
     pddl.call("parse-pddl-domain", str(clp(DOMAIN, "domain.pddl")))
     assert [slots["name"] for _, _, slots in pddl.facts("domain-operator")] == ["take"]
     assert [slots["id"] for _, _, slots in pddl.facts("pddl-formula")] == ["take1", "take11", "take111"]
@@ -37,7 +37,7 @@ def test_a_domain_becomes_facts(pddl, clp):
     ("text", "message"),
     [("(define (domain d", "Failed to parse domain: "), (DOMAIN.replace("held ?t)", "unknown ?t)", 1), "")],
 )
-def test_a_broken_domain_is_told_and_gives_no_facts(pddl, clp, log, text, message):
+def test_broken_domain_is_logged_and_makes_no_facts(pddl, clp, log, text, message):
     path = clp(text, "domain.pddl")
     pddl.call("parse-pddl-domain", str(path))
     (error,) = log.texts(Level.ERROR)
@@ -46,7 +46,7 @@ def test_a_broken_domain_is_told_and_gives_no_facts(pddl, clp, log, text, messag
     assert list(pddl.facts("domain-operator")) == []
 
 
-def test_a_name_that_looks_like_a_number_stays_a_name(pddl):
+def test_name_of_digits_stays_name(pddl):
     pddl.call("parse-pddl-formula", "(= 01 1)", "q")
     (atom,) = [slots for _, _, slots in pddl.facts("pddl-predicate")]
     first, second = atom["param-constants"]
@@ -55,21 +55,21 @@ def test_a_name_that_looks_like_a_number_stays_a_name(pddl):
 
 
 @pytest.mark.parametrize(("value", "is_strict"), [("fawkes", True), (None, False)])
-def test_fawkes_reading_is_a_setting(value, is_strict):
+def test_strict_setting_selects_parser_of_fawkes(value, is_strict):
     config = Configuration()
     if value is not None:
         config.set(STRICT, value)
     assert reads_as_fawkes(config) is is_strict
 
 
-def test_a_setting_of_another_value_is_an_error():
+def test_unknown_value_of_strict_is_an_error():
     config = Configuration()
     config.set(STRICT, "yes")
     with pytest.raises(ConfigError, match="cannot be 'yes'"):
         reads_as_fawkes(config)
 
 
-def test_read_as_fawkes_letters_count(env, clp, log):
+def test_parser_of_fawkes_is_case_sensitive(env, clp, log):
     PddlParserFeature(as_fawkes=True).init_context(env)
     env.call("parse-pddl-domain", str(clp(DOMAIN.replace(":action", ":ACTION"), "domain.pddl")))
     assert any("Fawkes' parser refuses this" in text for text in log.texts(Level.ERROR))

@@ -122,7 +122,7 @@ def rig():
     assert made.env.faults == []
 
 
-def test_a_request_becomes_a_fact_that_follows_the_action(rig):
+def test_fact_of_request_follows_action(rig):
     text = '(skill-board-request move (create$ to speed slow) (create$ wp1 0.5 TRUE) "r1")'
     assert rig.env.eval(text) == 1
     assert rig.skills.actions[1].parameters == {"to": "wp1", "speed": 0.5, "slow": True}
@@ -142,7 +142,7 @@ def test_a_request_becomes_a_fact_that_follows_the_action(rig):
     assert (fact["state"], fact["error"]) == ("FAILED", "no way")
 
 
-def test_what_cannot_be_asked_for_is_0(rig):
+def test_invalid_request_returns_0(rig):
     assert rig.env.eval('(skill-board-request impossible (create$) (create$) "r1")') == 0
     assert rig.env.eval('(skill-board-request move (create$ a b) (create$ 1) "r1")') == 0
     rig.skills = None
@@ -156,14 +156,14 @@ def test_what_cannot_be_asked_for_is_0(rig):
     ]
 
 
-def test_cancel(rig):
+def test_cancel_stops_action(rig):
     rig.env.eval('(skill-board-call "move{}" "r1")')
     assert rig.env.eval("(skill-board-cancel 1)") == TRUE
     assert rig.env.eval("(skill-board-cancel 7)") == FALSE
     assert rig.skills.stopped == [1, 7]
 
 
-def test_executors_are_facts_as_long_as_they_are_there(rig):
+def test_facts_of_executors_follow_registration(rig):
     one, two = FakeExecutor("e1", "r1", ("move", "grasp")), FakeExecutor("e2", "r2", ("move",))
     rig.skills.show(one, two)
     rig.tick()
@@ -178,7 +178,7 @@ def test_executors_are_facts_as_long_as_they_are_there(rig):
     assert rig.facts("skill-board-executor") == []
 
 
-def test_the_end_of_the_environment_cancels_what_it_wanted(rig):
+def test_destroyed_environment_cancels_its_actions(rig):
     for _ in range(3):
         rig.env.eval('(skill-board-call "move{}" "r1")')
     rig.skills.tell(2, state="SUCCEEDED")
@@ -224,7 +224,7 @@ def state(rig, number=1):
     return str(fact["state"]), fact["error-msg"]
 
 
-def test_an_action_is_asked_for_runs_and_succeeds(acting):
+def test_action_is_requested_runs_and_succeeds(acting):
     plan_action(acting)
     acting.tick()
     assert state(acting)[0] == "WAITING"
@@ -244,7 +244,7 @@ def test_an_action_is_asked_for_runs_and_succeeds(acting):
     ("end", "error", "reason"),
     [("FAILED", "no way", "no way"), ("FAILED", "", "failed"), ("CANCELLED", "", "cancelled")],
 )
-def test_an_action_fails(acting, end, error, reason):
+def test_failure_of_skill_fails_action(acting, end, error, reason):
     plan_action(acting)
     acting.tick()
     acting.skills.tell(1, state=end, error=error)
@@ -254,7 +254,7 @@ def test_an_action_fails(acting, end, error, reason):
 
 
 @pytest.mark.parametrize("name", ["impossible", "unmappable"])
-def test_an_action_that_cannot_be_asked_for_fails(acting, name):
+def test_action_without_skill_fails(acting, name):
     plan_action(acting, name)
     acting.tick()
     assert state(acting) == ("EXECUTION-FAILED", f"Nobody can be asked for '{name}', see the log")
@@ -263,13 +263,13 @@ def test_an_action_that_cannot_be_asked_for_fails(acting, name):
 @pytest.mark.parametrize(
     "slots", [{"name": "unknown"}, {"state": "FORMULATED"}, {"executable": "FALSE"}], ids=str
 )
-def test_what_is_left_alone(acting, slots):
+def test_ineligible_actions_are_not_requested(acting, slots):
     plan_action(acting, **slots)
     acting.tick()
     assert acting.skills.actions == {}
 
 
-def test_an_action_that_vanishes_is_cancelled_and_forgotten(acting):
+def test_retracted_action_is_cancelled_and_removed(acting):
     plan_action(acting)
     acting.tick()
     acting.skills.tell(1, state="RUNNING")

@@ -76,7 +76,7 @@ def test_transforms(robot):
         ("pose", [(1, 0, 0), (0, 0, 0, 1)]),
     ],
 )
-def test_what_cannot_be_transformed(robot, log, function, values):
+def test_invalid_transforms_return_false(robot, log, function, values):
     name = f"tf-transform-{function}"
     assert robot.call(name, "map", "moon", LATEST, *values) == NO
     assert robot.call(name, "map", "robot", (1, 2, 3), *values) == NO
@@ -93,7 +93,7 @@ def test_what_cannot_be_transformed(robot, log, function, values):
     assert "must be list of floats or integers" in warnings[-1]
 
 
-def test_a_rotation_that_is_none(robot, log):
+def test_invalid_rotation_returns_false(robot, log):
     assert robot.call("tf-transform-pose", "map", "robot", LATEST, (0, 0, 0), (1, 1, 1, 1)) == NO
     assert "Quaternion malformed" in log.texts(Level.WARN)[0]
 
@@ -109,7 +109,7 @@ def test_publishing(tf, function):
     assert tf.call("tf-can-transform", "map", "box", (1, 0)) == ("TRUE" if static else "FALSE")
 
 
-def test_a_frame_that_somebody_else_publishes(tf, board, log):
+def test_frame_of_another_publisher_is_refused(tf, board, log):
     other = TransformPublisher(board, "box")
     assert tf.call("tf-add-publisher", "box") == NO
     assert "box" in log.texts(Level.WARN)[-1]

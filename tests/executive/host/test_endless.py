@@ -175,7 +175,7 @@ def build(env, rules, facts):
 
 @pytest.mark.parametrize("strategy", share(["depth", "breadth"], 1))
 @pytest.mark.parametrize(("rules", "facts", "names"), RINGS.values(), ids=RINGS)
-def test_a_ring_is_ended_and_named(env, log, impatient, rules, facts, names, strategy):
+def test_endless_ring_is_ended_and_named(env, log, impatient, rules, facts, names, strategy):
     env.eval(f"(set-strategy {strategy})")
     build(env, rules, facts)
     fired = env.run()
@@ -190,7 +190,7 @@ def test_a_ring_is_ended_and_named(env, log, impatient, rules, facts, names, str
     assert env.run() == 0
 
 
-def test_a_run_with_a_limit_is_not_endless(env, log, impatient):
+def test_limited_run_is_not_endless(env, log, impatient):
     """To name the rules of a ring takes long: a shutdown would do it after each chunk of firings."""
     build(env, ring(3), ["(x r0)"])
     assert env.run(3 * FIRINGS) == 3 * FIRINGS
@@ -200,7 +200,7 @@ def test_a_run_with_a_limit_is_not_endless(env, log, impatient):
 
 @pytest.mark.parametrize("strategy", share(["depth", "breadth"], 1))
 @pytest.mark.parametrize(("rules", "facts", "firings"), WORK.values(), ids=WORK)
-def test_much_to_do_is_no_ring(env, log, impatient, rules, facts, firings, strategy):
+def test_long_finite_run_is_not_endless(env, log, impatient, rules, facts, firings, strategy):
     env.eval(f"(set-strategy {strategy})")
     build(env, rules, facts)
     assert env.run() >= firings
@@ -208,7 +208,7 @@ def test_much_to_do_is_no_ring(env, log, impatient, rules, facts, firings, strat
     assert not log.texts(Level.ERROR, Level.WARN)
 
 
-def test_what_is_there_no_more_than_once_is_used_up_some_day(env, monkeypatch):
+def test_growing_facts_end_at_limit_of_firings(env, monkeypatch):
     """A limit remains for rules that pile up what they fire for, faster than they fire."""
     monkeypatch.setattr(endless, "MAX_FIRINGS", FIRINGS)
     env.eval("(set-strategy breadth)")
@@ -219,7 +219,7 @@ def test_what_is_there_no_more_than_once_is_used_up_some_day(env, monkeypatch):
 
 
 @pytest.mark.parametrize("last", [1, 19, 20, 21, 59, 60, 61, 139, 140, 340, 540])
-def test_halt_ends_a_run_at_any_firing(env, last):
+def test_halt_ends_run_at_any_firing(env, last):
     env.build(
         f"(defrule a ?f <- (x ?n) => (retract ?f) (assert (x (+ ?n 1))) (if (= ?n {last}) then (halt)))"
     )
@@ -231,5 +231,5 @@ def test_halt_ends_a_run_at_any_firing(env, last):
     ("firings", "ring"),
     [("a", "a"), ("aa", "a"), ("bcabca", "abc"), ("aabaab", "aab"), ("xabab", "abx"), ("abcd", "abcd")],
 )
-def test_the_ring_of_firings(firings, ring):
+def test_find_ring_returns_repeated_firings(firings, ring):
     assert "".join(find_ring(firings)) == ring

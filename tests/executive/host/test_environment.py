@@ -14,7 +14,7 @@ from cxbridge.events import FactChange, Level, RuleFired
 from cxbridge.executive.host.values import Symbol
 
 
-def test_now_is_the_runs_clock(env):
+def test_now_returns_time_of_clock(env):
     assert env.eval("(now)") == (VIRTUAL_EPOCH_US // 1_000_000, 0)
 
 
@@ -25,20 +25,20 @@ def test_multifields_are_not_flattened(env):
     assert got == [(1, (Symbol("a"), Symbol("b")), "s", ())]
 
 
-def test_wrong_numbers_of_arguments_are_refused_when_a_construct_is_parsed(env):
+def test_wrong_number_of_arguments_is_refused_by_parser(env):
     env.define("two", lambda a, b: a, 2)
     with pytest.raises(ClipsError, match="expected exactly 2 argument"):
         env.build("(defrule r (x) => (two 1))")
 
 
-def test_an_integer_that_does_not_fit_is_an_error_not_a_crash(env, log):
+def test_too_large_integer_is_an_error(env, log):
     env.define("big", lambda: 2**64)
     with pytest.raises(ClipsError):
         env.eval("(big)")
     assert any("does not fit" in text for text in log.texts(Level.ERROR))
 
 
-def test_an_exception_of_a_python_function_is_a_fault_and_the_other_rules_still_fire(env, log):
+def test_exception_of_function_is_fault_of_its_rule_only(env, log):
     def fail():
         raise ValueError("boom")
 
@@ -51,7 +51,7 @@ def test_an_exception_of_a_python_function_is_a_fault_and_the_other_rules_still_
     assert env.faults == ["function 'fail' failed: ValueError: boom"]
 
 
-def test_a_limited_run_stops_there(env):
+def test_limited_run_stops_at_limit(env):
     env.build("(defrule r (n ?x) => (assert (m ?x)))")
     for number in range(5):
         env.assert_ordered("n", (number,))
@@ -59,7 +59,7 @@ def test_a_limited_run_stops_there(env):
     assert env.run() == 3
 
 
-def test_printing_goes_to_the_log_line_by_line(env, log):
+def test_output_is_logged_line_by_line(env, log):
     env.eval('(progn (printout t "a " 1 crlf "b" crlf) (printout warn "w" crlf) (printout error "e" crlf))')
     env.eval('(printout debug "two" crlf "lines" crlf)')
     assert [(line.level, line.text) for line in log.lines] == [
@@ -72,7 +72,7 @@ def test_printing_goes_to_the_log_line_by_line(env, log):
     ]
 
 
-def test_a_line_without_end_is_logged_when_the_run_ends(env, log):
+def test_unfinished_line_is_logged_at_end_of_run(env, log):
     env.build('(defrule r (go) => (printout t "no end"))')
     env.assert_string("(go)")
     env.run()
@@ -85,7 +85,7 @@ def test_facts_are_asserted_with_defaults(env):
     assert list(env.facts("thing")) == [(index, "thing", {"a": 5, "b": "x", "c": (1, "two")})]
 
 
-def test_asserting_what_does_not_exist_is_one_clear_error(env):
+def test_assertion_of_unknown_deftemplate_or_slot_is_one_error(env):
     with pytest.raises(ClipsError, match="no deftemplate 'thing'"):
         env.assert_fact("thing", {})
     env.build("(deftemplate thing (slot a))")
@@ -97,7 +97,7 @@ def test_asserting_what_does_not_exist_is_one_clear_error(env):
         env.assert_ordered("nothing", (1,))
 
 
-def test_watched_facts_and_rules_are_events_and_unwatched_ones_are_not(bus, env):
+def test_only_watched_facts_and_rules_are_events(bus, env):
     events: list[Any] = []
     bus.subscribe(events.append, FactChange, RuleFired)
     env.watcher.set_hooks()
@@ -118,13 +118,13 @@ def test_watched_facts_and_rules_are_events_and_unwatched_ones_are_not(bus, env)
     assert events[1].basis == "f-1"
 
 
-def test_unwatching_what_does_not_exist_is_an_error_as_in_clips(env, log):
+def test_unwatch_of_missing_template_is_an_error_as_in_clips(env, log):
     with pytest.raises(ClipsError):
         env.eval("(unwatch facts nothing)")
     assert any("Unable to find deftemplate 'nothing'" in text for text in log.texts(Level.ERROR))
 
 
-def test_exit_ends_the_run_and_not_the_process(env):
+def test_exit_ends_run_but_not_process(env):
     env.build("(defrule r (go) => (exit) (assert (after)))")
     env.assert_string("(go)")
     env.run()
@@ -134,7 +134,7 @@ def test_exit_ends_the_run_and_not_the_process(env):
     assert env.run() == 0
 
 
-def test_quit_asks_for_an_end_and_ends_nothing_itself(env):
+def test_quit_requests_end_without_ending_run(env):
     env.build("(defrule r (go) => (quit) (assert (after)))")
     env.build("(defrule bye (after) (executive-finalize) => (assert (said-good-bye)))")
     env.assert_string("(go)")
@@ -145,7 +145,7 @@ def test_quit_asks_for_an_end_and_ends_nothing_itself(env):
     assert len(list(env.facts("said-good-bye"))) == 1
 
 
-def test_destroying_an_environment_prints_nothing():
+def test_destroyed_environment_prints_nothing():
     program = """
 from cxbridge.clock import VirtualClock
 from cxbridge.events import *
@@ -170,7 +170,7 @@ for _ in range(3):
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
-def test_a_fact_goes_as_it_came_whatever_had_its_number_before(env, bus):
+def test_retraction_event_names_template_of_reused_index(env, bus):
     events: list[FactChange] = []
     bus.subscribe(events.append, FactChange)
     env.watcher.set_hooks()
@@ -186,7 +186,7 @@ def test_a_fact_goes_as_it_came_whatever_had_its_number_before(env, bus):
     assert [event.text for event in events] == [f"(b (y {indices.index(first)}))"]
 
 
-def test_the_logical_names_of_6_30_and_the_colours_of_ros_2_print(env, log):
+def test_logical_names_of_6_30_and_colours_of_ros_2_print(env, log):
     names = "wwarning werror wdialog wtrace wdisplay wclips red green blue yellow magenta cyan white bold"
     env.build(
         "(defrule r (a) => (foreach ?name (create$ " + names + ") (printout ?name ?name crlf))"
@@ -200,7 +200,7 @@ def test_the_logical_names_of_6_30_and_the_colours_of_ros_2_print(env, log):
     assert log.texts(Level.INFO) == [*names.split()[4:], "end"]
 
 
-def test_a_duplicate_with_many_values_for_a_single_slot_is_an_error_and_no_crash(env, log, clp):
+def test_duplicate_with_many_values_for_single_slot_is_an_error(env, log, clp):
     file = clp(
         "(deftemplate t (slot a) (multislot m))"
         "(defrule r ?f <- (t (a 1)) => (duplicate ?f (a (create$ 1 2))))"
@@ -217,7 +217,7 @@ def test_a_duplicate_with_many_values_for_a_single_slot_is_an_error_and_no_crash
 
 
 @pytest.mark.parametrize("firings", [19, 20, 21, 100, 1000])
-def test_the_chunks_of_a_run_leave_no_trace_in_the_log(env, log, firings):
+def test_chunks_of_run_are_not_logged(env, log, firings):
     """CLIPS prints that a limit is reached; where a chunk ends depends on the speed of the machine."""
     env.build(f"(defrule count ?f <- (n ?x&:(< ?x {firings})) => (retract ?f) (assert (n (+ ?x 1))))")
     env.assert_string("(n 0)")
@@ -225,7 +225,7 @@ def test_the_chunks_of_a_run_leave_no_trace_in_the_log(env, log, firings):
     assert log.texts() == []
 
 
-def test_columns_of_a_deftemplate_that_lacks_a_slot_are_empty(env):
+def test_columns_without_slot_are_empty(env):
     env.build("(deftemplate goal (slot id) (multislot meta))")
     env.assert_string("(goal (id G) (meta a b))")
     assert list(env.columns("goal", "id", "meta")) == [(Symbol("G"), (Symbol("a"), Symbol("b")))]

@@ -12,7 +12,7 @@ BROKEN = """(deffunction fine () 1)
 """
 
 
-def test_a_broken_construct_is_told_with_file_line_and_name(env, clp, log):
+def test_broken_construct_is_reported_with_file_line_and_name(env, clp, log):
     path = clp(BROKEN)
     assert env.load(path) is False
     (diagnostic,) = env.loader.diagnostics
@@ -21,12 +21,12 @@ def test_a_broken_construct_is_told_with_file_line_and_name(env, clp, log):
     assert log.texts(Level.ERROR) == [str(diagnostic)]
 
 
-def test_loading_goes_on_behind_a_broken_construct(env, clp):
+def test_loading_continues_behind_broken_construct(env, clp):
     env.load(clp(BROKEN))
     assert env.eval("(+ (fine) (also-fine))") == 3
 
 
-def test_lines_are_those_of_the_file_also_when_modify_was_rewritten(env, clp):
+def test_rewritten_modify_keeps_line_numbers(env, clp):
     rule = "(defrule m ?f <- (t) =>\n (modify ?f\n  (a 1)))"
     text = f"(deftemplate t (slot a))\n{rule}\n\n(defrule bad (t) => (nope))\n"
     path = clp(text)
@@ -35,7 +35,7 @@ def test_lines_are_those_of_the_file_also_when_modify_was_rewritten(env, clp):
     assert (diagnostic.file, diagnostic.line) == (str(path), 6)
 
 
-def test_a_missing_parenthesis_in_a_batch_file_is_found(env, clp, log):
+def test_missing_parenthesis_in_batch_file_is_found(env, clp, log):
     """Fawkes' skills.clp lacks one, and the rules behind it are silently lost there."""
     path = clp(
         "(deffunction before () 1)\n(defrule open\n (x)\n =>\n (assert (y))\n(deffunction lost () 2)\n"
@@ -50,19 +50,19 @@ def test_batch_executes_commands(env, clp):
     assert [values["a"] for _, _, values in env.facts("t")] == [1, 2]
 
 
-def test_load_returns_false_to_clips_when_a_construct_is_broken(env, clp):
+def test_load_of_broken_construct_returns_false(env, clp):
     assert env.eval(f'(load "{clp(BROKEN)}")') == "FALSE"
     assert env.eval(f'(load "{clp("(deffunction f () 1)", "good.clp")}")') == "TRUE"
 
 
-def test_a_file_loaded_by_a_rule_while_another_is_being_loaded(env, clp):
+def test_nested_load_reports_errors_of_both_files(env, clp):
     inner = clp("(defrule inner-broken (x) => (nope))\n(deffunction inner () 1)", "inner.clp")
     outer = clp(f'(load "{inner}")\n(defrule outer-broken (x) => (nope2))\n', "outer.clp")
     env.batch(outer)
     assert [d.construct for d in env.loader.diagnostics] == ["defrule inner-broken", "defrule outer-broken"]
 
 
-def test_functions_that_call_each_other_are_declared_first_without_a_word(env, log, clp):
+def test_forward_declarations_of_functions_are_silent(env, log, clp):
     env.loader.warn_redefinitions = True
     text = """
         (deffunction is-odd "whether it is" (?n))
@@ -76,7 +76,7 @@ def test_functions_that_call_each_other_are_declared_first_without_a_word(env, l
     assert log.texts(Level.ERROR) == ["Redefining deffunction: is-odd"]
 
 
-def test_a_redefinition_within_one_file_is_said_once_for_each(env, log, clp):
+def test_redefinitions_within_file_are_reported_once_each(env, log, clp):
     env.loader.warn_redefinitions = True
     text = """
         (deffunction f () 1) (deffunction f () 2) (deffunction MAIN::f () 3)
@@ -97,7 +97,7 @@ def test_a_redefinition_within_one_file_is_said_once_for_each(env, log, clp):
     ]
 
 
-def test_an_agents_function_may_have_the_name_of_one_that_only_6_4_has(env, log, clp):
+def test_agent_may_define_function_with_name_of_6_4(env, log, clp):
     assert env.load(clp("(deffunction early () (union$ (create$ a) (create$ b)))"))
     assert env.load(clp("(deffunction union$ (?x) ?x) (deffunction println (?a ?b) (+ ?a ?b))"))
     assert env.eval("(union$ mine)") == "mine"

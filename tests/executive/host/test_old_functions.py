@@ -31,13 +31,13 @@ def parameters(name: str) -> list[str]:
 
 
 @pytest.mark.parametrize("name", CLIPS630_NAMES)
-def test_each_is_known_in_a_module_that_imports_nothing(alone, name):
+def test_functions_are_known_in_module_without_imports(alone, name):
     arguments = " ".join("(create$ 1)" for parameter in parameters(name) if not parameter.startswith("$"))
     alone.build(f"(deffunction calls () ({name} {arguments}))")
 
 
 @pytest.mark.parametrize("name", CLIPS630_NAMES)
-def test_a_wrong_number_of_arguments_is_refused_by_the_name_that_is_written(alone, name):
+def test_wrong_number_of_arguments_is_refused_by_written_name(alone, name):
     least = sum(not parameter.startswith("$") for parameter in parameters(name))
     if least < len(parameters(name)) and least == 0:
         return  # any number will do
@@ -45,7 +45,7 @@ def test_a_wrong_number_of_arguments_is_refused_by_the_name_that_is_written(alon
         alone.build(f"(deffunction calls () ({name}{' 1' * (least - 1) if least else ' 1'}))")
 
 
-def test_rules_of_modules_use_them(env, log):
+def test_rules_of_modules_use_functions(env, log):
     env.build("(defmodule MAIN (export deftemplate state))")
     env.build("(deftemplate MAIN::state (multislot way))")
     env.build("(defrule MAIN::make => (assert (state (way a b c))) (focus REPORT))")
@@ -58,23 +58,23 @@ def test_rules_of_modules_use_them(env, log):
     assert "b 3 2 ab" in log.texts()
 
 
-def test_they_are_there_again_after_clear(env):
+def test_functions_survive_clear(env):
     env.eval("(clear)")
     env.build(ALONE)
     assert env.eval("(nth$ 2 (create$ a b))") == "b"
     assert env.eval('(length "abc")') == 3
 
 
-def test_the_sequence_operator_spreads_arguments(env):
+def test_sequence_operator_spreads_arguments(env):
     env.eval("(set-sequence-operator-recognition TRUE)")
     env.build("(deffunction second ($?x) (nth$ 2 (create$ $?x)))")
     assert env.eval("(second a b c)") == "b"
 
 
-def test_an_agent_that_was_written_for_6_4_defines_what_6_4_lacks(env, clp):
+def test_agent_for_6_4_may_redefine_functions(env, clp):
     assert env.load(clp("(deffunction member (?x $?rest) 99)"))
     assert env.eval("(member 1 2)") == 99
 
 
-def test_funcall_goes_by_names(env):
+def test_funcall_finds_functions_by_name(env):
     assert env.eval("(funcall nth$ 2 (create$ a b))") == "b"

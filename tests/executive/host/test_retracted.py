@@ -32,17 +32,17 @@ def rewritten(body):
         ),
     ],
 )
-def test_what_is_read_later_is_read_first(body, becomes):
+def test_slots_are_read_before_retraction(body, becomes):
     assert rewritten(body) == becomes
 
 
-def test_modify_is_an_end_too():
+def test_slots_are_read_before_modify():
     assert "(bind ?cx-i-name ?i:name) (cx-modify ?i" in rewritten(
         "(modify ?i (name (f ?i:name))) (g ?i:name)"
     )
 
 
-def test_lines_stay_where_they_are():
+def test_edits_keep_line_numbers():
     text = (
         "(defrule r =>\n (do-for-all-facts ((?i item))\n TRUE\n (retract ?i)\n (f ?i:name)))\n(defrule s =>)"
     )
@@ -52,11 +52,11 @@ def test_lines_stay_where_they_are():
 @pytest.mark.parametrize(
     "text", ["(do-for-fact", "(do-for-fact x (retract ?i) ?i:n)", "(do-for-fact ((?i item)) (retract ?i):)"]
 )
-def test_what_is_no_query_stays(text):
+def test_text_without_query_stays(text):
     assert find_retracted_slot_edits(text, 0, len(text)) == []
 
 
-def test_the_right_hand_side_goes_on(env, log, tmp_path):
+def test_right_hand_side_continues_after_retraction(env, log, tmp_path):
     file = tmp_path / "agent.clp"
     file.write_text(
         TEMPLATE + "(defrule clean (go) => (do-for-all-facts ((?i item)) TRUE (retract ?i)"

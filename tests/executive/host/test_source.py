@@ -38,18 +38,18 @@ def rewritten(text: str) -> str:
         ("(duplicate 1 (a 1 2))", "(cx-duplicate 1 a (create$ 1 2))"),
     ],
 )
-def test_a_modify_or_duplicate_becomes_a_call_of_the_hosts_function(text: str, becomes: str):
+def test_modify_and_duplicate_become_calls_of_host(text: str, becomes: str):
     assert rewritten(text) == becomes
 
 
-def test_a_comment_between_the_parenthesis_and_the_word():
+def test_comment_between_parenthesis_and_keyword():
     assert prepare_source("(defrule ; why\n a =>)").constructs == (SourceConstruct("defrule", "a", 1),)
 
 
 @given(
     st.lists(st.sampled_from(["(modify ?f", "(a", ")", "1", "\n", '"x(', '"', "; c\n", "(defrule r", " "]))
 )
-def test_line_numbers_never_move(parts):
+def test_rewriting_keeps_line_numbers(parts):
     text = " ".join(parts)
     assert rewritten(text).count("\n") == text.count("\n")
 
@@ -65,13 +65,13 @@ def test_constructs_and_their_lines():
     )
 
 
-def test_a_command_behind_a_defglobal_takes_nothing_from_it():
+def test_command_behind_defglobal_is_separate():
     text = "(defglobal ?*a* = 1 ?*b* = 2) (bind ?*c* = 3)"
     names = [construct.name for construct in prepare_source(text).constructs]
     assert names == ["?*a*", "?*b*"]
 
 
-def test_an_unclosed_parenthesis_is_found_where_it_opens():
+def test_unclosed_parenthesis_is_found_at_opening():
     source = prepare_source("(defrule a =>)\n(defrule b\n => (x)\n(defrule c =>)\n")
     assert source.unclosed_line == 2
 
@@ -80,7 +80,7 @@ def test_balanced_text_has_no_unclosed_line():
     assert prepare_source('(a "(" (b)) ; (\n').unclosed_line is None
 
 
-def test_the_core_says_of_goals_that_it_means_the_modify_of_6_30():
+def test_modify_goal_of_core_uses_modify_of_6_30():
     text = "(defrule a => (modify ?a (x 1)) (cx-modify-goal ?g (mode A) (error)))"
     core = prepare_core_source(text)
     expected = "(defrule a => (modify ?a (x 1)) (cx-modify ?g mode (create$ A) error (create$)))"

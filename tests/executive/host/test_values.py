@@ -28,14 +28,12 @@ def values_env() -> Iterator[ClipsEnvironment]:
 
 
 @given(value=_ATOMS | st.lists(_ATOMS).map(tuple))
-def test_a_value_of_clips_is_printed_as_the_same_value_of_python_is_shown(
-    values_env: ClipsEnvironment, value: Value
-) -> None:
+def test_value_prints_like_equal_python_value(values_env: ClipsEnvironment, value: Value) -> None:
     assert print_value(clips_value(values_env.c_env, value)) == show(value)
 
 
 @given(st.text(st.characters(exclude_categories=["Cc", "Cs"])))
-def test_a_quoted_text_is_read_by_clips_as_that_text(values_env: ClipsEnvironment, text: str) -> None:
+def test_clips_reads_quoted_text_back(values_env: ClipsEnvironment, text: str) -> None:
     assert values_env.eval(quoted(text)) == text
 
 
@@ -45,7 +43,7 @@ def test_a_quoted_text_is_read_by_clips_as_that_text(values_env: ClipsEnvironmen
 @example(100.0)
 @example(-0.0)
 @example(float("inf"))
-def test_floats_look_as_clips_prints_them(values_env: ClipsEnvironment, value: float) -> None:
+def test_floats_print_as_in_clips(values_env: ClipsEnvironment, value: float) -> None:
     text = values_env.call("str-cat", value)
     index = values_env.assert_ordered("floats", (value,))
     assert index is not None
@@ -55,7 +53,7 @@ def test_floats_look_as_clips_prints_them(values_env: ClipsEnvironment, value: f
     values_env.retract(index)
 
 
-def test_who_follows_facts_gets_the_slots_that_it_asked_for_and_no_error_for_others() -> None:
+def test_follower_gets_requested_slots_only() -> None:
     env = ClipsEnvironment("follow", EventBus(VirtualClock()))
     env.build("(deftemplate goal (slot id) (multislot text) (slot rest))")
     came: list[dict[str, str]] = []

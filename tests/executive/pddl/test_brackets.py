@@ -31,14 +31,14 @@ def shape(item: BracketWord | Group) -> object:
         ("(define (:types a)\n(:action x :effect (p)\n(:action y))", (3, 1), "missing before '(:action'"),
     ],
 )
-def test_brackets_that_do_not_match(text: str, place: tuple[int, int], message: str) -> None:
+def test_unbalanced_brackets_are_an_error(text: str, place: tuple[int, int], message: str) -> None:
     with pytest.raises(PddlError, match=re.escape(message)) as caught:
         read_items(text, "d.pddl")
     assert (caught.value.line, caught.value.column) == place
     assert caught.value.file == "d.pddl"
 
 
-def test_deep_nesting_is_one_error_in_little_time() -> None:
+def test_deep_nesting_is_quick_error() -> None:
     start = time.process_time()
     for text in (
         "(" * 10_000 + ")" * 10_000,
@@ -52,7 +52,7 @@ def test_deep_nesting_is_one_error_in_little_time() -> None:
     assert time.process_time() - start < 5
 
 
-def test_depth_that_is_allowed() -> None:
+def test_maximum_depth_is_allowed() -> None:
     assert read_items("(" * MAX_DEPTH + ")" * MAX_DEPTH)
     with pytest.raises(PddlError, match="nested more than") as caught:
         read_items("; ((\n" + "(" * (MAX_DEPTH + 1) + ")" * (MAX_DEPTH + 1))
@@ -61,7 +61,7 @@ def test_depth_that_is_allowed() -> None:
 
 @patient
 @given(st.text(alphabet="(ab;\n )", max_size=40))
-def test_any_text_reads_or_is_one_error(text: str) -> None:
+def test_random_text_reads_or_is_one_error(text: str) -> None:
     code = "\n".join(line.split(";")[0] for line in text.split("\n"))
     balance = lowest = 0
     for character in code:

@@ -77,24 +77,24 @@ SAME_PROBLEMS = {
 
 
 @pytest.mark.parametrize("text", SAME_DOMAINS.values(), ids=SAME_DOMAINS)
-def test_domains_that_say_the_same(text: str) -> None:
+def test_equivalent_domains(text: str) -> None:
     assert text != DOMAIN
     assert parse_domain(text) == GARDEN
 
 
 @pytest.mark.parametrize("text", SAME_PROBLEMS.values(), ids=SAME_PROBLEMS)
-def test_problems_that_say_the_same(text: str) -> None:
+def test_equivalent_problems(text: str) -> None:
     assert text != PROBLEM
     assert parse_problem(text, GARDEN) == SPRING
 
 
-def test_objects_types_and_predicates_have_names_of_their_own() -> None:
+def test_objects_types_and_predicates_may_share_names() -> None:
     text = PROBLEM.replace("big", "pot").replace("pot - pot", "pot - pot wet - seed")
     problem = parse_problem(text, GARDEN)
     assert problem.init == (Atom("wet", (Constant("pot"),)),)
 
 
-def test_any_bytes_may_be_in_comments(tmp_path: Path) -> None:
+def test_comments_may_hold_any_bytes(tmp_path: Path) -> None:
     file = tmp_path / "garden.pddl"
     file.write_bytes(b"; \xe9t\xe9 \n" + DOMAIN.encode())
     assert load_domain(file) == GARDEN
@@ -104,7 +104,7 @@ def test_any_bytes_may_be_in_comments(tmp_path: Path) -> None:
     assert caught.value.line == 3
 
 
-def test_a_problem_of_another_domain_is_read_with_a_warning() -> None:
+def test_problem_of_another_domain_is_a_warning() -> None:
     warnings: list[PddlError] = []
     problem = parse_problem(PROBLEM.replace("garden", "yard"), GARDEN, "p.pddl", warn=warnings.append)
     assert problem.init == SPRING.init
@@ -112,13 +112,13 @@ def test_a_problem_of_another_domain_is_read_with_a_warning() -> None:
     assert "to the domain yard, not to garden" in warning.message
 
 
-def test_an_untyped_variable_among_types_is_any_object_with_a_warning() -> None:
+def test_untyped_variable_among_types_is_a_warning() -> None:
     warnings: list[PddlError] = []
     parse_domain(DOMAIN.replace("(?o - seed)", "(?o)"), warn=warnings.append)
     assert [warning.line for warning in warnings] == [9]
 
 
-def test_an_unknown_object_of_a_problem_is_to_be_declared_there() -> None:
+def test_error_of_unknown_object_suggests_declaration_in_problem() -> None:
     with pytest.raises(PddlError, match="Unknown constant baen") as caught:
         parse_problem(PROBLEM.replace("sown bean big", "sown baen big"), GARDEN, "p.pddl")
     assert (caught.value.file, caught.value.line) == ("p.pddl", 5)
@@ -145,7 +145,7 @@ NOT_SUPPORTED_IN_PROBLEMS = {
 
 
 @pytest.mark.parametrize(("name", "change"), NOT_SUPPORTED.items())
-def test_parts_of_domains_that_are_not_supported_are_named(name: str, change: tuple[str, str]) -> None:
+def test_unsupported_parts_of_domains_are_named(name: str, change: tuple[str, str]) -> None:
     old, new = change
     line = DOMAIN[: DOMAIN.index(old)].count("\n") + 1
     with pytest.raises(PddlError, match="not supported") as caught:
@@ -155,7 +155,7 @@ def test_parts_of_domains_that_are_not_supported_are_named(name: str, change: tu
 
 
 @pytest.mark.parametrize(("name", "change"), NOT_SUPPORTED_IN_PROBLEMS.items())
-def test_parts_of_problems_that_are_not_supported_are_named(name: str, change: tuple[str, str]) -> None:
+def test_unsupported_parts_of_problems_are_named(name: str, change: tuple[str, str]) -> None:
     old, new = change
     line = PROBLEM[: PROBLEM.index(old)].count("\n") + 1
     with pytest.raises(PddlError) as caught:
@@ -166,13 +166,13 @@ def test_parts_of_problems_that_are_not_supported_are_named(name: str, change: t
     assert (caught.value.file, caught.value.line) == ("spring.pddl", line)
 
 
-def test_a_predicate_may_have_the_name_of_a_part_that_is_not_supported() -> None:
+def test_predicate_may_have_name_of_unsupported_part() -> None:
     text = DOMAIN.replace("(wet ?p - place))", "(wet ?p - place) (unknown ?p - place))")
     text = text.replace("(and (wet ?p)", "(and (unknown ?p)")
     assert parse_domain(text).predicates[2].name == "unknown"
 
 
-def test_a_long_word_is_one_error() -> None:
+def test_long_word_is_one_error() -> None:
     with pytest.raises(PddlError, match=f"more than {MAX_WORD_LENGTH} characters") as caught:
         parse_domain(DOMAIN.replace("corner", "c" * 10_000), "garden.pddl")
     assert caught.value.line == 4

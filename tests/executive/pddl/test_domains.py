@@ -26,7 +26,7 @@ def test_durative_action() -> None:
     assert go.effect == Timed("at end", Not(Atom("ready", ())))
 
 
-def test_sections_of_an_action_may_be_absent_or_swapped() -> None:
+def test_sections_of_action_may_be_absent_or_swapped() -> None:
     bare, swapped = parse_domain(
         domain("(:action a)\n(:action b :effect (ready) :precondition (ready) :parameters ())")
     ).actions
@@ -76,14 +76,14 @@ SWAPPED = "(:action a :parameters () :effect (ready) :precondition (ready))"
         (domain(ONE_ACTION, types="(:constants k)", constants="(:types t)"), ":types must come earlier"),
     ],
 )
-def test_what_fawkes_cannot_read_is_refused_on_demand(text: str, reason: str) -> None:
+def test_strict_parser_refuses_domains_as_fawkes_does(text: str, reason: str) -> None:
     with pytest.raises(PddlSyntaxError, match="Fawkes' parser refuses this") as caught:
         parse_domain(text, fawkes_compat=True)
     assert reason in caught.value.message
 
 
 @pytest.mark.parametrize("rest", ["(:foo bar)", "word", "(:predicates (late))", "(foo) (:action x)"])
-def test_fawkes_ignores_everything_after_the_last_action_and_a_missing_bracket(rest: str) -> None:
+def test_strict_parser_ignores_text_after_last_action(rest: str) -> None:
     text = GARDEN.rstrip().removesuffix(")")
     for tail in (")", "", f"{rest})", f"{rest}", f") {rest}"):
         assert parse_domain(text + tail, fawkes_compat=True) == parse_domain(GARDEN)

@@ -65,7 +65,7 @@ def test_worked_example(fawkes_compat: bool) -> None:
     assert [str(row) for row in rows] == GARDEN_FACTS.splitlines()
 
 
-def test_tenth_part_collides_as_it_does_in_fawkes() -> None:
+def test_id_of_tenth_part_collides_as_in_fawkes() -> None:
     ids = [fact.split()[2] for fact in condition_facts(f"(and {'(or (p)) ' * 11})") if "atom)" not in fact]
     assert ids[:3] == ["op1)", "op11)", "op12)"]
     assert ids[-1] == "op111)"
@@ -83,7 +83,7 @@ def test_tenth_part_collides_as_it_does_in_fawkes() -> None:
         ("()", "(pddl-formula (id op1) (part-of op) (type conjunction))"),
     ],
 )
-def test_facts_of_a_condition(condition: str, facts: str) -> None:
+def test_facts_of_condition(condition: str, facts: str) -> None:
     assert facts in "\n".join(condition_facts(condition))
 
 
@@ -94,7 +94,7 @@ def test_facts_of_a_condition(condition: str, facts: str) -> None:
         ("(and (ready) (forall (?x - place) (free ?x)))", "'forall' in a condition"),
     ],
 )
-def test_conditions_that_facts_cannot_say(condition: str, message: str) -> None:
+def test_conditions_without_facts_are_an_error(condition: str, message: str) -> None:
     parsed = parse_domain(domain(action(condition)), "d.pddl")
     for fawkes_compat in (False, True):
         with pytest.raises(PddlError, match=message) as caught:
@@ -113,7 +113,7 @@ def test_signs_of_effects() -> None:
     assert rows[2].slots["param-names"] == ()
 
 
-def test_changes_of_numbers_have_no_fact_and_are_lost_in_fawkes() -> None:
+def test_changes_of_numbers_have_no_fact() -> None:
     warnings: list[PddlError] = []
     parsed = parse_domain(domain(action(effect="(and (ready) (increase (total-cost) 1))")))
     for fawkes_compat in (False, True):
@@ -140,7 +140,7 @@ def test_comparisons_of_numbers_are_refused_in_fawkes() -> None:
 
 
 @pytest.mark.parametrize("effect", ["(when (ready) (free ?p))", "(or (ready) (free ?p))", "(= ?r ?r)"])
-def test_odd_effects_are_refused_and_lost_in_fawkes(effect: str) -> None:
+def test_unsupported_effects_are_refused(effect: str) -> None:
     with pytest.raises(PddlError, match="cannot be expressed as facts"):
         effect_facts(effect)
     warnings: list[PddlError] = []
@@ -195,7 +195,7 @@ def test_real_domains_are_the_same_with_fawkes_grammar(file: Path) -> None:
 
 @needs_shared
 @pytest.mark.parametrize("run", ["skiller-1", "skiller-2", "simulator-1"])
-def test_facts_equal_the_recorded_ones(run: str) -> None:
+def test_facts_equal_recorded_facts(run: str) -> None:
     log = (SHARED / "traces" / "test-scenario" / run / "fawkes.log").read_text().splitlines()
     start = next(index for index, line in enumerate(log) if re.search(r"FIRE +50 load-domain", line))
     end = next(index for index in range(start, len(log)) if "(domain-loaded)" in log[index])

@@ -99,14 +99,14 @@ def test_syntax_errors(text: str, column: int, message: str) -> None:
         ("(at\nend (q))", "exactly one blank"),
     ],
 )
-def test_what_fawkes_cannot_read_is_refused_on_demand(text: str, reason: str) -> None:
+def test_strict_parser_refuses_formulas_as_fawkes_does(text: str, reason: str) -> None:
     assert parse_formula(text)
     with pytest.raises(PddlSyntaxError, match="Fawkes' parser refuses this") as caught:
         parse_formula(text, fawkes_compat=True)
     assert reason in caught.value.message
 
 
-def test_what_fawkes_reads_is_the_same_with_its_grammar() -> None:
+def test_strict_parser_reads_same_formulas() -> None:
     for text in (
         "(and (p ?x k) (not (or (q))))",
         "(at start (q))",

@@ -8,7 +8,7 @@ from cxbridge.executive.pddl.build import _NODES, _SECTIONS, SyntaxBuilder
 from cxbridge.executive.pddl.grammar import TABLES, load_tables
 
 
-def test_the_tables_are_of_the_grammar_as_it_is_written() -> None:
+def test_tables_equal_tables_of_grammar() -> None:
     pytest.importorskip("lark", reason="lark makes the tables")
     from tests.grammars import format_tables, make_tables
 
@@ -16,7 +16,7 @@ def test_the_tables_are_of_the_grammar_as_it_is_written() -> None:
     assert made == TABLES.read_text(encoding="utf-8"), "run python -m tests.grammars"
 
 
-def test_every_rule_has_a_method_or_a_row_that_makes_its_value() -> None:
+def test_every_rule_has_method_or_row() -> None:
     wanted = {rule.build for rule in load_tables().rules if rule.build}
     rows = {*_SECTIONS, *_NODES}
     assert {name for name in wanted - rows if not hasattr(SyntaxBuilder, name)} == set()

@@ -30,7 +30,7 @@ LARGE = {
 
 
 @pytest.mark.parametrize("name", share(LARGE, 3))
-def test_a_large_domain_takes_little_time(name: str) -> None:
+def test_large_domain_takes_little_time(name: str) -> None:
     text = LARGE[name]
     start = time.process_time()
     error = None
@@ -43,7 +43,7 @@ def test_a_large_domain_takes_little_time(name: str) -> None:
 
 
 @pytest.mark.parametrize("text", share(["(p a)", "(not (p a))", "(= (f) 1)", "(p a) ; (", "(p a b)"], 2))
-def test_a_large_problem_takes_little_time(text: str) -> None:
+def test_large_problem_takes_little_time(text: str) -> None:
     domain = parse_domain("(define (domain d) (:constants a) (:predicates (p ?x)) (:functions (f)))")
     start = time.process_time()
     facts = "\n".join([text] * MANY)

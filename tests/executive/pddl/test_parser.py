@@ -23,14 +23,14 @@ from tests.support import many
 patient = settings(max_examples=many(100, 25), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
-def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+def test_unreadable_files_are_an_error(tmp_path: Path) -> None:
     for path, message in ((tmp_path / "gone.pddl", "no such file"), (tmp_path, "is a directory")):
         with pytest.raises(PddlError, match=message) as caught:
             load_domain(path)
         assert caught.value.file == str(path)
 
 
-def test_semantic_errors_come_with_file_line_and_column() -> None:
+def test_semantic_errors_have_file_line_and_column() -> None:
     with pytest.raises(PddlError) as caught:
         parse_domain(GARDEN.replace("(held ?t)\n", "(held ?x)\n"), "garden.pddl")
     assert str(caught.value).startswith("garden.pddl:13:25: Unknown Parameter ?x\n  hint: ")
@@ -53,14 +53,14 @@ PIECES = st.sampled_from([*BRACKETS, *SECTIONS, *FORMULAS, *WORDS])
 
 @patient
 @given(st.lists(PIECES, max_size=30).map(" ".join) | st.text(max_size=60), st.booleans())
-def test_any_text_is_a_domain_or_one_error(text: str, fawkes_compat: bool) -> None:
+def test_random_text_is_domain_or_one_error(text: str, fawkes_compat: bool) -> None:
     with contextlib.suppress(PddlError):
         domain_facts(parse_domain(text, fawkes_compat=fawkes_compat), fawkes_compat=fawkes_compat)
 
 
 @patient
 @given(st.data())
-def test_a_damaged_domain_is_a_domain_or_one_error(data: st.DataObject) -> None:
+def test_damaged_domain_is_domain_or_one_error(data: st.DataObject) -> None:
     start = data.draw(st.integers(0, len(GARDEN)))
     end = data.draw(st.integers(start, min(len(GARDEN), start + 30)))
     text = GARDEN[:start] + data.draw(PIECES) + GARDEN[end:]
@@ -69,7 +69,7 @@ def test_a_damaged_domain_is_a_domain_or_one_error(data: st.DataObject) -> None:
 
 
 @pytest.mark.parametrize("nesting", ["(not ", "(and ", "(p (", "(exists (?x) "])
-def test_nesting_of_ten_thousand_is_one_error(nesting: str) -> None:
+def test_nesting_of_ten_thousand_levels_is_one_error(nesting: str) -> None:
     depth = 10_000 * nesting.count("(")
     closed = nesting * 10_000 + ")" * (depth - (10_000 if "?x" in nesting else 0))
     for parse in (parse_formula, parse_domain):

@@ -105,13 +105,13 @@ DOMAINS = st.builds(
 
 @patient
 @given(CONDITIONS)
-def test_conditions_come_back(formula: Formula) -> None:
+def test_printed_conditions_are_read_back(formula: Formula) -> None:
     assert parse_formula(format_formula(formula)) == formula
 
 
 @patient
 @given(DOMAINS)
-def test_domains_come_back(domain: Domain) -> None:
+def test_printed_domains_are_read_back(domain: Domain) -> None:
     # Not checked: a generated domain parses, but seldom makes sense.
     text = SourceText(format_domain(domain))
     assert Reader(SyntaxBuilder.handler).read(text.tokens, "domain", SyntaxBuilder(text)) == domain

@@ -29,7 +29,7 @@ TEXT = """(define (problem x) (:domain d)
 """
 
 
-def test_a_problem():
+def test_problem_is_parsed():
     problem = parse_problem(TEXT, DOMAIN, "x.pddl")
     assert (problem.name, problem.domain, problem.file) == ("x", "d", "x.pddl")
     assert [group.names for group in problem.objects] == [("c1", "c2"), ("shelf",)]
@@ -55,14 +55,14 @@ def test_a_problem():
         ("(define (problem x)", "(define (domain x)", PddlSyntaxError, "not a problem, but a domain"),
     ],
 )
-def test_what_is_wrong_is_said_with_its_place(old, new, error, message):
+def test_errors_have_file_and_line(old, new, error, message):
     with pytest.raises(error) as caught:
         parse_problem(TEXT.replace(old, new, 1), DOMAIN, "x.pddl")
     assert message in caught.value.message
     assert caught.value.file == "x.pddl"
 
 
-def test_a_problem_of_facts():
+def test_problem_of_facts():
     problem = problem_of_facts(
         DOMAIN,
         [("c1", "cup"), ("home", "place"), ("c1", "cup")],
@@ -75,28 +75,28 @@ def test_a_problem_of_facts():
     )
 
 
-def test_with_durative_actions_time_counts():
+def test_durative_actions_minimise_time():
     domain = parse_domain("""(define (domain t) (:predicates (p)) (:durative-action a :parameters ()
       :duration (= ?duration 1) :condition () :effect (at end (p))))""")
     problem = problem_of_facts(domain, [], [], parse_formula("(p)"))
     assert "(:metric minimize (total-time))" in format_problem(problem)
 
 
-def test_a_problem_of_facts_that_make_no_sense():
+def test_problem_of_invalid_facts_is_an_error():
     with pytest.raises(PddlSemanticError, match="Unknown constant c9") as caught:
         problem_of_facts(DOMAIN, [], [("at", ("c9", "home"))], parse_formula("()"))
     assert "(:objects ...)" in (caught.value.hint or "")
 
 
 @needs_shared
-def test_a_problem_of_fawkes():
+def test_problem_of_fawkes():
     folder = SHARED / "fawkes-data/pddl/visit-all"
     domain = parse_domain((folder / "domain.pddl").read_text())
     problem = load_problem(folder / "problem.pddl", domain)
     assert parse_problem(format_problem(problem), domain) == problem
 
 
-def test_swapped_files_and_misspelt_words_have_a_hint(tmp_path):
+def test_swapped_files_and_misspelt_words_have_hint(tmp_path):
     domain, problem = tmp_path / "domain.pddl", tmp_path / "problem.pddl"
     text = "(define (domain d) (:types book) (:predicates (a ?x - book)){})"
     domain.write_text(text.format(" (:action g :parameters (?x - book) :effect (a ?x))"))

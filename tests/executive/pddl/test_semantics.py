@@ -33,7 +33,7 @@ from tests.executive.pddl.texts import action, domain
         ("(< (dist ?p) 3)", "Function argument length missmatch, expected 2 but got 1"),
     ],
 )
-def test_conditions(condition: str, message: str) -> None:
+def test_invalid_conditions_are_errors(condition: str, message: str) -> None:
     with pytest.raises(PddlSemanticError) as caught:
         parse_domain(domain(action(condition)), "d.pddl")
     assert caught.value.message == message
@@ -43,7 +43,7 @@ def test_conditions(condition: str, message: str) -> None:
 @pytest.mark.parametrize(
     "effect", ["(gone)", "(when (gone) (ready))", "(when (ready) (gone))", "(increase (gone) 1)"]
 )
-def test_effects(effect: str) -> None:
+def test_effects_with_unknown_names_are_errors(effect: str) -> None:
     with pytest.raises(PddlSemanticError, match=r"Unknown .*: gone") as caught:
         parse_domain(domain(action(effect=effect)))
     assert caught.value.line == 10
@@ -52,7 +52,7 @@ def test_effects(effect: str) -> None:
 @pytest.mark.parametrize(
     "formula", ["(at start (gone))", "(when (gone) (gone))", "(< (gone) 3)", "(= ?r ?x)"]
 )
-def test_fawkes_does_not_look_below_times_conditions_and_numbers(formula: str) -> None:
+def test_strict_parser_skips_checks_below_times_and_numbers(formula: str) -> None:
     parse_domain(domain(action(effect=formula)), fawkes_compat=True)
 
 
@@ -65,11 +65,11 @@ def test_fawkes_does_not_look_below_times_conditions_and_numbers(formula: str) -
         "(forall (?r - place) (free ?r))",  # hides the parameter
     ],
 )
-def test_what_makes_sense(condition: str) -> None:
+def test_valid_conditions_are_accepted(condition: str) -> None:
     assert parse_domain(domain(action(condition))).actions
 
 
-def test_parameters_of_types() -> None:
+def test_parameters_of_unknown_types_are_errors() -> None:
     with pytest.raises(PddlSemanticError, match="Unknown type: x - gone"):
         parse_domain(domain(action(parameters="?x - gone")))
     text = domain(action(parameters="?x - object"), types="(:types robot place dock)")
@@ -97,7 +97,7 @@ _PLACES_OF_TYPES = [found.start() for found in re.finditer("- here", _TYPED)]
 
 
 @pytest.mark.parametrize("place", _PLACES_OF_TYPES)
-def test_a_type_is_declared_wherever_it_is_written(place: int) -> None:
+def test_undeclared_type_is_an_error_everywhere(place: int) -> None:
     """A misspelt type would make a ``forall`` true of nothing."""
     assert parse_domain(_TYPED)
     spoilt = f"{_TYPED[:place]}- hree{_TYPED[place + len('- here') :]}"
@@ -106,7 +106,7 @@ def test_a_type_is_declared_wherever_it_is_written(place: int) -> None:
     assert caught.value.line == _TYPED.count("\n", 0, place) + 1
 
 
-def test_types_without_typing_count_and_are_told_once() -> None:
+def test_types_without_typing_are_one_warning() -> None:
     warnings: list[PddlError] = []
     text = domain(action(), requirements=":strips")
     parse_domain(text, "d.pddl", warn=warnings.append)
@@ -142,7 +142,7 @@ def test_untyped_argument_fits_object_only() -> None:
         parse_domain(domain(action("(place ?x)", parameters="?x - robot"), predicates=predicates))
 
 
-def test_types_in_a_circle_are_one_error() -> None:
+def test_cycle_of_types_is_one_error() -> None:
     types = "(:types robot - place place - robot dock)"
     with pytest.raises(PddlSemanticError, match="the type robot is a subtype of itself") as caught:
         parse_domain(domain(action("(p ?r)"), types=types, predicates="(p ?d - dock) (ready)"))
@@ -159,7 +159,7 @@ def test_types_in_a_circle_are_one_error() -> None:
         (domain(action(parameters="?r - robot ?r - place")), "there is a second parameter of action go r"),
     ],
 )
-def test_twins_would_have_the_same_ids(text: str, message: str) -> None:
+def test_duplicate_names_are_errors(text: str, message: str) -> None:
     with pytest.raises(PddlSemanticError, match=message):
         parse_domain(text)
     assert parse_domain(text, fawkes_compat=True)

@@ -13,7 +13,7 @@ _PLAIN = {"predicate", "operator", "when", "quantifier", "variables", "position"
 
 
 @pytest.mark.parametrize("kind", FormulaNode.__subclasses__(), ids=lambda kind: kind.__name__)
-def test_every_formula_names_the_fields_that_hold_formulas_and_terms(kind: type[FormulaNode]) -> None:
+def test_formulas_name_fields_of_formulas_and_terms(kind: type[FormulaNode]) -> None:
     assert set(kind.PARTS) | set(kind.TERMS) | _PLAIN >= set(kind.__struct_fields__)
 
 
@@ -36,7 +36,7 @@ def test_map_terms_reaches_terms_within_terms() -> None:
     assert format_formula(effect.map_terms(bound)) == wanted
 
 
-def test_positions_stay() -> None:
+def test_map_terms_keeps_positions() -> None:
     formula = parse_formula("(and\n (p ?x))")
     changed = formula.map_terms(lambda _term: Constant("k"))
     assert [part.position for part in changed.walk()] == [(1, 1), (2, 2)]

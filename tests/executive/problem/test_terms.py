@@ -19,7 +19,7 @@ def test_constants():
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_constant_in_a_domain_of_facts(env, name: str):
+def test_constant_in_domain_of_facts(env, name: str):
     text = f"""(define (domain domain) (:requirements :strips :typing :negative-preconditions)
       (:types room - object) (:constants {name} - room) (:predicates (in ?p - room))
       (:action go :parameters (?a - room) :precondition (and (in ?a) (not (in {name})))

@@ -35,12 +35,12 @@ def run() -> cx.Run:
     return cx.run("test-scenario")
 
 
-def test_it_tells_how_the_run_ended(run):
+def test_run_has_status_reason_and_duration(run):
     assert (run.status, run.reason) == (0, "every root goal ended COMPLETED")
     assert run.seconds > 1
 
 
-def test_it_has_what_a_recording_of_the_run_has(run, tmp_path):
+def test_run_equals_its_recording(run, tmp_path):
     recorded = cx.run(SCENARIO, trace=tmp_path / "run.mcap")
     opened = cx.open_run(tmp_path / "run.mcap")
     for other in (recorded, opened):
@@ -54,7 +54,7 @@ def test_it_has_what_a_recording_of_the_run_has(run, tmp_path):
         run.compare("nowhere")
 
 
-def test_a_goal_is_found_by_id_and_by_class(run):
+def test_goal_is_found_by_id_and_class(run):
     parent = run.goal("TESTGOAL-PARENT")
     assert (parent.outcome, run.goal(parent.id)) == ("COMPLETED", parent)
     with pytest.raises(cx.CxbridgeError, match="no goals match 'PARENT'") as error:
@@ -62,14 +62,14 @@ def test_a_goal_is_found_by_id_and_by_class(run):
     assert "TESTGOAL-PARENT" in str(error.value.hint)
 
 
-def test_it_prints_the_goals_and_the_result(run):
+def test_text_of_run_has_goals_and_result(run):
     lines = str(run).splitlines()
     assert "TESTGOAL-PARENT" in str(run)
     assert lines[-1] == "test-scenario: every root goal ended COMPLETED"
     assert repr(run) == f"<Run test-scenario: status 0, {len(run.goals)} goals>"
 
 
-def test_it_has_the_log(run):
+def test_run_has_log(run):
     levels = {line.level.value for line in run.log("W")}
     assert levels
     assert levels <= {"W", "E"}
@@ -77,7 +77,7 @@ def test_it_has_the_log(run):
 
 
 @needs_plugin("web")
-def test_it_is_a_page_in_a_notebook_and_in_a_file(run, tmp_path):
+def test_run_is_page_in_notebook_and_file(run, tmp_path):
     page = run.write_report(tmp_path / "run.html").read_text()
     assert f"<title>{run.source.path.name}</title>" in page
     html = run._repr_html_()
@@ -85,7 +85,7 @@ def test_it_is_a_page_in_a_notebook_and_in_a_file(run, tmp_path):
     assert b64decode(html.split(",", 1)[1].split('"', 1)[0]).decode() == page
 
 
-def test_a_feature_is_there_before_the_agent_loads(tmp_path):
+def test_feature_exists_before_agent_loads(tmp_path):
     agent = tmp_path / "agent"
     agent.mkdir()
     (agent / "agent.clp").write_text('(defrule greet (executive-init) => (greet "you"))\n')
@@ -104,7 +104,7 @@ def test_functions_are_skills(run):
     assert run.compare(mine).same
 
 
-def test_a_skill_that_fails_fails_its_goal():
+def test_failed_skill_fails_goal():
     def broken(text, wait=False):
         raise cx.SkillFailedError("no voice today")
 
@@ -113,7 +113,7 @@ def test_a_skill_that_fails_fails_its_goal():
     assert {call.error for call in run.skills} == {"no voice today"}
 
 
-def test_an_argument_that_a_function_lacks_is_the_error_of_the_skill():
+def test_unknown_argument_fails_skill():
     def say(words):
         pass
 
@@ -123,7 +123,7 @@ def test_an_argument_that_a_function_lacks_is_the_error_of_the_skill():
     assert "given: text, wait" in run.skills[0].error
 
 
-def test_classes_are_skills_of_a_skill_board():
+def test_classes_are_skills_of_skill_board():
     begun = []
 
     class Move(cx.Skill):
@@ -138,7 +138,7 @@ def test_classes_are_skills_of_a_skill_board():
     assert {agent for agent, _ in begun} == {"robot1", "robot2"}
 
 
-def test_a_configured_executor_is_replaced_as_a_whole():
+def test_configured_executor_is_replaced_as_a_whole():
     with pytest.raises(cx.CxbridgeError, match="robot1-move executes move, goto"):
         cx.run("two-robots", skills={"move": lambda: None})
 
@@ -156,13 +156,13 @@ def test_a_configured_executor_is_replaced_as_a_whole():
         ({"clips_dirs": 3}, "'clips_dirs' must be a path or a list of paths, not 3"),
     ],
 )
-def test_a_mistake_is_one_error(options, message):
+def test_invalid_options_are_one_error(options, message):
     with pytest.raises(cx.CxbridgeError) as error:
         cx.run("test-scenario", **options)
     assert message in str(error.value)
 
 
-def test_importing_the_package_imports_nothing_else():
+def test_import_of_package_is_lazy():
     program = "import sys, cxbridge as cx; print(json.dumps(sorted(sys.modules)))"
     done = subprocess.run(
         [sys.executable, "-c", f"import json; {program}"],
@@ -174,7 +174,7 @@ def test_importing_the_package_imports_nothing_else():
     assert [name for name in json.loads(done.stdout) if name.startswith("cxbridge")] == ["cxbridge"]
 
 
-def test_all_names_are_there_and_typed():
+def test_stub_has_all_names():
     import ast
 
     stub = ast.parse((Path(cx.__file__).parent / "__init__.pyi").read_text())

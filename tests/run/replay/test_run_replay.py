@@ -78,7 +78,7 @@ def mini(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @needs_shared
 @pytest.mark.parametrize("name", RUNS)
-def test_our_scenario_decides_what_fawkes_decided(name: str) -> None:
+def test_our_scenario_decides_as_fawkes(name: str) -> None:
     folder = TRACES / name
     result = replay(
         folder / "bblogger",
@@ -97,9 +97,7 @@ def test_our_scenario_decides_what_fawkes_decided(name: str) -> None:
 @needs_shared
 @needs_fawkes
 @pytest.mark.parametrize(("name", "files"), share(product(RUNS, FILES), 4, row=lambda case: case[1]))
-def test_the_original_files_decide_line_by_line_what_fawkes_decided(
-    name: str, files: tuple[str, ...]
-) -> None:
+def test_original_files_decide_line_by_line_as_fawkes(name: str, files: tuple[str, ...]) -> None:
     result = replay(*(TRACES / name / file for file in files), fawkes_dir=FAWKES_DIR, spec="test")
     assert result.status == 0, result.summary()
     assert result.replay.report["a"]["events"] == 293
@@ -107,7 +105,7 @@ def test_the_original_files_decide_line_by_line_what_fawkes_decided(
 
 @needs_shared
 @pytest.mark.parametrize("hours", [-9.5, 1, 5.75])
-def test_the_zone_of_a_log_does_not_matter(hours: float, tmp_path: Path) -> None:
+def test_time_zone_of_log_is_irrelevant(hours: float, tmp_path: Path) -> None:
     from cxbridge.run.replay.recordings import Recordings
 
     folder = TRACES / "skiller-1"
@@ -128,7 +126,7 @@ def test_the_zone_of_a_log_does_not_matter(hours: float, tmp_path: Path) -> None
     ("order", "part"),
     share(product(["total", "partial"], [0.3, 0.5, 0.65, 0.9]), 4, row=lambda case: case[0]),
 )
-def test_a_log_that_was_cut_off_is_compared_up_to_there(order: str, part: float, tmp_path: Path) -> None:
+def test_truncated_log_is_compared_up_to_its_end(order: str, part: float, tmp_path: Path) -> None:
     if order == "total" and FAWKES_DIR is None:
         pytest.skip("FAWKES_DIR names no Fawkes checkout")
     data = (TRACES / "skiller-1" / "fawkes.log").read_bytes()
@@ -166,11 +164,11 @@ def repeat(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["test-scenario", "two-robots"])
-def test_a_run_repeats_loop_by_loop(name: str, tmp_path: Path) -> None:
+def test_replay_repeats_run_loop_by_loop(name: str, tmp_path: Path) -> None:
     repeat(name, tmp_path)
 
 
-def test_a_run_that_failed_is_reproduced_with_status_0(tmp_path: Path) -> None:
+def test_replay_of_failed_run_has_status_0(tmp_path: Path) -> None:
     write_scenario(tmp_path, mapping="act: nosuchskill{}")
     recorded = run_scenario(RunOptions(scenario=tmp_path, trace=tmp_path / "run.mcap", strict=False))
     assert recorded.status == 1
@@ -182,7 +180,7 @@ def test_a_run_that_failed_is_reproduced_with_status_0(tmp_path: Path) -> None:
 # -- what differs
 
 
-def test_another_skill_string_is_told_with_what_was_expected(mini: Path) -> None:
+def test_different_skill_string_is_reported_with_expected_string(mini: Path) -> None:
     def change(event: Event) -> Event:
         if skill_of(event):
             assert isinstance(event, InterfaceWrite)
@@ -210,7 +208,7 @@ def test_gensym_ids_in_skill_strings_do_not_count(tmp_path: Path) -> None:
     assert replay(tmp_path / "run.mcap").status == 0
 
 
-def test_a_skill_that_was_not_recorded_is_a_divergence(mini: Path) -> None:
+def test_unrecorded_skill_is_divergence(mini: Path) -> None:
     def change(event: Event) -> Event | None:
         return None if skill_of(event) or (isinstance(event, SkillStatus) and event.skill_string) else event
 
@@ -220,7 +218,7 @@ def test_a_skill_that_was_not_recorded_is_a_divergence(mini: Path) -> None:
     assert 'expected nothing more, got ExecSkill \'say{text="hello"' in result.reason
 
 
-def test_a_skill_that_does_not_come_is_a_divergence(mini: Path, tmp_path: Path) -> None:
+def test_missing_skill_is_divergence(mini: Path, tmp_path: Path) -> None:
     scenario = write_scenario(tmp_path / "other", agent=AGENT.replace("(mode FORMULATED)", "(mode FINISHED)"))
     result = replay(mini, scenario=scenario)
     assert result.status == 1
@@ -228,7 +226,7 @@ def test_a_skill_that_does_not_come_is_a_divergence(mini: Path, tmp_path: Path) 
     assert 60 < result.run_seconds < 70
 
 
-def test_another_outcome_of_a_goal_is_shown(mini: Path) -> None:
+def test_different_outcome_of_goal_is_shown(mini: Path) -> None:
     def change(event: Event) -> Event:
         if isinstance(event, GoalTransition) and event.outcome == "COMPLETED":
             return replace(event, outcome="FAILED")
@@ -245,7 +243,7 @@ def test_another_outcome_of_a_goal_is_shown(mini: Path) -> None:
 # -- bad input
 
 
-def test_a_truncated_mcap_is_compared_up_to_its_end(tmp_path: Path) -> None:
+def test_truncated_mcap_is_compared_up_to_its_end(tmp_path: Path) -> None:
     trace = tmp_path / "run.mcap"
     run_scenario(RunOptions(scenario=SCENARIOS / "two-robots", trace=trace))
     data = trace.read_bytes()
@@ -256,7 +254,7 @@ def test_a_truncated_mcap_is_compared_up_to_its_end(tmp_path: Path) -> None:
         assert not result.replay.is_complete
 
 
-def test_a_recording_that_ends_before_the_first_skill_needs_total_order(mini: Path) -> None:
+def test_recording_without_skills_needs_total_order(mini: Path) -> None:
     def change(event: Event) -> Event | None:
         late = isinstance(event, GoalTransition) and event.mode != "FORMULATED"
         return None if late or isinstance(event, (SkillStatus, PlanActionTransition)) else event
@@ -267,14 +265,14 @@ def test_a_recording_that_ends_before_the_first_skill_needs_total_order(mini: Pa
     assert replay(cut).status == 0
 
 
-def test_nothing_to_compare_with(mini: Path) -> None:
+def test_recording_without_decisions_is_an_error(mini: Path) -> None:
     writes = rewrite(mini, lambda event: event if isinstance(event, InterfaceWrite) else None)
     only = rewrite(writes, lambda event: None if skill_of(event) else event, "writes.mcap")
     with pytest.raises(TraceError, match="nothing to compare with"):
         replay(only, scenario=mini.parent)
 
 
-def test_no_environment(mini: Path, tmp_path: Path) -> None:
+def test_recording_without_environment_is_an_error(mini: Path, tmp_path: Path) -> None:
     text = tmp_path / "transitions.txt"
     assert invoke(["trace", "convert", str(mini), str(text), "--to", "transitions"]) == 0
     with pytest.raises(TraceError, match="no environment to replay"):
@@ -282,12 +280,12 @@ def test_no_environment(mini: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("options", [{"skiller": "simulator"}, {"speech": "on"}, {"clock": "real"}])
-def test_what_cannot_go_with_it(options: dict[str, str], mini: Path) -> None:
+def test_incompatible_options_are_an_error(options: dict[str, str], mini: Path) -> None:
     with pytest.raises(CxbridgeError, match="cannot be combined with --replay"):
         replay(mini, **options)
 
 
-def test_the_command_tells_in_json(mini: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_command_prints_json(mini: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert invoke(["run", str(mini.parent), "--replay", str(mini), "--json", "-q"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert (report["status"], report["result"]) == (0, "the same")
@@ -297,20 +295,20 @@ def test_the_command_tells_in_json(mini: Path, capsys: pytest.CaptureFixture[str
     assert invoke(["run", "--replay", str(mini), "--replay-order", "odd"]) == 2
 
 
-def test_a_recording_does_not_choose_what_runs(mini: Path) -> None:
+def test_recording_does_not_choose_foreign_scenario(mini: Path) -> None:
     """It names a scenario of this machine; only those that come with cxbridge are started so."""
     with pytest.raises(TraceError, match="which a recording must not start"):
         run_scenario(RunOptions(replay=(mini,)))
 
 
-def test_the_scenarios_that_come_with_cxbridge_need_no_name(tmp_path: Path) -> None:
+def test_shipped_scenarios_need_no_name(tmp_path: Path) -> None:
     shipped = shipped_dir("scenarios") / "test-scenario"
     run_scenario(RunOptions(scenario=shipped, trace=tmp_path / "run.mcap"))
     assert run_scenario(RunOptions(replay=(tmp_path / "run.mcap",))).status == 0
 
 
 @pytest.mark.parametrize("order", ["total", "partial"])
-def test_another_parameter_is_another_decision(mini: Path, order: str) -> None:
+def test_different_parameter_is_divergence(mini: Path, order: str) -> None:
     def odd(event: Event) -> Event:
         return replace(event, params="(odd)") if isinstance(event, PlanActionTransition) else event
 

@@ -38,7 +38,7 @@ def describe_commands(found: SkillerScript) -> list[tuple[CommandKind, str, list
     ]
 
 
-def test_control_then_skills_with_what_became_of_them() -> None:
+def test_script_has_control_then_skills_with_results() -> None:
     found = script(
         ("", 0, "S_INACTIVE", "us"),
         ("a{}", 2, "S_RUNNING", "us"),
@@ -54,7 +54,7 @@ def test_control_then_skills_with_what_became_of_them() -> None:
     ]
 
 
-def test_what_is_left_of_an_earlier_run_is_no_command() -> None:
+def test_rest_of_earlier_run_is_no_command() -> None:
     found = script(("old{}", 9, "S_FINAL", "us"), ("a{}", 2, "S_RUNNING", "us"))
     assert describe_commands(found) == [(CommandKind.CONTROL, "old{}", []), (CommandKind.EXEC, "a{}", [])]
     assert [values["status"] for _, values in script(("old{}", 9, "S_FINAL", "")).initial_writes] == [
@@ -72,7 +72,7 @@ def test_what_is_left_of_an_earlier_run_is_no_command() -> None:
         )
     )
 )
-def test_no_write_is_lost_but_those_that_end_control(writes: list[tuple[str, int, str, str]]) -> None:
+def test_script_keeps_all_writes_but_ends_of_control(writes: list[tuple[str, int, str, str]]) -> None:
     found = script(*writes)
     kept = len(found.initial_writes) + sum(1 + len(command.later_writes) for command in found.commands)
     ends = sum(one[3] != other[3] for one, other in zip([("", 0, "", ""), *writes], writes, strict=False))
@@ -81,7 +81,7 @@ def test_no_write_is_lost_but_those_that_end_control(writes: list[tuple[str, int
     assert times == sorted(times)
 
 
-def test_an_executors_skills_with_their_messages() -> None:
+def test_script_has_skills_of_executor_with_messages() -> None:
     def wrote(time_us: int, state: str, master: int) -> InterfaceWrite:
         values = {
             "agent": "r",

@@ -83,7 +83,7 @@ def lines(path: Path) -> list[str]:
     return [e.text for e in open_run(path) if isinstance(e, LogLine) and "The door is open" in e.text]
 
 
-def test_each_write_is_seen_in_its_loop_with_its_stamp(recording: Path, tmp_path: Path) -> None:
+def test_writes_arrive_in_their_loops_with_stamps(recording: Path, tmp_path: Path) -> None:
     again = tmp_path / "again.mcap"
     result = run_scenario(
         RunOptions(scenario=recording.parent, replay=(recording,), trace=again, trace_level="facts")
@@ -96,7 +96,7 @@ def test_each_write_is_seen_in_its_loop_with_its_stamp(recording: Path, tmp_path
     assert compare_runs(open_run(again), [open_run(recording)], View.FACTS, Order.TOTAL).same
 
 
-def test_a_door_that_does_not_open_is_another_decision(recording: Path) -> None:
+def test_different_sensor_value_is_divergence(recording: Path) -> None:
     def shut(event: Event) -> Event:
         if isinstance(event, InterfaceWrite) and event.uid == DOOR:
             return replace(event, values=dict(event.values) | {"value": 0.0})
@@ -109,7 +109,7 @@ def test_a_door_that_does_not_open_is_another_decision(recording: Path) -> None:
     assert "got nothing" in result.reason
 
 
-def test_who_opens_an_interface_for_writing_gets_it(recording: Path, tmp_path: Path) -> None:
+def test_agent_may_open_recorded_interface_for_writing(recording: Path, tmp_path: Path) -> None:
     other = SENSE.replace(
         '(blackboard-open-reading "SwitchInterface" "door")',
         '(blackboard-open-writing "SwitchInterface" "door")'
@@ -124,7 +124,7 @@ def test_who_opens_an_interface_for_writing_gets_it(recording: Path, tmp_path: P
     assert [event.values["value"] for event in writes] == [7.0]
 
 
-def test_a_sensor_whose_definition_has_changed_is_one_error(recording: Path) -> None:
+def test_changed_definition_of_sensor_is_one_error(recording: Path) -> None:
     def change(event: Event) -> Event:
         if isinstance(event, InterfaceWrite) and event.uid == DOOR:
             return replace(event, values=dict(event.values) | {"colour": "red"})
@@ -134,7 +134,7 @@ def test_a_sensor_whose_definition_has_changed_is_one_error(recording: Path) -> 
         run_scenario(RunOptions(scenario=recording.parent, replay=(rewrite(recording, change, "red.mcap"),)))
 
 
-def test_an_unknown_type_is_left_out_with_a_warning(recording: Path, tmp_path: Path) -> None:
+def test_unknown_type_is_skipped_with_warning(recording: Path, tmp_path: Path) -> None:
     def change(event: Event) -> Event:
         if isinstance(event, InterfaceWrite) and event.uid == "SpeechSynthInterface::Flite":
             return replace(event, uid="OddInterface::o")

@@ -32,7 +32,7 @@ def fill(env, count=COUNT):
         env.assert_string(f'(box (id {number}) (notes a "b" {number}))')
 
 
-def test_a_copy_is_what_the_environment_tells(env):
+def test_copy_equals_facts_of_environment(env):
     fill(env)
     env.assert_string("(ordered 1 2.5 x)")
     env.assert_string("(empty)")
@@ -51,7 +51,7 @@ def test_a_copy_is_what_the_environment_tells(env):
     assert copy.templates["box"].slots == (("id", False), ("size", False), ("notes", True))
 
 
-def test_a_fact_in_a_slot_is_its_index(env):
+def test_fact_in_slot_becomes_index(env):
     env.build("(deftemplate pointer (slot to) (multislot more))")
     index = env.assert_string("(box (id x))")
     env.eval("(do-for-fact ((?b box)) TRUE (assert (pointer (to ?b) (more ?b 1))))")
@@ -59,14 +59,14 @@ def test_a_fact_in_a_slot_is_its_index(env):
     assert row.values == (FactRef(index), (FactRef(index), 1))
 
 
-def test_a_copy_of_some_deftemplates(env):
+def test_copy_of_selected_deftemplates(env):
     fill(env, 3)
     env.assert_string("(other)")
     assert {row.template for row in copied(env, "box".__eq__).rows} == {"box"}
     assert copied(env, "nothing".__eq__).rows == []
 
 
-def test_what_changes_meanwhile_is_as_it_was_or_as_it_is(env):
+def test_copy_holds_old_or_new_values_of_changes(env):
     fill(env)
     indices = [index for index, _, _ in env.facts()]
     copier = FactCopier(env.c_env, lambda _name: True)
@@ -95,7 +95,7 @@ def test_what_changes_meanwhile_is_as_it_was_or_as_it_is(env):
         max_size=30,
     )
 )
-def test_whatever_rules_do_all_that_is_there_at_the_end_is_copied(changes):
+def test_copy_holds_all_facts_that_remain(changes):
     env = ClipsEnvironment("test", EventBus(RealClock()))
     try:
         env.build("(deftemplate box (slot id) (slot size) (multislot notes))")

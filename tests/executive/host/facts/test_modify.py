@@ -19,7 +19,7 @@ def slots(env):
     return [(index, values) for index, _, values in env.facts("item")]
 
 
-def test_a_modified_fact_has_a_new_index(items):
+def test_modified_fact_has_new_index(items):
     items.assert_string("(item (id a))")
     items.eval("(cx-modify 1 mode (create$ X))")
     ((index, values),) = slots(items)
@@ -28,7 +28,7 @@ def test_a_modified_fact_has_a_new_index(items):
     assert values["id"] == "a"
 
 
-def test_a_modify_that_changes_nothing_fires_rules_again(items, clp):
+def test_modify_without_change_fires_rules_again(items, clp):
     items.load(clp("(defrule once ?f <- (item (id a) (mode X)) => (assert (seen (fact-index ?f))))"))
     items.assert_string("(item (id a) (mode X))")
     items.run()
@@ -37,7 +37,7 @@ def test_a_modify_that_changes_nothing_fires_rules_again(items, clp):
     assert [values["implied"] for _, _, values in items.facts("seen")] == [(1,), (3,)]
 
 
-def test_the_old_values_are_read_before_the_fact_goes(items, clp):
+def test_modify_reads_old_values_before_retraction(items, clp):
     items.load(
         clp(
             """(defrule swap ?f <- (item (id ?i) (mode ?m&~done))
@@ -50,7 +50,7 @@ def test_the_old_values_are_read_before_the_fact_goes(items, clp):
     assert (values["id"], values["mode"], values["tags"]) == ("right", "done", ("left",))
 
 
-def test_exists_sees_the_fact_gone_in_between(items, clp):
+def test_exists_sees_retraction_within_modify(items, clp):
     """In 6.30 a rule on `exists` fires again when the only matching fact is modified."""
     items.load(clp("(defrule any (exists (item (mode X|Y))) => (assert (fired (gensym*))))"))
     items.assert_string("(item (id a) (mode X))")
@@ -59,7 +59,7 @@ def test_exists_sees_the_fact_gone_in_between(items, clp):
     assert items.run() == 1
 
 
-def test_values_of_other_types_than_declared_are_stored_as_in_clips(items):
+def test_values_of_undeclared_types_are_stored_as_in_clips(items):
     """Regression: a builder refused the integer 0 for a FLOAT slot, and goal trees were not built."""
     items.assert_string("(item (id a))")
     items.eval("(cx-modify 1 n (create$ 7) tags (create$ sym 1))")
@@ -68,7 +68,7 @@ def test_values_of_other_types_than_declared_are_stored_as_in_clips(items):
     assert values["tags"] == (Symbol("sym"), 1)
 
 
-def test_a_fact_that_is_not_there_is_reported_and_the_rule_goes_on(items, log):
+def test_modify_of_missing_fact_is_reported_without_abort(items, log):
     """As in CLIPS 6.30; 6.4 ends the rule."""
     assert items.eval("(cx-modify 99 mode (create$ X))") == FALSE
     assert any("Unable to find fact f-99." in text for text in log.texts())
@@ -88,7 +88,7 @@ def test_a_fact_that_is_not_there_is_reported_and_the_rule_goes_on(items, log):
         ('(cx-modify "f" mode (create$ X))', "expected a fact-address or fact-index"),
     ],
 )
-def test_what_cannot_be_done_is_told(items, log, call, message):
+def test_invalid_modify_is_reported(items, log, call, message):
     items.assert_string("(item (id a) (mode M))")
     with pytest.raises(Exception, match="cannot evaluate"):
         items.eval(call)
@@ -96,7 +96,7 @@ def test_what_cannot_be_done_is_told(items, log, call, message):
     assert [values["mode"] for _, values in slots(items)] == ["M"]
 
 
-def test_a_retracted_fact_cannot_be_modified(items, clp, log):
+def test_modify_of_retracted_fact_is_reported(items, clp, log):
     items.load(clp("(defrule r ?f <- (item) => (retract ?f) (modify ?f (mode X)))"))
     items.assert_string("(item (id a))")
     items.run()
@@ -104,7 +104,7 @@ def test_a_retracted_fact_cannot_be_modified(items, clp, log):
     assert slots(items) == []
 
 
-def test_many_modifies_leave_nothing_behind(items, clp):
+def test_many_modifies_leak_no_memory(items, clp):
     items.load(
         clp('(defrule count ?f <- (item (n ?n&:(< ?n 5000.0))) => (modify ?f (n (+ ?n 1.0)) (tags "a" "b")))')
     )
