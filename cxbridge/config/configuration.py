@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
 
@@ -40,6 +42,7 @@ class Configuration:
         self._root = ConfigNode(NodeKind.MAP, Mark())
         self.files: tuple[Path, ...] = ()
         """The files in the order in which they are laid over each other."""
+        self._host_includes: tuple[Path, ...] = ()  # the files of other hosts, for hints
         self.warnings: tuple[str, ...] = ()
         """Probable mistakes that are not errors, such as duplicate keys, with file and line."""
 
@@ -83,6 +86,7 @@ class Configuration:
         config._root = loader.root
         config.files = tuple(loader.files)
         config.warnings = tuple(loader.warnings)
+        config._host_includes = tuple(loader.host_includes)
         return config
 
     def get_file(self, path: str) -> Path | None:
@@ -232,8 +236,21 @@ class Configuration:
         return ConfigError(
             f"there is no configuration value {path}",
             file=self.files[0] if self.files else None,
-            hint=did_you_mean(path, known_paths, cutoff=_MIN_PATH_SIMILARITY) or None,
+            hint=self._find_host_hint(path)
+            or did_you_mean(path, known_paths, cutoff=_MIN_PATH_SIMILARITY)
+            or None,
         )
+
+    def _find_host_hint(self, path: str) -> str:
+        """Return a hint about the first file of another host that has a value; empty without such a file."""
+        for include in self._host_includes:
+            for entry in sorted(include.parent.glob(include.name.replace("$host", "*", 1))):
+                for file in list_config_files(entry) if entry.is_dir() else [entry]:
+                    with suppress(ConfigError):  # the file of another host may be invalid
+                        if file not in self.files and Configuration.load(file).exists(path):
+                            option = f"--config {shlex.quote(str(file))}"
+                            return f"{file} defines the value for another host: {option}"
+        return ""
 
     def below(self, path: str) -> Configuration:
         """Return a copy of the subtree below a path, possibly empty."""
@@ -292,6 +309,7 @@ class Configuration:
         overlay(self._root, upper._root)
         self.files += upper.files
         self.warnings += upper.warnings
+        self._host_includes += upper._host_includes
 
 
 def _make_value(path: str, node: ConfigNode) -> ConfigValue:

@@ -25,6 +25,12 @@ _YAML_KINDS: Final = {
     yaml.SequenceStartEvent: ("seq",),
     yaml.MappingStartEvent: ("map",),
 }
+# hints for parts of libyaml's messages
+_SYNTAX_HINTS: Final = {
+    "cannot start any token": "indent with blanks instead of tabs, and quote a value that begins with @, ` or %",
+    "mapping values are not allowed": "quote a value that has ': ' inside, or check the indentation",
+}
+
 _NULL_TEXTS: Final = frozenset({"", "~", "null", "Null", "NULL"})
 
 
@@ -98,7 +104,8 @@ def parse_documents(data: bytes | str, name: str) -> list[YamlNode]:
         position = Mark(name, mark.line + 1, mark.column + 1) if mark else Mark(name)
         if "maximum nesting depth" in problem:  # PyYAML 6.0.4 reaches a separate limit first
             raise position.error(TOO_DEEP) from None
-        raise position.error(f"this is not valid YAML: {problem}") from None
+        hint = next((hint for part, hint in _SYNTAX_HINTS.items() if part in problem), None)
+        raise position.error(f"this is not valid YAML: {problem}", hint) from None
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, max(0, min(error.position, len(text)))) + 1
         raise Mark(name, line).error(

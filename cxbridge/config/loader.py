@@ -46,6 +46,8 @@ class ConfigLoader:
     def __init__(self, confdir: Path, host: str | None = None) -> None:
         self.root = ConfigNode(NodeKind.MAP, Mark())
         self.files: list[Path] = []
+        self.host_includes: list[Path] = []
+        """The includes with ``$host`` in the file name, not replaced."""
         self._confdir, self._host = confdir, host
         self._builder = TreeBuilder()
         self._host_file: _FileToRead | None = None
@@ -136,6 +138,8 @@ class ConfigLoader:
             self._queue_include(item, entry)
 
     def _queue_include(self, item: YamlScalar, entry: _FileToRead) -> None:
+        if "$host" in Path(item.text).name:
+            self.host_includes.append(Path(os.path.normpath(self._confdir / item.text)))
         name = item.text.replace("$host", self._host or socket.gethostname(), 1)
         path = Path(os.path.normpath(self._confdir / name))
         chain = (*entry.chain, entry.file)

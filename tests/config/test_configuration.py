@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from cxbridge.config import ConfigType, Configuration
@@ -165,3 +167,15 @@ def test_files_of_fawkes_load() -> None:
     assert config.get_str(f"{spec}/init/stage-3/0/file") == "test-scenario/test-domain.clp"
     assert config.get_str(f"{spec}/action-mapping/say-hello") == 'say{text="Hello ?(name)y", wait=true}'
     assert config.get(f"{spec}/parameters/coordination/mutex/max-age-sec").type is ConfigType.UINT
+
+
+def test_missing_value_names_file_of_another_host(tmp_path: Path) -> None:
+    (tmp_path / "config.yaml").write_text("include: [!ignore-missing host_$host.d/]\n---\narm: {y: 1}\n")
+    for host, text in (("one", "arm/x: 1"), ("here", "arm/z: 3")):
+        (tmp_path / f"host_{host}.d").mkdir()
+        (tmp_path / f"host_{host}.d" / "arm.yaml").write_text(text)
+    config = Configuration.load(tmp_path, host="here")
+    file = tmp_path / "host_one.d" / "arm.yaml"
+    with pytest.raises(ConfigError) as caught:
+        config.get("arm/x")
+    assert caught.value.hint == f"{file} defines the value for another host: --config {file}"

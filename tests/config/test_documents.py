@@ -105,3 +105,10 @@ def test_parser_in_python_reads_same_documents(text: str, monkeypatch: pytest.Mo
     with_c = outcome()
     monkeypatch.delattr(yaml, "CLoader", raising=False)
     assert outcome() == with_c
+
+
+@pytest.mark.parametrize(("text", "hint"), [("a:\n\tb: 1", "blanks"), ("a: b: c", "quote a value that has")])
+def test_syntax_errors_have_hints(text: str, hint: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        parse_documents(text, "a.yaml")
+    assert hint in str(caught.value.hint)
