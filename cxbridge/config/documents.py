@@ -27,7 +27,7 @@ _YAML_KINDS: Final = {
 }
 # hints for parts of libyaml's messages
 _SYNTAX_HINTS: Final = {
-    "cannot start any token": "indent with blanks instead of tabs, and quote a value that begins with @, ` or %",
+    "cannot start any token": "indent with blanks, not tabs; quote a value that begins with @, ` or %",
     "mapping values are not allowed": "quote a value that has ': ' inside, or check the indentation",
 }
 
