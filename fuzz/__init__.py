@@ -1,1 +1,1 @@
-"""Fuzzing of what decodes bytes from the network; see docs/security.md."""
+"""Fuzzing of the decoders of network data; see docs/security.md."""

@@ -1,6 +1,6 @@
-"""Fuzz, guided by coverage: ``python -m fuzz TARGET CORPUS [options]``; the targets are in fuzz/targets.py.
+"""Coverage-guided fuzzing: ``python -m fuzz TARGET CORPUS [options]``; fuzz/targets.py has the targets.
 
-The options are those of libFuzzer. Needs atheris, which is no dependency of the project.
+The options are those of libFuzzer. The fuzzer needs atheris, which is no dependency of the project.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ import atheris  # type: ignore[import-not-found, import-untyped, unused-ignore]
 
 
 def main() -> None:
-    """Fuzz until told to stop, or until something is found."""
+    """Fuzz until an interrupt or a failure."""
     with atheris.instrument_imports(include=["cxbridge", "cxbridge_fawkes", "rosbags"]):
         from fuzz.ros2 import ros2_cdr  # noqa: PLC0415
-        from fuzz.seeds import write_seeds  # noqa: PLC0415 - what is imported here is instrumented
+        from fuzz.seeds import write_seeds  # noqa: PLC0415 - atheris instruments these imports
         from fuzz.skills import timed_skill_strings  # noqa: PLC0415
         from fuzz.targets import TARGETS  # noqa: PLC0415
     targets = TARGETS | {"skill-strings": timed_skill_strings, "ros2-cdr": ros2_cdr}

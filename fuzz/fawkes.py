@@ -1,4 +1,4 @@
-"""The stream of Fawkes' protocol: its target, and inputs to begin with."""
+"""The target and the seeds for streams of Fawkes' protocol."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from cxbridge_fawkes.network.messages import codec as fawkes
 from cxbridge_fawkes.network.messages.codec import limit_to_client, limit_to_server
 from cxbridge_fawkes.network.messages.frames import HEADER, FawkesFrame, FrameDecoder, Limit
 
-_BLOCK: Final = 4096  # bytes of the largest block that the fuzzed server's client may send
+_BLOCK: Final = 4096  # bytes of the largest block that the client may send to the fuzzed server
 
 
 def fawkes_seeds() -> Iterator[bytes]:
-    """Yield each kind of frame with payloads of the sizes that occur, and two that are wrong."""
-    from tests.support import TEST_FOLDERS  # noqa: PLC0415 - not where tests are absent
+    """Yield frames of each kind with payloads of usual sizes, and two invalid streams."""
+    from tests.support import TEST_FOLDERS  # noqa: PLC0415 - tests may be absent
 
     sys.path += TEST_FOLDERS
     from fawkes_tests.network.samples import SAMPLES  # noqa: PLC0415
@@ -30,9 +30,9 @@ def fawkes_seeds() -> Iterator[bytes]:
 
 
 def fawkes_stream(data: bytes) -> None:
-    """Cut a stream into frames, at once and in pieces with the same outcome, and decode each.
+    """Split a stream into frames, whole and in pieces with equal results, and decode each frame.
 
-    :param data: a byte that says how the stream is dealt out and who reads it, then the stream.
+    :param data: a byte with the size of the pieces and the kind of the reader, then the stream.
     """
     if not data:
         return
@@ -41,7 +41,7 @@ def fawkes_stream(data: bytes) -> None:
     if data[0] & 1:
         limit = _limit_of_server
     whole = list(_frames(stream, len(stream) or 1, limit))
-    assert list(_frames(stream, step, limit)) == whole, "the same bytes in pieces are other frames"
+    assert list(_frames(stream, step, limit)) == whole, "the pieces of a stream make other frames"
     for frame in whole:
         if isinstance(frame, FawkesFrame):
             _decode_fawkes(frame)
@@ -65,16 +65,16 @@ def _frames(stream: bytes, step: int, limit: Limit) -> Iterator[FawkesFrame | st
 
 
 def _check_pending(decoder: FrameDecoder, stream: bytes, limit: Limit) -> None:
-    """Fail when the decoder keeps more than one incomplete frame."""
+    """Fail if the decoder stores more than one incomplete frame."""
     assert decoder.pending_size <= len(stream)
     assert decoder.pending_size < HEADER.size + max(limit(0, 0), fawkes.LIST_LIMIT)
 
 
 def _decode_fawkes(frame: FawkesFrame) -> None:
-    """Decode a frame; of plain ASCII, what this side makes of it must survive another trip.
+    """Decode a frame; for plain ASCII, encode and decode the message again without a change.
 
-    Readers are more liberal than writers: a text that fills its field comes without its NUL, and is cut when
-    it is packed. So it is the second trip that must change nothing.
+    Decoders are more liberal than encoders: a text may fill its field without NUL, and is cut by the first
+    encoding. So only the second round trip must change nothing.
     """
     try:
         sent = fawkes.decode(frame).to_frame()
@@ -82,6 +82,6 @@ def _decode_fawkes(frame: FawkesFrame) -> None:
         return
     message = fawkes.decode(sent)
     again = fawkes.decode(message.to_frame())
-    # bytes that are no UTF-8 become longer escapes, which are cut
+    # escapes of bytes outside UTF-8 are longer, and are cut
     if frame.payload.isascii():
-        assert again == message, f"{message} became {again}"
+        assert again == message, f"{message} changed to {again}"

@@ -1,4 +1,4 @@
-"""What a real Lua 5.1 makes of a text: the calls in it. Only for texts that are known to be data."""
+"""Lua 5.1 as an oracle: the calls of a skill string. Only for texts that are known to be data."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ return calls
 
 @cache
 def _lua() -> Any:
-    from lupa.lua51 import LuaRuntime  # noqa: PLC0415 - not where skill strings are not fuzzed
+    from lupa.lua51 import LuaRuntime  # noqa: PLC0415 - only skill strings need Lua
 
     lua: Any = LuaRuntime(encoding="latin-1", max_memory=64 * 1024 * 1024)
     return lua.eval(f"function(...) {_COLLECT} end")
 
 
-def as_lua_says(text: str) -> list[tuple[str, Any]]:
-    """Return the calls that Lua makes: the name and the normal form of the arguments of each."""
+def lua_calls(text: str) -> list[tuple[str, Any]]:
+    """Return the calls that Lua makes, as names and normalised arguments."""
     calls = _lua()(to_lua(text))
     return [
         (call["name"], tuple(_plain(call[i]) for i in range(1, int(call["count"]) + 1)))
@@ -51,10 +51,10 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def normal(value: Any) -> Any:
-    """Return arguments as Lua has them: texts as bytes, numbers as floats, and no nil in tables."""
+def normalise(value: Any) -> Any:
+    """Return arguments in the form of Lua: texts as bytes, numbers as floats, and no nil in tables."""
     if isinstance(value, tuple):
-        return tuple(normal(item) for item in value)
+        return tuple(normalise(item) for item in value)
     if isinstance(value, dict):
-        return {normal(key): normal(item) for key, item in value.items() if item is not None}
+        return {normalise(key): normalise(item) for key, item in value.items() if item is not None}
     return to_lua(value) if isinstance(value, str) else value

@@ -1,8 +1,7 @@
-"""Keep what is needed of a corpus: ``python -m fuzz.minimise TARGET FROM TO``, TARGET as for the fuzzer.
+"""Minimise a corpus: ``python -m fuzz.minimise TARGET FROM TO``, TARGET as for the fuzzer.
 
-For each path from line to line, and for each number of times that it was gone (one, two, up to four, ...),
-the shortest input that goes it is kept. What is in TO already is considered, too, and goes when it is not
-needed.
+For each path between two lines and each magnitude of its count (one, two, up to four, ...), the shortest
+input with the path is kept. The inputs in TO are candidates as well, and are deleted if they are not needed.
 """
 
 from __future__ import annotations
@@ -21,11 +20,11 @@ from fuzz.targets import TARGETS
 _LOOKED_INTO: Final = str(Path(cxbridge.__file__).parent)
 
 Feature = tuple[CodeType, int, int, int]
-"""A piece of code, two lines that follow each other in it, and about how often."""
+"""A piece of code, two successive lines in the code, and the magnitude of their count."""
 
 
 def features_of(target: Callable[[bytes], None], data: bytes) -> set[Feature]:
-    """Return where an input gets."""
+    """Return the features that an input reaches."""
     paths: Counter[tuple[CodeType, int, int]] = Counter()
 
     def enter(frame: FrameType, event: str, _: Any) -> Any:
@@ -52,23 +51,23 @@ def features_of(target: Callable[[bytes], None], data: bytes) -> set[Feature]:
 
 
 def main() -> None:
-    """Move what is needed."""
+    """Write the needed inputs, and delete the rest."""
     if len(sys.argv) != 4 or sys.argv[1] not in TARGETS:  # noqa: PLR2004 - target, from, to
         sys.exit(__doc__)
     target, folder = TARGETS[sys.argv[1]], Path(sys.argv[3])
     inputs = {file.read_bytes() for source in (sys.argv[2], folder) for file in Path(source).iterdir()}
-    seen: set[Feature] = set()
+    reached: set[Feature] = set()
     needed = []
     for data in sorted(inputs, key=lambda data: (len(data), data)):
         features = features_of(target, data)
-        if not features <= seen:
-            seen |= features
+        if not features <= reached:
+            reached |= features
             needed.append(data)
     for file in folder.iterdir():
         file.unlink()
     for data in needed:
         (folder / hashlib.sha1(data, usedforsecurity=False).hexdigest()).write_bytes(data)
-    print(f"{len(needed)} of {len(inputs)} inputs reach all {len(seen)} places")  # noqa: T201
+    print(f"{len(needed)} of {len(inputs)} inputs reach all {len(reached)} features")  # noqa: T201
 
 
 if __name__ == "__main__":

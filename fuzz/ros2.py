@@ -1,4 +1,4 @@
-"""CDR, as any node in a DDS domain can send it: malformed messages of well-known types."""
+"""CDR from nodes of a DDS domain: malformed messages of well-known types."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TYPES: Final = (
     "plansys2_msgs/msg/ActionExecution",
     "cx_msgs/msg/SkillExecution",
 )
-"""The first byte of an input chooses one."""
+"""The first byte of an input is the index of a type."""
 
 
 @cache
@@ -32,9 +32,9 @@ def _known() -> tuple[Codec, tuple[TypeName, ...]]:
 
 
 def ros2_cdr(data: bytes) -> None:
-    """Decode a message; what is accepted must survive another trip.
+    """Decode a message; an accepted message must survive encoding and decoding.
 
-    :param data: the number of a type, and CDR with its header.
+    :param data: the index of a type, and CDR with its header.
     """
     codec, names = _known()
     if not data:
@@ -48,13 +48,13 @@ def ros2_cdr(data: bytes) -> None:
         written = codec.encode(name, message)
     except Ros2Error as error:
         if "NUL" in error.message:
-            return  # strings of others may have one, ours must not
+            return  # foreign strings may contain NUL, encoded strings must not
         raise AssertionError(f"{name}: {error}") from error
     assert codec.encode(name, codec.decode(name, written)) == written, name
 
 
 def cdr_seeds() -> Iterator[bytes]:
-    """Yield each type, empty and with something in its first list."""
+    """Yield a message of each type, empty and with items in its first list."""
     codec, names = _known()
     for number, name in enumerate(names):
         yield bytes([number]) + codec.encode(name, {})

@@ -1,4 +1,4 @@
-"""Inputs to begin with: one of each kind of message, so that a fuzzer need not find the forms itself."""
+"""The seeds: a message of each kind, so that the fuzzer need not find their forms."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ ZMQ_FRAMES: Final[tuple[Frame, ...]] = (
 
 
 def zmq_seeds() -> Iterator[bytes]:
-    """Yield each kind of frame, whole and cut."""
+    """Yield a frame of each kind, complete and truncated."""
     for frame in ZMQ_FRAMES:
         data = frames.encode(frame)
         yield data
@@ -74,7 +74,7 @@ SEEDS: Final[dict[str, Callable[[], Iterator[bytes]]]] = {
 
 
 def write_seeds(name: str, folder: Path) -> None:
-    """Write the seeds of a target into a folder, each under the hash of its content."""
+    """Write the seeds of a target into a folder; the name of a file is the hash of its content."""
     folder.mkdir(parents=True, exist_ok=True)
     for seed in SEEDS[name]():
         (folder / hashlib.sha1(seed, usedforsecurity=False).hexdigest()).write_bytes(seed)

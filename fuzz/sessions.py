@@ -1,8 +1,7 @@
-"""A server of ZeroMQ without sockets and threads, and sequences of frames from several clients for it.
+"""A ZeroMQ server without sockets and threads, and scripts of frames from several clients.
 
-The input is a script: each step begins with a byte that says what is done, and a byte that says by whom. So
-the fuzzer need not find the numbers of frames, serials and hashes by itself, but it may put anything in their
-place: a step can also send raw bytes.
+The input is a script: each step begins with a byte for the action, and a byte for the client. So the fuzzer
+need not find the numbers of frames, serials and hashes, but a step may also send raw bytes.
 """
 
 from __future__ import annotations
@@ -67,7 +66,7 @@ _REQUESTS: Final[tuple[Callable[[], Frame], ...]] = (
 
 
 class _Wire:
-    """Stands for a ROUTER: keeps what is sent by route."""
+    """Replaces a ROUTER socket, and collects the sent frames by route."""
 
     def __init__(self) -> None:
         self.sent: dict[bytes, list[bytes]] = {}
@@ -91,7 +90,7 @@ class _Wakeup:
 
 
 class _Script:
-    """The input, taken from its beginning; zeros when it is at its end."""
+    """The input as a stream of bytes; zeros after its end."""
 
     def __init__(self, data: bytes) -> None:
         self._data = data
@@ -105,21 +104,21 @@ class _Script:
         return self._data[self._at - 1] if self._at <= len(self._data) else 0
 
     def take(self) -> bytes:
-        """Return as many bytes as the next two say."""
+        """Return bytes; the next two bytes are their number."""
         size = int.from_bytes((self.byte(), self.byte()), "big")
-        taken = self._data[self._at : self._at + size]
+        data = self._data[self._at : self._at + size]
         self._at += size
-        return taken
+        return data
 
 
-class Fuzzed:
-    """The server and what its clients know; each step is checked."""
+class FuzzedServer:
+    """A server with its clients; each step is followed by checks."""
 
     def __init__(self) -> None:
         numbers = itertools.count(1)
         self.board = LocalBlackBoard(_REGISTRY, VirtualClock(), serials=lambda: UUID(int=next(numbers)))
         self.server: Any = ZmqBlackBoardServer(self.board, ["ipc:///nowhere"], window=_WINDOW, max_sessions=4)
-        self.server._epoch = bytes(SERIAL_SIZE)  # noqa: SLF001 - what start() does, without sockets
+        self.server._epoch = bytes(SERIAL_SIZE)  # noqa: SLF001 - as in start(), without sockets
         self.server._wakeup = cast("Any", _Wakeup())  # noqa: SLF001
         self.server._thread_id = threading.get_ident()  # noqa: SLF001
         self.board.register_observer(self.server)
@@ -128,7 +127,7 @@ class Fuzzed:
         self.generation = [0] * _CLIENTS
 
     def close(self) -> None:
-        """End what is open; nothing may be left."""
+        """Close all instances and sessions; check that the server is empty."""
         for instance in self.local:
             instance.close()
         self.local.clear()
@@ -137,39 +136,39 @@ class Fuzzed:
         self.server.run_posted_calls()
         self.check()
         service = self.server._requests  # noqa: SLF001
-        assert not self.board.list_all(), "instances are left"
-        assert not len(service.deliveries), "messages under way are left"
-        assert not service._channels, "channels are left"  # noqa: SLF001
+        assert not self.board.list_all(), "instances remain"
+        assert not len(service.deliveries), "undelivered messages remain"
+        assert not service._channels, "channels remain"  # noqa: SLF001
         self.board.unregister_observer(self.server)
 
     def sessions(self) -> list[ZmqSession]:
-        """Return the sessions that there are."""
+        """Return the open sessions."""
         return list(self.server._sessions.values())  # noqa: SLF001
 
     def name(self, client: int) -> bytes:
-        """Return the session of a client: another one after each Hello that says so."""
+        """Return the name of a client's session, which changes with the generation of its Hello."""
         return bytes([client, self.generation[client]]).ljust(SERIAL_SIZE, b"s")
 
     # -- steps
 
     def step(self, script: _Script) -> None:
-        """Do one step; what is not ours to raise comes through."""
-        what, who = script.byte(), script.byte()
-        client = who % _CLIENTS
-        match what % 4:
+        """Run a step; foreign exceptions are failures."""
+        action, client_byte = script.byte(), script.byte()
+        client = client_byte % _CLIENTS
+        match action % 4:
             case 0 | 1:
-                self.request(what >> 2, client, script)
+                self.request(action >> 2, client, script)
             case 2:
-                self.say_hello(client, who >> 4, replaces=bool(what & 64))
+                self.say_hello(client, client_byte >> 4, replaces=bool(action & 64))
             case _:
-                self.disturb(what >> 2, who, script)
+                self.disturb(action >> 2, client_byte, script)
 
-    def request(self, what: int, client: int, script: _Script) -> None:
-        """Let a client send what clients send."""
+    def request(self, kind: int, client: int, script: _Script) -> None:
+        """Send a frame of a client."""
         session = self.server._sessions.get(self.name(client))  # noqa: SLF001
         number = 1 if session is None else session.last_number_received + 1
         frame: Frame
-        match what % 8:
+        match kind % 8:
             case 0 | 1:
                 frame = self.open_frame(script)
             case 2:
@@ -188,44 +187,44 @@ class Fuzzed:
             case _:
                 frame = _REQUESTS[script.byte() % len(_REQUESTS)]()
         frame.number = number
-        self.take(COMMANDS_PREFIX + self.name(client), [encode(frame)])
+        self.handle_message(COMMANDS_PREFIX + self.name(client), [encode(frame)])
 
-    def disturb(self, what: int, who: int, script: _Script) -> None:
-        """Send raw bytes, let the server's process do something, or let time pass."""
-        name = self.name(who % _CLIENTS)
-        match what % 4:
+    def disturb(self, kind: int, client_byte: int, script: _Script) -> None:
+        """Send raw bytes, run an action of the server's process, or let time pass."""
+        name = self.name(client_byte % _CLIENTS)
+        match kind % 4:
             case 0:
-                frames = [script.take() for _ in range(1 + (who >> 5) % 3)]
-                self.take((COMMANDS_PREFIX, EVENTS_PREFIX)[who >> 7] + name, frames)
+                frames = [script.take() for _ in range(1 + (client_byte >> 5) % 3)]
+                self.handle_message((COMMANDS_PREFIX, EVENTS_PREFIX)[client_byte >> 7] + name, frames)
             case 1:
                 session = self.server._sessions.get(name)  # noqa: SLF001
                 number = 1 if session is None else session.last_number_received + 1
                 data = script.take()
-                self.take(COMMANDS_PREFIX + name, [data + bytes([number & 127])])
+                self.handle_message(COMMANDS_PREFIX + name, [data + bytes([number & 127])])
             case 2:
-                self.act_here(script)
+                self.act_locally(script)
             case _:
                 now = time.monotonic() + script.byte() / 16
                 self.server._check_sessions(now, 0.0)  # noqa: SLF001
 
     def say_hello(self, client: int, generation: int, *, replaces: bool) -> None:
-        """Let a client begin a session, the same one again or another one."""
+        """Begin a session of a client, the same session again or another session."""
         before = self.name(client) if replaces else b""
         self.generation[client] = generation
         hello = Hello(self.name(client), replaces=before, name=f"client {client}")
-        self.take(EVENTS_PREFIX + self.name(client), [encode(hello)])
+        self.handle_message(EVENTS_PREFIX + self.name(client), [encode(hello)])
 
     def open_frame(self, script: _Script) -> Open:
-        """Return an Open of something that may be there or not."""
-        how = script.byte()
-        type_ = _TYPES[how % len(_TYPES)]
-        schema: Any = _REGISTRY.get(type_).SCHEMA if how % len(_TYPES) < 2 else None  # noqa: PLR2004
-        hash_ = bytes(16) if schema is None or how & 128 else schema.hash
+        """Return an Open of a known or an unknown interface."""
+        choice = script.byte()
+        type_ = _TYPES[choice % len(_TYPES)]
+        schema: Any = _REGISTRY.get(type_).SCHEMA if choice % len(_TYPES) < 2 else None  # noqa: PLR2004
+        hash_ = bytes(16) if schema is None or choice & 128 else schema.hash
         size = 0 if schema is None else schema.datasize
-        return Open(type_, _IDS[how // 4 % len(_IDS)], hash_, size, "somebody", bool(how & 64), request=1)
+        return Open(type_, _IDS[choice // 4 % len(_IDS)], hash_, size, "owner", bool(choice & 64), request=1)
 
     def send_frame(self, session: ZmqSession | None, script: _Script) -> Send:
-        """Return a Send that fits an instance, or does not."""
+        """Return a Send with or without a matching instance."""
         serial = self.serial(session, script)
         instance: Any = None if session is None else session.instances.get(serial)
         types = [] if instance is None else list(instance.MESSAGES.values())
@@ -238,68 +237,68 @@ class Fuzzed:
         return Send(serial, serial, type_, 7, "thread", hops, block, request=1)
 
     def serial(self, session: ZmqSession | None, script: _Script) -> bytes:
-        """Return the serial of an instance of a session, or of somebody else."""
-        which = script.byte()
+        """Return the serial of an instance of the session, or a foreign serial."""
+        choice = script.byte()
         own = [] if session is None else list(session.instances)
-        if own and which < 192:  # noqa: PLR2004 - else it may be a stranger's
-            return own[which % len(own)]
-        return UUID(int=which).bytes
+        if own and choice < 192:  # noqa: PLR2004 - larger bytes are foreign serials
+            return own[choice % len(own)]
+        return UUID(int=choice).bytes
 
     def block(self, session: ZmqSession | None, script: _Script) -> bytes:
-        """Return a block that fits an instance, mostly."""
-        which = script.byte()
-        fits = [] if session is None else [i.SCHEMA.datasize for i in session.instances.values()]
-        return bytes([which]) * (fits[which % len(fits)] if fits and which < 224 else which)  # noqa: PLR2004
+        """Return a block, usually with the size of an instance."""
+        choice = script.byte()
+        sizes = [] if session is None else [i.SCHEMA.datasize for i in session.instances.values()]
+        return bytes([choice]) * (sizes[choice % len(sizes)] if sizes and choice < 224 else choice)  # noqa: PLR2004
 
-    def take(self, route: bytes, frames: list[bytes]) -> None:
-        """Let the server take a message, as it does when one comes in."""
+    def handle_message(self, route: bytes, frames: list[bytes]) -> None:
+        """Let the server handle an incoming message."""
         try:
             self.server._handle_message(self.wire, route, frames[0], len(frames) - 1)  # noqa: SLF001
         except ProtocolError as error:
             self.server._dismiss_client(self.wire, route, ResultCode.PROTOCOL, error.message)  # noqa: SLF001
         self.server._end_failed()  # noqa: SLF001
 
-    def act_here(self, script: _Script) -> None:
-        """Let the server's own process open, write, send or close."""
-        how = script.byte()
+    def act_locally(self, script: _Script) -> None:
+        """Open, write, send or close an instance in the server's process."""
+        choice = script.byte()
         try:
-            if how % 4 == 0 and len(self.local) < 8:  # noqa: PLR2004
-                opener = self.board.open_for_writing if how & 4 else self.board.open_for_reading
-                self.local.append(opener(_TYPES[how >> 3 & 1], _IDS[how >> 4 & 1], owner="here"))
+            if choice % 4 == 0 and len(self.local) < 8:  # noqa: PLR2004
+                opener = self.board.open_for_writing if choice & 4 else self.board.open_for_reading
+                self.local.append(opener(_TYPES[choice >> 3 & 1], _IDS[choice >> 4 & 1], owner="local"))
             elif self.local:
-                instance = self.local[how // 4 % len(self.local)]
-                if how % 4 == 1:
+                instance = self.local[choice // 4 % len(self.local)]
+                if choice % 4 == 1:
                     instance.close()
                     self.local.remove(instance)
                 elif instance.is_writer:
                     instance.mark_data_refreshed()
                     instance.write()
-                    for _ in range(instance.msgq_size()):  # what is passed on may come back
-                        self.pass_on(instance.msgq_pop())
+                    for _ in range(instance.msgq_size()):  # forwarded messages may return
+                        self.forward(instance.msgq_pop())
                 elif instance.MESSAGES:
                     instance.msgq_enqueue(next(iter(instance.MESSAGES.values()))())
         except BlackBoardError:
             pass
 
-    def pass_on(self, message: Any) -> None:
-        """Send a message on to a writer of the other interface, as a proxy does."""
+    def forward(self, message: Any) -> None:
+        """Send a message to a writer of the same type, as a proxy does."""
         for reader in self.local:
             if not reader.is_writer and message.type in reader.MESSAGES:
                 reader.msgq_enqueue(message.copy(), proxy=True)
                 return
 
-    # -- what must hold after each step
+    # -- invariants after each step
 
     def check(self) -> None:
-        """Check that the server's books agree with each other and with the blackboard."""
+        """Check that the records of the server agree with each other and with the blackboard."""
         remote = [instance for session in self.sessions() for instance in session.instances.values()]
         readers = writers = 0
         for info in self.board.list_all():
             readers += info.num_readers
             writers += info.has_writer
-        everybody = remote + self.local
-        assert writers == sum(instance.is_writer for instance in everybody), "a stale writer, or two"
-        assert readers == sum(not instance.is_writer for instance in everybody), "a stale reader"
+        instances = remote + self.local
+        assert writers == sum(instance.is_writer for instance in instances), "a stale writer, or two"
+        assert readers == sum(not instance.is_writer for instance in instances), "a stale reader"
         assert len(remote) == sum(
             len(membership.instances)
             for session in self.sessions()
@@ -313,7 +312,7 @@ class Fuzzed:
         self.check_sent()
 
     def check_sent(self) -> None:
-        """Check that what the server sends makes sense."""
+        """Check that the sent frames are valid."""
         for route, frames in self.wire.sent.items():
             assert route[:1] == EVENTS_PREFIX
             for frame in frames:
@@ -321,7 +320,7 @@ class Fuzzed:
         self.wire.sent.clear()
 
 
-WRITER, READER = 64, 0  # with the number of a type, and four times that of an id
+WRITER, READER = 64, 0  # added to the index of a type, and four times the index of an id
 _OPEN, _CLOSE, _WRITE, _SEND, _CREDIT, _DELIVERED, _ASK = (4 * kind for kind in range(1, 8))
 _HELLO, _REPLACE = 2, 66
 _RAW, _NUMBERED, _HERE, _WAIT = (3 + 4 * kind for kind in range(4))
@@ -364,19 +363,19 @@ SCRIPTS: Final = tuple(
         ),
     )
 )
-"""One for each thing that can be done, to begin with."""
+"""Seeds: a script for each kind of step."""
 
 
 def zmq_sessions(data: bytes) -> None:
-    """Let clients do what a script says; the server must stay sane, and at the end forget everything."""
-    with patch.object(sessions, "raw_send", lambda wire: wire.send):  # which it is, but for real sockets
-        fuzzed = Fuzzed()
+    """Run a script; the server's state must stay consistent, and be empty at the end."""
+    with patch.object(sessions, "raw_send", lambda wire: wire.send):  # _Wire is no real socket
+        server = FuzzedServer()
         script = _Script(data)
-        for client in range(_CLIENTS - 1):  # else each script had to begin like that
-            fuzzed.say_hello(client, 0, replaces=False)
+        for client in range(_CLIENTS - 1):  # a script need not begin with Hello
+            server.say_hello(client, 0, replaces=False)
         for _ in range(_STEPS):
             if not script:
                 break
-            fuzzed.step(script)
-            fuzzed.check()
-        fuzzed.close()
+            server.step(script)
+            server.check()
+        server.close()

@@ -1,6 +1,6 @@
-"""Skill strings for a Skiller: data that the Skiller refuses, or of which a real Lua makes the same calls.
+"""Skill strings for a Skiller: the Skiller refuses the text, or a real Lua makes the same calls.
 
-The first byte of an input is not part of the text. Whatever the skill string is, the Skiller takes the next
+The first byte of an input is not part of the text. After any skill string, the Skiller must accept the next
 skill string.
 """
 
@@ -20,14 +20,14 @@ from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.skiller.lua.limits import MEBIBYTE, Limits
 from cxbridge.skiller.make import make_lua_skiller
 from cxbridge.skiller.skillstring import LuaCall, read_calls
-from fuzz.luaoracle import as_lua_says, normal
+from fuzz.luaoracle import lua_calls, normalise
 
 STALL_SECONDS: Final = 0.05
-"""What a loop may take of the processor at most."""
+"""The maximum processor time of a loop."""
 
 _LOOPS: Final = 3
 _LONGEST: Final = 1000  # bytes; the field has 1024
-_RENEWED: Final = 5000  # inputs to one Skiller
+_RENEWED: Final = 5000  # inputs per Skiller
 _HEAD: Final = "module(..., skillenv.module_init)\n"
 _FILES: Final = {
     "space": 'for _, name in ipairs {"count", "echo"} do skillenv.use_skill("skills." .. name) end',
@@ -58,7 +58,7 @@ function reset() end
 
 
 class _Robot:
-    """A Skiller on a blackboard, and who commands it."""
+    """A Skiller on a blackboard, and a reader for orders."""
 
     def __init__(self) -> None:
         self._clock = VirtualClock()
@@ -76,12 +76,12 @@ class _Robot:
                 limits=limits,
             )
         self._reader: Any = board.open_for_reading("SkillerInterface", "Skiller", owner="fuzz")
-        self.taken = 0
+        self.order_count = 0
         self.slowest = 0.0
 
     def order(self, text: str) -> tuple[str, str]:
-        """Have a skill string executed for some loops; return the status in the end, and the error."""
-        self.taken += 1
+        """Execute a skill string for some loops; return the final status and the error."""
+        self.order_count += 1
         self._reader.msgq_enqueue(self._reader.ExecSkillMessage(text))
         self.slowest = 0.0
         for _ in range(_LOOPS):
@@ -97,7 +97,7 @@ _robots: list[_Robot] = []
 
 
 def _robot() -> _Robot:
-    if not _robots or _robots[0].taken > _RENEWED:
+    if not _robots or _robots[0].order_count > _RENEWED:
         for old in _robots:
             old.skiller.close()
         _robots[:] = [_Robot()]
@@ -105,17 +105,17 @@ def _robot() -> _Robot:
 
 
 def skill_strings(data: bytes) -> None:
-    """Order a skill string, and a good one after it.
+    """Execute a skill string, and a valid skill string after it.
 
-    :param data: a byte that is ignored, and the text.
+    :param data: an ignored byte, and the text.
     """
     _order(data)
 
 
 def timed_skill_strings(data: bytes) -> None:
-    """Do the same, and fail when a loop takes too long, also when it is done again.
+    """Execute a skill string, and fail if a loop is too slow in three attempts.
 
-    Only for a fuzzer: others use the machine, too.
+    Only for the fuzzer, because a busy machine is slow as well.
     """
     if all(_order(data) > STALL_SECONDS for _ in range(3)):
         raise AssertionError(f"a loop takes longer than {STALL_SECONDS} s: {text_of(data)!r}")
@@ -138,7 +138,7 @@ def text_of(data: bytes) -> str:
 
 
 def _check_data(text: str, status: str, error: str) -> None:
-    """Fail when a text that is data did anything but what it says."""
+    """Fail if the effects of a text differ from its calls."""
     problem = ""
     calls: list[LuaCall] = []
     try:
@@ -149,8 +149,8 @@ def _check_data(text: str, status: str, error: str) -> None:
         assert status == "S_FAILED"
         assert error.isascii() is False or error == problem[: len(error)], f"{text!r}: {error}"
         return
-    ours = [(call.name, normal(call.values)) for call in calls]
-    assert ours == as_lua_says(text), f"{text!r} is other calls"
+    ours = [(call.name, normalise(call.values)) for call in calls]
+    assert ours == lua_calls(text), f"{text!r} makes other calls in Lua"
     if any(call.name not in ("count", "echo") for call in calls):
         assert (status, "there is no skill" in error) == ("S_FAILED", True)
     elif not calls:
@@ -168,4 +168,4 @@ def _scripts() -> Iterator[bytes]:
 
 
 SKILL_STRINGS: Final = tuple(_scripts())
-"""Inputs to begin with: skill strings that users write, and texts that are not data."""
+"""Seeds: skill strings of users, and texts that are not data."""

@@ -1,6 +1,6 @@
-"""What is fuzzed: each target takes any bytes and fails by an exception that is not one of ours.
+"""The targets: each target takes any bytes, and fails by an exception that is not cxbridge's.
 
-They are plain functions: a fuzzer drives them (``python -m fuzz``), and the tests replay what it found.
+Targets are plain functions for the fuzzer (``python -m fuzz``), and for the tests, which replay its findings.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from fuzz.skills import skill_strings
 
 
 def zmq_frame(data: bytes) -> None:
-    """Decode a frame; what is accepted must survive another trip."""
+    """Decode a frame; an accepted frame must survive encoding and decoding."""
     for decode in (frames.decode_client_frame, frames.decode_server_frame):
         try:
             frame = decode(data)
         except ProtocolError:
             continue
         again = decode(frames.encode(frame))
-        assert again == frame, f"{frame} became {again}"
+        assert again == frame, f"{frame} changed to {again}"
 
 
-# by the package whose decoder, or server, it is; and skill strings
+# targets by the package of the decoder or server, and skill strings
 TARGETS: Final[dict[str, Callable[[bytes], None]]] = {
     "zmq": zmq_frame,
     "zmq-sessions": zmq_sessions,

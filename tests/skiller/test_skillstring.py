@@ -20,7 +20,7 @@ from cxbridge.skiller.skillstring import (
     parse_skill_string,
     read_calls,
 )
-from fuzz.luaoracle import as_lua_says, normal
+from fuzz.luaoracle import lua_calls, normalise
 from tests.support import many
 
 
@@ -167,7 +167,7 @@ def test_parsed_calls_equal_calls_of_lua(text: str):
         calls = read_calls(text)
     except SkillError:
         return
-    assert [(call.name, normal(call.values)) for call in calls] == as_lua_says(text)
+    assert [(call.name, normalise(call.values)) for call in calls] == lua_calls(text)
 
 
 literals = st.recursive(
@@ -191,7 +191,7 @@ literals = st.recursive(
 @given(st.lists(st.tuples(names, st.lists(literals, max_size=3).map(", ".join)), min_size=1, max_size=3))
 def test_every_literal_of_lua_is_parsed(calls: list[tuple[str, str]]):
     text = "\n".join(f"{name}({arguments});" for name, arguments in calls)
-    assert [(call.name, normal(call.values)) for call in read_calls(text)] == as_lua_says(text)
+    assert [(call.name, normalise(call.values)) for call in read_calls(text)] == lua_calls(text)
 
 
 @given(st.text(st.sampled_from("abx{}()=,;\"'\\ \n019.-[]"), max_size=30))

@@ -50,7 +50,7 @@ from tests.support import SHARED, free_port, needs_shared
 
 if HAS_ROBOT_MEMORY:
     from robot_memory_tests.function_rows import ROBOT_MEMORY
-    from robot_memory_tests.moody import MoodyStore
+    from robot_memory_tests.moody import ControlledStore
 else:
     ROBOT_MEMORY = {}
 
@@ -114,7 +114,7 @@ class World:
         config = Configuration.from_text(CONFIG, "test.yaml")
         self.folder = folder
         self.board = LocalBlackBoard(InterfaceRegistry([folder / "interfaces"]), bus.clock, bus)
-        self.store = MoodyStore(bus.clock) if HAS_ROBOT_MEMORY else None
+        self.store = ControlledStore(bus.clock) if HAS_ROBOT_MEMORY else None
         graph = NavGraph("House")
         for name in ("hall", "kitchen"):
             graph.add_node(NavGraphNode(name, 0, 0))
@@ -165,7 +165,7 @@ class World:
     def close(self):
         if self.store is not None:
             self.store.go.set()
-            self.store.be("")
+            self.store.set_state("")
         self.robot.close()
         for interface in self.open:
             interface.close()
@@ -209,7 +209,7 @@ def test_invalid_call_is_reported(world, log, name):
             world.env.build(f"(deffunction probe () ({name} {'1 ' * 12}))")
     else:
         if row.store:
-            world.store.be(row.store)
+            world.store.set_state(row.store)
         if row.failure is ENDS:
             with pytest.raises(ClipsError):
                 world.call(row.bad)

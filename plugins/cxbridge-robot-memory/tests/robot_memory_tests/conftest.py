@@ -1,4 +1,4 @@
-"""Stores for tests: each test of a store runs on every kind of them that is to be had."""
+"""Fixtures of the robot memory; the fixture ``store`` has all available kinds of stores."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from robot_memory_tests.mongo_server import MongoServer
 
 REAL = os.environ.get("CXBRIDGE_TEST_MONGODB", "")
-"""The URI of a real replica set; its database `robmem` is emptied by the tests."""
+"""The URI of a real replica set; the tests empty its database `robmem`."""
 
 KINDS = [
     "embedded",

@@ -1,28 +1,32 @@
-"""The rows of the robot memory's functions, see :mod:`.function_rows`."""
+"""The rows of the robot memory's CLIPS functions, for the tests of all functions."""
 
 from __future__ import annotations
 
 from cxbridge.executive.host.values import FALSE, TRUE
 from tests.executive.features.function_rows import ADDRESS, ENDS, Row
 
-_GONE = "(bson-destroy ?d)"
-_DOC = "(bind ?d (bson-parse '{}'))"
-_EMPTY = _DOC.format("{}")
-_ONE = _DOC.format('{"a": 1}')
+_DESTROY = "(bson-destroy ?d)"
+_PARSE = "(bind ?d (bson-parse '{}'))"
+_EMPTY = _PARSE.format("{}")
+_DOCUMENT = _PARSE.format('{"a": 1}')
 _DESTROYED = "was destroyed before"
 _TEXT = "(bson-tostring ?d)"
 
 BSON = {
     "bson-create": Row("(bson-tostring (bson-create))", "{ }"),
     "bson-parse": Row(
-        f"{_ONE} {_TEXT}",
+        f"{_DOCUMENT} {_TEXT}",
         '{ "a" : 1 }',
-        _DOC.format("{broken") + _TEXT,
+        _PARSE.format("{broken") + _TEXT,
         "{ }",
         "Parsing JSON doc failed",
     ),
-    "bson-destroy": Row(f"{_ONE} {_GONE}", None, f"{_ONE} {_GONE} {_GONE}", None, _DESTROYED),
-    "bson-tostring": Row(f"{_ONE} {_TEXT}", '{ "a" : 1 }', f"{_ONE} {_GONE} {_TEXT}", "", _DESTROYED),
+    "bson-destroy": Row(
+        f"{_DOCUMENT} {_DESTROY}", None, f"{_DOCUMENT} {_DESTROY} {_DESTROY}", None, _DESTROYED
+    ),
+    "bson-tostring": Row(
+        f"{_DOCUMENT} {_TEXT}", '{ "a" : 1 }', f"{_DOCUMENT} {_DESTROY} {_TEXT}", "", _DESTROYED
+    ),
     "bson-append": Row(
         f"{_EMPTY} (bson-append ?d a TRUE) {_TEXT}",
         '{ "a" : "TRUE" }',
@@ -40,7 +44,7 @@ BSON = {
     "bson-append-array": Row(
         f"{_EMPTY} (bson-append-array ?d a (create$ 1 b)) {_TEXT}",
         '{ "a" : [ 1, "b" ] }',
-        f"{_EMPTY} {_GONE} (bson-append-array ?d a (create$ 1))",
+        f"{_EMPTY} {_DESTROY} (bson-append-array ?d a (create$ 1))",
         None,
         _DESTROYED,
     ),
@@ -67,87 +71,97 @@ BSON = {
         "Invalid time",
     ),
     "bson-field-names": Row(
-        f"{_ONE} (bson-field-names ?d)", ("a",), f"{_ONE} {_GONE} (bson-field-names ?d)", (FALSE,), _DESTROYED
+        f"{_DOCUMENT} (bson-field-names ?d)",
+        ("a",),
+        f"{_DOCUMENT} {_DESTROY} (bson-field-names ?d)",
+        (FALSE,),
+        _DESTROYED,
     ),
     "bson-has-field": Row(
-        _DOC.format('{"a": {"b": 1}}') + "(bson-has-field ?d a.b)",
+        _PARSE.format('{"a": {"b": 1}}') + "(bson-has-field ?d a.b)",
         TRUE,
-        f"{_ONE} (bson-has-field ?d a.b)",
+        f"{_DOCUMENT} (bson-has-field ?d a.b)",
         FALSE,
     ),
-    "bson-get": Row(f"{_ONE} (bson-get ?d a)", 1, f"{_ONE} (bson-get ?d b)", FALSE, "no such element in doc"),
+    "bson-get": Row(
+        f"{_DOCUMENT} (bson-get ?d a)", 1, f"{_DOCUMENT} (bson-get ?d b)", FALSE, "no such element in doc"
+    ),
     "bson-get-array": Row(
-        _DOC.format('{"a": [1, "b", true]}') + "(bson-get-array ?d a)",
+        _PARSE.format('{"a": [1, "b", true]}') + "(bson-get-array ?d a)",
         (1, "b", TRUE),
-        f"{_ONE} (bson-get-array ?d a)",
+        f"{_DOCUMENT} (bson-get-array ?d a)",
         (FALSE,),
         "field a is not an array",
     ),
     "bson-get-time": Row(
-        _DOC.format('{"a": {"$date": 1500}}') + "(bson-get-time ?d a)",
+        _PARSE.format('{"a": {"$date": 1500}}') + "(bson-get-time ?d a)",
         (1, 500_000),
-        f"{_ONE} (bson-get-time ?d a)",
+        f"{_DOCUMENT} (bson-get-time ?d a)",
         (FALSE,),
         "field a is not a time",
     ),
 }
 
-_C = "'robmem.test'"
-_INSERT = f"{_ONE} (robmem-insert {_C} ?d)"
+_TEST = "'robmem.test'"
+_INSERT = f"{_DOCUMENT} (robmem-insert {_TEST} ?d)"
 _SET = "(bson-parse '{\"b\": 2}')"
 _QUERY = "'{\"a\": 1}'"
-_FOUND = f"(bind ?c (robmem-query {_C} (bson-create))) (bson-get (robmem-cursor-next ?c) b)"
-_CURSOR = f"{_INSERT} (bind ?c (robmem-query {_C} (bson-create)))"
+_FOUND = f"(bind ?c (robmem-query {_TEST} (bson-create))) (bson-get (robmem-cursor-next ?c) b)"
+_CURSOR = f"{_INSERT} (bind ?c (robmem-query {_TEST} (bson-create)))"
 _END = "(robmem-cursor-destroy ?c)"
 _WRONG = "(bson-parse '{\"$frob\": 1}')"
 
 COLLECTIONS = {
     "robmem-insert": Row(
-        f"{_INSERT} (bson-get (robmem-cursor-next (robmem-query {_C} (bson-create))) a)",
+        f"{_INSERT} (bson-get (robmem-cursor-next (robmem-query {_TEST} (bson-create))) a)",
         1,
-        f"{_ONE} (robmem-insert nowhere ?d)",
+        f"{_DOCUMENT} (robmem-insert nowhere ?d)",
         None,
         "Insert failed",
     ),
     **{
         f"robmem-{name}": Row(
-            f"{_INSERT} (robmem-{name} {_C} {_SET} {_QUERY}) {_FOUND}",
+            f"{_INSERT} (robmem-{name} {_TEST} {_SET} {_QUERY}) {_FOUND}",
             2,
-            f"{_ONE} (robmem-{name} {_C} ?d 5)",
+            f"{_DOCUMENT} (robmem-{name} {_TEST} ?d 5)",
             None,
             "failed",
         )
         for name in ("update", "upsert", "replace")
     },
     "robmem-query": Row(
-        f"(robmem-query {_C} (bson-create))", ADDRESS, f"(robmem-query {_C} {_WRONG})", FALSE, "Query failed"
+        f"(robmem-query {_TEST} (bson-create))",
+        ADDRESS,
+        f"(robmem-query {_TEST} {_WRONG})",
+        FALSE,
+        "Query failed",
     ),
     "robmem-query-sort": Row(
-        f"{_INSERT} (bson-get (robmem-cursor-next (robmem-query-sort {_C} (bson-create) ?d)) a)",
+        f"{_INSERT} (bson-get (robmem-cursor-next (robmem-query-sort {_TEST} (bson-create) ?d)) a)",
         1,
-        f"(robmem-query-sort {_C} (bson-create) (bson-parse '{{\"a\": 5}}'))",
+        f"(robmem-query-sort {_TEST} (bson-create) (bson-parse '{{\"a\": 5}}'))",
         FALSE,
         "Query failed",
     ),
     "robmem-remove": Row(
-        f"{_INSERT} (robmem-remove {_C} ?d) (robmem-cursor-next (robmem-query {_C} (bson-create)))",
+        f"{_INSERT} (robmem-remove {_TEST} ?d) (robmem-cursor-next (robmem-query {_TEST} (bson-create)))",
         FALSE,
-        f"{_ONE} (robmem-remove nowhere ?d)",
+        f"{_DOCUMENT} (robmem-remove nowhere ?d)",
         None,
         "Remove failed",
     ),
     "robmem-dump-collection": Row(
-        f"{_INSERT} (robmem-dump-collection {_C} '@DIR@/dump')",
+        f"{_INSERT} (robmem-dump-collection {_TEST} '@DIR@/dump')",
         TRUE,
-        f"{_INSERT} (robmem-dump-collection {_C} '/proc/nowhere')",
+        f"{_INSERT} (robmem-dump-collection {_TEST} '/proc/nowhere')",
         FALSE,
         "nowhere",
     ),
     "robmem-restore-collection": Row(
-        f"{_INSERT} (robmem-dump-collection {_C} '@DIR@/dump') (robmem-remove {_C} ?d)"
-        f" (robmem-restore-collection {_C} '@DIR@/dump' '')",
+        f"{_INSERT} (robmem-dump-collection {_TEST} '@DIR@/dump') (robmem-remove {_TEST} ?d)"
+        f" (robmem-restore-collection {_TEST} '@DIR@/dump' '')",
         TRUE,
-        f"(robmem-restore-collection {_C} '@DIR@/none' '')",
+        f"(robmem-restore-collection {_TEST} '@DIR@/none' '')",
         FALSE,
         "none",
     ),
@@ -161,9 +175,10 @@ COLLECTIONS = {
     "robmem-cursor-more": Row("", None, f"{_CURSOR} (robmem-cursor-more ?c)", ENDS, "no longer supported"),
     "robmem-cursor-destroy": Row(f"{_CURSOR} {_END}", None, f"{_CURSOR} {_END} {_END}", None, _DESTROYED),
     "robmem-trigger-register": Row(
-        f"(robmem-trigger-register {_C} (bson-create) t)",
+        f"(robmem-trigger-register {_TEST} (bson-create) t)",
         TRUE,
-        f"(robmem-trigger-register {_C} (bson-create) t) (robmem-trigger-register {_C} (bson-create) t)",
+        f"(robmem-trigger-register {_TEST} (bson-create) t)"
+        f" (robmem-trigger-register {_TEST} (bson-create) t)",
         FALSE,
         "",
         store="slow",
@@ -175,54 +190,58 @@ COLLECTIONS = {
         "(robmem-trigger-destroy FALSE)",
         None,
         "trigger",
-        first=f"(robmem-trigger-register {_C} (bson-create) t)",
+        first=f"(robmem-trigger-register {_TEST} (bson-create) t)",
     ),
     "robmem-create-index": Row(
-        f"{_ONE} (robmem-create-index {_C} ?d)",
+        f"{_DOCUMENT} (robmem-create-index {_TEST} ?d)",
         None,
-        f"(robmem-create-index {_C} (bson-create))",
+        f"(robmem-create-index {_TEST} (bson-create))",
         None,
         "Creating index failed",
     ),
     "robmem-create-unique-index": Row(
-        "", None, f"{_ONE} (robmem-create-unique-index {_C} ?d)", None, "needs MongoDB"
+        "", None, f"{_DOCUMENT} (robmem-create-unique-index {_TEST} ?d)", None, "needs MongoDB"
     ),
 }
 
 _LOCK = "(robmem-mutex-try-lock m me)"
 
 
-def _mutex(name: str, good: str, bad: str) -> dict[str, Row]:
+def _mutex_rows(name: str, good: str, bad: str) -> dict[str, Row]:
     return {f"robmem-mutex-{name}": Row(good, TRUE, bad, FALSE)}
 
 
-def _away(name: str, good: str, bad: str) -> dict[str, Row]:
+def _unreachable_rows(name: str, good: str, bad: str) -> dict[str, Row]:
     return {f"robmem-mutex-{name}": Row(good, TRUE, bad, FALSE, f"Mutex {name} failed", store="away")}
 
 
-def _later(name: str, who: str) -> dict[str, Row]:
-    call = f"(robmem-mutex-{name}-async m {who})"
+def _async_rows(name: str, owner: str) -> dict[str, Row]:
+    call = f"(robmem-mutex-{name}-async m {owner})"
     busy = (FALSE, f"Task already running for m ({name} failed)")
     return {f"robmem-mutex-{name}-async": Row(call, (TRUE,), call + call, busy, store="slow")}
 
 
 MUTEXES = {
-    **_mutex("create", "(robmem-mutex-create m)", "(robmem-mutex-create m) (robmem-mutex-create m)"),
-    **_away("destroy", "(robmem-mutex-create m) (robmem-mutex-destroy m)", "(robmem-mutex-destroy m)"),
-    **_mutex("try-lock", _LOCK, f"{_LOCK} (robmem-mutex-try-lock m other)"),
-    **_mutex("renew-lock", f"{_LOCK} (robmem-mutex-renew-lock m me)", "(robmem-mutex-renew-lock m me)"),
-    **_away("force-lock", f"{_LOCK} (robmem-mutex-force-lock m other)", "(robmem-mutex-force-lock m other)"),
-    **_mutex("unlock", f"{_LOCK} (robmem-mutex-unlock m me)", f"{_LOCK} (robmem-mutex-unlock m other)"),
+    **_mutex_rows("create", "(robmem-mutex-create m)", "(robmem-mutex-create m) (robmem-mutex-create m)"),
+    **_unreachable_rows(
+        "destroy", "(robmem-mutex-create m) (robmem-mutex-destroy m)", "(robmem-mutex-destroy m)"
+    ),
+    **_mutex_rows("try-lock", _LOCK, f"{_LOCK} (robmem-mutex-try-lock m other)"),
+    **_mutex_rows("renew-lock", f"{_LOCK} (robmem-mutex-renew-lock m me)", "(robmem-mutex-renew-lock m me)"),
+    **_unreachable_rows(
+        "force-lock", f"{_LOCK} (robmem-mutex-force-lock m other)", "(robmem-mutex-force-lock m other)"
+    ),
+    **_mutex_rows("unlock", f"{_LOCK} (robmem-mutex-unlock m me)", f"{_LOCK} (robmem-mutex-unlock m other)"),
     "robmem-mutex-setup-ttl": Row(
         "", None, "(robmem-mutex-setup-ttl 5.0)", FALSE, "Mutex setup-ttl failed: a unique or expiring index"
     ),
-    **_away("expire-locks", "(robmem-mutex-expire-locks 5.0)", "(robmem-mutex-expire-locks 5.0)"),
-    **_later("create", ""),
-    **_later("destroy", ""),
-    **_later("try-lock", "me"),
-    **_later("renew-lock", "me"),
-    **_later("force-lock", "me"),
-    **_later("unlock", "me"),
+    **_unreachable_rows("expire-locks", "(robmem-mutex-expire-locks 5.0)", "(robmem-mutex-expire-locks 5.0)"),
+    **_async_rows("create", ""),
+    **_async_rows("destroy", ""),
+    **_async_rows("try-lock", "me"),
+    **_async_rows("renew-lock", "me"),
+    **_async_rows("force-lock", "me"),
+    **_async_rows("unlock", "me"),
     "robmem-mutex-expire-locks-async": Row(
         "(robmem-mutex-expire-locks-async 5.0)",
         TRUE,

@@ -1,8 +1,7 @@
-"""A server that speaks MongoDB's wire protocol, on the embedded store: a replica set to a driver.
+"""A server with MongoDB's wire protocol on the embedded store; a driver sees a replica set.
 
-It shows that our client does right by the protocol: commands, cursors, change streams, errors, a server that
-goes away. Which documents fit it knows from our own store: about MongoDB's semantics only a real mongod can
-tell (``CXBRIDGE_TEST_MONGODB``).
+The server tests the client's protocol: commands, cursors, change streams, errors, and outages. Queries use
+the embedded store, so only a real mongod can test MongoDB's semantics (``CXBRIDGE_TEST_MONGODB``).
 """
 
 from __future__ import annotations
@@ -34,26 +33,26 @@ class _Stream:
     """A change stream: a cursor that waits for events."""
 
     def __init__(self) -> None:
-        self.here = threading.Condition()
+        self._changed = threading.Condition()
         self.events: list[Document] = []
 
-    def take(self, event: Document) -> None:
-        with self.here:
+    def add(self, event: Document) -> None:
+        with self._changed:
             self.events.append(event)
-            self.here.notify_all()
+            self._changed.notify_all()
 
     def wait(self, milliseconds: int) -> list[Document]:
-        with self.here:
-            self.here.wait_for(lambda: bool(self.events), milliseconds / 1000)
+        with self._changed:
+            self._changed.wait_for(lambda: bool(self.events), milliseconds / 1000)
             events, self.events = self.events, []
             return events
 
 
 class MongoServer:
-    """The server; a context manager.
+    """A context manager of the server.
 
-    :param port: 0 for a free one.
-    :param before: one that went away, whose documents this one has.
+    :param port: 0 for a free port.
+    :param before: a stopped server, whose documents the new server takes over.
     """
 
     def __init__(self, port: int = 0, before: MongoServer | None = None) -> None:
@@ -83,7 +82,7 @@ class MongoServer:
         self._thread.start()
 
     def stop(self) -> None:
-        """Go away, as a server that crashes does."""
+        """Stop as a crashed server."""
         self._server.shutdown()
         self._server.server_close()
         for connection in tuple(self._connections):
@@ -174,9 +173,9 @@ class MongoServer:
     def do_update(self, command: Document) -> Document:
         upserted = []
 
-        def update(name: str, one: Document) -> int:
+        def update(name: str, change: Document) -> int:
             known = len(self.store.find(name))
-            matched = self.store.update(name, one["q"], one["u"], upsert=one.get("upsert", False))
+            matched = self.store.update(name, change["q"], change["u"], upsert=change.get("upsert", False))
             if len(self.store.find(name)) > known:
                 upserted.append({"index": 0, "_id": self.store.find(name)[-1]["_id"]})
             return matched
@@ -185,11 +184,13 @@ class MongoServer:
         return {**result, "nModified": result["n"], **({"upserted": upserted} if upserted else {})}
 
     def do_delete(self, command: Document) -> Document:
-        return self._write(command, command["deletes"], lambda name, one: self.store.remove(name, one["q"]))
+        return self._write(
+            command, command["deletes"], lambda name, delete: self.store.remove(name, delete["q"])
+        )
 
     def _write(self, command: Document, parts: list[Document], write: Any) -> Document:
         name = self._name(command)
-        self._keep(name)
+        self._record(name)
         done = 0
         for index, part in enumerate(parts):
             try:
@@ -202,7 +203,7 @@ class MongoServer:
 
     def do_findandmodify(self, command: Document) -> Document:
         name = self._name(command)
-        self._keep(name)
+        self._record(name)
         found = self.store.find_one_and_update(
             name, command["query"], command["update"], upsert=command.get("upsert", False)
         )
@@ -223,12 +224,12 @@ class MongoServer:
         token = stage.get("startAfter") or stage.get("resumeAfter")
         stream = _Stream()
         with self._lock:
-            self._keep(name)
+            self._record(name)
             if token is not None and "_data" in token and token["_data"] != "begin":
                 for event in self._history[name]:
                     if event["_id"]["_data"] > token["_data"]:
-                        stream.take(event)
-            self.store.watch(name, query, stream.take)
+                        stream.add(event)
+            self.store.watch(name, query, stream.add)
             number = len(self._streams) + 1000
             self._streams[number] = stream
             last = self._history[name][-1]["_id"] if self._history[name] else {"_data": "begin"}
@@ -236,8 +237,8 @@ class MongoServer:
         reply["cursor"]["postBatchResumeToken"] = token or last
         return reply
 
-    def _keep(self, name: str) -> None:
-        """Keep the events of a collection from now on, as the oplog does."""
+    def _record(self, name: str) -> None:
+        """Record the events of a collection from now on, as the oplog does."""
         with self._lock:
             if name not in self._history:
                 self._history[name] = []

@@ -1,8 +1,7 @@
-"""What MongoDB documents of its operators, as cases.
+"""The documented behaviour of MongoDB's operators as cases.
 
-The truth of each case is the manual's, or where it is silent that of the server's own tests (paths:
-matcher/path_test.cpp; null: null_query_semantics.js; upserts: upsert_fields.js; comparisons:
-expression_leaf.cpp).
+The cases follow the manual, or else the server's own tests (paths: matcher/path_test.cpp; null:
+null_query_semantics.js; upserts: upsert_fields.js; comparisons: expression_leaf.cpp).
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ NAN = float("nan")
 # --- queries ----------------------------------------------------------------------------------------------
 
 QUERY_CASES: dict[str, list[tuple[dict[str, Any], Any, bool]]] = {
-    # operator: document, what its field is asked, whether it fits; a query is one with "query" around it
+    # operator: document, condition of its field, whether it matches; {"query": ...} is a whole query
     "$eq": [
         ({"a": 1}, {"$eq": 1.0}, True),
         ({"a": 1}, {"$eq": True}, False),
@@ -138,7 +137,7 @@ QUERY_CASES: dict[str, list[tuple[dict[str, Any], Any, bool]]] = {
 }
 
 BAD_QUERIES: list[tuple[Any, str]] = [
-    # a query that MongoDB refuses, and what names it
+    # a query that MongoDB refuses, and a part of the error
     ({"a": {"$in": 1}}, "$in"),
     ({"a": {"$in": [{"$gt": 1}]}}, "$in"),
     ({"a": {"$gt": 1, "b": 1}}, "b needs MongoDB"),
@@ -158,7 +157,7 @@ BAD_QUERIES: list[tuple[Any, str]] = [
 # --- updates ----------------------------------------------------------------------------------------------
 
 UPDATE_CASES: dict[str, list[tuple[dict[str, Any], dict[str, Any], Any]]] = {
-    # operator: document, update, the document after it; a text is the name in the refusal
+    # operator: document, update, the updated document; a text is a part of the error
     "$set": [
         ({"a": 1}, {"$set": {"b": 2}}, {"a": 1, "b": 2}),
         ({}, {"$set": {"b": 2, "a": 1}}, {"a": 1, "b": 2}),
@@ -211,7 +210,7 @@ UPDATE_CASES: dict[str, list[tuple[dict[str, Any], dict[str, Any], Any]]] = {
 }
 
 UPSERTS: list[tuple[dict[str, Any], dict[str, Any], Any]] = [
-    # query, update, the document without its _id; a text is the name in the refusal
+    # query, update, the document without its _id; a text is a part of the error
     ({"x": 1}, {"$set": {"a": 1}}, {"x": 1, "a": 1}),
     ({"x": {"$in": [Regex("x")]}}, {"$set": {"a": 1}}, {"a": 1}),
     ({"x": {"$in": [1, 2]}}, {"$set": {"a": 1}}, {"a": 1}),

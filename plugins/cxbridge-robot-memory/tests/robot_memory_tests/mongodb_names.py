@@ -1,4 +1,4 @@
-"""The names of all operators of MongoDB's manual: each works as documented, or is refused by its name."""
+"""The names of all operators of MongoDB's manual: each has cases, or is refused by its name."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ UPDATE_OPERATORS = _names("""
 $currentDate $inc $min $max $mul $rename $set $setOnInsert $unset $addToSet $pop $pull $push $pullAll
 $pushAll $each $position $slice $sort $bit $isolated $addFields $project $replaceRoot $replaceWith
 """)
-"""Operators and modifiers of updates, and stages that an update by a pipeline has."""
+"""Operators and modifiers of updates, and the stages of pipelines for updates."""
 
 POSITIONAL_OPERATORS = _names("""
 $ $[] $[x]
@@ -35,4 +35,4 @@ $ $[] $[x]
 INDEX_KINDS = _names("""
 text 2d 2dsphere hashed geoHaystack
 """)
-"""Indexes of other kinds than 1 and -1."""
+"""Kinds of indexes apart from 1 and -1."""

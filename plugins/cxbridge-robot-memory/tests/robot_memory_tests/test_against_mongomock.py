@@ -1,7 +1,7 @@
-"""The embedded store compared with mongomock, an independent implementation with other defects.
+"""The embedded store compared with mongomock, an independent implementation.
 
-Generated documents, queries and updates keep clear of those for which mongomock 4.3 differs from what MongoDB
-documents: comparisons with None and True, empty documents, conflicting paths, and the order of new fields.
+Generated documents, queries and updates avoid the differences of mongomock 4.3 from MongoDB's manual:
+comparisons with None and True, empty documents, conflicting paths, and the order of new fields.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ mongomock = pytest.importorskip("mongomock")
 C = "robmem.test"
 
 
-def ours(document: dict[str, Any]) -> EmbeddedStore:
+def make_store(document: dict[str, Any]) -> EmbeddedStore:
     store = EmbeddedStore(VirtualClock())
     store.insert(C, {"_id": 1, **document})
     return store
 
 
-def theirs(document: dict[str, Any]) -> Any:
+def make_collection(document: dict[str, Any]) -> Any:
     collection = mongomock.MongoClient().robmem.test
     collection.insert_one({"_id": 1, **document})
     return collection
 
 
-# --- where it is right ------------------------------------------------------------------------------------
+# --- inputs without defects of mongomock ------------------------------------------------------------------
 
 SCALARS = st.sampled_from([None, 0, 1, 2, -1, 2.5, -1.5, "", "a", "b", "ab"])
 COMPARABLE = st.sampled_from([0, 1, 2, -1, 2.5, "", "a", "b", "ab"])
@@ -45,18 +45,18 @@ DOCUMENTS = st.fixed_dictionaries({}, optional={"a": FLAT, "d": BELOW})
 PATHS = st.sampled_from(["a", "d.b", "d.c"])
 
 
-def one_of(names: str, operands: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
-    """Return documents of one operator, of several that take the same."""
+def single_operator(names: str, operands: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    """Draw documents with a single operator out of operators with equal operands."""
     return st.tuples(st.sampled_from(names.split()), operands).map(lambda parts: {parts[0]: parts[1]})
 
 
 def operators() -> st.SearchStrategy[Any]:
-    return st.one_of(
-        one_of("$gt $gte $lt $lte", COMPARABLE),
-        one_of("$eq $ne", SCALARS),
-        one_of("$in $nin", st.lists(SCALARS, max_size=3)),
-        one_of("$exists", st.booleans()),
-        one_of("$regex", st.sampled_from(["^a", "b$", "."])),
+    return st.single_operator(
+        single_operator("$gt $gte $lt $lte", COMPARABLE),
+        single_operator("$eq $ne", SCALARS),
+        single_operator("$in $nin", st.lists(SCALARS, max_size=3)),
+        single_operator("$exists", st.booleans()),
+        single_operator("$regex", st.sampled_from(["^a", "b$", "."])),
     )
 
 
@@ -73,12 +73,12 @@ QUERIES = FIELDS | LOGICAL.map(lambda parts: {parts[0]: parts[1]})
 
 @settings(max_examples=many(400, 100), suppress_health_check=[HealthCheck.too_slow], deadline=None)
 @given(DOCUMENTS, QUERIES)
-def test_queries_find_the_same(document, query):
-    assert bool(ours(document).find(C, query)) == bool(list(theirs(document).find(query)))
+def test_queries_equal_mongomock(document, query):
+    assert bool(make_store(document).find(C, query)) == bool(list(make_collection(document).find(query)))
 
 
 ARRAYS = st.dictionaries(st.sampled_from("ab"), st.lists(COMPARABLE, max_size=3), min_size=2, max_size=2)
-UPDATES = st.one_of(
+UPDATES = st.single_operator(
     COMPARABLE.map(lambda value: {"$push": {"a": value}}),
     COMPARABLE.map(lambda value: {"$set": {"b": value}}),
     st.just({"$unset": {"b": 1}}),
@@ -89,8 +89,8 @@ UPDATES = st.one_of(
 
 @settings(max_examples=many(200, 50), deadline=None)
 @given(ARRAYS, st.lists(UPDATES, min_size=1, max_size=3))
-def test_updates_make_the_same(document, updates):
-    store, collection = ours(document), theirs(document)
+def test_updates_equal_mongomock(document, updates):
+    store, collection = make_store(document), make_collection(document)
     for update in updates:
         store.update(C, {}, update)
         collection.update_one({}, update)

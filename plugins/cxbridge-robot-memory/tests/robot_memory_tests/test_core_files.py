@@ -1,6 +1,6 @@
-"""The core's files for several robots on the robot memory: two executives share one store.
+"""The core's files for several robots on the robot memory: two executives with a shared store.
 
-Each test runs with the built-in core and, with a checkout, with Fawkes' own files unchanged.
+Each test runs with the built-in core, and with Fawkes' own files unchanged if there is a checkout.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ SHARED_FACTS = "syncedrobmem.worldmodel"
 
 
 class World:
-    """What two robots share: the clock and the store."""
+    """The robots, their clock and their shared store."""
 
     def __init__(self, core: str, folder: Path, store: Store | None = None) -> None:
         self.core = core
@@ -61,13 +61,13 @@ class World:
         self.robots: list[Robot] = []
 
     def robot(self, name: str, *files: str) -> Robot:
-        """Start an executive with the core's files."""
+        """Start an executive with files of the core."""
         robot = Robot(self, name, files or FILES)
         self.robots.append(robot)
         return robot
 
     def loops(self, count: int = 4, seconds: float = 0.04) -> None:
-        """Let all robots think, some loops."""
+        """Run loops of all robots."""
         for _ in range(count):
             self.clock.sleep_until(self.clock.now_us() + round(seconds * MICROSECONDS))
             for robot in self.robots:
@@ -75,7 +75,7 @@ class World:
 
 
 class Robot:
-    """An executive with a robot memory, and nothing else."""
+    """An executive with only a robot memory."""
 
     def __init__(self, world: World, name: str, files: tuple[str, ...]) -> None:
         library, cx, robmem = CLIPS_DIRS[world.core]
@@ -99,25 +99,25 @@ class Robot:
         self.loop()
 
     def close(self) -> None:
-        """End it."""
+        """Close the executive, the robot memory and the blackboard."""
         self.manager.close()
         self.memory.close()
         self.board.shutdown()
 
     def loop(self) -> None:
-        """Think once."""
+        """Run a loop."""
         self.manager.before_run("executive")
         self.env.assert_ordered("time", split_us(self.env.bus.clock.now_us()))
         self.env.refresh_agenda()
         assert self.env.run(2000) < 2000
 
-    def one(self, template: str, **slots: str) -> dict[str, Value]:
-        """The slots of the only fact with these values."""
-        (found,) = self.all(template, **slots)
+    def only_fact(self, template: str, **slots: str) -> dict[str, Value]:
+        """Return the slots of the only fact with these values."""
+        (found,) = self.all_facts(template, **slots)
         return found
 
-    def all(self, template: str, **slots: str) -> list[dict[str, Value]]:
-        """The slots of all facts with these values (dashes as underscores)."""
+    def all_facts(self, template: str, **slots: str) -> list[dict[str, Value]]:
+        """Return the slots of all facts with these values (underscores for dashes in names)."""
         return [
             fact
             for _, _, fact in self.env.facts(template)
@@ -125,16 +125,16 @@ class Robot:
         ]
 
     def mutex(self, name: str = "m") -> tuple[str, str, str, str]:
-        """Request, response, state and owner of a mutex."""
-        mutex = self.one("mutex", name=name)
+        """Return request, response, state and owner of a mutex."""
+        mutex = self.only_fact("mutex", name=name)
         return tuple(str(mutex[slot]) for slot in ("request", "response", "state", "locked-by"))  # type: ignore[return-value]
 
     def call(self, function: str, *args: str) -> None:
-        """Call a function with symbols."""
+        """Call a function with symbols as arguments."""
         self.env.call(function, *map(Symbol, args))
 
-    def noted(self, name: str = "m") -> None:
-        """Take note of a response, as the maker of the request has to."""
+    def clear_response(self, name: str = "m") -> None:
+        """Reset a response, as the sender of the request must."""
         self.env.eval(
             f"(do-for-fact ((?m mutex)) (eq ?m:name {name}) (modify ?m (request NONE) (response NONE)))"
         )
@@ -162,34 +162,32 @@ def robots(world: World) -> tuple[Robot, Robot]:
 # --- coordination-mutex -----------------------------------------------------------------------------------
 
 
-def test_one_of_two_robots_gets_a_mutex_and_hands_it_on(world: World, robots: tuple[Robot, Robot]) -> None:
+def test_mutex_goes_to_one_robot_then_to_other_robot(world: World, robots: tuple[Robot, Robot]) -> None:
     first, second = robots
     first.call("mutex-try-lock-async", "m")
     second.call("mutex-try-lock-async", "m")
     world.loops()
     assert first.mutex() == ("LOCK", "ACQUIRED", "LOCKED", "R1")
-    # an error when the word of the lock came before the second one's own try
+    # ERROR if the news of the lock preceded the second robot's request
     assert second.mutex()[:2] in (("LOCK", "REJECTED"), ("LOCK", "ERROR"))
     assert [document["locked-by"] for document in world.store.find(MUTEXES)] == ["R1"]
     for robot in robots:
-        robot.noted()
+        robot.clear_response()
     second.call("mutex-try-lock-async", "m")
     world.loops()
     assert second.mutex()[:2] == ("LOCK", "REJECTED")
-    second.noted()
+    second.clear_response()
     first.call("mutex-unlock-async", "m")
     world.loops()
     assert first.mutex()[:3] == ("UNLOCK", "UNLOCKED", "OPEN")
-    first.noted()
+    first.clear_response()
     second.call("mutex-try-lock-async", "m")
     world.loops()
     assert second.mutex() == ("LOCK", "ACQUIRED", "LOCKED", "R2")
     assert first.mutex() == ("NONE", "NONE", "LOCKED", "R2")
 
 
-def test_locks_are_renewed_and_expire_when_their_owner_is_gone(
-    world: World, robots: tuple[Robot, Robot]
-) -> None:
+def test_locks_are_renewed_and_expire_after_death_of_owner(world: World, robots: tuple[Robot, Robot]) -> None:
     first, second = robots
     for robot in robots:
         for name, value in (("renew-interval", 5.0), ("max-age-sec", 12.0)):
@@ -197,14 +195,14 @@ def test_locks_are_renewed_and_expire_when_their_owner_is_gone(
             robot.fact(f'(wm-fact (id "{path}") (type FLOAT) (value {value}))')
     first.call("mutex-try-lock-async", "m")
     world.loops()
-    first.noted()
+    first.clear_response()
     world.loops(20, 1.0)
     second.env.eval("(mutex-expire-locks-async)")
     world.loops()
     assert first.mutex() == ("NONE", "NONE", "LOCKED", "R1")
-    assert str(second.one("mutex-expire-task")["state"]) == "COMPLETED"
+    assert str(second.only_fact("mutex-expire-task")["state"]) == "COMPLETED"
     second.env.eval("(do-for-fact ((?t mutex-expire-task)) TRUE (retract ?t))")
-    world.robots.remove(first)  # it died
+    world.robots.remove(first)  # the robot died
     world.loops(20, 1.0)
     second.env.eval("(mutex-expire-locks-async)")
     world.loops()
@@ -215,11 +213,11 @@ def test_locks_are_renewed_and_expire_when_their_owner_is_gone(
     world.robots.append(first)
 
 
-def test_the_trigger_ends_with_the_executive(world: World, robots: tuple[Robot, Robot]) -> None:
-    assert robots[0].all("mutex-global-data")
+def test_trigger_ends_with_executive(world: World, robots: tuple[Robot, Robot]) -> None:
+    assert robots[0].all_facts("mutex-global-data")
     robots[0].fact("(executive-finalize)")
     robots[0].loop()
-    assert robots[0].all("mutex-global-data") == []
+    assert robots[0].all_facts("mutex-global-data") == []
     errors = [text for text in robots[0].log.texts() if "this is no" in text or "destroyed before" in text]
     assert errors == []
 
@@ -236,17 +234,17 @@ def action(robot: Robot, number: int, name: str, mutex: str = "") -> None:
 
 
 def state(robot: Robot, number: int) -> str:
-    return str(robot.one("plan-action", id=str(number))["state"])
+    return str(robot.only_fact("plan-action", id=str(number))["state"])
 
 
-def test_the_actions_that_lock(world: World, robots: tuple[Robot, Robot]) -> None:
+def test_lock_actions_follow_mutex(world: World, robots: tuple[Robot, Robot]) -> None:
     first, second = robots
     action(first, 1, "lock", "m")
     world.loops()
     assert state(first, 1) == "EXECUTION-SUCCEEDED"
     action(second, 1, "lock", "m")
     world.loops()
-    assert state(second, 1) in ("EXECUTION-FAILED", "FAILED")  # the domain continues with it
+    assert state(second, 1) in ("EXECUTION-FAILED", "FAILED")  # the domain may have processed the failure
     action(first, 2, "unlock", "m")
     world.loops()
     assert state(first, 2) == "EXECUTION-SUCCEEDED"
@@ -268,28 +266,28 @@ def goal(robot: Robot, name: str, *resources: str) -> None:
     )
 
 
-def test_resources_are_for_one_robot(world: World, robots: tuple[Robot, Robot]) -> None:
+def test_resources_are_locked_for_one_robot(world: World, robots: tuple[Robot, Robot]) -> None:
     first, second = robots
     goal(first, "G1", "a", "b")
     world.loops(8)
-    assert set(first.one("goal", id="G1")["acquired-resources"]) == {"a", "b"}
+    assert set(first.only_fact("goal", id="G1")["acquired-resources"]) == {"a", "b"}
     goal(second, "G2", "b", "c")
     world.loops(8)
-    assert str(second.one("goal", id="G2")["outcome"]) == "REJECTED"
-    assert second.one("goal", id="G2")["acquired-resources"] == ()
+    assert str(second.only_fact("goal", id="G2")["outcome"]) == "REJECTED"
+    assert second.only_fact("goal", id="G2")["acquired-resources"] == ()
     first.env.eval("(do-for-fact ((?g goal)) TRUE (modify ?g (mode RETRACTED)))")
     world.loops(8)
-    assert first.one("goal", id="G1")["acquired-resources"] == ()
+    assert first.only_fact("goal", id="G1")["acquired-resources"] == ()
     goal(second, "G3", "b", "c")
     world.loops(8)
-    assert set(second.one("goal", id="G3")["acquired-resources"]) == {"b", "c"}
+    assert set(second.only_fact("goal", id="G3")["acquired-resources"]) == {"b", "c"}
 
 
 # --- wm-robmem-sync ---------------------------------------------------------------------------------------
 
 
 def value(robot: Robot, name: str) -> list[str]:
-    return [str(fact["value"]) for fact in robot.all("wm-fact", id=name)]
+    return [str(fact["value"]) for fact in robot.all_facts("wm-fact", id=name)]
 
 
 def test_facts_are_shared_changed_and_removed(world: World, robots: tuple[Robot, Robot]) -> None:
@@ -307,7 +305,7 @@ def test_facts_are_shared_changed_and_removed(world: World, robots: tuple[Robot,
     first.fact('(wm-fact (id "/mine/y") (type INT) (value 6))')
     world.loops()
     assert value(second, "/shared/x?a=1") == ["5"]
-    assert second.one("wm-fact", id="/shared/list")["values"] == ("p", "q")
+    assert second.only_fact("wm-fact", id="/shared/list")["values"] == ("p", "q")
     assert value(second, "/mine/y") == []
     world.loops(30)
     second.fact('(change "/shared/x?a=1" 7)')
@@ -320,8 +318,8 @@ def test_facts_are_shared_changed_and_removed(world: World, robots: tuple[Robot,
     assert [document["_id"] for document in world.store.find(SHARED_FACTS)] == ["/shared/list"]
 
 
-def test_a_fact_that_is_removed_soon_after_its_change_is_removed_everywhere(tmp_path: Path) -> None:
-    # Fawkes compares with seconds only, and keeps it
+def test_fact_removed_soon_after_change_is_removed_for_all_robots(tmp_path: Path) -> None:
+    # Fawkes compares whole seconds and keeps the fact
     world = World("builtin", tmp_path)
     first, second = world.robot("R1"), world.robot("R2")
     world.loops()
@@ -336,7 +334,7 @@ def test_a_fact_that_is_removed_soon_after_its_change_is_removed_everywhere(tmp_
         robot.close()
 
 
-def test_a_robot_that_comes_later_takes_what_is_there(world: World) -> None:
+def test_later_robot_restores_shared_facts(world: World) -> None:
     first = world.robot("R1")
     first.env.call("wm-robmem-sync-enable", "/shared")
     first.fact('(wm-fact (id "/shared/x") (type SYMBOL) (value on))')
@@ -362,20 +360,20 @@ def test_the_domain_is_in_the_robot_memory(world: World) -> None:
         return [{name: value for name, value in document.items() if name != "_id"} for document in found]
 
     fact = {"relation": "domain-fact", "name": "said", "param_values": ["bob", "hello"]}
-    thing = {"relation": "domain-object", "name": "bob", "type": "person"}
-    assert documents() == [fact, thing]
+    domain_object = {"relation": "domain-object", "name": "bob", "type": "person"}
+    assert documents() == [fact, domain_object]
     robot.env.eval("(do-for-fact ((?f domain-fact)) TRUE (retract ?f))")
     world.loops()
-    assert documents() == [thing]
+    assert documents() == [domain_object]
 
 
 # --- robmem-wait-init -------------------------------------------------------------------------------------
 
 
-def test_who_waits_for_the_replica_sets_goes_on(world: World) -> None:
+def test_wait_for_replica_sets_ends(world: World) -> None:
     robot = world.robot("R1", "saliences.clp", "plan.clp", "goal.clp", "worldmodel.clp", "cx-identity.clp")
     robot.env.build("(deftemplate executive-init-signal (slot id (type SYMBOL)) (slot ok (default TRUE)))")
     robot.env.call("blackboard-enable-time-read")
     assert robot.env.batch(CLIPS_DIRS[world.core][1] / "robmem-wait-init.clp")
     world.loops()
-    assert len(robot.all("executive-init-signal", id="robmem-initialized")) >= 1
+    assert len(robot.all_facts("executive-init-signal", id="robmem-initialized")) >= 1

@@ -1,4 +1,4 @@
-"""The store in this process: its file, its clock, its threads."""
+"""The embedded store: its file, its clock, its threads."""
 
 from __future__ import annotations
 
@@ -40,22 +40,22 @@ for thread in threads:
 
 
 @pytest.mark.parametrize("answers", [1, 7, 60, 300])
-def test_what_was_acknowledged_survives_a_kill_at_any_time(clock, tmp_path, answers):
+def test_acknowledged_writes_survive_kill_at_any_time(clock, tmp_path, answers):
     file = tmp_path / "memory.db"
     with subprocess.Popen(
         [sys.executable, "-c", WRITER, str(file)], stdout=subprocess.PIPE, text=True, cwd=ROOT
     ) as writer:
         assert writer.stdout is not None
-        told = [writer.stdout.readline() for _ in range(answers)]
+        lines = [writer.stdout.readline() for _ in range(answers)]
         writer.kill()
-        told += writer.stdout.read().splitlines(keepends=True)
+        lines += writer.stdout.read().splitlines(keepends=True)
     store = EmbeddedStore(clock, file)
-    kept = {document["_id"]: document for document in store.find(C)}
-    acknowledged = [line.split() for line in told if line.endswith("\n")]
+    documents = {document["_id"]: document for document in store.find(C)}
+    acknowledged = [line.split() for line in lines if line.endswith("\n")]
     assert len(acknowledged) >= answers
     for name, number in acknowledged:
-        assert f"{name}{number}" in kept
-        assert kept[name]["n"] > int(number)
+        assert f"{name}{number}" in documents
+        assert documents[name]["n"] > int(number)
     store.close()
 
 
@@ -75,7 +75,7 @@ try:
 except RobotMemoryError as error:
     assert "cannot write the robot memory" in str(error), error
     assert sys.argv[1] in str(error), error
-assert len(store.find("robmem.test")) == done  # what was refused is nowhere
+assert len(store.find("robmem.test")) == done  # refused documents are absent
 resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
 store.insert("robmem.test", {"_id": "after"})
 print(done)
@@ -83,7 +83,7 @@ print(done)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no limits of file sizes")
-def test_a_full_disk_loses_nothing_that_was_acknowledged(clock, tmp_path):
+def test_full_disk_loses_no_acknowledged_write(clock, tmp_path):
     file = tmp_path / "memory.db"
     done = subprocess.run(
         [sys.executable, "-c", FULL, str(file)], capture_output=True, text=True, check=False, cwd=ROOT
@@ -94,8 +94,8 @@ def test_a_full_disk_loses_nothing_that_was_acknowledged(clock, tmp_path):
     store.close()
 
 
-def damaged(data: bytes, kind: int, chance: random.Random) -> bytes:
-    """Return a file that a bad disk made of another."""
+def damage(data: bytes, kind: int, chance: random.Random) -> bytes:
+    """Return a copy of the data with one of four kinds of damage."""
     changed = bytearray(data)
     at = chance.randrange(len(changed))
     if kind == 0:
@@ -110,7 +110,7 @@ def damaged(data: bytes, kind: int, chance: random.Random) -> bytes:
     return bytes(changed)
 
 
-def test_a_damaged_file_is_one_clear_error(clock, tmp_path):
+def test_damaged_file_is_error_with_its_name(clock, tmp_path):
     file = tmp_path / "memory.db"
     store = EmbeddedStore(clock, file)
     for number in range(200):
@@ -120,8 +120,8 @@ def test_a_damaged_file_is_one_clear_error(clock, tmp_path):
     errors: dict[str, str | None] = {}
     for number in range(80):
         bad = tmp_path / f"bad{number}.db"
-        bad.write_bytes(damaged(good, number % 4, chance))
-        with contextlib.suppress(RobotMemoryError):  # nothing else may come
+        bad.write_bytes(damage(good, number % 4, chance))
+        with contextlib.suppress(RobotMemoryError):  # only RobotMemoryError is accepted
             try:
                 again = EmbeddedStore(clock, bad)
                 again.update(C, {}, {"z": 1})
@@ -133,7 +133,7 @@ def test_a_damaged_file_is_one_clear_error(clock, tmp_path):
     assert [*errors] == [*errors.values()]
 
 
-def test_a_file_of_another_version_is_refused_and_left_alone(clock, tmp_path):
+def test_file_of_another_version_is_refused_unchanged(clock, tmp_path):
     file = tmp_path / "memory.db"
     EmbeddedStore(clock, file).close()
     with sqlite3.connect(file) as database:
@@ -145,7 +145,7 @@ def test_a_file_of_another_version_is_refused_and_left_alone(clock, tmp_path):
     assert file.read_bytes() == before
 
 
-def test_one_file_is_for_one_process(clock, tmp_path):
+def test_file_is_locked_for_one_process(clock, tmp_path):
     file = tmp_path / "memory.db"
     store = EmbeddedStore(clock, file)
     with pytest.raises(RobotMemoryError, match=r"(?s)memory\.db: .*another process has the file"):
@@ -153,40 +153,40 @@ def test_one_file_is_for_one_process(clock, tmp_path):
     store.close()
 
 
-def test_somebody_elses_file_is_left_alone(clock, tmp_path):
+def test_file_of_another_program_is_refused_unchanged(clock, tmp_path):
     file = tmp_path / "other.db"
-    other = sqlite3.connect(file)
-    other.execute("CREATE TABLE theirs (a)")
-    other.commit()
-    other.close()
+    foreign = sqlite3.connect(file)
+    foreign.execute("CREATE TABLE theirs (a)")
+    foreign.commit()
+    foreign.close()
     with pytest.raises(RobotMemoryError, match="not a robot memory"):
         EmbeddedStore(clock, file)
     text = tmp_path / "text.txt"
-    text.write_text("a letter to my aunt, of more than a few characters" * 20)
+    text.write_text("a letter with more than a few characters, " * 20)
     with pytest.raises(RobotMemoryError, match="cannot keep the robot memory here"):
         EmbeddedStore(clock, text)
     assert text.read_text().startswith("a letter")
 
 
-def test_runs_on_a_virtual_clock_repeat():
+def test_events_on_virtual_clock_repeat():
     def run():
         clock = VirtualClock()
         store = EmbeddedStore(clock)
-        told: list[Document] = []
-        store.watch(C, {}, told.append)
+        events: list[Document] = []
+        store.watch(C, {}, events.append)
         store.insert(C, {"a": 1})
         clock.sleep_until(clock.now_us() + 5_000_000)
         store.update(C, {}, {"$currentDate": {"t": True}})
-        return told
+        return events
 
     assert run() == run()
 
 
-def test_many_threads_lose_nothing(clock):
+def test_concurrent_updates_are_all_applied(clock):
     store = EmbeddedStore(clock)
-    told: list[Document] = []
+    events: list[Document] = []
     store.insert(C, {"_id": "n", "n": 0})
-    store.watch(C, {}, told.append)
+    store.watch(C, {}, events.append)
 
     def count():
         for _ in range(200):
@@ -198,7 +198,7 @@ def test_many_threads_lose_nothing(clock):
     for thread in threads:
         thread.join()
     assert store.find(C) == [{"_id": "n", "n": 800}]
-    assert [event["fullDocument"]["n"] for event in told] == list(range(1, 801))
+    assert [event["fullDocument"]["n"] for event in events] == list(range(1, 801))
 
 
 SCALARS = st.none() | st.booleans() | st.integers(-3, 3) | st.sampled_from([0.5, 1.0, "a", "b", ""])
@@ -210,19 +210,19 @@ CONTENTS = st.dictionaries(st.sampled_from("ab"), VALUES, max_size=2)
     st.lists(st.tuples(st.integers(0, 60), CONTENTS), max_size=120),
     st.dictionaries(st.sampled_from(["a", "b", "a.x"]), VALUES, min_size=1, max_size=2),
 )
-def test_what_is_looked_up_is_what_would_be_found_by_looking_through(writes, query):
+def test_indexed_query_equals_full_scan(writes, query):
     store = EmbeddedStore(VirtualClock())
     for number in range(40):
         store.insert(C, {"_id": f"padding{number}"})
-    store.find(C, query)  # makes the indexes, so that the writes must keep them
+    store.find(C, query)  # creates the indexes, which the writes must update
     for number, fields in writes:
         if fields:
             store.update(C, {"_id": number}, fields, upsert=True)
         else:
             store.remove(C, {"_id": number})
-    fits = compile_query(query)
-    expected = [document["_id"] for document in store.find(C) if fits(document)]
+    matches = compile_query(query)
+    expected = [document["_id"] for document in store.find(C) if matches(document)]
     assert sorted(map(str, expected)) == sorted(str(document["_id"]) for document in store.find(C, query))
-    # values that no document has any more leave no keys
+    # unused values leave no keys
     indexes = store._collections[C]._indexes.values()
     assert all(identities for index in indexes for identities in index.values())

@@ -1,4 +1,4 @@
-"""The functions of the feature `robot_memory` beyond the row that each has in robmem_rows."""
+"""The CLIPS functions of the feature `robot_memory`, beyond their rows in function_rows."""
 
 from __future__ import annotations
 
@@ -40,28 +40,28 @@ def env(manager):
 
 
 @pytest.fixture
-def do(env):
+def call(env):
     return env.call
 
 
 @pytest.fixture
-def doc(do):
-    """Make a document of JSON."""
+def doc(call):
+    """Return a function that makes a document from JSON."""
 
     def make(text="{}"):
-        return do("bson-parse", text)
+        return call("bson-parse", text)
 
     return make
 
 
 def loop(env, manager):
-    """One loop of the executive; the facts that were told."""
+    """Run a loop of the executive."""
     with env.lock:
         manager.before_run("executive")
         return env.run()
 
 
-def ordered(env, relation):
+def ordered_facts(env, relation):
     return [slots["implied"] for _, _, slots in env.facts(relation)]
 
 
@@ -79,45 +79,45 @@ def contents(memory, collection=C):
 # --- documents --------------------------------------------------------------------------------------------
 
 
-def test_a_document_of_all_that_clips_has(do, doc):
-    new = do("bson-create")
-    do("bson-append", new, "float", 2.5)
-    do("bson-append", new, Symbol("int"), 2**40)
-    do("bson-append", new, "symbol", Symbol("TRUE"))
-    do("bson-append", new, "text", "käse")
-    do("bson-append", new, "below", doc('{"a": 1}'))
-    do("bson-append-array", new, "list", (1, Symbol("a"), "b", 2.5, doc('{"x": []}')))
-    do("bson-append-regex", new, "pattern", "^a")
-    do("bson-append-time", new, "time", (12, 345678))
-    array = do("bson-array-start")
-    do("bson-array-append", array, 1)
-    do("bson-array-append", array, Symbol("x"))
-    do("bson-array-finish", new, "array", array)
-    assert do("bson-tostring", new) == (
+def test_document_has_values_of_all_clips_types(call, doc):
+    new = call("bson-create")
+    call("bson-append", new, "float", 2.5)
+    call("bson-append", new, Symbol("int"), 2**40)
+    call("bson-append", new, "symbol", Symbol("TRUE"))
+    call("bson-append", new, "text", "käse")
+    call("bson-append", new, "below", doc('{"a": 1}'))
+    call("bson-append-array", new, "list", (1, Symbol("a"), "b", 2.5, doc('{"x": []}')))
+    call("bson-append-regex", new, "pattern", "^a")
+    call("bson-append-time", new, "time", (12, 345678))
+    array = call("bson-array-start")
+    call("bson-array-append", array, 1)
+    call("bson-array-append", array, Symbol("x"))
+    call("bson-array-finish", new, "array", array)
+    assert call("bson-tostring", new) == (
         '{ "float" : 2.5, "int" : 1099511627776, "symbol" : "TRUE", "text" : "käse", '
         '"below" : { "a" : 1 }, "list" : [ 1, "a", "b", 2.5, { "x" : [  ] } ], '
         '"pattern" : { "$regex" : "^a", "$options" : "" }, "time" : { "$date" : 12345 }, '
         '"array" : [ 1, "x" ] }'
     )
-    assert do("bson-field-names", new)[:3] == ("float", "int", "symbol")
-    assert do("bson-get-time", new, "time") == (12, 345000)
+    assert call("bson-field-names", new)[:3] == ("float", "int", "symbol")
+    assert call("bson-get-time", new, "time") == (12, 345000)
 
 
-def test_what_comes_out_of_a_document(do, doc):
+def test_values_of_document_have_clips_types(call, doc):
     new = doc(
         '{"f": 1.0, "i": 3, "t": "x", "yes": true, "no": false, "null": null, "l": [1, "a", true],'
         ' "d": {"e": {"f": 7}}, "id": {"$oid": "0123456789abcdef01234567"}, "at": {"$date": 1500}}'
     )
-    assert [do("bson-get", new, name) for name in ("f", "i", "t")] == [1.0, 3, "x"]
-    assert [do("bson-get", new, name) for name in ("yes", "no")] == [TRUE, FALSE]
-    assert isinstance(do("bson-get", new, "yes"), Symbol)
-    assert do("bson-get", new, "id") == "0123456789abcdef01234567"
-    assert do("bson-get", new, "d.e.f") == 7
-    assert do("bson-get", do("bson-get", new, "d"), "e.f") == 7
-    assert [do("bson-get", new, name) for name in ("null", "l", "at")] == ["INVALID_VALUE_TYPE"] * 3
-    assert do("bson-get-array", new, "l") == (1, "a", TRUE)
-    assert do("bson-get-time", new, "at") == (1, 500_000)
-    assert [do("bson-has-field", new, name) for name in ("d.e", "d.x", "t.x", "null")] == [
+    assert [call("bson-get", new, name) for name in ("f", "i", "t")] == [1.0, 3, "x"]
+    assert [call("bson-get", new, name) for name in ("yes", "no")] == [TRUE, FALSE]
+    assert isinstance(call("bson-get", new, "yes"), Symbol)
+    assert call("bson-get", new, "id") == "0123456789abcdef01234567"
+    assert call("bson-get", new, "d.e.f") == 7
+    assert call("bson-get", call("bson-get", new, "d"), "e.f") == 7
+    assert [call("bson-get", new, name) for name in ("null", "l", "at")] == ["INVALID_VALUE_TYPE"] * 3
+    assert call("bson-get-array", new, "l") == (1, "a", TRUE)
+    assert call("bson-get-time", new, "at") == (1, 500_000)
+    assert [call("bson-has-field", new, name) for name in ("d.e", "d.x", "t.x", "null")] == [
         TRUE,
         FALSE,
         FALSE,
@@ -125,22 +125,22 @@ def test_what_comes_out_of_a_document(do, doc):
     ]
 
 
-def test_mistakes_with_documents_are_logged_and_end_nothing(do, doc, log):
+def test_document_errors_are_logged(call, doc, log):
     new = doc('{"a": 1, "mixed": [1, null]}')
-    assert do("bson-get", new, "b") == FALSE
-    assert do("bson-get-array", new, "a") == (FALSE,)
-    assert do("bson-get-array", new, "mixed") == (FALSE,)
-    assert do("bson-get-time", new, "a") == (FALSE,)
-    assert do("bson-get-time", new, "b") == (FALSE, FALSE)
-    do("bson-append-regex", new, "r", Symbol("x"))
-    do("bson-append-time", new, "t", (1,))
-    do("bson-append-time", new, "t", (1, 2.5))
-    do("bson-append-time", new, "t", (10**15, 0))
-    assert do("bson-field-names", doc("{broken")) == ()
-    assert do("bson-field-names", doc("[1]")) == ()
-    assert do("bson-field-names", new) == ("a", "mixed")
-    assert do("robmem-query", C, doc('{"name": {"$near": 1}}')) == FALSE
-    do("robmem-update", C, doc('{"name": "x", "name.first": "y"}'), doc())
+    assert call("bson-get", new, "b") == FALSE
+    assert call("bson-get-array", new, "a") == (FALSE,)
+    assert call("bson-get-array", new, "mixed") == (FALSE,)
+    assert call("bson-get-time", new, "a") == (FALSE,)
+    assert call("bson-get-time", new, "b") == (FALSE, FALSE)
+    call("bson-append-regex", new, "r", Symbol("x"))
+    call("bson-append-time", new, "t", (1,))
+    call("bson-append-time", new, "t", (1, 2.5))
+    call("bson-append-time", new, "t", (10**15, 0))
+    assert call("bson-field-names", doc("{broken")) == ()
+    assert call("bson-field-names", doc("[1]")) == ()
+    assert call("bson-field-names", new) == ("a", "mixed")
+    assert call("robmem-query", C, doc('{"name": {"$near": 1}}')) == FALSE
+    call("robmem-update", C, doc('{"name": "x", "name.first": "y"}'), doc())
     texts = problems(log)
     for part in (
         "$near needs MongoDB",
@@ -170,81 +170,81 @@ def test_mistakes_with_documents_are_logged_and_end_nothing(do, doc, log):
         ("bson-destroy", (), None),
     ],
 )
-def test_stale_handles_are_errors_not_crashes(do, doc, log, function, more, result):
+def test_stale_handles_are_errors(call, doc, log, function, more, result):
     gone = doc()
-    do("bson-destroy", gone)
-    cursor = do("robmem-query", C, doc())
+    call("bson-destroy", gone)
+    cursor = call("robmem-query", C, doc())
     for address, words in (
         (gone, "was destroyed before"),
         (ExternalAddress(0), "this is not a document"),
         (FALSE, "this is not a document: FALSE"),
         (cursor, "this is a cursor, not a document"),
-        (do("bson-array-start"), "this is an array, not a document"),
+        (call("bson-array-start"), "this is an array, not a document"),
     ):
-        assert do(function, address, *more) == result
+        assert call(function, address, *more) == result
         assert words in problems(log)[-1]
 
 
 # --- collections ------------------------------------------------------------------------------------------
 
 
-def test_inserting_updating_removing(do, doc, memory):
-    do("robmem-insert", C, doc('{"a": 1, "b": 1}'))
-    do("robmem-upsert", C, doc('{"a": 2}'), doc('{"a": 2}'))
-    do("robmem-upsert", C, doc('{"b": 2}'), '{"a": 2}')
-    do("robmem-update", C, doc('{"b": 3}'), '{"a": 1}')
-    do("robmem-update", C, doc('{"b": 3}'), '{"a": 9}')
+def test_insert_update_replace_and_remove(call, doc, memory):
+    call("robmem-insert", C, doc('{"a": 1, "b": 1}'))
+    call("robmem-upsert", C, doc('{"a": 2}'), doc('{"a": 2}'))
+    call("robmem-upsert", C, doc('{"b": 2}'), '{"a": 2}')
+    call("robmem-update", C, doc('{"b": 3}'), '{"a": 1}')
+    call("robmem-update", C, doc('{"b": 3}'), '{"a": 9}')
     assert contents(memory) == [{"a": 1, "b": 3}, {"a": 2, "b": 2}]
-    do("robmem-replace", C, doc('{"c": 4}'), '{"a": 1}')
+    call("robmem-replace", C, doc('{"c": 4}'), '{"a": 1}')
     assert contents(memory)[0] == {"a": 1, "b": 3, "c": 4}
-    do("robmem-remove", C, doc('{"a": 2}'))
+    call("robmem-remove", C, doc('{"a": 2}'))
     assert len(contents(memory)) == 1
 
 
-def test_cursors(do, doc):
+def test_cursor_iterates_over_query_result(call, doc):
     for number in (1, 3, 2):
-        do("robmem-insert", C, doc(f'{{"n": {number}}}'))
-    cursor = do("robmem-query-sort", C, doc('{"n": {"$gt": 1}}'), doc('{"n": -1}'))
+        call("robmem-insert", C, doc(f'{{"n": {number}}}'))
+    cursor = call("robmem-query-sort", C, doc('{"n": {"$gt": 1}}'), doc('{"n": -1}'))
     found = []
-    while (document := do("robmem-cursor-next", cursor)) != FALSE:
-        found.append(do("bson-get", document, "n"))
+    while (document := call("robmem-cursor-next", cursor)) != FALSE:
+        found.append(call("bson-get", document, "n"))
     assert found == [3, 2]
-    assert do("robmem-cursor-next", cursor) == FALSE
-    do("robmem-cursor-destroy", cursor)
-    assert do("robmem-cursor-next", do("robmem-query", C, doc('{"n": 7}'))) == FALSE
+    assert call("robmem-cursor-next", cursor) == FALSE
+    call("robmem-cursor-destroy", cursor)
+    assert call("robmem-cursor-next", call("robmem-query", C, doc('{"n": 7}'))) == FALSE
 
 
-def test_an_upsert_that_comes_too_late_is_no_mistake(do, doc, log, memory):
-    do("robmem-insert", C, doc('{"_id": "x", "n": 5}'))
-    do("robmem-upsert", C, doc('{"_id": "x", "n": 3}'), doc('{"_id": "x", "n": {"$lte": 3}}'))
+def test_late_upsert_is_no_error(call, doc, log, memory):
+    call("robmem-insert", C, doc('{"_id": "x", "n": 5}'))
+    call("robmem-upsert", C, doc('{"_id": "x", "n": 3}'), doc('{"_id": "x", "n": {"$lte": 3}}'))
     assert contents(memory) == [{"n": 5}]
     assert problems(log) == []
 
 
 @needs_pymongo
-def test_dumping_and_restoring(do, doc, log, memory, tmp_path):
+def test_collection_is_dumped_and_restored(call, doc, log, memory, tmp_path):
     for number in range(3):
-        do("robmem-insert", C, doc(f'{{"_id": {number}, "l": [{number}]}}'))
+        call("robmem-insert", C, doc(f'{{"_id": {number}, "l": [{number}]}}'))
     before = memory.open().find(C)
-    assert do("robmem-dump-collection", C, "@BASEDIR@/dump") == TRUE
+    assert call("robmem-dump-collection", C, "@BASEDIR@/dump") == TRUE
     assert (tmp_path / "dump" / "robmem" / "test.bson").is_file()
-    do("robmem-insert", C, doc('{"_id": 7}'))
-    assert do("robmem-restore-collection", C, f"{tmp_path}/dump", "") == TRUE
+    call("robmem-insert", C, doc('{"_id": 7}'))
+    assert call("robmem-restore-collection", C, f"{tmp_path}/dump", "") == TRUE
     assert memory.open().find(C) == before
-    assert do("robmem-restore-collection", C, f"{tmp_path}/dump", "robmem.copy") == TRUE
+    assert call("robmem-restore-collection", C, f"{tmp_path}/dump", "robmem.copy") == TRUE
     assert memory.open().find("robmem.copy") == before
     assert problems(log) == []
 
 
 @needs_pymongo
-def test_a_dump_that_is_none_destroys_nothing(do, doc, log, memory, tmp_path):
-    do("robmem-insert", C, doc('{"_id": 1}'))
-    assert do("robmem-restore-collection", C, f"{tmp_path}/nowhere", "") == FALSE
+def test_invalid_dump_changes_nothing(call, doc, log, memory, tmp_path):
+    call("robmem-insert", C, doc('{"_id": 1}'))
+    assert call("robmem-restore-collection", C, f"{tmp_path}/nowhere", "") == FALSE
     (tmp_path / "robmem").mkdir()
     for rubbish in (b"rubbish that is long enough", b"\x05\x00\x00\x00\x00\x10", b"\xff\xff\xff\x7f\x00\x00"):
         (tmp_path / "robmem" / "test.bson").write_bytes(rubbish)
-        assert do("robmem-restore-collection", C, str(tmp_path), "") == FALSE
-    assert do("robmem-dump-collection", C, str(Path("/proc/nowhere"))) == FALSE
+        assert call("robmem-restore-collection", C, str(tmp_path), "") == FALSE
+    assert call("robmem-dump-collection", C, str(Path("/proc/nowhere"))) == FALSE
     assert len(problems(log)) == 5
     assert memory.open().find(C) == [{"_id": 1}]
 
@@ -252,46 +252,48 @@ def test_a_dump_that_is_none_destroys_nothing(do, doc, log, memory, tmp_path):
 # --- triggers ---------------------------------------------------------------------------------------------
 
 
-def register(env, manager, do, name="seen", collection=C, query="{}"):
-    assert do("robmem-trigger-register", collection, do("bson-parse", query), name) == TRUE
+def register(env, manager, call, name="seen", collection=C, query="{}"):
+    assert call("robmem-trigger-register", collection, call("bson-parse", query), name) == TRUE
     loop(env, manager)
-    return next(fields[2] for fields in ordered(env, "mutex-trigger-register-feedback") if fields[1] == name)
+    return next(
+        fields[2] for fields in ordered_facts(env, "mutex-trigger-register-feedback") if fields[1] == name
+    )
 
 
-def test_a_registration_that_fails(do, doc, env, manager, log):
-    do("robmem-trigger-register", "nowhere", doc(), "seen")
-    assert do("robmem-trigger-register", C, FALSE, "seen") == FALSE
+def test_failed_registration_has_feedback(call, doc, env, manager, log):
+    call("robmem-trigger-register", "nowhere", doc(), "seen")
+    assert call("robmem-trigger-register", C, FALSE, "seen") == FALSE
     loop(env, manager)
-    assert ordered(env, "mutex-trigger-register-feedback") == [("FAIL", "seen")]
+    assert ordered_facts(env, "mutex-trigger-register-feedback") == [("FAIL", "seen")]
     assert len(problems(log)) == 2
 
 
-def test_events_come_in_order_with_times_of_their_own(do, doc, env, manager):
-    register(env, manager, do)
+def test_trigger_events_have_order_and_distinct_times(call, doc, env, manager):
+    register(env, manager, call)
     env.build(
         "(defrule take ?e <- (robmem-trigger (name ?n) (rcvd-at $?t) (ptr ?p))"
         " (not (robmem-trigger (rcvd-at $?u&:(time> ?t ?u))))"
         ' => (retract ?e) (assert (took ?n (bson-get ?p "operationType") ?t)) (bson-destroy ?p))'
     )
-    do("robmem-insert", C, doc('{"_id": 1}'))
-    do("robmem-update", C, doc('{"a": 1}'), '{"_id": 1}')
-    do("robmem-remove", C, doc('{"_id": 1}'))
+    call("robmem-insert", C, doc('{"_id": 1}'))
+    call("robmem-update", C, doc('{"a": 1}'), '{"_id": 1}')
+    call("robmem-remove", C, doc('{"_id": 1}'))
     assert list(env.facts("robmem-trigger")) == []
     loop(env, manager)
-    took = ordered(env, "took")
+    took = ordered_facts(env, "took")
     assert [fields[:2] for fields in took] == [("seen", "insert"), ("seen", "update"), ("seen", "delete")]
     assert len({fields[2:] for fields in took}) == 3
-    assert ordered(env, "seen") == [()]
+    assert ordered_facts(env, "seen") == [()]
 
 
-def test_a_trigger_that_was_destroyed_tells_nothing(do, doc, env, manager, log):
-    pointer = register(env, manager, do)
-    do("robmem-trigger-destroy", pointer)
-    do("robmem-insert", C, doc())
+def test_destroyed_trigger_has_no_events(call, doc, env, manager, log):
+    pointer = register(env, manager, call)
+    call("robmem-trigger-destroy", pointer)
+    call("robmem-insert", C, doc())
     loop(env, manager)
-    assert ordered(env, "seen") == []
+    assert ordered_facts(env, "seen") == []
     assert problems(log) == []
-    do("robmem-trigger-destroy", pointer)
+    call("robmem-trigger-destroy", pointer)
     assert "was destroyed before" in problems(log)[0]
 
 
@@ -302,37 +304,37 @@ def mutex(memory, name="m"):
     return next(iter(memory.open().find(MUTEXES, {"_id": name})), None)
 
 
-def test_a_mutex_from_its_making_to_its_end(do, memory):
-    assert do("robmem-mutex-create", "m") == TRUE
-    assert do("robmem-mutex-create", "m") == FALSE
+def test_mutex_operations_from_create_to_destroy(call, memory):
+    assert call("robmem-mutex-create", "m") == TRUE
+    assert call("robmem-mutex-create", "m") == FALSE
     assert mutex(memory) == {"_id": "m", "locked": False}
-    assert do("robmem-mutex-try-lock", "m", "me") == TRUE
+    assert call("robmem-mutex-try-lock", "m", "me") == TRUE
     assert mutex(memory)["locked-by"] == "me"
-    assert do("robmem-mutex-try-lock", "m", "other") == FALSE
-    assert do("robmem-mutex-try-lock", "m", "me") == FALSE
-    assert do("robmem-mutex-renew-lock", "m", "other") == FALSE
-    assert do("robmem-mutex-renew-lock", "m", "me") == TRUE
-    assert do("robmem-mutex-unlock", "m", "other") == FALSE
-    assert do("robmem-mutex-force-lock", "m", "other") == TRUE
-    assert do("robmem-mutex-unlock", "m", "other") == TRUE
+    assert call("robmem-mutex-try-lock", "m", "other") == FALSE
+    assert call("robmem-mutex-try-lock", "m", "me") == FALSE
+    assert call("robmem-mutex-renew-lock", "m", "other") == FALSE
+    assert call("robmem-mutex-renew-lock", "m", "me") == TRUE
+    assert call("robmem-mutex-unlock", "m", "other") == FALSE
+    assert call("robmem-mutex-force-lock", "m", "other") == TRUE
+    assert call("robmem-mutex-unlock", "m", "other") == TRUE
     assert mutex(memory) == {"_id": "m", "locked": False}
-    assert do("robmem-mutex-destroy", "m") == TRUE
+    assert call("robmem-mutex-destroy", "m") == TRUE
     assert mutex(memory) is None
 
 
-def test_answers_to_asynchronous_operations(do, env, manager):
-    assert do("robmem-mutex-create-async", "m") == (TRUE,)
-    assert do("robmem-mutex-try-lock-async", "m", "me") == (TRUE,)
-    assert do("robmem-mutex-try-lock-async", "m", "other") == (TRUE,)
-    assert do("robmem-mutex-renew-lock-async", "m", "me") == (TRUE,)
-    assert do("robmem-mutex-renew-lock-async", "m", "other") == (TRUE,)
-    assert do("robmem-mutex-force-lock-async", "m", "other") == (TRUE,)
-    assert do("robmem-mutex-unlock-async", "m", "other") == (TRUE,)
-    assert do("robmem-mutex-destroy-async", "m") == (TRUE,)
-    assert do("robmem-mutex-expire-locks-async", 1.0) == TRUE
-    assert ordered(env, "mutex-op-feedback") == []
+def test_asynchronous_operations_have_feedback(call, env, manager):
+    assert call("robmem-mutex-create-async", "m") == (TRUE,)
+    assert call("robmem-mutex-try-lock-async", "m", "me") == (TRUE,)
+    assert call("robmem-mutex-try-lock-async", "m", "other") == (TRUE,)
+    assert call("robmem-mutex-renew-lock-async", "m", "me") == (TRUE,)
+    assert call("robmem-mutex-renew-lock-async", "m", "other") == (TRUE,)
+    assert call("robmem-mutex-force-lock-async", "m", "other") == (TRUE,)
+    assert call("robmem-mutex-unlock-async", "m", "other") == (TRUE,)
+    assert call("robmem-mutex-destroy-async", "m") == (TRUE,)
+    assert call("robmem-mutex-expire-locks-async", 1.0) == TRUE
+    assert ordered_facts(env, "mutex-op-feedback") == []
     loop(env, manager)
-    assert ordered(env, "mutex-op-feedback") == [
+    assert ordered_facts(env, "mutex-op-feedback") == [
         ("try-lock-async", "FAIL", "m"),
         ("renew-lock-async", "OK", "m"),
         ("renew-lock-async", "FAIL", "m"),
@@ -341,7 +343,7 @@ def test_answers_to_asynchronous_operations(do, env, manager):
 
 
 class SlowStore(EmbeddedStore):
-    """A store that answers from afar, when it is let go."""
+    """A remote store whose answers wait for ``go``."""
 
     is_local = False
 
@@ -354,7 +356,7 @@ class SlowStore(EmbeddedStore):
         return super().find_one_and_update(*args, **options)
 
 
-def robot_on(store, bus, board):
+def start_robot(store, bus, board):
     memory = RobotMemory(
         Configuration.from_text("a: b", "test.yaml"), bus.clock, bus, board, embedded=lambda _settings: store
     )
@@ -367,22 +369,22 @@ def robot_on(store, bus, board):
 def loop_until(env, manager, count, relation="mutex-op-feedback"):
     for _ in range(2000):
         loop(env, manager)
-        if len(ordered(env, relation)) >= count:
-            return ordered(env, relation)
+        if len(ordered_facts(env, relation)) >= count:
+            return ordered_facts(env, relation)
         threading.Event().wait(0.01)
-    raise AssertionError(ordered(env, relation))
+    raise AssertionError(ordered_facts(env, relation))
 
 
-def test_one_operation_a_mutex_at_a_time(bus, board, tmp_path):
+def test_mutex_has_one_operation_at_a_time(bus, board, tmp_path):
     store = SlowStore(bus.clock)
-    memory, manager, env = robot_on(store, bus, board)
+    memory, manager, env = start_robot(store, bus, board)
     assert env.call("robmem-mutex-try-lock-async", "m", "me") == (TRUE,)
     busy = (FALSE, "Task already running for m (try-lock failed)")
     assert env.call("robmem-mutex-try-lock-async", "m", "me") == busy
     assert env.call("robmem-mutex-unlock-async", "m", "me")[0] == FALSE
     assert env.call("robmem-mutex-try-lock-async", "other", "me") == (TRUE,)
     loop(env, manager)
-    assert ordered(env, "mutex-op-feedback") == [("try-lock-async", "FAIL", "m")]
+    assert ordered_facts(env, "mutex-op-feedback") == [("try-lock-async", "FAIL", "m")]
     store.go.set()
     manager.close()  # waits for the running operations
     assert {document["_id"] for document in store.find(MUTEXES, {"locked": True})} == {"m", "other"}
@@ -390,15 +392,15 @@ def test_one_operation_a_mutex_at_a_time(bus, board, tmp_path):
 
 
 @needs_pymongo
-def test_a_database_that_is_away(bus, board, tmp_path, log, monkeypatch):
+def test_unreachable_database_fails_all_functions(bus, board, tmp_path, log, monkeypatch):
     from cxbridge_robot_memory.mongodb import store as mongo
     from robot_memory_tests.mongo_server import MongoServer
 
     monkeypatch.setattr(mongo, "_SELECTION_MS", 200)
-    with MongoServer() as gone:
+    with MongoServer() as server:
         pass
-    store = mongo.MongoStore(gone.uri)
-    memory, manager, env = robot_on(store, bus, board)
+    store = mongo.MongoStore(server.uri)
+    memory, manager, env = start_robot(store, bus, board)
     empty = env.call("bson-create")
     assert env.call("robmem-query", C, empty) == FALSE
     env.call("robmem-insert", C, empty)
@@ -427,14 +429,14 @@ def test_a_database_that_is_away(bus, board, tmp_path, log, monkeypatch):
 # --- helpers in CLIPS -------------------------------------------------------------------------------------
 
 
-def test_facts_as_documents_and_back(env, do):
+def test_facts_are_converted_to_documents_and_back(env, call):
     env.build("(deftemplate thing (slot a-b-c) (multislot many))")
     env.assert_string('(thing (a-b-c 5) (many x "y" 2))')
     document = env.eval("(do-for-fact ((?f thing)) TRUE (rm-structured-fact-to-bson ?f))")
     text = '{ "relation" : "thing", "a_b-c" : 5, "many" : [ "x", "y", 2 ] }'
-    assert do("bson-tostring", document) == text
+    assert call("bson-tostring", document) == text
     env.assert_string("(plain a 1)")
     plain = env.eval("(do-for-fact ((?f plain)) TRUE (rm-ordered-fact-to-bson ?f))")
-    assert do("bson-tostring", plain) == '{ "relation" : "plain", "values" : [ "a", 1 ] }'
-    do("rm-assert-from-bson", do("bson-parse", '{"relation": "thing", "many": ["q", 3]}'))
+    assert call("bson-tostring", plain) == '{ "relation" : "plain", "values" : [ "a", 1 ] }'
+    call("rm-assert-from-bson", call("bson-parse", '{"relation": "thing", "many": ["q", 3]}'))
     assert [slots["many"] for _, _, slots in env.facts("thing")][-1] == ("q", 3)

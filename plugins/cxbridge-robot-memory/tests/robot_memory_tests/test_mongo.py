@@ -1,6 +1,6 @@
-"""The store on MongoDB: a database that goes away and comes back, two of them, the configuration.
+"""The store on MongoDB: outages, two databases, the configuration.
 
-Runs on a server of the tests' own (see `mongo_server`).
+The tests run on a local server (see `mongo_server`).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ M = "robmem_coordination.mutex"
 
 @pytest.fixture
 def fast(monkeypatch):
-    """Fail early when a server is away."""
+    """Shorten the timeouts of an absent server."""
     monkeypatch.setattr(mongo, "_SELECTION_MS", 300)
     monkeypatch.setattr(mongo, "_PAUSE_S", 0.1)
 
@@ -45,18 +45,18 @@ def until(condition, seconds=20):
         time.sleep(0.02)
 
 
-def comes_back(store):
-    def there():
+def wait_until_reachable(store):
+    def is_reachable():
         try:
             store.find(C)
         except UnreachableError:
             return False
         return True
 
-    until(there)
+    until(is_reachable)
 
 
-def test_a_database_goes_away_and_comes_back(fast):
+def test_store_continues_after_outage_of_database(fast):
     first = MongoServer()
     warnings: list[str] = []
     store = MongoStore(first.uri, warn=warnings.append)
@@ -67,9 +67,9 @@ def test_a_database_goes_away_and_comes_back(fast):
     with pytest.raises(UnreachableError):
         store.insert(C, {"_id": 2})
     until(lambda: warnings)
-    first.store.insert(C, {"_id": 3})  # of another robot, during the outage
+    first.store.insert(C, {"_id": 3})  # from another robot, during the outage
     with MongoServer(first.port, first) as second:
-        comes_back(store)
+        wait_until_reachable(store)
         store.insert(C, {"_id": 4})
         assert [event["documentKey"]["_id"] for event in events.first(3)] == [1, 3, 4]
         until(lambda: len(warnings) == 2)
@@ -79,10 +79,10 @@ def test_a_database_goes_away_and_comes_back(fast):
     assert "reachable again" in warnings[1]
 
 
-def test_a_database_that_is_away_at_the_start(fast):
-    with MongoServer() as gone:
+def test_store_starts_without_database(fast):
+    with MongoServer() as server:
         pass
-    store = MongoStore(gone.uri)
+    store = MongoStore(server.uri)
     begin = time.monotonic()
     for operation in (
         lambda: store.insert(C, {}),
@@ -93,32 +93,32 @@ def test_a_database_that_is_away_at_the_start(fast):
             operation()
     assert time.monotonic() - begin < 20
     assert store.replica_set_status("robot-memory-local").primary == "PRIMARY_UNKNOWN"
-    with MongoServer(gone.port):
-        comes_back(store)
+    with MongoServer(server.port):
+        wait_until_reachable(store)
         assert store.replica_set_status("robot-memory-local").member == "PRIMARY"
         store.close()
 
 
-def test_what_robots_share_is_in_the_shared_set():
-    with MongoServer() as own, MongoServer() as shared:
-        store = MongoStore(own.uri, shared.uri, ["robmem_coordination"])
+def test_shared_databases_are_on_shared_server():
+    with MongoServer() as local, MongoServer() as shared:
+        store = MongoStore(local.uri, shared.uri, ["robmem_coordination"])
         assert Mutexes(store, M, RealClock()).try_lock("m", "me")
         store.insert(C, {"a": 1})
-        assert [len(server.store.find(name)) for server in (own, shared) for name in (C, M)] == [1, 0, 0, 1]
+        assert [len(server.store.find(name)) for server in (local, shared) for name in (C, M)] == [1, 0, 0, 1]
         store.create_index(C, {"a": 1, "b": -1}, unique=True)
         store.create_index(M, {"t": 1}, expire_after_s=5)
-        assert [(index["key"], index["unique"]) for index in own.indexes] == [({"a": 1, "b": -1}, True)]
+        assert [(index["key"], index["unique"]) for index in local.indexes] == [({"a": 1, "b": -1}, True)]
         assert [index["expireAfterSeconds"] for index in shared.indexes] == [5]
         store.close()
 
 
 @pytest.mark.parametrize("uri", ["mongodb://", "mongodb://x:y:z", "http://x", ""])
-def test_what_is_no_uri_is_refused(uri):
+def test_invalid_uri_is_refused(uri):
     with pytest.raises(ConfigError, match="cannot use the MongoDB"):
         MongoStore(uri)
 
 
-def test_the_password_of_a_uri_that_is_refused_is_not_told():
+def test_error_of_invalid_uri_hides_password():
     with pytest.raises(ConfigError) as caught:
         MongoStore("mongodb://me:hidden@x:y:z/")
     assert "hidden" not in str(caught.value)
@@ -149,7 +149,7 @@ def settings(text):
     return Settings.read(Configuration.from_text(text, "/folder/test.yaml"))
 
 
-def test_the_settings_are_fawkes():
+def test_settings_of_fawkes_are_read():
     found = settings(FAWKES_CLIENTS % "true")
     assert found.uri == "mongodb://here:27021/?directConnection=true"
     assert found.distributed_uri == "mongodb://a:1,b:2/?replicaSet=rs"
@@ -161,13 +161,13 @@ def test_the_settings_are_fawkes():
     assert settings(FAWKES_CLIENTS % "false").distributed_uri == ""
 
 
-def test_without_a_configuration_it_is_in_this_process():
+def test_default_is_embedded_store():
     found = settings("a: b")
     assert (found.backend, found.file, found.mutex_collection) == ("embedded", None, M)
     assert found.replica_sets == ("robot-memory-distributed", "robot-memory-local")
 
 
-def test_one_uri_is_for_everything():
+def test_single_uri_has_all_databases():
     text = 'cxbridge: {robot-memory: {backend: mongodb, uri: "mongodb://me:secret@h:1/"}}'
     found = settings(text)
     assert (found.uri, found.distributed_uri) == ("mongodb://me:secret@h:1/", "")
@@ -179,14 +179,14 @@ def memory(config: str, clock: Clock, folder: Path):
     return board, RobotMemory(Configuration.from_text(config, str(folder / "test.yaml")), clock, bus, board)
 
 
-def test_mongodb_cannot_go_with_a_virtual_clock(tmp_path):
+def test_mongodb_refuses_virtual_clock(tmp_path):
     board, robot_memory = memory("cxbridge: {robot-memory: {backend: mongodb}}", VirtualClock(), tmp_path)
     with pytest.raises(ConfigError, match="--clock real"):
         robot_memory.open()
     board.shutdown()
 
 
-def test_the_interfaces_of_the_sets_follow_the_database(fast, tmp_path):
+def test_interfaces_of_replica_sets_follow_database(fast, tmp_path):
     server = MongoServer()
     board, robot_memory = memory(
         f'cxbridge: {{robot-memory: {{backend: mongodb, uri: "{server.uri}"}}}}', RealClock(), tmp_path
@@ -207,16 +207,3 @@ def test_the_interfaces_of_the_sets_follow_the_database(fast, tmp_path):
         until(lambda: shows("PRIMARY", "HAVE_PRIMARY"))
         robot_memory.close()
     board.shutdown()
-
-
-HOLDER = """
-import sys, time
-from cxbridge.clock import RealClock
-from cxbridge_robot_memory.mongodb.store import MongoStore
-from cxbridge_robot_memory.mutexes import Mutexes
-mutexes = Mutexes(MongoStore(sys.argv[1]), "robmem_coordination.mutex", RealClock())
-print(mutexes.try_lock("m", "holder"), flush=True)
-while True:
-    time.sleep(0.1)
-    mutexes.renew("m", "holder")
-"""

@@ -1,4 +1,4 @@
-"""Two agents in two processes and a database between them: one is killed with a mutex in its hand."""
+"""Two agents in separate processes with a database: the agent with the mutex is killed."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def owner(server: MongoServer) -> str:
     return str(mutex.get("locked-by"))
 
 
-def test_the_other_takes_over_and_not_before(tmp_path: Path) -> None:
+def test_heir_gets_mutex_only_after_kill_of_holder(tmp_path: Path) -> None:
     with MongoServer() as server:
         holder = write(tmp_path / "holder", "holder", server.uri)
         heir = write(tmp_path / "heir", "heir", server.uri)
@@ -95,7 +95,7 @@ def test_the_other_takes_over_and_not_before(tmp_path: Path) -> None:
             assert any("ACQUIRED" in line for line in run.stdout)
             options: dict[str, Any] = {"scenario": heir, "clock": "real", "skiller": "none"}
             patient = run_scenario(RunOptions(**options, timeout=3))
-            assert patient.status == 3  # the holder lives, and renews
+            assert patient.status == 3  # the holder lives and renews its lock
             assert owner(server) == "holder"
             run.kill()
         result = run_scenario(RunOptions(**options, timeout=60))

@@ -1,4 +1,4 @@
-"""The embedded store does what MongoDB documents of an operator, or refuses it by its name."""
+"""The embedded store follows MongoDB's manual for an operator, or refuses the operator by its name."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ C = "robmem.test"
 
 
 def cases(table: dict[str, list[Any]]) -> list[Any]:
-    """Return the rows of a table of operators, each behind its operator."""
+    """Return the rows of a table of operators with the operator first."""
     return [(name, *row) for name, rows in table.items() for row in rows]
 
 
-def brief(value: object) -> str:
+def short_id(value: object) -> str:
     return str(value)[:50]
 
 
@@ -32,35 +32,39 @@ def embedded() -> EmbeddedStore:
     return EmbeddedStore(VirtualClock())
 
 
-# --- as documented ----------------------------------------------------------------------------------------
+# --- documented operators ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("_name", "document", "asked", "expected"), cases(mongodb.QUERY_CASES), ids=brief)
-@pytest.mark.parametrize("others", [0, 40])
-def test_a_query_finds_what_mongodb_documents(embedded, _name, document, asked, expected, others):
-    for number in range(others):  # enough documents for a look-up of equal values
+@pytest.mark.parametrize(
+    ("_name", "document", "condition", "expected"), cases(mongodb.QUERY_CASES), ids=short_id
+)
+@pytest.mark.parametrize("other_documents", [0, 40])
+def test_query_finds_documented_documents(embedded, _name, document, condition, expected, other_documents):
+    for number in range(other_documents):  # enough documents for an index
         embedded.insert(C, {"_id": number, "other": number})
-    embedded.insert(C, {"_id": "it", **document})
-    query = asked["query"] if isinstance(asked, dict) and "query" in asked else {"a": asked}
-    found = [each["_id"] for each in embedded.find(C, query)]
-    assert ("it" in found) is expected
+    embedded.insert(C, {"_id": "searched", **document})
+    query = condition["query"] if isinstance(condition, dict) and "query" in condition else {"a": condition}
+    found = [result["_id"] for result in embedded.find(C, query)]
+    assert ("searched" in found) is expected
 
 
-@pytest.mark.parametrize(("query", "named"), mongodb.BAD_QUERIES, ids=brief)
-def test_a_query_that_mongodb_refuses_is_refused(embedded, query, named):
-    with pytest.raises(QueryError, match=re.escape(named)):
-        embedded.find(C, query)  # also where nothing is
+@pytest.mark.parametrize(("query", "part"), mongodb.BAD_QUERIES, ids=short_id)
+def test_query_refused_by_mongodb_is_refused(embedded, query, part):
+    with pytest.raises(QueryError, match=re.escape(part)):
+        embedded.find(C, query)  # the collection is empty
 
 
-@pytest.mark.parametrize(("_name", "document", "update", "expected"), cases(mongodb.UPDATE_CASES), ids=brief)
-def test_an_update_makes_what_mongodb_documents(_name, document, update, expected):
+@pytest.mark.parametrize(
+    ("_name", "document", "update", "expected"), cases(mongodb.UPDATE_CASES), ids=short_id
+)
+def test_update_makes_documented_document(_name, document, update, expected):
     before = {"_id": 1, **document}
     if isinstance(expected, str):
         with pytest.raises(QueryError, match=re.escape(expected)):
             Update(copy(update)).apply(copy(before), mongodb.NOW)
         return
     changed = Update(copy(update)).apply(copy(before), mongodb.NOW)
-    # to the byte: types of numbers and the order of fields count
+    # types of numbers and the order of fields count
     if changed is None:
         assert is_identical(before, {"_id": 1, **expected})
     else:
@@ -68,8 +72,8 @@ def test_an_update_makes_what_mongodb_documents(_name, document, update, expecte
         assert not is_identical(before, changed)
 
 
-@pytest.mark.parametrize(("query", "update", "expected"), mongodb.UPSERTS, ids=brief)
-def test_an_upsert_inserts_what_mongodb_documents(embedded, query, update, expected):
+@pytest.mark.parametrize(("query", "update", "expected"), mongodb.UPSERTS, ids=short_id)
+def test_upsert_inserts_documented_document(embedded, query, update, expected):
     if isinstance(expected, str):
         with pytest.raises(QueryError, match=re.escape(expected)):
             embedded.update(C, query, update, upsert=True)
@@ -82,11 +86,11 @@ def test_an_upsert_inserts_what_mongodb_documents(embedded, query, update, expec
     assert is_identical(found, expected)
 
 
-# --- or refused by name -----------------------------------------------------------------------------------
+# --- refused operators ------------------------------------------------------------------------------------
 
 
-def refuses(name: str, operation: Any) -> bool:
-    """Whether an operation is refused with an error that has this name in it."""
+def is_refused(name: str, operation: Any) -> bool:
+    """Return whether an operation is refused with an error that contains the name."""
     try:
         operation()
     except QueryError as error:
@@ -95,37 +99,37 @@ def refuses(name: str, operation: Any) -> bool:
 
 
 @pytest.mark.parametrize("name", names.QUERY_OPERATORS)
-def test_each_query_operator_of_the_manual_has_cases_or_is_refused_by_name(embedded, name):
+def test_query_operator_has_cases_or_is_refused_by_name(embedded, name):
     if name in mongodb.QUERY_CASES:
-        fitting = {expected for _, _, expected in mongodb.QUERY_CASES[name]}
-        assert True in fitting
+        outcomes = {expected for _, _, expected in mongodb.QUERY_CASES[name]}
+        assert True in outcomes
     else:
-        assert refuses(name, lambda: embedded.find(C, {"a": {name: 1}}))
-        assert refuses(name, lambda: embedded.find(C, {"a": {"$not": {name: 1}}}))
+        assert is_refused(name, lambda: embedded.find(C, {"a": {name: 1}}))
+        assert is_refused(name, lambda: embedded.find(C, {"a": {"$not": {name: 1}}}))
 
 
 @pytest.mark.parametrize("name", names.TOP_QUERY_OPERATORS)
-def test_each_operator_beside_the_fields_has_cases_or_is_refused_by_name(embedded, name):
+def test_top_level_operator_has_cases_or_is_refused_by_name(embedded, name):
     if name not in mongodb.QUERY_CASES:
-        assert refuses(name, lambda: embedded.find(C, {name: 1}))
-        assert refuses(name, lambda: embedded.watch(C, {name: 1}, print))
+        assert is_refused(name, lambda: embedded.find(C, {name: 1}))
+        assert is_refused(name, lambda: embedded.watch(C, {name: 1}, print))
 
 
 @pytest.mark.parametrize("name", names.UPDATE_OPERATORS)
-def test_each_update_operator_of_the_manual_has_cases_or_is_refused_by_name(embedded, name):
+def test_update_operator_has_cases_or_is_refused_by_name(embedded, name):
     if name in mongodb.UPDATE_CASES:
         assert any(not isinstance(expected, str) for *_, expected in mongodb.UPDATE_CASES[name])
     else:
-        assert refuses(name, lambda: embedded.update(C, {}, {name: {"a": 1}}))
-        assert refuses(name, lambda: embedded.update(C, {}, {"$push": {"a": {name: 1}}}))
+        assert is_refused(name, lambda: embedded.update(C, {}, {name: {"a": 1}}))
+        assert is_refused(name, lambda: embedded.update(C, {}, {"$push": {"a": {name: 1}}}))
 
 
 @pytest.mark.parametrize("name", names.POSITIONAL_OPERATORS)
-def test_positional_operators_are_refused_by_name(embedded, name):
-    assert refuses(name, lambda: embedded.update(C, {"a": 1}, {"$set": {f"a.{name}": 1}}))
-    assert refuses(name, lambda: embedded.update(C, {"a": 1}, {"$set": {f"a.{name}.b": 1}}))
+def test_positional_operator_is_refused_by_name(embedded, name):
+    assert is_refused(name, lambda: embedded.update(C, {"a": 1}, {"$set": {f"a.{name}": 1}}))
+    assert is_refused(name, lambda: embedded.update(C, {"a": 1}, {"$set": {f"a.{name}.b": 1}}))
 
 
 @pytest.mark.parametrize("kind", names.INDEX_KINDS)
-def test_each_kind_of_index_is_refused_by_name(embedded, kind):
-    assert refuses(kind, lambda: embedded.create_index(C, {"a": kind}))
+def test_special_index_is_refused_by_name(embedded, kind):
+    assert is_refused(kind, lambda: embedded.create_index(C, {"a": kind}))

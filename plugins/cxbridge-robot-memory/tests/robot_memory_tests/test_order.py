@@ -19,7 +19,7 @@ NAN = float("nan")
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 LADDER: list[list[Any]] = [
-    # equal values share a rung; the rungs are MongoDB's order of types, and of values within a type
+    # a rung has equal values; the order of rungs is MongoDB's order of types, and of values within a type
     [None],
     [NAN],
     [float("-inf")],
@@ -67,16 +67,16 @@ LADDER: list[list[Any]] = [
 ]
 
 
-def test_the_order_of_types_and_values():
+def test_order_of_types_and_values():
     for rung in LADDER:
-        for one, other in itertools.product(rung, rung):
-            assert order_key(one) == order_key(other), (one, other)
-            assert hash(order_key(one)) == hash(order_key(other)), (one, other)
+        for first, second in itertools.product(rung, rung):
+            assert order_key(first) == order_key(second), (first, second)
+            assert hash(order_key(first)) == hash(order_key(second)), (first, second)
     for below, above in itertools.combinations(LADDER, 2):
         assert order_key(below[0]) < order_key(above[0]), (below, above)
 
 
-def test_an_order_through_an_array_is_refused():
+def test_sort_by_array_is_refused():
     store = EmbeddedStore(VirtualClock())
     store.insert(C, {"a": [1, 3]})
     with pytest.raises(QueryError, match="needs MongoDB"):
@@ -92,14 +92,14 @@ def test_an_order_through_an_array_is_refused():
 
 
 def nested(levels):
-    """Return a document with a number of levels of documents and arrays below it."""
+    """Return a document with nested levels of documents and arrays."""
     value: object = 1
     for number in range(levels):
         value = [value] if number % 2 else {"x": value}
     return {"_id": 1, "v": value}
 
 
-def test_a_document_has_at_most_a_hundred_levels():
+def test_document_has_at_most_100_levels():
     store = EmbeddedStore(VirtualClock())
     store.insert(C, nested(99))
     store.remove(C, {})
@@ -114,7 +114,7 @@ def test_a_document_has_at_most_a_hundred_levels():
     assert store.find(C) == [nested(60)]
 
 
-def test_the_id_stays_to_the_byte(tmp_path):
+def test_id_is_unchanged(tmp_path):
     store = EmbeddedStore(VirtualClock(), tmp_path / "memory.db")
     store.insert(C, {"_id": 1, "a": 1})
     with pytest.raises(QueryError, match="'_id'"):
@@ -128,7 +128,7 @@ def test_the_id_stays_to_the_byte(tmp_path):
     again.close()
 
 
-def test_names_of_fields(tmp_path):
+def test_names_of_fields_are_checked(tmp_path):
     store = EmbeddedStore(VirtualClock(), tmp_path / "memory.db")
     store.insert(C, {"_id": 1, "": 1, "a.b": 2})
     store.insert(C, {"_id": 2, "": 1})
@@ -146,7 +146,7 @@ def test_names_of_fields(tmp_path):
 
 
 PATTERNS = [
-    # pattern, options, whether MongoDB is needed on a text of 60 letters
+    # pattern, options, whether the store refuses the pattern for a text of 60 letters
     ("(a+)+$", "", True),
     ("(a|a)*$", "", True),
     ("(?:ab){2}", "", True),
@@ -165,7 +165,7 @@ PATTERNS = [
 
 
 @pytest.mark.parametrize(("pattern", "options", "refused"), PATTERNS, ids=lambda value: str(value)[:20])
-def test_a_regular_expression_of_too_many_steps_is_refused(pattern, options, refused):
+def test_regular_expression_with_too_many_steps_is_refused(pattern, options, refused):
     store = EmbeddedStore(VirtualClock())
     store.insert(C, {"a": "a" * 59 + "b"})
     query = {"a": {"$regex": pattern, "$options": options}}
@@ -176,12 +176,12 @@ def test_a_regular_expression_of_too_many_steps_is_refused(pattern, options, ref
         assert len(store.find(C, query)) == bool(re.search(pattern, "a" * 59 + "b"))
 
 
-def test_an_update_that_is_refused_in_the_midst_leaves_the_document():
+def test_refused_update_leaves_document_unchanged():
     store = EmbeddedStore(VirtualClock())
     store.insert(C, {"_id": 1, "a": {"b": [1]}, "c": "text"})
-    told: list[dict[str, object]] = []
-    store.watch(C, {}, told.append)
+    events: list[dict[str, object]] = []
+    store.watch(C, {}, events.append)
     with pytest.raises(QueryError, match="'c' is not a number"):
         store.update(C, {}, {"$push": {"a.b": 2}, "$inc": {"c": 1}})
     assert store.find(C) == [{"_id": 1, "a": {"b": [1]}, "c": "text"}]
-    assert told == []
+    assert events == []

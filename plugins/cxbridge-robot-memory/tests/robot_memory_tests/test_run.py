@@ -1,4 +1,4 @@
-"""A scenario that asks for the robot memory."""
+"""Runs of scenarios with the robot memory."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def scenario(folder, more=""):
     return folder
 
 
-def test_a_run_hears_of_what_it_wrote_and_repeats(tmp_path):
+def test_run_gets_events_of_its_writes_and_repeats(tmp_path):
     folder = scenario(tmp_path)
     result, lines = run(folder)
     assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
@@ -62,7 +62,7 @@ def test_a_run_hears_of_what_it_wrote_and_repeats(tmp_path):
     assert run(folder)[1] == lines
 
 
-def test_a_rule_requests_it(tmp_path):
+def test_rule_requests_robot_memory(tmp_path):
     request = """(defrule request (executive-initialized) => (ff-feature-request "robot_memory")
       (path-load* "later.clp"))"""
     write_scenario(tmp_path, agent=request)
@@ -71,35 +71,35 @@ def test_a_rule_requests_it(tmp_path):
     assert (result.status, len(lines)) == (0, 1)
 
 
-def test_with_a_file_the_next_run_finds_what_this_one_wrote(tmp_path):
+def test_next_run_has_documents_of_file(tmp_path):
     folder = scenario(tmp_path, FILE)
     assert run(folder)[0].status == 0
-    # nothing changes any more, so nothing is reported
+    # without a change there is no event
     result, lines = run(folder)
     assert (result.status, lines) == (3, [])
 
 
 @pytest.mark.parametrize(
-    ("more", "words"),
+    ("more", "message"),
     [
         ("\ncxbridge:\n  robot-memory:\n    backend: sqlite\n", "cannot be 'sqlite'"),
         ("\ncxbridge:\n  robot-memory:\n    file: scenario.yaml\n", "cannot keep the robot memory here"),
         ("\nplugins:\n  robot-memory:\n    distributed-db-names: 5\n", "distributed-db-names"),
     ],
 )
-def test_mistakes_in_the_configuration(tmp_path, more, words):
-    with pytest.raises(CxbridgeError, match=words):
+def test_configuration_errors_are_reported(tmp_path, more, message):
+    with pytest.raises(CxbridgeError, match=message):
         run(scenario(tmp_path, more))
 
 
-def test_who_does_without_does_not_pay_for_it():
+def test_agent_module_imports_no_mongodb_driver():
     program = "import sys, cxbridge.run.agent; print(*sys.modules)"
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert {"bson", "pymongo"} & set(done.stdout.split()) == set()
+    process = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert {"bson", "pymongo"} & set(process.stdout.split()) == set()
 
 
 @pytest.mark.parametrize("waits", [True, False])
-def test_an_agent_that_waits_for_the_robot_memory_opens_it(tmp_path, waits):
+def test_agent_that_waits_for_robot_memory_opens_it(tmp_path, waits):
     write_scenario(tmp_path, agent="(defrule r (executive-initialized) => (printout t NEWS crlf))")
     file = tmp_path / "scenario.yaml"
     entry = 'stage-2: [{name: wait, files: ["BATCH|robmem-wait-init.clp"]}]\n        ' if waits else ""

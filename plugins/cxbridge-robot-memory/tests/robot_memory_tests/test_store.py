@@ -1,4 +1,4 @@
-"""What every store does."""
+"""The behaviour of all stores."""
 
 from __future__ import annotations
 
@@ -28,26 +28,26 @@ class Events:
     """The events of a watch."""
 
     def __init__(self, store, query=None, collection=C):
-        self._here = threading.Condition()
+        self._arrived = threading.Condition()
         self._events = []
         self.watch = store.watch(collection, query or {}, self._take)
 
     def _take(self, event):
-        with self._here:
+        with self._arrived:
             self._events.append(event)
-            self._here.notify_all()
+            self._arrived.notify_all()
 
     def first(self, count):
-        """The first events, when they have come."""
-        with self._here:
-            assert self._here.wait_for(lambda: len(self._events) >= count, 20), self._events
+        """Wait for a number of events, and return them."""
+        with self._arrived:
+            assert self._arrived.wait_for(lambda: len(self._events) >= count, 20), self._events
             return self._events[:count]
 
 
 # --- documents --------------------------------------------------------------------------------------------
 
 
-def test_a_document_comes_out_as_it_went_in(store):
+def test_document_is_returned_unchanged(store):
     document = {
         "_id": "x",
         "double": 1.5,
@@ -68,7 +68,7 @@ def test_a_document_comes_out_as_it_went_in(store):
     assert store.find(C)[0]["true"] is True
 
 
-def test_what_was_handed_in_or_out_is_nobody_elses(store):
+def test_stored_document_is_a_copy(store):
     document: dict[str, Any] = {"_id": 1, "list": [1]}
     store.insert(C, document)
     document["list"] += [2]
@@ -76,14 +76,14 @@ def test_what_was_handed_in_or_out_is_nobody_elses(store):
     assert store.find(C) == [{"_id": 1, "list": [1]}]
 
 
-def test_an_id_is_made_where_there_is_none(store):
+def test_missing_id_is_generated(store):
     first, second = store.insert(C, {"a": 1}), store.insert(C, {"a": 2})
     assert isinstance(first, ObjectId)
     assert first != second
     assert store.find(C, {"_id": first}) == [{"_id": first, "a": 1}]
 
 
-def test_two_documents_cannot_have_one_id(store):
+def test_duplicate_id_is_refused(store):
     fill(store, {"_id": "x", "a": 1})
     with pytest.raises(DuplicateKeyError):
         store.insert(C, {"_id": "x", "a": 2})
@@ -91,13 +91,13 @@ def test_two_documents_cannot_have_one_id(store):
 
 
 @pytest.mark.parametrize("document", [{"a": object()}, {"a": 2**80}, {1: 2}])
-def test_what_is_no_document_is_refused(store, document):
+def test_invalid_document_is_refused(store, document):
     with pytest.raises(QueryError):
         store.insert(C, document)
 
 
 @pytest.mark.parametrize("name", ["robmem", "", ".x", "x.", "a.$b", "a." + 200 * "b"])
-def test_what_is_no_collection_is_refused(store, name):
+def test_invalid_collection_is_refused(store, name):
     with pytest.raises(QueryError):
         store.insert(name, {"a": 1})
 
@@ -151,7 +151,7 @@ QUERIES = [
 
 
 @pytest.mark.parametrize(("query", "expected"), QUERIES, ids=lambda value: str(value)[:60])
-def test_queries(store, query, expected):
+def test_query_finds_expected_documents(store, query, expected):
     fill(store, *DOCUMENTS)
     assert sorted(ids(store.find(C, query))) == expected
 
@@ -161,7 +161,7 @@ def test_queries(store, query, expected):
     [{"a": {"$near": 1}}, {"$where": "1"}, {"$or": []}, {"a": {"$in": 1}}, {"a": {"$regex": "("}}],
     ids=str,
 )
-def test_what_is_no_query_is_refused(store, query):
+def test_invalid_query_is_refused(store, query):
     fill(store, *DOCUMENTS)
     with pytest.raises(QueryError):
         store.find(C, query)
@@ -188,13 +188,13 @@ def test_plain_fields_are_set(store):
     assert store.update(C, {"a": 7}, {"b": 1}) == 0
 
 
-def test_a_number_may_become_one_of_another_type(store):
+def test_type_of_number_may_change(store):
     fill(store, {"_id": 1, "a": 1})
     store.update(C, {"_id": 1}, {"a": 1.0})
     assert isinstance(store.find(C)[0]["a"], float)
 
 
-def test_an_upsert_makes_a_document_of_query_and_changes(store):
+def test_upsert_makes_document_of_query_and_changes(store):
     assert store.update(C, {"name": "x", "n": {"$gt": 3}, "k": {"$eq": 2}}, {"v": 1}, upsert=True) == 1
     (found,) = store.find(C)
     assert {name: found[name] for name in found if name != "_id"} == {"name": "x", "k": 2, "v": 1}
@@ -202,7 +202,7 @@ def test_an_upsert_makes_a_document_of_query_and_changes(store):
     assert [document["v"] for document in store.find(C)] == [2]
 
 
-def test_an_upsert_whose_query_misses_the_id_is_refused(store):
+def test_upsert_with_existing_id_is_refused(store):
     older = NOW - timedelta(seconds=1)
     fill(store, {"_id": "/a", "update-timestamp": NOW, "value": 1})
     with pytest.raises(DuplicateKeyError):
@@ -215,7 +215,7 @@ def test_an_upsert_whose_query_misses_the_id_is_refused(store):
     assert store.find(C)[0]["value"] == 1
 
 
-def test_the_operators(store):
+def test_update_operators_are_applied(store):
     fill(store, {"_id": 1, "a": 1, "b": {"c": 1, "d": 2}, "l": [1]})
     store.update(C, {"_id": 1}, {"$inc": {"a": 2}, "$unset": {"b.c": ""}, "$push": {"l": 2}})
     store.update(C, {"_id": 1}, {"$set": {"a": 4}}, upsert=True)
@@ -233,21 +233,21 @@ def test_the_operators(store):
     ],
     ids=str,
 )
-def test_what_is_no_update_is_refused(store, changes):
+def test_invalid_update_is_refused(store, changes):
     fill(store, {"_id": 1, "b": "text"})
     with pytest.raises(QueryError):
         store.update(C, {"_id": 1}, changes)
     assert store.find(C) == [{"_id": 1, "b": "text"}]
 
 
-def test_finding_and_updating_one(store):
+def test_find_one_and_update_returns_new_document(store):
     fill(store, {"_id": 1, "a": 1}, {"_id": 2, "a": 1})
     assert store.find_one_and_update(C, {"_id": 2}, {"$set": {"b": 1}}) == {"_id": 2, "a": 1, "b": 1}
     assert store.find_one_and_update(C, {"_id": 3}, {"$set": {"b": 1}}) is None
     assert store.find_one_and_update(C, {"_id": 3}, {"$set": {"b": 1}}, upsert=True) == {"_id": 3, "b": 1}
 
 
-def test_removing(store):
+def test_remove_returns_number_of_documents(store):
     fill(store, *DOCUMENTS)
     assert store.remove(C, {"a": 1}) == 2
     assert store.remove(C, {}) == 7
@@ -257,25 +257,25 @@ def test_removing(store):
 # --- changes ----------------------------------------------------------------------------------------------
 
 
-def test_changes_are_told_in_order(store):
+def test_watch_has_events_in_order(store):
     events = Events(store)
     store.insert(C, {"_id": 1, "a": 1, "b": 1})
     store.update(C, {"_id": 1}, {"$set": {"a": 2}, "$unset": {"b": 1}})
     store.update(C, {"_id": 2}, {"a": 3}, upsert=True)
     store.insert("robmem.other", {"_id": 1})
     store.remove(C, {"_id": 1})
-    told = events.first(4)
-    assert [event["operationType"] for event in told] == ["insert", "update", "insert", "delete"]
-    assert told[0]["fullDocument"] == {"_id": 1, "a": 1, "b": 1}
-    assert told[1]["fullDocument"] == {"_id": 1, "a": 2}
-    assert told[3]["documentKey"] == {"_id": 1}
-    assert "fullDocument" not in told[3]
-    assert all(event["ns"] == {"db": "robmem", "coll": "test"} for event in told)
-    stamps = [event["clusterTime"] for event in told]
+    received = events.first(4)
+    assert [event["operationType"] for event in received] == ["insert", "update", "insert", "delete"]
+    assert received[0]["fullDocument"] == {"_id": 1, "a": 1, "b": 1}
+    assert received[1]["fullDocument"] == {"_id": 1, "a": 2}
+    assert received[3]["documentKey"] == {"_id": 1}
+    assert "fullDocument" not in received[3]
+    assert all(event["ns"] == {"db": "robmem", "coll": "test"} for event in received)
+    stamps = [event["clusterTime"] for event in received]
     assert stamps == sorted(set(stamps), key=lambda stamp: (stamp.time, stamp.inc))
 
 
-def test_what_changes_nothing_is_not_told(store):
+def test_update_without_change_has_no_event(store):
     fill(store, {"_id": 1, "a": 1})
     events = Events(store)
     assert store.update(C, {"_id": 1}, {"a": 1}) == 1
@@ -283,7 +283,7 @@ def test_what_changes_nothing_is_not_told(store):
     assert events.first(1)[0]["fullDocument"]["a"] == 2
 
 
-def test_only_events_that_fit_are_told(store):
+def test_watch_has_matching_events_only(store):
     events = Events(store, {"operationType": "insert", "fullDocument.kind": "good"})
     fill(store, {"_id": 1, "kind": "bad"}, {"_id": 2, "kind": "good"})
     store.update(C, {}, {"kind": "good"})

@@ -1,4 +1,4 @@
-"""The databases that the agents of a run share, and those of each agent."""
+"""The shared databases of the agents of a run, and the databases of each agent."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ AGENT = """
 """
 
 
-def test_the_distributed_databases_are_shared_the_others_are_not(tmp_path: Path) -> None:
+def test_only_distributed_databases_are_shared(tmp_path: Path) -> None:
     more = "\ncxbridge: {agents: {ann: {}, ben: {}}, robot-memory: {file: memory.db}}\n"
     result, lines = run(write(tmp_path, more, feature="robot_memory", agent=AGENT), skiller="none")
     assert result.status == 0
