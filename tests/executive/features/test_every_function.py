@@ -49,8 +49,8 @@ from tests.executive.features.function_rows import (
 from tests.support import SHARED, free_port, needs_shared
 
 if HAS_ROBOT_MEMORY:
+    from robot_memory_tests.controlled_store import ControlledStore
     from robot_memory_tests.function_rows import ROBOT_MEMORY
-    from robot_memory_tests.moody import ControlledStore
 else:
     ROBOT_MEMORY = {}
 
