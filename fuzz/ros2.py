@@ -27,7 +27,7 @@ TYPES: Final = (
 
 
 @cache
-def _known() -> tuple[Codec, tuple[TypeName, ...]]:
+def _codec_and_types() -> tuple[Codec, tuple[TypeName, ...]]:
     return Codec(Definitions(environment={})), tuple(map(parse_type, TYPES))
 
 
@@ -36,7 +36,7 @@ def ros2_cdr(data: bytes) -> None:
 
     :param data: the index of a type, and CDR with its header.
     """
-    codec, names = _known()
+    codec, names = _codec_and_types()
     if not data:
         return
     name = names[data[0] % len(names)]
@@ -55,7 +55,7 @@ def ros2_cdr(data: bytes) -> None:
 
 def cdr_seeds() -> Iterator[bytes]:
     """Yield a message of each type, empty and with items in its first list."""
-    codec, names = _known()
+    codec, names = _codec_and_types()
     for number, name in enumerate(names):
         yield bytes([number]) + codec.encode(name, {})
     filled: dict[str, dict[str, Any]] = {

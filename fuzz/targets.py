@@ -22,8 +22,8 @@ def zmq_frame(data: bytes) -> None:
             frame = decode(data)
         except ProtocolError:
             continue
-        again = decode(frames.encode(frame))
-        assert again == frame, f"{frame} changed to {again}"
+        decoded = decode(frames.encode(frame))
+        assert decoded == frame, f"{frame} changed to {decoded}"
 
 
 # targets by the package of the decoder or server, and skill strings

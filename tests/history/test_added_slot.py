@@ -54,7 +54,7 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(package: Path, *arguments: str) -> str:
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, *arguments],
         env={**os.environ, "PYTHONPATH": str(package)},
         cwd=package,
@@ -62,8 +62,8 @@ def run(package: Path, *arguments: str) -> str:
         text=True,
         check=False,
     )
-    assert done.returncode in (0, 1), done.stderr
-    return done.stdout
+    assert process.returncode in (0, 1), process.stderr
+    return process.stdout
 
 
 @pytest.fixture(scope="module")
@@ -123,13 +123,13 @@ def test_page_has_slot(package: Path, events: list[dict[str, Any]]):
     (static / "node_modules" / "cx").symlink_to(static / "js")
     assert NODE is not None
     script = ROOT / "plugins/cxbridge-web/tests/web_tests" / "page" / "model_of_run.mjs"
-    done = subprocess.run(
+    process = subprocess.run(
         [NODE, str(script), str(static / "js"), json.dumps(outcomes_as_json())],
         input="\n".join(map(json.dumps, events)),
         capture_output=True,
         text=True,
         check=True,
     )
-    now = {goal["key"]: goal["slots"].get("deadline") for goal in json.loads(done.stdout)["now"]}
+    now = {goal["key"]: goal["slots"].get("deadline") for goal in json.loads(process.stdout)["now"]}
     assert now["ROOM"] == "10"
     assert now["ROOM#2"] == "20"

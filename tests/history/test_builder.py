@@ -143,9 +143,9 @@ def test_history_is_readable_after_each_event():
 def test_truncated_skill_string_is_single_call():
     """A comparison of the cut text with the whole text made a call of each status."""
     text = f'say{{text="{"x" * 3000}"}}'
-    found = calls(status(text, "S_RUNNING"), status(text, "S_RUNNING"), status(text, "S_FINAL"))
-    assert [found_status for _, found_status, _ in found] == ["S_FINAL"]
-    assert len(found[0][0]) < len(text)
+    skill_calls = calls(status(text, "S_RUNNING"), status(text, "S_RUNNING"), status(text, "S_FINAL"))
+    assert [found_status for _, found_status, _ in skill_calls] == ["S_FINAL"]
+    assert len(skill_calls[0][0]) < len(text)
 
 
 def test_call_has_error_of_skiller_fact():

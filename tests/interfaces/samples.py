@@ -84,9 +84,9 @@ def enums(draw: st.DrawFn, names: list[str]) -> EnumSchema:
 
 
 @st.composite
-def unplaced_fields(draw: st.DrawFn, name: str, known: tuple[EnumSchema, ...]) -> FieldSchema:
+def unplaced_fields(draw: st.DrawFn, name: str, enums_of_schema: tuple[EnumSchema, ...]) -> FieldSchema:
     """Draw a field of any type."""
-    by_name = {enum.name: enum for enum in known}
+    by_name = {enum.name: enum for enum in enums_of_schema}
     type_name = draw(st.sampled_from([*TYPES, *by_name]))
     length = draw(st.one_of(st.none(), st.integers(1, 9)))
     flags = draw(st.sampled_from([(), ("changed_indicator",)]))
@@ -100,21 +100,28 @@ def schemas(draw: st.DrawFn) -> InterfaceSchema:
     """Draw a schema, whose hash is zeros."""
     names = draw(st.lists(NAMES, min_size=30, max_size=30, unique_by=str.lower))
     type_name = draw(NAMES) + "Interface"
-    known = tuple(draw(enums(names)) for _ in range(draw(st.integers(0, 2))))
+    enums_of_schema = tuple(draw(enums(names)) for _ in range(draw(st.integers(0, 2))))
     constants = tuple(
         ConstantSchema(names.pop(), "int16", draw(st.integers(-32768, 32767)), draw(COMMENTS))
         for _ in range(draw(st.integers(0, 2)))
     )
-    unplaced = [draw(unplaced_fields(names.pop(), known)) for _ in range(draw(st.integers(1, 6)))]
+    unplaced = [draw(unplaced_fields(names.pop(), enums_of_schema)) for _ in range(draw(st.integers(1, 6)))]
     fields, datasize = place_fields(unplaced)
     messages = []
     for _ in range(draw(st.integers(0, 2))):
-        own = [draw(unplaced_fields(names.pop(), known)) for _ in range(draw(st.integers(0, 2)))]
+        own = [draw(unplaced_fields(names.pop(), enums_of_schema)) for _ in range(draw(st.integers(0, 2)))]
         refs = draw(st.lists(st.sampled_from(unplaced), unique_by=lambda field: field.name, max_size=2))
         placed, size = place_fields([*own, *refs])
         messages.append(MessageSchema(names.pop() + "Message", size, placed, draw(COMMENTS)))
     return InterfaceSchema(
-        type_name, bytes(16), datasize, fields, tuple(messages), known, constants, comment=draw(COMMENTS)
+        type_name,
+        bytes(16),
+        datasize,
+        fields,
+        tuple(messages),
+        enums_of_schema,
+        constants,
+        comment=draw(COMMENTS),
     )
 
 

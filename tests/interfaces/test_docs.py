@@ -23,9 +23,9 @@ def test_examples_run(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_definition_is_correct() -> None:
-    found = re.search(r"^    <\?xml.*?</interface>", PAGE, re.DOTALL | re.MULTILINE)
-    assert found
-    result = check_bytes(textwrap.dedent(found.group()).encode())
+    match = re.search(r"^    <\?xml.*?</interface>", PAGE, re.DOTALL | re.MULTILINE)
+    assert match
+    result = check_bytes(textwrap.dedent(match.group()).encode())
     assert (result.errors, result.warnings) == ((), ())
     assert result.schema
     assert [field.name for field in result.schema.messages[0].fields] == ["seconds", "colour"]

@@ -46,11 +46,11 @@ def test_controller_is_source_and_not_last_sender_of_message(rig: Rig):
 
 
 def test_control_ends_with_connection_of_controller(rig: Rig, tmp_path: Path):
-    gone = threading.Event()
+    removed = threading.Event()
 
     class ReaderWatch(Listener):
         def reader_removed(self, interface: Any, serial: UUID) -> None:
-            gone.set()
+            removed.set()
 
     with ZmqBlackBoardServer(rig.board, [f"ipc://{tmp_path}/board"]) as server:
         client = ZmqBlackBoard(server.endpoints[0], InterfaceRegistry(), RealClock())
@@ -71,7 +71,7 @@ def test_control_ends_with_connection_of_controller(rig: Rig, tmp_path: Path):
         rig.send("ExecSkill", "count{to=9}", by=rig.reader())
         rig.board.register_listener(ReaderWatch(), rig.commander, EventKind.READER_REMOVED)
         client.shutdown()
-        assert gone.wait(20)
+        assert removed.wait(20)
     rig.loop()
     assert rig.state.exclusive_controller == ""
 

@@ -22,11 +22,11 @@ class SlowVoice(Voice):
     """A voice that a test finishes."""
 
     def __init__(self) -> None:
-        self.said: list[str] = []
+        self.spoken: list[str] = []
         self.done = False
 
     def start(self, text: str) -> float:
-        self.said.append(text)
+        self.spoken.append(text)
         self.done = False
         return 2.5
 
@@ -49,7 +49,7 @@ def test_orders_are_spoken_in_sequence():
     order(rig, "one")
     order(rig, "two")
     rig.loop(3)
-    assert voice.said == ["one"]
+    assert voice.spoken == ["one"]
     voice.done = True
     rig.loop()
     voice.done = True
@@ -98,11 +98,11 @@ def player(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_failed_text_is_logged_and_next_text_spoken(monkeypatch: pytest.MonkeyPatch, player: Path):
-    said: list[str] = []
+    spoken: list[str] = []
 
     class Engine:
         def say(self, text: str) -> None:
-            said.append(text)
+            spoken.append(text)
             if text == "bad":
                 raise RuntimeError("no such voice")
 
@@ -127,7 +127,7 @@ def test_failed_text_is_logged_and_next_text_spoken(monkeypatch: pytest.MonkeyPa
     assert rig.logged(Level.ERROR) == ["cannot say 'bad': no such voice"]
     speech.close()
     voice._thread.join(timeout=5)
-    assert (said, voice.is_done()) == (["bad", "good"], True)
+    assert (spoken, voice.is_done()) == (["bad", "good"], True)
 
 
 def test_order_of_another_client_with_same_id_does_not_end_skill():
@@ -142,7 +142,7 @@ def test_order_of_another_client_with_same_id_does_not_end_skill():
     rig.loop()
     rig.send("AcquireControl")
     rig.exec('say{text="mine", wait=true}', loops=3)
-    assert (rig.status, voice.said) == ("S_RUNNING", ["theirs", "mine"])
+    assert (rig.status, voice.spoken) == ("S_RUNNING", ["theirs", "mine"])
     voice.done = True
     rig.loop(3)
     assert rig.status == "S_FINAL"

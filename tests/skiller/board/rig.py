@@ -103,10 +103,10 @@ class Rig:
                 board.loop()
             self.clock.sleep_until(self.clock.now_us() + PERIOD_US)
 
-    def until(self, done: Callable[[], bool], loops: int = 600) -> None:
+    def until(self, condition: Callable[[], bool], loops: int = 600) -> None:
         """Loop until the condition holds."""
         for _ in range(loops):
-            if done():
+            if condition():
                 return
             self.loop()
         raise AssertionError("the condition does not hold")

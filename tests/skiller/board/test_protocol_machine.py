@@ -74,8 +74,10 @@ class Protocol(RuleBasedStateMachine):
 
     def _is_explained(self, error: str) -> bool:
         """Return whether an error is possible; no executor is silent here."""
-        gone = (f"the executor {name} is gone" for name in self.killed)
-        return error in ("", "no", "the skill board was closed", *gone) or bool(NO_EXECUTOR.fullmatch(error))
+        lost_executors = (f"the executor {name} is gone" for name in self.killed)
+        return error in ("", "no", "the skill board was closed", *lost_executors) or bool(
+            NO_EXECUTOR.fullmatch(error)
+        )
 
     # -- rules
 
@@ -100,7 +102,7 @@ class Protocol(RuleBasedStateMachine):
     @rule(master=masters, then=loops)
     def cancel(self, master: Master, then: int) -> None:
         for board in self.open.values():
-            if any(known is master for known in board._masters.values()):
+            if any(open_master is master for open_master in board._masters.values()):
                 board.cancel(master)
         self._loop(then)
 

@@ -43,9 +43,9 @@ class Wave(SkillExecutor):
 class RealRig(Rig):
     """A rig in real time."""
 
-    def until(self, done: Callable[[], bool], loops: int = 0) -> None:
+    def until(self, condition: Callable[[], bool], loops: int = 0) -> None:
         end_s = time.monotonic() + WAIT_S
-        while not done():
+        while not condition():
             assert time.monotonic() < end_s, self.lines[-20:]
             for board in self.boards:
                 board.loop()
@@ -82,13 +82,13 @@ def rigs(request: pytest.FixtureRequest, server: ZmqBlackBoardServer) -> Iterato
         yield board_rig, executor_rig
 
 
-def loop_both(rigs: tuple[RealRig, RealRig], done: Callable[[], bool]) -> None:
+def loop_both(rigs: tuple[RealRig, RealRig], condition: Callable[[], bool]) -> None:
     """Loop both rigs until the condition holds."""
 
     def check() -> bool:
         for host in rigs[1].hosts:
             host.loop()
-        return done()
+        return condition()
 
     rigs[0].until(check)
 
@@ -185,9 +185,9 @@ def test_kill_9_fails_own_action_and_successor_takes_over(rig, server, tmp_path,
     assert states(*masters) == ["FAILED", "RUNNING"]
     assert masters[0].error == "the executor r1-wave is gone"
     rig.until(have_arrived(rig, 0, "r1-wave"))
-    again = skills.request(call("wave"))
-    rig.until(lambda: again.is_over)
-    assert states(again, masters[1]) == ["SUCCEEDED", "RUNNING"]
+    repeated = skills.request(call("wave"))
+    rig.until(lambda: repeated.is_over)
+    assert states(repeated, masters[1]) == ["SUCCEEDED", "RUNNING"]
 
 
 def test_frozen_process_delays_no_action_and_is_cancelled_later(rig, server, tmp_path, processes):
@@ -205,13 +205,13 @@ def test_frozen_process_delays_no_action_and_is_cancelled_later(rig, server, tmp
     rig.until(lambda: frozen.is_over)
     assert states(frozen) == ["FAILED"]
     processes[0].signal(signal.SIGCONT)
-    again = skills.request(call("wave", "r1"))
-    rig.until(lambda: again.is_over)
-    if again.state is MasterState.FAILED:  # the request preceded the return of the process, or its end
+    repeated = skills.request(call("wave", "r1"))
+    rig.until(lambda: repeated.is_over)
+    if repeated.state is MasterState.FAILED:  # the request preceded the return of the process, or its end
         rig.until(have_arrived(rig, 0, "r1-wave"))
-        again = skills.request(call("wave", "r1"))
-        rig.until(lambda: again.is_over)
-    assert states(again) == ["SUCCEEDED"]
+        repeated = skills.request(call("wave", "r1"))
+        rig.until(lambda: repeated.is_over)
+    assert states(repeated) == ["SUCCEEDED"]
 
 
 def test_second_process_with_same_id_is_refused(rig, server, tmp_path, processes, monkeypatch):

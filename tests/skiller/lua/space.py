@@ -52,10 +52,10 @@ def with_dependencies(file: SkillFile, files: list[SkillFile]) -> list[str]:
 
     def visit(current: SkillFile) -> None:
         for skill in current.uses:
-            known = [other for other in files if other.skill == skill]
-            known.sort(key=lambda other: (other.module.split(".")[1] != group, "fake" in other.module))
-            if known[0].module not in order:
-                visit(known[0])
+            candidates = [file_ for file_ in files if file_.skill == skill]
+            candidates.sort(key=lambda file_: (file_.module.split(".")[1] != group, "fake" in file_.module))
+            if candidates[0].module not in order:
+                visit(candidates[0])
         order.append(current.module)
 
     visit(file)

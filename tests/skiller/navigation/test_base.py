@@ -32,8 +32,8 @@ def test_base_keeps_speed_limits(x, y, yaw, to_x, to_y, times, speed, turn):
 
 @given(metres, metres, metres, metres, slices)
 def test_pose_does_not_depend_on_time_slices(x, y, to_x, to_y, times):
-    cut, whole = (Base(x, y, 0.0, speed=0.3, turn_speed=1.0) for _ in range(2))
+    cut, undivided = (Base(x, y, 0.0, speed=0.3, turn_speed=1.0) for _ in range(2))
     for seconds in times:
         cut.approach(to_x, to_y, seconds)
-    whole.approach(to_x, to_y, math.fsum(times))
-    assert (cut.x, cut.y) == pytest.approx((whole.x, whole.y), abs=1e-6)
+    undivided.approach(to_x, to_y, math.fsum(times))
+    assert (cut.x, cut.y) == pytest.approx((undivided.x, undivided.y), abs=1e-6)

@@ -59,33 +59,33 @@ def two_goals() -> list[Event]:
 def test_other_order_of_goals_is_one_difference() -> None:
     """The ids are swapped as well, as by gensym: all later events differ in ids only."""
     events = two_goals()
-    other = rename_goals([events[1], events[0], *events[2:]], {"gen1": "gen2", "gen2": "gen1"})
-    comparison = compare(events, other)
+    edited = rename_goals([events[1], events[0], *events[2:]], {"gen1": "gen2", "gen2": "gen1"})
+    comparison = compare(events, edited)
     assert kinds(comparison) == [DifferenceKind.ORDER]
     assert comparison.differences[0].subject == "goal gen1 of class FIRST"
     assert comparison.hints == [
         "only the order differs: compare with --order partial if the order does not matter"
     ]
-    assert compare(events, other, Order.PARTIAL).same
+    assert compare(events, edited, Order.PARTIAL).same
 
 
 @pytest.mark.parametrize("at", [at for at in range(len(family())) if at != START])
 def test_missing_event_is_one_difference_at_its_position(at: int) -> None:
     events = family()
-    other = [*events[:at], *events[at + 1 :]]
-    comparison = compare(events, other)
+    edited = [*events[:at], *events[at + 1 :]]
+    comparison = compare(events, edited)
     (difference,) = comparison.differences
     assert (difference.kind, difference.count) in {(DifferenceKind.ONLY_A, 1), (DifferenceKind.CHANGED, 1)}
     assert difference.a.position == at
-    (difference,) = compare(other, events).differences
+    (difference,) = compare(edited, events).differences
     assert difference.b.position == at
 
 
 @pytest.mark.parametrize("at", range(len(family()) - 1))
 def test_swapped_neighbours_are_one_difference(at: int) -> None:
     events = family()
-    other = [*events[:at], events[at + 1], events[at], *events[at + 2 :]]
-    comparison = compare(events, other)
+    edited = [*events[:at], events[at + 1], events[at], *events[at + 2 :]]
+    comparison = compare(events, edited)
     assert kinds(comparison) == [DifferenceKind.ORDER]
     assert comparison.differences[0].position == at
 
@@ -93,13 +93,13 @@ def test_swapped_neighbours_are_one_difference(at: int) -> None:
 def test_missing_goal_is_one_difference() -> None:
     events = two_goals()
     events[4:4] = [action("gen1", "1", state) for state in ("PENDING", "RUNNING", "FINAL")]
-    other = [event for event in events if getattr(event, "goal", "") != "gen1"]
-    (difference,) = compare(events, other).differences
+    edited = [event for event in events if getattr(event, "goal", "") != "gen1"]
+    (difference,) = compare(events, edited).differences
     assert (difference.what, difference.count) == ("a goal that only A has, with 7 events", 7)
-    (difference,) = compare(other, events).differences
+    (difference,) = compare(edited, events).differences
     assert difference.what == "a goal that only B has, with 7 events"
     assert difference.subject == "goal gen1 of class FIRST"
-    (difference,) = compare(events, other, Order.PARTIAL).differences
+    (difference,) = compare(events, edited, Order.PARTIAL).differences
     assert difference.what == "a goal that only A has"
 
 
@@ -110,25 +110,25 @@ def test_inserted_skill_does_not_shift_message_ids() -> None:
         for msgid, name in enumerate("abcd", 2)
         for status in ("S_RUNNING", "S_FINAL")
     ]
-    other = [
+    edited = [
         replace(event, msgid=event.msgid + (at > 3))
         for at, event in enumerate(events)
         if isinstance(event, SkillStatus)
     ]
-    inserted: list[Event] = [*other[:4], skill("x", "S_RUNNING", 4), skill("x", "S_FINAL", 4), *other[4:]]
+    inserted: list[Event] = [*edited[:4], skill("x", "S_RUNNING", 4), skill("x", "S_FINAL", 4), *edited[4:]]
     (difference,) = compare(events, inserted, view=View.SKILLS).differences
     assert (difference.kind, difference.count, difference.b.position) == (DifferenceKind.ONLY_B, 2, 4)
 
 
 def test_single_other_message_id_is_one_difference() -> None:
     events = [skill("a", "S_RUNNING", 2), *(skill(name, "S_RUNNING", 3) for name in "bcd")]
-    other = [*events[:2], skill("c", "S_RUNNING", 9), events[3]]
-    (difference,) = compare(events, other, view=View.SKILLS).differences
+    edited = [*events[:2], skill("c", "S_RUNNING", 9), events[3]]
+    (difference,) = compare(events, edited, view=View.SKILLS).differences
     assert (difference.kind, difference.what) == (DifferenceKind.MSGID, "another message id")
 
 
 @pytest.mark.parametrize(
-    ("changes", "what"),
+    ("changes", "description"),
     [
         ({"outcome": "FAILED"}, "another outcome"),
         ({"mode": "ODD", "error": "X"}, "another mode and error"),
@@ -136,11 +136,11 @@ def test_single_other_message_id_is_one_difference() -> None:
         ({"parent": "gen9"}, "another parent"),
     ],
 )
-def test_difference_names_changed_fields(changes: dict[str, str], what: str) -> None:
+def test_difference_names_changed_fields(changes: dict[str, str], description: str) -> None:
     events = two_goals()
-    other = [*events[:4], replace(events[4], **changes), *events[5:]]
-    (difference,) = compare(events, other).differences
-    assert (difference.kind, difference.what, difference.position) == (DifferenceKind.CHANGED, what, 4)
+    edited = [*events[:4], replace(events[4], **changes), *events[5:]]
+    (difference,) = compare(events, edited).differences
+    assert (difference.kind, difference.what, difference.position) == (DifferenceKind.CHANGED, description, 4)
 
 
 def test_equal_goals_are_distinguished_by_earlier_events() -> None:
@@ -162,7 +162,7 @@ def test_early_end_is_one_difference_in_both_orders() -> None:
 
 def test_rules_without_unique_firings_are_aligned() -> None:
     rules = [RuleFired(0, "executive", at, f"rule-{at * at % 23}", "") for at in range(500)]
-    other = [*rules[:100], *rules[103:300], RuleFired(0, "executive", 1, "odd", ""), *rules[300:]]
-    comparison = compare(rules, other, view=View.RULES)
+    edited = [*rules[:100], *rules[103:300], RuleFired(0, "executive", 1, "odd", ""), *rules[300:]]
+    comparison = compare(rules, edited, view=View.RULES)
     assert sum(difference.count for difference in comparison.differences) == 4
     assert comparison.differences[0].a.position == 100

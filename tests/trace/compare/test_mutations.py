@@ -42,8 +42,8 @@ def _small_run() -> list[Transition]:
     return [event for event in family() if isinstance(event, TRANSITION_TYPES)]
 
 
-def _is_same(one: list[Transition], other: list[Transition], order: Order) -> bool:
-    return compare_runs(MemoryRun(one), [MemoryRun(other)], View.TRANSITIONS, order).same
+def _is_same(first: list[Transition], second: list[Transition], order: Order) -> bool:
+    return compare_runs(MemoryRun(first), [MemoryRun(second)], View.TRANSITIONS, order).same
 
 
 def _mutant(mutation: Mutation, events: list[Transition], random: Random) -> list[Transition]:

@@ -37,13 +37,13 @@ def test_last_parent_counts() -> None:
 
 def test_equal_siblings_may_change_places() -> None:
     events = family()
-    other = [
+    edited = [
         goal("gen2", "FORMULATED", parent="RUN-gen3"),
         goal("gen1", "FORMULATED", parent="RUN-gen3"),
         *[event for event in events if getattr(event, "mode", "") != "FORMULATED"],
     ]
-    other.insert(0, goal("RUN-gen3", "FORMULATED", goal_class="PARENT"))
-    assert compare(events, other).same
+    edited.insert(0, goal("RUN-gen3", "FORMULATED", goal_class="PARENT"))
+    assert compare(events, edited).same
 
 
 def test_different_siblings_are_paired_by_similarity() -> None:
@@ -99,11 +99,11 @@ def test_repeated_status_and_message_ids_do_not_count() -> None:
 
 def test_error_with_other_goal_is_found() -> None:
     events = family()
-    other = [
+    edited = [
         *events[:-1],
         goal("RUN-gen3", "FINISHED", "FAILED", goal_class="PARENT", error="SUB-GOAL-FAILED gen1"),
     ]
-    comparison = compare(events, other)
+    comparison = compare(events, edited)
     assert comparison.differences[0].subject == "goal /RUN"
 
 

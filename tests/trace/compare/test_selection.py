@@ -107,11 +107,11 @@ def test_event_that_differs_in_ignored_field_only_is_ignored() -> None:
 @pytest.mark.parametrize("order", Order)
 def test_runs_with_ignored_differences_are_same(order: Order) -> None:
     events = family()
-    other = [*events[:-1], goal("RUN-gen3", "FINISHED", "FAILED", goal_class="PARENT", error="ODD")]
+    edited = [*events[:-1], goal("RUN-gen3", "FINISHED", "FAILED", goal_class="PARENT", error="ODD")]
 
     def is_same(**patterns: list[str]) -> bool:
         selection = Selection(**patterns)
-        return compare_runs(MemoryRun(events), [MemoryRun(other)], order=order, selection=selection).same
+        return compare_runs(MemoryRun(events), [MemoryRun(edited)], order=order, selection=selection).same
 
     assert not is_same(ignore=["goal:class=WORK"])
     assert not is_same(only=["goal:class=PARENT"])
@@ -123,10 +123,10 @@ def test_runs_with_ignored_differences_are_same(order: Order) -> None:
 
 def test_numbers_of_difference_count_selected_events() -> None:
     events = family()
-    other = [*events[:12], skill("odd{}", "S_RUNNING"), *events[13:]]
+    edited = [*events[:12], skill("odd{}", "S_RUNNING"), *events[13:]]
     for order in Order:
         comparison = compare_runs(
-            MemoryRun(events), [MemoryRun(other)], order=order, selection=Selection(only=["skill"])
+            MemoryRun(events), [MemoryRun(edited)], order=order, selection=Selection(only=["skill"])
         )
         assert (comparison.count_a, comparison.differences[0].a.position) == (2, 0)
 

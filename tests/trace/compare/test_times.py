@@ -55,9 +55,9 @@ def test_delay_is_found_once_per_thread(order: Order) -> None:
 
 @pytest.mark.parametrize("order", Order)
 def test_times_are_compared_after_other_differences(order: Order) -> None:
-    other = with_times(family(), {16: 3.0})
-    other[12] = replace(other[12], skill_string="odd{}")
-    kinds = [difference.kind for difference in compare(with_times(family()), other, order, 1).differences]
+    edited = with_times(family(), {16: 3.0})
+    edited[12] = replace(edited[12], skill_string="odd{}")
+    kinds = [difference.kind for difference in compare(with_times(family()), edited, order, 1).differences]
     assert kinds[0] is DifferenceKind.CHANGED
     assert DifferenceKind.TIME in kinds
 

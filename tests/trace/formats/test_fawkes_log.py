@@ -151,8 +151,8 @@ def test_truncated_log_has_events_before_cut(tmp_path: Path) -> None:
         (tmp_path / "cut").write_bytes(content[:size])
         with suppress(TraceError):
             events = list(open_run(tmp_path / "cut"))
-            kept = events[:-1]  # the text of the last entry may be truncated
-            assert kept == all_events[: len(kept)]
+            complete = events[:-1]  # the text of the last entry may be truncated
+            assert complete == all_events[: len(complete)]
 
 
 def test_old_entries_are_flushed_while_writing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -44,11 +44,11 @@ def test_previous_file_is_kept_under_its_time(tmp_path):
     for text in ("first", "second"):
         path.write_text(text)
         os.utime(path, (stamp, stamp))
-        kept = rename_previous(path)
-        assert kept is not None
+        renamed = rename_previous(path)
+        assert renamed is not None
         assert not path.exists()
-        assert kept.read_text() == text
-        names.append(kept.name)
+        assert renamed.read_text() == text
+        names.append(renamed.name)
     first = time.strftime("run-%Y-%m-%d-%H-%M-%S.mcap", time.localtime(stamp))
     assert names == [first, first.replace(".mcap", "-2.mcap")]
 

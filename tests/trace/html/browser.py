@@ -45,11 +45,11 @@ def _run(profile: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 def show(page: Path, profile: Path, *, fragment: str = "") -> RenderedPage:
     """Open a page, let its scripts run, and return the result."""
-    done = _run(
+    process = _run(
         profile,
         "--enable-logging=stderr",
         "--virtual-time-budget=4000",
         "--dump-dom",
         page.as_uri() + fragment,
     )
-    return RenderedPage(done.stdout, _CONSOLE.findall(done.stderr))
+    return RenderedPage(process.stdout, _CONSOLE.findall(process.stderr))

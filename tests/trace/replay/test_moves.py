@@ -31,15 +31,15 @@ def test_positions_are_relative_to_first_event(tmp_path: Path) -> None:
 
 
 def test_start_begins_with_values_of_interfaces(tmp_path: Path) -> None:
-    other = "SwitchInterface::t"
-    run = recorded(tmp_path, write(0, 1), write(10, 2), write(20, 7, other), write(2000, 3), write(3000, 4))
+    uid = "SwitchInterface::t"
+    run = recorded(tmp_path, write(0, 1), write(10, 2), write(20, 7, uid), write(2000, 3), write(3000, 4))
     assert replayed_writes(run, ReplaySelection(start_s=1, end_s=2)) == [(1000, 2), (1000, 7), (2000, 3)]
     assert replayed_writes(run, ReplaySelection(start_s=9)) == [(9000, 4), (9000, 7)]
 
 
 def test_unordered_write_moves_no_other_write(tmp_path: Path) -> None:
-    other = "SwitchInterface::t"
-    run = recorded(tmp_path, write(1000, 1), write(900, 2, other), write(1001, 3), write(2000, 4))
+    uid = "SwitchInterface::t"
+    run = recorded(tmp_path, write(1000, 1), write(900, 2, uid), write(1001, 3), write(2000, 4))
     assert replayed_writes(run) == [(1000, 1), (1000, 2), (1001, 3), (2000, 4)]
 
 

@@ -51,7 +51,7 @@ def single_operator(names: str, operands: st.SearchStrategy[Any]) -> st.SearchSt
 
 
 def operators() -> st.SearchStrategy[Any]:
-    return st.single_operator(
+    return st.one_of(
         single_operator("$gt $gte $lt $lte", COMPARABLE),
         single_operator("$eq $ne", SCALARS),
         single_operator("$in $nin", st.lists(SCALARS, max_size=3)),
@@ -78,7 +78,7 @@ def test_queries_equal_mongomock(document, query):
 
 
 ARRAYS = st.dictionaries(st.sampled_from("ab"), st.lists(COMPARABLE, max_size=3), min_size=2, max_size=2)
-UPDATES = st.single_operator(
+UPDATES = st.one_of(
     COMPARABLE.map(lambda value: {"$push": {"a": value}}),
     COMPARABLE.map(lambda value: {"$set": {"b": value}}),
     st.just({"$unset": {"b": 1}}),

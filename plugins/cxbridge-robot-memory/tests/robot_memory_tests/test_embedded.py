@@ -123,9 +123,9 @@ def test_damaged_file_is_error_with_its_name(clock, tmp_path):
         bad.write_bytes(damage(good, number % 4, chance))
         with contextlib.suppress(RobotMemoryError):  # only RobotMemoryError is accepted
             try:
-                again = EmbeddedStore(clock, bad)
-                again.update(C, {}, {"z": 1})
-                again.close()
+                reopened = EmbeddedStore(clock, bad)
+                reopened.update(C, {}, {"z": 1})
+                reopened.close()
             except RobotMemoryError as error:
                 errors[str(bad)] = error.file
                 raise

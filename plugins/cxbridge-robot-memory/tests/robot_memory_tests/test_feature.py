@@ -171,11 +171,11 @@ def test_document_errors_are_logged(call, doc, log):
     ],
 )
 def test_stale_handles_are_errors(call, doc, log, function, more, result):
-    gone = doc()
-    call("bson-destroy", gone)
+    destroyed = doc()
+    call("bson-destroy", destroyed)
     cursor = call("robmem-query", C, doc())
     for address, words in (
-        (gone, "was destroyed before"),
+        (destroyed, "was destroyed before"),
         (ExternalAddress(0), "this is not a document"),
         (FALSE, "this is not a document: FALSE"),
         (cursor, "this is a cursor, not a document"),

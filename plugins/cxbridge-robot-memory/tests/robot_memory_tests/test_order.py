@@ -123,9 +123,9 @@ def test_id_is_unchanged(tmp_path):
         store.insert(C, {"_id": 1.0})
     assert store.update(C, {}, {"_id": 1, "a": 2}) == 1
     store.close()
-    again = EmbeddedStore(VirtualClock(), tmp_path / "memory.db")
-    assert again.find(C) == [{"_id": 1, "a": 2}]
-    again.close()
+    reopened = EmbeddedStore(VirtualClock(), tmp_path / "memory.db")
+    assert reopened.find(C) == [{"_id": 1, "a": 2}]
+    reopened.close()
 
 
 def test_names_of_fields_are_checked(tmp_path):
@@ -136,10 +136,10 @@ def test_names_of_fields_are_checked(tmp_path):
     with pytest.raises(QueryError, match="dollar"):
         store.insert(C, {"a": [{"$x": 3}]})
     store.close()
-    again = EmbeddedStore(VirtualClock(), tmp_path / "memory.db")
-    assert again.find(C, {"": 1}) == [{"_id": 1, "": 1, "a.b": 2}]
-    assert again.find(C, {"a.b": 2}) == []
-    again.close()
+    reopened = EmbeddedStore(VirtualClock(), tmp_path / "memory.db")
+    assert reopened.find(C, {"": 1}) == [{"_id": 1, "": 1, "a.b": 2}]
+    assert reopened.find(C, {"a.b": 2}) == []
+    reopened.close()
 
 
 # --- regular expressions, events --------------------------------------------------------------------------

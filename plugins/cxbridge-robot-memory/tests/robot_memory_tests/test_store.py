@@ -20,8 +20,8 @@ def fill(store, *documents):
         store.insert(C, document)
 
 
-def ids(found):
-    return [document["_id"] for document in found]
+def ids(documents):
+    return [document["_id"] for document in documents]
 
 
 class Events:
@@ -196,8 +196,8 @@ def test_type_of_number_may_change(store):
 
 def test_upsert_makes_document_of_query_and_changes(store):
     assert store.update(C, {"name": "x", "n": {"$gt": 3}, "k": {"$eq": 2}}, {"v": 1}, upsert=True) == 1
-    (found,) = store.find(C)
-    assert {name: found[name] for name in found if name != "_id"} == {"name": "x", "k": 2, "v": 1}
+    (document,) = store.find(C)
+    assert {name: document[name] for name in document if name != "_id"} == {"name": "x", "k": 2, "v": 1}
     assert store.update(C, {"name": "x"}, {"v": 2}, upsert=True) == 1
     assert [document["v"] for document in store.find(C)] == [2]
 

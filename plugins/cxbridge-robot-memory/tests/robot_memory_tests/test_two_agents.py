@@ -240,11 +240,11 @@ class SingleAgent(Run):
         if isinstance(event, LogLine):
             self.lines.append(event.text)
 
-    def until(self, done: Callable[[], bool]) -> None:
+    def until(self, condition: Callable[[], bool]) -> None:
         """Loop until the condition holds."""
         end_s = time.monotonic() + WAIT_S
-        self.loop.run(lambda: done() or time.monotonic() > end_s)
-        assert done(), self.lines[-20:]
+        self.loop.run(lambda: condition() or time.monotonic() > end_s)
+        assert condition(), self.lines[-20:]
 
     def outcomes(self) -> dict[str, str]:
         """Return the outcomes of the goals."""

@@ -27,7 +27,7 @@ TEMPORARY = settings(max_examples=many(150, 37), deadline=None)
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, Path]:
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, Path]:
     """Return the bytes of a file with three chunks and attachments, and a path for changed copies."""
     path = tmp_path_factory.mktemp("mcap") / "run"
     return write_three_chunks(path), path
@@ -69,8 +69,8 @@ def messages_before(content: bytes, end: int) -> int:
     return count
 
 
-def test_truncated_file_has_events_before_cut(whole: tuple[bytes, Path]) -> None:
-    content, path = whole
+def test_truncated_file_has_events_before_cut(recorded: tuple[bytes, Path]) -> None:
+    content, path = recorded
     count = 0
     for end in sorted({*range(0, len(content), many(1, 29)), len(content) - 1}):
         events = read(path, content[:end])
@@ -81,8 +81,8 @@ def test_truncated_file_has_events_before_cut(whole: tuple[bytes, Path]) -> None
     assert count == len(EVENTS)
 
 
-def test_truncated_file_has_note_and_attachments(whole: tuple[bytes, Path]) -> None:
-    content, path = whole
+def test_truncated_file_has_note_and_attachments(recorded: tuple[bytes, Path]) -> None:
+    content, path = recorded
     path.write_bytes(content[: len(content) * 2 // 3])
     run = open_run(path)
     summary = summarise(run)
@@ -93,8 +93,8 @@ def test_truncated_file_has_note_and_attachments(whole: tuple[bytes, Path]) -> N
 
 @TEMPORARY
 @given(st.data())
-def test_flipped_bits_never_change_events(whole: tuple[bytes, Path], data: st.DataObject) -> None:
-    content, path = whole
+def test_flipped_bits_never_change_events(recorded: tuple[bytes, Path], data: st.DataObject) -> None:
+    content, path = recorded
     at = data.draw(st.integers(0, len(content) - 1))
     flipped = bytes([content[at] ^ (1 << data.draw(st.integers(0, 7)))])
     events = read(path, content[:at] + flipped + content[at + 1 :])
@@ -103,8 +103,8 @@ def test_flipped_bits_never_change_events(whole: tuple[bytes, Path], data: st.Da
 
 @TEMPORARY
 @given(st.binary(max_size=300))
-def test_junk_after_magic_has_no_events(whole: tuple[bytes, Path], junk: bytes) -> None:
-    _, path = whole
+def test_junk_after_magic_has_no_events(recorded: tuple[bytes, Path], junk: bytes) -> None:
+    _, path = recorded
     assert read(path, mcap.MAGIC + junk) == []
 
 
@@ -214,9 +214,9 @@ def test_memory_does_not_grow_with_file(tmp_path: Path) -> None:
     assert peak < 6 << 20
 
 
-def test_wrong_length_is_never_trusted(whole: tuple[bytes, Path]) -> None:
+def test_wrong_length_is_never_trusted(recorded: tuple[bytes, Path]) -> None:
     """The length 2^63-1 of a channel record caused a traceback."""
-    content, path = whole
+    content, path = recorded
     for damaged in wrong_lengths(content):
         path.write_bytes(damaged)
         read_all(path)

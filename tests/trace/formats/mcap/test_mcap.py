@@ -54,18 +54,18 @@ def test_library_reads_topics_schemas_and_times(tmp_path: Path) -> None:
     ]
     with write(tmp_path / "run", events).open("rb") as file:
         reader = make_reader(file, validate_crcs=True)
-        found = [(c.topic, s.name, json.loads(s.data), m) for s, c, m in reader.iter_messages() if s]
+        entries = [(c.topic, s.name, json.loads(s.data), m) for s, c, m in reader.iter_messages() if s]
         summary = reader.get_summary()
     assert summary is not None
     assert summary.statistics is not None
     assert summary.statistics.message_count == 3
-    assert [(topic, name) for topic, name, _, _ in found] == [
+    assert [(topic, name) for topic, name, _, _ in entries] == [
         ("/goals", "cxbridge.GoalTransition"),
         ("/bb/AInterface/b::c", "cxbridge.InterfaceWrite"),
         ("/messages/AInterface/b::c", "cxbridge.InterfaceMessage"),
     ]
-    assert found[0][2] == event_json_schema(type(events[0]))
-    assert [(message.log_time, message.publish_time) for *_, message in found] == [
+    assert entries[0][2] == event_json_schema(type(events[0]))
+    assert [(message.log_time, message.publish_time) for *_, message in entries] == [
         (5000, 5000),
         (6000, 6000),
         (6000, 6000),
