@@ -101,6 +101,10 @@ def find_key_mistakes(config: Configuration, spec: str) -> list[ConfigError]:
         *_find_misspelt_keys(config, base, _SPEC_KEYS),
         *_find_misspelt_keys(config, "/skiller", _SKILLER_KEYS),
     ]
+    if config.exists(base):  # a single value, even an empty one
+        mistakes.append(
+            _make_error(f"the spec '{spec}' must be a map", config.get(base), "write its init below it")
+        )
     for _, path in _find_entries(config, spec):
         mistakes += _find_misspelt_keys(config, path, tuple(sorted(_ENTRY_KEYS)))
         for key in ("name", "file"):
