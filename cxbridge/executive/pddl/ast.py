@@ -150,7 +150,7 @@ class State(Protocol):
     def count_evaluation(self) -> None:
         """Count an evaluated formula.
 
-        :raises PddlError: if there are too many.
+        :raises PddlError: if too many formulas were evaluated.
         """
 
 
@@ -185,12 +185,12 @@ class FormulaNode(PlacedNode, frozen=True):
     @property
     def children(self) -> tuple[Formula, ...]:
         """The direct sub-formulas in textual order."""
-        return tuple(_field_values(self, self.PARTS))
+        return tuple(_list_values(self, self.PARTS))
 
     @property
     def terms(self) -> tuple[Term, ...]:
         """The terms of this formula, without those of its children."""
-        return tuple(_field_values(self, self.TERMS))
+        return tuple(_list_values(self, self.TERMS))
 
     def walk(self) -> Iterator[Formula]:
         """Yield this formula and all its descendants, parents first."""
@@ -209,7 +209,7 @@ class FormulaNode(PlacedNode, frozen=True):
         return self._holds(state, binding)
 
     def _holds(self, state: State, binding: Binding) -> bool:  # noqa: ARG002 - for subclasses
-        return False  # of effects and timed formulas, which are not conditions
+        return False  # for effects and timed formulas, which are not conditions
 
     def deciding_parts(
         self,
@@ -218,9 +218,9 @@ class FormulaNode(PlacedNode, frozen=True):
         *,
         required: bool,
     ) -> Iterable[BlamedPart]:
-        """Return the parts that decide the truth value, each with the truth value that it would need.
+        """Return the parts that decide the truth value, each with its required truth value.
 
-        :param required: the truth value that this formula would need.
+        :param required: the required truth value of this formula.
         """
         return (BlamedPart(part, binding, required) for part in self.children)
 
@@ -247,15 +247,16 @@ def _with_values(node: Any, fields: tuple[str, ...], change: Callable[[Any], Any
     # most changes concern few nodes of a large tree: copies share the unchanged nodes
     changes = {}
     for name in fields:
-        before = getattr(node, name)
-        after = tuple(map(change, before)) if isinstance(before, tuple) else change(before)
-        is_same = all(map(is_, after, before)) if isinstance(before, tuple) else after is before
+        value = getattr(node, name)
+        new_value = tuple(map(change, value)) if isinstance(value, tuple) else change(value)
+        is_same = all(map(is_, new_value, value)) if isinstance(value, tuple) else new_value is value
         if not is_same:
-            changes[name] = after
+            changes[name] = new_value
     return replace(node, **changes) if changes else node
 
 
-def _field_values(node: FormulaNode, fields: tuple[str, ...]) -> Iterator[Any]:
+def _list_values(node: FormulaNode, fields: tuple[str, ...]) -> Iterator[Any]:
+    """Yield the values of fields, and the elements of values that are tuples."""
     for name in fields:
         value = getattr(node, name)
         if isinstance(value, tuple):
@@ -274,6 +275,14 @@ class Atom(FormulaNode, frozen=True):
 
     def _holds(self, state: State, binding: Binding) -> bool:
         return state.has(self.predicate, self.arguments, binding)
+
+
+def make_ground(name: str, term: Atom | FunctionTerm) -> Ground:
+    """Return the ground form of an atom or function term, whose arguments are constants.
+
+    :param name: the predicate or function.
+    """
+    return name, tuple(argument.name for argument in term.arguments if isinstance(argument, Constant))
 
 
 class And(FormulaNode, frozen=True):
@@ -437,9 +446,9 @@ class Domain(PddlNode, frozen=True):
     @property
     def typed_lists(self) -> list[TypedList]:
         """The types, the constants and all parameters, in textual order."""
-        declared: tuple[Declaration | ActionSchema, ...]
-        declared = (*self.predicates, *self.functions, *self.actions)
-        return [self.types, self.constants, *(declaration.parameters for declaration in declared)]
+        declarations: tuple[Declaration | ActionSchema, ...]
+        declarations = (*self.predicates, *self.functions, *self.actions)
+        return [self.types, self.constants, *(declaration.parameters for declaration in declarations)]
 
     @property
     def is_typed(self) -> bool:
@@ -460,7 +469,7 @@ class Problem(PddlNode, frozen=True):
     :param goal: the condition that a plan must achieve.
     :param metric: ``minimize`` or ``maximize``, and the term; None without a metric.
     :param file: the source file; empty if there is none.
-    :param text: see :class:`Domain`.
+    :param text: the source text, as in :class:`Domain`.
     """
 
     name: str

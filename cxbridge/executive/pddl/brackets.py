@@ -13,7 +13,7 @@ from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
 from cxbridge.executive.pddl.grammar import END_TERMINAL
 from cxbridge.executive.pddl.tokens import SourceText, Token
 
-_SECTION_DEPTH: Final = 2  # (define (:section
+SECTION_DEPTH: Final = 2  # the number of open brackets within a section: (define (:section
 _WORD: Final = re.compile(r"\S+")
 
 
@@ -58,6 +58,7 @@ def parse_items(text: SourceText) -> tuple[Item, ...]:
     :raises PddlSyntaxError: if brackets do not match.
     """
     items: list[Item] = []
+    # for each open bracket, outermost first: the items before the bracket in its group, and its position
     open_groups: list[tuple[list[Item], Position]] = []
     for token in text.tokens:
         position = text.position(token.start)
@@ -67,9 +68,9 @@ def parse_items(text: SourceText) -> tuple[Item, ...]:
         elif token.text != ")":
             items += token_words(token, text)
         elif open_groups:
-            outer, start = open_groups.pop()
-            outer.append(Group(tuple(items), start, position))
-            items = outer
+            outer_items, start = open_groups.pop()
+            outer_items.append(Group(tuple(items), start, position))
+            items = outer_items
         else:
             raise syntax_error("there is one ')' too many", position, text.file)
     if open_groups:
@@ -89,15 +90,15 @@ def _unclosed_error(text: SourceText) -> PddlSyntaxError:
     """Return the error about a missing closing bracket, at its probable place."""
     # a section within another section shows that the innermost open group lacks its bracket
     open_positions: list[Position] = []
-    after_open = False
+    follows_bracket = False
     for token in text.tokens:
         if token.text == "(":
             open_positions.append(text.position(token.start))
         elif token.text == ")":
             open_positions.pop()
-        elif after_open and token.text.startswith(":") and len(open_positions) > _SECTION_DEPTH:
+        elif follows_bracket and token.text.startswith(":") and len(open_positions) > SECTION_DEPTH:
             return syntax_error(f"a ')' is missing before '({token.text}'", open_positions[-1], text.file)
         elif token.kind == END_TERMINAL:
             break
-        after_open = token.text == "("
+        follows_bracket = token.text == "("
     return syntax_error("this '(' is never closed", open_positions[-1], text.file)

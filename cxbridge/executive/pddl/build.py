@@ -107,7 +107,7 @@ class SyntaxBuilder:
         return syntax_error(message, self.position(start), self._file, hint)
 
     def _section_values(self, children: Children, owner: str) -> dict[str, Any]:
-        """Return the values of sections by field, without skipped sections (None) and actions.
+        """Return the values of sections by field; children that are no sections are ignored.
 
         :param owner: the owner of the sections, for errors.
         :raises PddlSyntaxError: if a section occurs twice.
@@ -212,15 +212,19 @@ class SyntaxBuilder:
             if isinstance(argument, Constant):
                 continue
             # (at 5 (open door)) is a timed initial literal, which the grammar reads as an atom
-            first = atom.arguments[0]
-            has_time = index == 1 and isinstance(first, Constant) and number_of(first.name) is not None
-            name = (
+            first_argument = atom.arguments[0]
+            has_time = (
+                index == 1
+                and isinstance(first_argument, Constant)
+                and number_of(first_argument.name) is not None
+            )
+            part_name = (
                 TIMED_INITIAL_LITERALS
                 if has_time and atom.predicate.lower() == "at"
                 else unsupported_formula(atom.predicate)
             )
-            if name:
-                message, hint = unsupported_texts(name)
+            if part_name:
+                message, hint = unsupported_texts(part_name)
                 raise syntax_error(message, atom.position, self._file, hint)
             raise syntax_error(f"{format_term(argument)} is not an object", argument.position, self._file)
 
@@ -277,7 +281,7 @@ class SyntaxBuilder:
     def variable(self, children: Children, start: int) -> Variable:
         name = children[0].text[1:]
         if not name:
-            raise self._error("this variable has no name", start, "write it right after the '?'")
+            raise self._error("this variable has no name", start, "write the name right after the '?'")
         return Variable(name, position=self.position(start))
 
     def function(self, children: Children, start: int) -> FunctionTerm:

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import Position
+
+Warn = Callable[[PddlError], None]
+"""Receives mistakes that do not prevent reading."""
 
 
 class PddlSyntaxError(PddlError):

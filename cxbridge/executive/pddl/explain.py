@@ -36,12 +36,12 @@ def unexpected_token_error(text: SourceText, symbol: str, unexpected: Unexpected
     except PddlSyntaxError as bracket_error:  # a missing bracket explains the token, too
         return bracket_error
     position = text.position(unexpected.token.start)
-    path = _groups_around(items, position)
+    path = _find_enclosing_groups(items, position)
     words = token_words(unexpected.token, text)
     word = words[0].text if words else ""
-    unsupported = _find_unsupported_part(path, word, position)
-    if unsupported:
-        name, position = unsupported
+    unsupported_part = _find_unsupported_part(path, word, position)
+    if unsupported_part:
+        name, position = unsupported_part
         message, hint = unsupported_texts(name)
         return syntax_error(message, position, text.file, hint)
     kind = _find_defined_kind(items)
@@ -53,12 +53,15 @@ def unexpected_token_error(text: SourceText, symbol: str, unexpected: Unexpected
         f"unexpected '{word}'{context}" if words else f"unexpected end of the {symbol}",
         position,
         text.file,
-        _expected_hint(word, unexpected.expected),
+        _make_hint(word, unexpected.expected),
     )
 
 
-def _expected_hint(word: str, expected: frozenset[str]) -> str:
-    """Return the similar keyword or the list of all permitted words."""
+def _make_hint(word: str, expected: frozenset[str]) -> str:
+    """Return a hint with the similar keyword or with all permitted words.
+
+    :param expected: the permitted terminals.
+    """
     keywords = sorted(
         keyword
         for keyword, kind in load_tables().keywords.items()
@@ -85,14 +88,15 @@ def _find_defined_kind(items: tuple[Item, ...]) -> str:
     return header.head.lower() if isinstance(header, Group) else ""
 
 
-def _groups_around(items: tuple[Item, ...], position: Position) -> list[Group]:
+def _find_enclosing_groups(items: tuple[Item, ...], position: Position) -> list[Group]:
     """Return the groups that enclose a position, outermost first."""
     path: list[Group] = []
     while True:
-        enclosing = [
-            item for item in items if isinstance(item, Group) and item.position < position <= item.end
-        ]
-        if not enclosing:
+        # siblings do not overlap, so at most one group encloses the position
+        enclosing_group = next(
+            (item for item in items if isinstance(item, Group) and item.position < position <= item.end), None
+        )
+        if enclosing_group is None:
             return path
-        path.append(enclosing[-1])
-        items = enclosing[-1].items
+        path.append(enclosing_group)
+        items = enclosing_group.items

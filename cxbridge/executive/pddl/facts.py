@@ -9,7 +9,7 @@ Facts have predicates of objects only. A comparison of numbers becomes an atom o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 
 from msgspec import Struct
 
@@ -39,11 +39,10 @@ from cxbridge.executive.pddl.ast import (
     names_of,
     pairs_of,
 )
-from cxbridge.executive.pddl.errors import semantic_error
+from cxbridge.executive.pddl.errors import Warn, semantic_error
 from cxbridge.executive.pddl.printer import format_formula, format_list
 
 SlotValue = str | tuple[str, ...]
-Warn = Callable[[PddlError], None]
 
 EQUALITY_PREDICATE = "EQUALITY"
 """The predicate of ``=``."""
@@ -94,13 +93,13 @@ def formula_facts(formula: Formula, parent: str, *, file: str = "") -> list[Fact
     )
 
 
-def _variables(terms: Iterable[Term]) -> Iterator[Variable]:
+def _find_variables(terms: Iterable[Term]) -> Iterator[Variable]:
     """Yield the variables in terms and their arguments."""
     for term in terms:
         if isinstance(term, Variable):
             yield term
         elif isinstance(term, FunctionTerm):
-            yield from _variables(term.arguments)
+            yield from _find_variables(term.arguments)
 
 
 class _FactMaker:
@@ -216,10 +215,11 @@ class _FactMaker:
             predicate = EQUALITY_PREDICATE if formula.operator == "=" else formula.operator
             yield from self._atom_facts(predicate, terms, parent, id_, position, is_root=is_root)
             return
-        variables = tuple({term.name: term for term in _variables(terms)}.values())
-        facts = list(self._atom_facts(formula.operator, variables, parent, id_, position, is_root=is_root))
-        yield from facts
-        slots = {"predicate-id": facts[-1].slots["id"], "text": format_formula(formula)}
+        variables = tuple({term.name: term for term in _find_variables(terms)}.values())
+        atom_facts = self._atom_facts(formula.operator, variables, parent, id_, position, is_root=is_root)
+        *formula_facts, predicate_fact = atom_facts
+        yield from (*formula_facts, predicate_fact)
+        slots = {"predicate-id": predicate_fact.slots["id"], "text": format_formula(formula)}
         yield FactToAssert("domain-comparison", slots)
 
     def _connective_facts(

@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import Final
 
 from cxbridge.executive.pddl.ast import Position
-from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, parse_items
+from cxbridge.executive.pddl.brackets import SECTION_DEPTH, BracketWord, Group, Item, parse_items
 from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
 from cxbridge.executive.pddl.grammar import END_TERMINAL
 from cxbridge.executive.pddl.tokens import SourceText, Token
@@ -39,7 +39,6 @@ _EFFECT_KEYWORDS: Final = ("when", "increase", "decrease")
 _UNKNOWN_HEADS: Final = frozenset({"<=", ">=", "imply", "assign", "scale-up", "scale-down"})
 _CONNECTIVES: Final = frozenset({"and", "or", "not", "when"})
 _TIMES: Final = {("at", "start"), ("at", "end"), ("over", "all")}
-_SECTION_DEPTH: Final = 2  # (define (:section ...
 
 
 def remove_text_after_actions(text: SourceText) -> None:
@@ -54,7 +53,7 @@ def remove_text_after_actions(text: SourceText) -> None:
                 Token(END_TERMINAL, "", token.start),
             ]
             return
-        has_action = has_action or bool(is_action and depth == _SECTION_DEPTH)
+        has_action = has_action or bool(is_action and depth == SECTION_DEPTH)
         depth += {"(": 1, ")": -1}.get(token.text, 0)
 
 
@@ -86,7 +85,7 @@ def _section_rank(head: str) -> int:
 
 def _check_action(text: SourceText, action: Group) -> None:
     order = list(_ACTION_PARTS)
-    _action, name, *items = action.items
+    _action, name, *items = action.items  # keys and values alternate after the name
     keys = [item for item in items[::2] if isinstance(item, BracketWord)]
     values = dict(zip(keys, items[1::2], strict=True))
     for previous, key in pairwise(keys):
@@ -112,7 +111,7 @@ def check_formula(text: SourceText, formula: Item, *, is_effect: bool = False) -
         raise _refusal_error(text, formula.position, reason)
     head, parts = formula.head, formula.items[1:]
     if head in _QUANTIFIERS or _is_timed(formula):
-        parts = parts[1:]
+        parts = parts[1:]  # without the variables of a quantifier, or the second word of a time
     elif head not in _CONNECTIVES:
         return
     for index, part in enumerate(parts):

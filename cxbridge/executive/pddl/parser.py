@@ -2,8 +2,7 @@
 
 The steps: tokens (:mod:`.tokens`), syntax tree (:mod:`.reader`, :mod:`.build`), explanation of a syntax error
 (:mod:`.explain`), declared spellings of names (:mod:`.spelling`), checks of names and types
-(:mod:`.semantics`).
-:mod:`.fawkes` has further checks, for texts that Fawkes must accept.
+(:mod:`.semantics`). :mod:`.fawkes` has further checks, for texts that Fawkes must accept.
 """
 
 from __future__ import annotations
@@ -19,9 +18,10 @@ from cxbridge.executive.pddl.ast import Domain, Formula, Problem
 from cxbridge.executive.pddl.brackets import parse_items
 from cxbridge.executive.pddl.build import SyntaxBuilder
 from cxbridge.executive.pddl.decoding import read_text
+from cxbridge.executive.pddl.errors import Warn
 from cxbridge.executive.pddl.explain import unexpected_token_error
 from cxbridge.executive.pddl.reader import Reader, UnexpectedToken
-from cxbridge.executive.pddl.semantics import DomainChecker, Warn, check_problem
+from cxbridge.executive.pddl.semantics import DomainChecker, check_problem
 from cxbridge.executive.pddl.spelling import spell_domain, spell_problem
 from cxbridge.executive.pddl.tokens import SourceText
 

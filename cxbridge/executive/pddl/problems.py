@@ -74,5 +74,6 @@ def format_problem(problem: Problem) -> str:
     lines += [f"    (= {format_term(call)} {format_number(value)})" for call, value in problem.numbers]
     lines += ["  )", f"  (:goal {format_formula(problem.goal)})"]
     if problem.metric is not None:
-        lines.append(f"  (:metric {problem.metric[0]} {format_term(problem.metric[1])})")
+        direction, term = problem.metric
+        lines.append(f"  (:metric {direction} {format_term(term)})")
     return "\n".join([*lines, ")"]) + "\n"

@@ -78,11 +78,11 @@ def _make_reduction(rule: Rule, find_build: Callable[[str], Build]) -> Build:
     """Return the function that makes a rule's value from all values on its right side."""
     value_indices, list_indices = rule.value_indices, set(rule.list_indices)
     if rule.result.startswith("__"):  # lark's rule for the list of a repeated part, such as ``condition*``
-        return _append if list_indices else _all_values
+        return _append_value if list_indices else _keep_values
     if not rule.build and len(value_indices) == 1:
         (index,) = value_indices
         return lambda _builder, values, _start: values[index]
-    build = find_build(rule.build) if rule.build else _all_values
+    build = find_build(rule.build) if rule.build else _keep_values
     # the common case has a function without a test of each value, because each rule of a text calls it
     if not list_indices:
         return lambda builder, values, start: build(
@@ -99,11 +99,12 @@ def _make_reduction(rule: Rule, find_build: Callable[[str], Build]) -> Build:
     )
 
 
-def _all_values(_builder: object, values: list[Any], _start: int) -> list[Any]:
+def _keep_values(_builder: object, values: list[Any], _start: int) -> list[Any]:
     return values
 
 
-def _append(_builder: object, values: list[Any], _start: int) -> list[Any]:
-    items: list[Any] = values[0]
-    items.append(values[1])
+def _append_value(_builder: object, values: list[Any], _start: int) -> list[Any]:
+    items: list[Any]
+    items, new_item = values
+    items.append(new_item)
     return items

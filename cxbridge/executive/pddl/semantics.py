@@ -6,11 +6,9 @@ checks here include timed formulas, conditional effects and numbers, unless ``fa
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from graphlib import CycleError, TopologicalSorter
 from typing import Final
 
-from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import (
     ARITHMETIC,
     ROOT_TYPE,
@@ -35,16 +33,13 @@ from cxbridge.executive.pddl.ast import (
     number_of,
     pairs_of,
 )
-from cxbridge.executive.pddl.errors import PddlSemanticError, semantic_error
+from cxbridge.executive.pddl.errors import PddlSemanticError, Warn, semantic_error
 from cxbridge.executive.pddl.types import TypeHierarchy
 from cxbridge.executive.pddl.unsupported import unsupported_formula, unsupported_texts
 from cxbridge.suggestions import did_you_mean
 
 # Formulas whose parts Fawkes does not check.
 _UNCHECKED_BY_FAWKES: Final = (Timed, Imply, When, TermComparison, NumericChange)
-
-Warn = Callable[[PddlError], None]
-"""Receives mistakes that do not prevent reading."""
 
 Scope = dict[str, tuple[str, ...]]
 """The types of visible variables; a variable without types accepts any object."""
@@ -121,7 +116,8 @@ class DomainChecker:
     def _refuse_duplicates(self) -> None:
         """Refuse duplicate names, whose facts would have the same ids."""
         domain = self._domain
-        declared: list[tuple[str, str, Position]] = [
+        # the kind, the name and the position of each declaration
+        declarations: list[tuple[str, str, Position]] = [
             *(("predicate", predicate.name, predicate.position) for predicate in domain.predicates),
             *(("function", function.name, function.position) for function in domain.functions),
             *(("action", action.name, action.position) for action in domain.actions),
@@ -133,7 +129,7 @@ class DomainChecker:
             ),
         ]
         first_positions: dict[tuple[str, str], Position] = {}
-        for noun, name, position in declared:
+        for noun, name, position in declarations:
             if (noun, name) in first_positions:
                 raise self._error(
                     f"there is a second {noun} {name}",
@@ -152,8 +148,8 @@ class DomainChecker:
 
     def _check_typing_requirement(self) -> None:
         """Refuse types without the requirement ``:typing`` as Fawkes does, or else warn about them."""
-        typed = (group.position for groups in self._domain.typed_lists for group in groups if group.types)
-        position, hint = min(typed, default=None), "add :typing to (:requirements ...)"
+        positions = (group.position for groups in self._domain.typed_lists for group in groups if group.types)
+        position, hint = min(positions, default=None), "add :typing to (:requirements ...)"
         if position is None or self._domain.requires_typing:
             return
         if self._fawkes_compat:
@@ -189,18 +185,18 @@ class DomainChecker:
                 self._check_formula(formula, scope)
 
     def _check_types(self, parameters: TypedList) -> None:
-        declared = {type_ for pair in pairs_of(self._domain.types) for type_ in pair if type_}
+        known_types = {type_ for pair in pairs_of(self._domain.types) for type_ in pair if type_}
         if not self._fawkes_compat:  # Fawkes' parser knows declared types only
-            declared.add(ROOT_TYPE)
+            known_types.add(ROOT_TYPE)
         for group in parameters:
             if not group.types and self._fawkes_compat:
                 raise self._error("Missing type.", group.position)
             for type_ in group.types:
-                if type_ not in declared:
+                if type_ not in known_types:
                     raise self._error(
                         f"Unknown type: {group.names[0]} - {type_}",
                         group.position,
-                        did_you_mean(type_, declared, "declare it in (:types ...)"),
+                        did_you_mean(type_, known_types, "declare it in (:types ...)"),
                     )
 
     def _check_formula(self, formula: Formula, scope: Scope) -> None:
@@ -227,22 +223,22 @@ class DomainChecker:
                 atom.position,
                 did_you_mean(atom.predicate, self._predicates, "declare it in (:predicates ...)"),
             )
-        expected = [group.types for group in predicate.parameters for _ in group.names]
-        if len(expected) != len(atom.arguments):
+        parameter_types = [group.types for group in predicate.parameters for _ in group.names]
+        if len(parameter_types) != len(atom.arguments):
             raise self._error(
                 "Predicate argument length missmatch,"
-                f" expected {len(expected)} but got {len(atom.arguments)}",
+                f" expected {len(parameter_types)} but got {len(atom.arguments)}",
                 atom.position,
                 f"({atom.predicate}) is declared in line {predicate.position.line}",
             )
-        for index, (argument, types) in enumerate(zip(atom.arguments, expected, strict=True)):
-            actual = self._term_types(argument, scope)
-            if self._has_types and not self._accepts(argument, actual, types):
+        for index, (argument, expected_types) in enumerate(zip(atom.arguments, parameter_types, strict=True)):
+            actual_types = self._find_types(argument, scope)
+            if self._has_types and not self._accepts(argument, actual_types, expected_types):
                 message = (
-                    f"Type missmatch: Argument {index} of {atom.predicate} expects {_types_text(types)}"
-                    f" but got {_types_text(actual)}"
+                    f"Type missmatch: Argument {index} of {atom.predicate}"
+                    f" expects {_format_types(expected_types)} but got {_format_types(actual_types)}"
                 )
-                if actual or self._fawkes_compat:
+                if actual_types or self._fawkes_compat:
                     raise self._error(message, argument.position)
                 # a parameter without type accepts any object; for objects of a wrong type the predicate is
                 # false
@@ -254,13 +250,13 @@ class DomainChecker:
             message, hint = unsupported_texts(name)
             raise self._error(message, position, hint)
 
-    def _term_types(self, term: Term, scope: Scope) -> tuple[str, ...]:
+    def _find_types(self, term: Term, scope: Scope) -> tuple[str, ...]:
         """Return the types of a declared variable or constant; no types: the term may be any object."""
         if isinstance(term, FunctionTerm):
             raise self._error("Unexpected nested predicate.", term.position)
-        declared = scope if isinstance(term, Variable) else self._constants
-        if term.name in declared:
-            return declared[term.name]
+        types_by_name = scope if isinstance(term, Variable) else self._constants
+        if term.name in types_by_name:
+            return types_by_name[term.name]
         if isinstance(term, Variable):
             raise self._error(
                 f"Unknown Parameter ?{term.name}", term.position, "declare it in :parameters of the action"
@@ -273,13 +269,13 @@ class DomainChecker:
             else f"declare it in {self._declaring_section}",
         )
 
-    def _accepts(self, term: Term, actual: tuple[str, ...], expected: tuple[str, ...]) -> bool:
+    def _accepts(self, term: Term, actual_types: tuple[str, ...], expected_types: tuple[str, ...]) -> bool:
         """Return whether a predicate with the expected types accepts a term with its actual types."""
-        if not expected or not actual:
-            return not expected or ROOT_TYPE in expected
-        accepted = [not self._hierarchy.supertypes(type_).isdisjoint(expected) for type_ in actual]
+        if not expected_types or not actual_types:
+            return not expected_types or ROOT_TYPE in expected_types
+        matches = [not self._hierarchy.supertypes(type_).isdisjoint(expected_types) for type_ in actual_types]
         # a constant has all its types at once; a variable's object has at least one of its types
-        return any(accepted) if isinstance(term, Constant) else all(accepted)
+        return any(matches) if isinstance(term, Constant) else all(matches)
 
     def _check_number(self, term: Term, scope: Scope) -> None:
         """Check a term of a comparison or numeric effect."""
@@ -291,24 +287,24 @@ class DomainChecker:
                     f"Unknown function: {term.function}", term.position, "declare it in (:functions ...)"
                 )
             if function is not None:
-                expected = sum(len(group.names) for group in function.parameters)
-                if expected != len(term.arguments):
+                parameter_count = sum(len(group.names) for group in function.parameters)
+                if parameter_count != len(term.arguments):
                     raise self._error(
                         "Function argument length missmatch,"
-                        f" expected {expected} but got {len(term.arguments)}",
+                        f" expected {parameter_count} but got {len(term.arguments)}",
                         term.position,
                     )
             for argument in term.arguments:
                 self._check_number(argument, scope)
         elif not (isinstance(term, Constant) and number_of(term.name) is not None):
-            self._term_types(term, scope)
+            self._find_types(term, scope)
 
 
 def _scope_of(variables: TypedList) -> Scope:
     return {name: group.types for group in variables for name in group.names}
 
 
-def _types_text(types: tuple[str, ...]) -> str:
+def _format_types(types: tuple[str, ...]) -> str:
     if len(types) == 1:
         return types[0]
     return f"(either {' '.join(types)})" if types else ROOT_TYPE
@@ -320,7 +316,7 @@ def check_problem(domain: Domain, problem: Problem, warn: Warn | None = None) ->
     :param warn: receives mistakes that do not prevent the use of the problem.
     :raises PddlSemanticError: for the first mistake.
     """
-    # a domain with the problem's objects as constants, and with the problem's file for errors
+    # the domain gets the problem's objects as constants, and the problem's file for errors
     checker = DomainChecker(
         domain.changed(constants=domain.constants + problem.objects, file=problem.file), warn=warn
     )
@@ -334,6 +330,7 @@ def check_problem(domain: Domain, problem: Problem, warn: Warn | None = None) ->
     for atom in problem.init:
         checker.check_formula(atom)
     for call, _value in problem.numbers:
+        # the value of the function is a number already: 0 stands for any number
         checker.check_formula(TermComparison("=", call, Constant("0")))
     checker.check_formula(problem.goal)
     if problem.metric is not None:

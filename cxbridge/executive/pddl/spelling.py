@@ -54,8 +54,8 @@ def spell_problem(problem: Problem, domain: Domain, words: Iterable[str]) -> Pro
 
 def _has_two_spellings(words: Iterable[str]) -> bool:
     """Return whether two words differ only in case."""
-    distinct = set(words)
-    return len({word.lower() for word in distinct}) != len(distinct)
+    spellings = set(words)
+    return len({spelling.lower() for spelling in spellings}) != len(spellings)
 
 
 def _list_domain_names(domain: Domain) -> Iterable[str]:
@@ -126,8 +126,8 @@ class _Speller:
 
     def _spell_action(self, action: ActionSchema) -> ActionSchema:
         formulas = {"duration": action.duration, "condition": action.condition, "effect": action.effect}
-        quantified = [name for formula in formulas.values() for name in _find_quantified_names(formula)]
-        variables = _make_spelling_table((*names_of(action.parameters), *quantified, "duration"))
+        quantified_names = [name for formula in formulas.values() for name in _find_quantified_names(formula)]
+        variables = _make_spelling_table((*names_of(action.parameters), *quantified_names, "duration"))
         return replace(
             action,
             parameters=self._spell_typed_list(action.parameters, variables),
@@ -151,7 +151,7 @@ class _Speller:
         return formula.map_terms(lambda term: self._spell_term(term, variables)).map(spell)
 
     def _spell_constant_term(self, term: Term) -> Any:
-        """Return a term without variables."""
+        """Return a term without variables in the declared spelling."""
         return self._spell_term(term, {})
 
     def _spell_term(self, term: Term, variables: Spellings) -> Any:

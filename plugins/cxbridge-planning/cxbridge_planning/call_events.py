@@ -37,14 +37,14 @@ class PlannerCallReporter:
         # names from rules are Symbols, a subclass of str, which recorders of events cannot encode
         self._bus = bus
         self._event = PlannerCall(
-            0,
-            str(env),
-            "",
-            str(goal),
-            str(planner),
-            str(domain),
-            str(problem),
-            "started",
+            time_us=0,  # each emission sets the time
+            env=str(env),
+            call="",
+            goal=str(goal),
+            planner=str(planner),
+            domain=str(domain),
+            problem=str(problem),
+            status="started",
             duration_us=0,
             actions=0,
             reason="",

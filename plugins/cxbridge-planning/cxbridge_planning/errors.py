@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from cxbridge.errors import ExecutiveError
+
+MAX_EXCERPT: Final = 300
+"""The maximum number of characters of an engine's output or message in an error."""
 
 
 class PlanningError(ExecutiveError):

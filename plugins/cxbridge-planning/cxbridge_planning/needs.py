@@ -65,12 +65,13 @@ CLASSICAL = frozenset(
 def problem_needs(domain: Domain, problem: Problem) -> dict[Need, str]:
     """Return the required features, each with its first user, e.g. ``action pick``."""
     needs: dict[Need, str] = {}
-    for user, formula, is_effect in _formulas(domain, problem):
-        for need in _formula_needs(formula, is_effect=is_effect):
+    for user, formula, is_effect in _list_formulas(domain, problem):
+        for need in _find_formula_needs(formula, is_effect=is_effect):
             needs.setdefault(need, user)
     for action in domain.actions:
         if action.durative:
             needs.setdefault(Need.TIME, f"action {action.name}")
+    # a type without a declared supertype is a direct subtype of the root
     if any(supertype not in ("", ROOT_TYPE) for _, supertype in pairs_of(domain.types)):
         needs[Need.HIERARCHY] = "the types"
     if problem.metric is not None:
@@ -82,7 +83,7 @@ def problem_needs(domain: Domain, problem: Problem) -> dict[Need, str]:
     return needs
 
 
-def _formulas(domain: Domain, problem: Problem) -> Iterator[tuple[str, Formula, bool]]:
+def _list_formulas(domain: Domain, problem: Problem) -> Iterator[tuple[str, Formula, bool]]:
     """Yield each formula with its user, and whether it is an effect."""
     for action in domain.actions:
         for formula, is_effect in ((action.condition, False), (action.effect, True)):
@@ -93,7 +94,7 @@ def _formulas(domain: Domain, problem: Problem) -> Iterator[tuple[str, Formula, 
 
 def _has_fractions(domain: Domain, problem: Problem) -> bool:
     """Return whether numbers may get fractions. Some planners know integers only."""
-    formulas = [formula for _, formula, _ in _formulas(domain, problem)]
+    formulas = [formula for _, formula, _ in _list_formulas(domain, problem)]
     formulas += [action.duration for action in domain.actions if action.duration is not None]
     parts = [part for formula in formulas for part in formula.walk()]
     return (
@@ -115,7 +116,7 @@ def _is_fraction(term: Term) -> bool:
             return False
 
 
-def _formula_needs(formula: Formula, *, is_effect: bool) -> Iterator[Need]:
+def _find_formula_needs(formula: Formula, *, is_effect: bool) -> Iterator[Need]:
     """Yield the features of a formula.
 
     :param is_effect: whether a negation is a deletion rather than a feature.
@@ -130,8 +131,8 @@ def _formula_needs(formula: Formula, *, is_effect: bool) -> Iterator[Need]:
             yield Need.QUANTIFIERS
         case When(condition=condition, effect=part):
             yield Need.CONDITIONAL_EFFECTS
-            yield from _formula_needs(condition, is_effect=False)
-            yield from _formula_needs(part, is_effect=True)
+            yield from _find_formula_needs(condition, is_effect=False)
+            yield from _find_formula_needs(part, is_effect=True)
             return
         case Timed():
             yield Need.TIME
@@ -143,4 +144,4 @@ def _formula_needs(formula: Formula, *, is_effect: bool) -> Iterator[Need]:
             if operator != "increase" or target != FunctionTerm(TOTAL_COST, ()):
                 yield Need.NUMERIC_CHANGES
     for part in formula.children:
-        yield from _formula_needs(part, is_effect=is_effect)
+        yield from _find_formula_needs(part, is_effect=is_effect)

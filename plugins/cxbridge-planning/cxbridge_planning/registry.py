@@ -67,25 +67,26 @@ def choose_planners(
         planner = make_planner(name, options)
         planner.check(needs)
         return PlannerChoice((planner,), ())
-    planners = [(planner_name, make_planner(planner_name)) for planner_name in planner_names()]
-    suitable: list[tuple[int, Planner]] = []
-    reasons, missing, not_installed_names = [], [], []
-    for planner_name, planner in sorted(planners, key=lambda pair: pair[1].rank(needs)):
+    named_planners = [(planner_name, make_planner(planner_name)) for planner_name in planner_names()]
+    suitable_planners: list[tuple[int, Planner]] = []  # each after the number of needs that it ignores
+    reasons, missing_texts, not_installed_names = [], [], []
+    for planner_name, planner in sorted(named_planners, key=lambda pair: pair[1].rank(needs)):
         reason = planner.refusal_reason(needs)
         if planner.not_installed:
-            missing.append(planner.not_installed)
+            missing_texts.append(planner.not_installed)
             not_installed_names += [] if reason else [planner_name]
         elif reason:
             reasons.append(reason)
         else:
-            ignored = [need for need in needs if need in planner.ignores]
-            reasons += [f"{planner_name} ignores {need.value}" for need in ignored]
-            suitable.append((len(ignored), planner))
-    if not suitable:
-        raise UnsupportedProblemError(f"no planner supports this problem: {'; '.join(reasons + missing)}")
+            ignored_needs = [need for need in needs if need in planner.ignores]
+            reasons += [f"{planner_name} ignores {need.value}" for need in ignored_needs]
+            suitable_planners.append((len(ignored_needs), planner))
+    if not suitable_planners:
+        reason = "; ".join(reasons + missing_texts)
+        raise UnsupportedProblemError(f"no planner supports this problem: {reason}")
     # planners that ignore costs come after all that count costs; both sorts are stable, so ranks decide the
     # rest
-    suitable.sort(key=lambda pair: pair[0])
+    suitable_planners.sort(key=lambda pair: pair[0])
     return PlannerChoice(
-        tuple(planner for _, planner in suitable), tuple(reasons), tuple(not_installed_names)
+        tuple(planner for _, planner in suitable_planners), tuple(reasons), tuple(not_installed_names)
     )

@@ -27,11 +27,11 @@ class RecordedPlan:
     """A planner call with its result.
 
     :param start: the event at the start of the call.
-    :param after_us: the microseconds from the call to the result.
+    :param delay_us: the microseconds from the call to the result.
     """
 
     start: PlannerCall
-    after_us: int
+    delay_us: int
     result: PlanResult
 
 
@@ -94,31 +94,32 @@ class RecordedPlanning(PlanningService):
     def call(self, request: PlanRequest) -> PlanCall:
         """Start a call that reports the recorded plan."""
         self._count += 1
-        recorded = self._plans.get(f"plan-{self._count}")  # ids are consecutive numbers
-        if recorded is None:
+        # the ids have the same consecutive numbers as in the feature `planner`
+        recorded_plan = self._plans.get(f"plan-{self._count}")
+        if recorded_plan is None:
             return super().call(request)
-        due_us = self._now_us() + recorded.after_us
+        due_us = self._now_us() + recorded_plan.delay_us
         # a cancelled call ends when the replay cancels it, as in the recording
-        is_cancelled = recorded.result.status is PlanStatus.CANCELLED
-        call = EndedCall(self, request, recorded.result)
+        is_cancelled = recorded_plan.result.status is PlanStatus.CANCELLED
+        call = EndedCall(self, request, recorded_plan.result)
         return DelayedCall(self, call, lambda: not is_cancelled and self._now_us() >= due_us)
 
     def _compare_call(self, event: Event) -> None:
         """Compare the problem of a planner call with the recorded problem."""
         assert isinstance(event, PlannerCall)
-        recorded = self._plans.get(event.call) if event.env == self._env else None
-        if recorded is None or event.status != _STARTED:
+        recorded_plan = self._plans.get(event.call) if event.env == self._env else None
+        if recorded_plan is None or event.status != _STARTED:
             return
-        expected = recorded.start
-        if replace_names(expected.problem) != replace_names(event.problem):
+        recorded_event = recorded_plan.start
+        if replace_names(recorded_event.problem) != replace_names(event.problem):
             start_us = self._replay.recordings.start_us
             self._replay.record_divergence(
                 Divergence(
                     f"planner of {event.env}",
                     int(event.call.rpartition("-")[2]),
-                    f"plan for {expected.problem}",
+                    f"plan for {recorded_event.problem}",
                     f"plan for {event.problem}",
                     (event.time_us - start_us) / MICROSECONDS,
-                    (expected.time_us - start_us) / MICROSECONDS,
+                    (recorded_event.time_us - start_us) / MICROSECONDS,
                 )
             )

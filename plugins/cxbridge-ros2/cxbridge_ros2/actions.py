@@ -394,8 +394,8 @@ class GoalServer(Closing):
         self._result_responses[goal_id] = response
         self.set_status(served_goal, status)
         while len(self._result_responses) > _MAX_RESULTS:
-            oldest = next(iter(self._result_responses))
-            del self._result_responses[oldest], self._goals[oldest]
+            oldest_id = next(iter(self._result_responses))
+            del self._result_responses[oldest_id], self._goals[oldest_id]
 
     def close(self) -> None:
         for served_goal in self.running_goals:
@@ -431,13 +431,13 @@ class GoalServer(Closing):
             if goal
             else [goal for goal in self.running_goals if not until_ns or stamp_to_ns(goal.stamp) <= until_ns]
         )
-        cancelled = [goal for goal in goals if self._handler.may_cancel(goal)]
-        for goal in cancelled:
+        cancelled_goals = [goal for goal in goals if self._handler.may_cancel(goal)]
+        for goal in cancelled_goals:
             goal.is_cancel_requested, goal.status = True, GoalStatus.CANCELING
         self._publish_status()
         return {
-            "return_code": CancelCode.NONE if cancelled else CancelCode.REJECTED,
-            "goals_canceling": [goal.info for goal in cancelled],
+            "return_code": CancelCode.NONE if cancelled_goals else CancelCode.REJECTED,
+            "goals_canceling": [goal.info for goal in cancelled_goals],
         }
 
     def _handle_result_request(self, request: Message, reply: SendResponse) -> None:

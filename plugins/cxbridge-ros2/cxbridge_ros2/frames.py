@@ -19,6 +19,8 @@ from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.stamps import stamp_to_us, us_to_stamp
 
 TF_MESSAGE_TYPE: Final = "tf2_msgs/msg/TFMessage"
+# each topic of frames, its QoS profile, and whether its frames are static
+FRAME_TOPICS: Final = (("/tf", "tf", False), ("/tf_static", "tf_static", True))
 ROS_ID_PREFIX: Final = "/tf/ros2/"  # precedes the ids of frames from ROS, which are not sent back
 
 _INTERFACE_TYPE: Final = "TransformInterface"

@@ -39,7 +39,7 @@ class _PlannerOptions:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class _ResultOptions:
+class _OutputOptions:
     """The options for the output of the result."""
 
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the plan to this file.")] = None
@@ -51,8 +51,8 @@ class _ResultOptions:
 
 @option_groups
 def plan(
-    planning: _PlannerOptions,
-    results: _ResultOptions,
+    planner_options: _PlannerOptions,
+    output_options: _OutputOptions,
     domain_file: Annotated[
         Path | None, typer.Argument(metavar="DOMAIN", help="The file with the PDDL domain.")
     ] = None,
@@ -75,7 +75,7 @@ def plan(
     Example: cxbridge plan domain.pddl problem.pddl --planner pyperplan
     """
     if list_planners:
-        _print_planners(as_json=results.as_json)
+        _print_planners(as_json=output_options.as_json)
         return 0
     if domain_file is None or problem_file is None:
         raise CxbridgeError("domain and problem are missing", hint="cxbridge plan domain.pddl problem.pddl")
@@ -83,28 +83,28 @@ def plan(
         raise CxbridgeError(f"--strict {strict} is unknown", hint="write --strict fawkes")
     as_fawkes = strict == "fawkes"
     if validate is not None:
-        return _validate_plan(
-            *_read_files(domain_file, problem_file, as_fawkes=as_fawkes), validate, as_json=results.as_json
-        )
-    result = _make_plan(domain_file, problem_file, planning, as_fawkes=as_fawkes)
-    _print_result(result, planning.planner, results)
+        domain, problem = _read_files(domain_file, problem_file, as_fawkes=as_fawkes)
+        return _validate_plan(domain, problem, validate, as_json=output_options.as_json)
+    result = _make_plan(domain_file, problem_file, planner_options, as_fawkes=as_fawkes)
+    _print_result(result, planner_options.planner, output_options)
     return EXIT_STATUS[result.status.value]
 
 
-def _print_result(result: PlanResult, planner: str, results: _ResultOptions) -> None:
+def _print_result(result: PlanResult, requested_planner: str, options: _OutputOptions) -> None:
     """Print a result, and write its plan to the file of ``--output``."""
     if result.message:
         say(f"cxbridge: {result.message}", err=True)
-    if results.verbose:
+    if options.verbose:
         outcome = "planned" if result.status.value == "PLANNED" else "found no plan"
-        why = result.why or ("the first that supports the problem" if planner == "auto" else "as asked")
+        is_automatic = requested_planner == "auto"
+        why = result.why or ("the first that supports the problem" if is_automatic else "as requested")
         say(f"cxbridge: {result.planner} {outcome} in {result.seconds:.2f} s; {why}", err=True)
     steps = "".join(f"{action}\n" for action in result.actions)
-    if results.output is not None and result.status.value == "PLANNED":
-        write_file(results.output, steps)
-    if results.as_json:
+    if options.output is not None and result.status.value == "PLANNED":
+        write_file(options.output, steps)
+    if options.as_json:
         say_json(_result_to_json(result), indent=2)
-    elif results.output is None:
+    elif options.output is None:
         say_text(steps, end="")
 
 
@@ -120,19 +120,19 @@ def _read_files(domain_file: Path, problem_file: Path, *, as_fawkes: bool) -> tu
 
 
 def _make_plan(
-    domain_file: Path, problem_file: Path, planning: _PlannerOptions, *, as_fawkes: bool
+    domain_file: Path, problem_file: Path, options: _PlannerOptions, *, as_fawkes: bool
 ) -> PlanResult:
     """Read domain and problem while the planner's process starts, then plan."""
     from cxbridge_planning import PlanningService, PlanRequest
     from cxbridge_planning.registry import choose_planners
 
-    options = _parse_options(planning.option)
+    engine_options = _parse_options(options.option)
     with PlanningService(at_once=1) as service:
         service.warm_up()  # the imports of the process take longer than the parser
         domain, problem = _read_files(domain_file, problem_file, as_fawkes=as_fawkes)
         # called for its errors only: an unsupported problem is bad input, not a failure of the planner
-        choose_planners(planning.planner, domain, problem, options)
-        return service.plan(PlanRequest(domain, problem, planning.planner, options, planning.timeout))
+        choose_planners(options.planner, domain, problem, engine_options)
+        return service.plan(PlanRequest(domain, problem, options.planner, engine_options, options.timeout))
 
 
 def _validate_plan(domain: Domain, problem: Problem, plan_file: Path, *, as_json: bool) -> int:

@@ -45,7 +45,7 @@ class Conjunction(NamedTuple):
     positive: frozenset[Fact] = frozenset()
     negative: frozenset[Fact] = frozenset()
 
-    def joined(self, other: Conjunction) -> Conjunction | None:
+    def join(self, other: Conjunction) -> Conjunction | None:
         """Return the conjunction of both; None if a fact would have to be true and false."""
         positive, negative = self.positive | other.positive, self.negative | other.negative
         return None if positive & negative else Conjunction(positive, negative)
@@ -69,7 +69,7 @@ class Evaluator:
         self._objects = objects
         self._static_truth = static_truth
 
-    def alternatives(  # noqa: PLR0911  a case for each kind of formula
+    def find_alternatives(  # noqa: PLR0911  a case for each kind of formula
         self, formula: Formula | None, binding: Binding, *, negated: bool = False
     ) -> Alternatives:
         """Return the alternatives of a condition, or of its negation.
@@ -80,32 +80,32 @@ class Evaluator:
             case None:
                 return FALSE if negated else TRUE
             case Atom():
-                return self._atom(formula, binding, negated=negated)
+                return self._make_literal(formula, binding, negated=negated)
             case TermComparison(left=left, right=right):
                 is_equal = object_of(left, binding) == object_of(right, binding)
                 return TRUE if is_equal != negated else FALSE
             case Not(part=part):
-                return self.alternatives(part, binding, negated=not negated)
+                return self.find_alternatives(part, binding, negated=not negated)
             case Imply(condition=condition, consequence=consequence):
-                either = Or((Not(condition), consequence))
-                return self.alternatives(either, binding, negated=negated)
+                disjunction = Or((Not(condition), consequence))
+                return self.find_alternatives(disjunction, binding, negated=negated)
             case And(parts=parts) | Or(parts=parts):
-                alternatives = (self.alternatives(part, binding, negated=negated) for part in parts)
+                operands = (self.find_alternatives(part, binding, negated=negated) for part in parts)
                 # de Morgan: the negation of a conjunction is a disjunction of negations
-                return _conjoin(alternatives) if isinstance(formula, And) != negated else _union(alternatives)
+                return _conjoin(operands) if isinstance(formula, And) != negated else _unite(operands)
             case Quantified(quantifier=quantifier, variables=variables, part=part):
-                alternatives = (
-                    self.alternatives(part, inner, negated=negated)
-                    for inner in self.bindings(variables, binding)
+                operands = (
+                    self.find_alternatives(part, inner_binding, negated=negated)
+                    for inner_binding in self.extend_binding(variables, binding)
                 )
-                return _conjoin(alternatives) if (quantifier == "forall") != negated else _union(alternatives)
+                return _conjoin(operands) if (quantifier == "forall") != negated else _unite(operands)
         raise PlanningError(f"a condition cannot contain {type(formula).__name__}")
 
-    def bindings(self, variables: TypedList, binding: Binding) -> Iterator[Binding]:
+    def extend_binding(self, variables: TypedList, binding: Binding) -> Iterator[Binding]:
         """Yield the binding extended by each choice of objects for the variables."""
         return extended_bindings(variables, binding, self._objects.of_types)
 
-    def _atom(self, atom: Atom, binding: Binding, *, negated: bool) -> Alternatives:
+    def _make_literal(self, atom: Atom, binding: Binding, *, negated: bool) -> Alternatives:
         fact = fact_of(atom, binding)
         truth = self._static_truth(fact)
         if truth is not None:
@@ -126,31 +126,37 @@ def fact_of(atom: Atom, binding: Binding) -> Fact:
 
 def _conjoin(operands: Iterable[Alternatives]) -> Alternatives:
     """Return the alternatives of a conjunction: all combinations without contradictions."""
-    combined = TRUE
+    combinations = TRUE
     for alternatives in operands:
-        pairs = (first.joined(second) for first in combined for second in alternatives)
-        combined = _distinct(pair for pair in pairs if pair is not None)
-        if not combined:
+        conjunctions = (first.join(second) for first in combinations for second in alternatives)
+        combinations = _remove_duplicates(
+            conjunction for conjunction in conjunctions if conjunction is not None
+        )
+        if not combinations:
             return FALSE
-    return combined
+    return combinations
 
 
-def _union(operands: Iterable[Alternatives]) -> Alternatives:
+def _unite(operands: Iterable[Alternatives]) -> Alternatives:
     """Return the alternatives of a disjunction."""
     union: list[Conjunction] = []
     for alternatives in operands:
         if alternatives == TRUE:
             return TRUE
         union += alternatives
-    return _distinct(union)
+    return _remove_duplicates(union)
 
 
-def _distinct(conjunctions: Iterable[Conjunction]) -> Alternatives:
-    distinct = tuple(dict.fromkeys(conjunctions))
+def _remove_duplicates(conjunctions: Iterable[Conjunction]) -> Alternatives:
+    """Return distinct alternatives.
+
+    :raises PlanningError: if there are too many alternatives.
+    """
+    alternatives = tuple(dict.fromkeys(conjunctions))
     # the number of combinations is exponential in the size of the condition
-    if len(distinct) > MAX_ALTERNATIVES:
+    if len(alternatives) > MAX_ALTERNATIVES:
         raise PlanningError(
             f"a condition has more than {MAX_ALTERNATIVES} alternatives",
             hint="use fewer 'or' and 'exists', or another planner (fast-downward)",
         )
-    return distinct
+    return alternatives

@@ -26,6 +26,10 @@ MAX_CONDITIONS: Final = 8
 """The maximum number of distinct conditions in an action. Each may double the number of cases."""
 
 
+# the alternatives in which the condition of an effect is true, and those in which the condition is false
+_SplitCondition = tuple[Alternatives, Alternatives]
+
+
 class Change(NamedTuple):
     """A fact that becomes true or false."""
 
@@ -41,18 +45,18 @@ class EffectCase:
     changes: frozenset[Change]
 
 
-def changed_predicates(effect: Formula | None) -> Iterator[str]:
+def find_changed_predicates(effect: Formula | None) -> Iterator[str]:
     """Yield the predicates that an effect makes true or false."""
     if isinstance(effect, Atom):
         yield effect.predicate
     elif isinstance(effect, When):
-        yield from changed_predicates(effect.effect)
+        yield from find_changed_predicates(effect.effect)
     elif effect is not None:
         for part in effect.children:
-            yield from changed_predicates(part)
+            yield from find_changed_predicates(part)
 
 
-def effect_cases(
+def find_effect_cases(
     evaluator: Evaluator, precondition: Conjunction, effect: Formula | None, binding: Binding
 ) -> Iterator[EffectCase]:
     """Yield the cases of a ground action.
@@ -60,62 +64,65 @@ def effect_cases(
     :param precondition: an alternative of the action's precondition.
     :raises PlanningError: if there are too many conditional effects, or an unsupported effect.
     """
-    unconditional: set[Change] = set()
-    # changes by the alternatives in which their condition is true, and those in which it is false
-    conditional: dict[tuple[Alternatives, Alternatives], set[Change]] = {}
-    for condition, inner, change in _changes(evaluator, effect, None, binding):
-        if_true = evaluator.alternatives(condition, inner)
+    unconditional_changes: set[Change] = set()
+    changes_by_condition: dict[_SplitCondition, set[Change]] = {}
+    for condition, inner_binding, change in _find_changes(evaluator, effect, None, binding):
+        if_true = evaluator.find_alternatives(condition, inner_binding)
         if if_true == TRUE:
-            unconditional.add(change)
+            unconditional_changes.add(change)
         elif if_true != FALSE:
-            if_false = evaluator.alternatives(condition, inner, negated=True)
+            if_false = evaluator.find_alternatives(condition, inner_binding, negated=True)
             # effects with the same condition share their cases, which keeps the number of cases low
-            conditional.setdefault((if_true, if_false), set()).add(change)
-    if len(conditional) > MAX_CONDITIONS:
+            changes_by_condition.setdefault((if_true, if_false), set()).add(change)
+    if len(changes_by_condition) > MAX_CONDITIONS:
         raise PlanningError(
             f"the conditional effects of an action have more than {MAX_CONDITIONS} different conditions",
             hint="use another planner (fast-downward)",
         )
-    yield from _split_case(EffectCase(precondition, frozenset(unconditional)), list(conditional.items()))
+    case = EffectCase(precondition, frozenset(unconditional_changes))
+    yield from _split_case(case, list(changes_by_condition.items()))
 
 
 def _split_case(
-    case: EffectCase, conditional: list[tuple[tuple[Alternatives, Alternatives], set[Change]]]
+    case: EffectCase, conditional_changes: list[tuple[_SplitCondition, set[Change]]]
 ) -> Iterator[EffectCase]:
-    """Yield a case with each consistent combination of further conditions."""
-    if not conditional:
+    """Yield a case with each consistent combination of further conditions.
+
+    :param conditional_changes: each further condition with its changes.
+    """
+    if not conditional_changes:
         yield case
         return
-    (if_true, if_false), conditional_changes = conditional[0]
-    for alternatives, changes in ((if_true, conditional_changes), (if_false, set[Change]())):
+    ((if_true, if_false), changes_if_true), *remaining_changes = conditional_changes
+    for alternatives, changes in ((if_true, changes_if_true), (if_false, set[Change]())):
         for alternative in alternatives:
-            condition = case.condition.joined(alternative)
+            condition = case.condition.join(alternative)
             if condition is not None:
-                yield from _split_case(EffectCase(condition, case.changes | changes), conditional[1:])
+                yield from _split_case(EffectCase(condition, case.changes | changes), remaining_changes)
 
 
-def _changes(
-    evaluator: Evaluator, effect: Formula | None, outer: Formula | None, binding: Binding
+def _find_changes(
+    evaluator: Evaluator, effect: Formula | None, outer_condition: Formula | None, binding: Binding
 ) -> Iterator[tuple[Formula | None, Binding, Change]]:
     """Yield the changes of an effect, each with its condition and the objects of its variables.
 
-    :param outer: the condition of the effect itself; None without a condition.
+    :param outer_condition: the condition of the whole effect; None without a condition.
     """
     match effect:
         case None | NumericChange():  # STRIPS has no numbers, and the planner ignores costs
             return
         case And(parts=parts):
             for part in parts:
-                yield from _changes(evaluator, part, outer, binding)
+                yield from _find_changes(evaluator, part, outer_condition, binding)
         case Quantified(quantifier="forall", variables=variables, part=part):
-            for inner in evaluator.bindings(variables, binding):
-                yield from _changes(evaluator, part, outer, inner)
+            for inner_binding in evaluator.extend_binding(variables, binding):
+                yield from _find_changes(evaluator, part, outer_condition, inner_binding)
         case When(condition=condition, effect=part):
-            nested = condition if outer is None else And((outer, condition))
-            yield from _changes(evaluator, part, nested, binding)
+            whole_condition = condition if outer_condition is None else And((outer_condition, condition))
+            yield from _find_changes(evaluator, part, whole_condition, binding)
         case Atom():
-            yield outer, binding, Change(fact_of(effect, binding), value=True)
+            yield outer_condition, binding, Change(fact_of(effect, binding), value=True)
         case Not(part=Atom() as atom):
-            yield outer, binding, Change(fact_of(atom, binding), value=False)
+            yield outer_condition, binding, Change(fact_of(atom, binding), value=False)
         case _:
             raise PlanningError(f"an effect cannot contain {type(effect).__name__}")

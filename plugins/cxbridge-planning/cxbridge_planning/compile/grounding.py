@@ -24,9 +24,9 @@ from typing import Final
 from cxbridge.executive.pddl.ast import Domain, Formula, Problem
 from cxbridge.history.plan_steps import PlannedAction
 from cxbridge_planning.compile.conditions import Conjunction, Evaluator, Fact, fact_of
-from cxbridge_planning.compile.effects import EffectCase, changed_predicates, effect_cases
+from cxbridge_planning.compile.effects import EffectCase, find_changed_predicates, find_effect_cases
 from cxbridge_planning.compile.join import FactIndex, SchemaToGround
-from cxbridge_planning.compile.strips import Operator, StripsTask, without_irrelevant
+from cxbridge_planning.compile.strips import Operator, StripsTask, remove_irrelevant_parts
 from cxbridge_planning.errors import PlanningError
 from cxbridge_planning.objects import ObjectTable
 
@@ -34,7 +34,7 @@ MAX_OPERATORS: Final = 200_000
 """The maximum number of ground actions in memory."""
 
 # pyperplan's goals are conjunctions: auxiliary operators lead from each alternative of the goal to this fact
-_GOAL: Final = Fact("goal reached", ())
+_GOAL_FACT: Final = Fact("goal reached", ())
 
 
 @dataclass(slots=True)
@@ -54,76 +54,77 @@ def ground(domain: Domain, problem: Problem) -> StripsTask:
 
     :raises PlanningError: if the task becomes too large.
     """
-    return _Grounder(domain, problem, MAX_OPERATORS).strips()
+    return _Grounder(domain, problem, MAX_OPERATORS).make_task()
 
 
-def reachable(domain: Domain, problem: Problem, max_operators: int) -> frozenset[Fact]:
+def find_reachable_facts(domain: Domain, problem: Problem, max_operators: int) -> frozenset[Fact]:
     """Return the facts reachable without deletions, including the initial facts.
 
     :raises PlanningError: if there are more ground actions than ``max_operators``.
     """
     grounder = _Grounder(domain, problem, max_operators)
-    return frozenset((*grounder.initial, *grounder.reached))
+    return frozenset((*grounder.initial_facts, *grounder.reached_facts))
 
 
 class _Grounder:
     """The state of one grounding.
 
-    :ivar initial: the initial facts.
-    :ivar reached: the reachable facts of predicates that actions change.
+    :ivar initial_facts: the initial facts.
+    :ivar reached_facts: the reachable facts of predicates that actions change.
     """
 
     def __init__(self, domain: Domain, problem: Problem, max_operators: int) -> None:
         self._max_operators = max_operators
         # dictionaries in place of sets: a reproducible order of facts makes plans reproducible
-        self.initial = dict.fromkeys(fact_of(atom, {}) for atom in problem.init)
-        self.reached: dict[Fact, None] = {}
+        self.initial_facts = dict.fromkeys(fact_of(atom, {}) for atom in problem.init)
+        self.reached_facts: dict[Fact, None] = {}
         self._fluents = {  # the predicates that actions change
-            predicate for action in domain.actions for predicate in changed_predicates(action.effect)
+            predicate for action in domain.actions for predicate in find_changed_predicates(action.effect)
         }
         objects = ObjectTable(domain, problem)
         self._evaluator = Evaluator(objects, self._static_truth)
         self._schemas = [SchemaToGround(action, objects) for action in domain.actions]
         self._index = FactIndex()
         self._queue: deque[Fact] = deque()  # reached facts that are not joined yet
-        self._joined: set[Fact] = set()
-        self._bindings: set[tuple[int, tuple[str, ...]]] = set()  # index of the action, and its objects
-        self._waiting: dict[Fact, list[_GroundCase]] = {}  # cases by missing fact
-        self._applicable: list[_GroundCase] = []  # cases without missing facts
+        self._joined_facts: set[Fact] = set()
+        # the actions that are grounded, each by its index and its objects
+        self._grounded_choices: set[tuple[int, tuple[str, ...]]] = set()
+        self._cases_by_missing_fact: dict[Fact, list[_GroundCase]] = {}
+        self._applicable_cases: list[_GroundCase] = []  # cases without missing facts
         self._case_count = 0
         self._explore(problem.goal)
 
     def _static_truth(self, fact: Fact) -> bool | None:
         """Return the truth of a fact that no action changes; None for other facts."""
-        return None if fact.predicate in self._fluents else fact in self.initial
+        return None if fact.predicate in self._fluents else fact in self.initial_facts
 
     def _explore(self, goal: Formula) -> None:
         """Ground the goal, and all actions whose conditions are reachable."""
-        for conjunction in self._evaluator.alternatives(goal, {}):
-            self._add(_GroundCase(None, EffectCase(conjunction, frozenset())))
-        for fact in self.initial:
+        for conjunction in self._evaluator.find_alternatives(goal, {}):
+            self._add_case(_GroundCase(None, EffectCase(conjunction, frozenset())))
+        for fact in self.initial_facts:
             if fact.predicate not in self._fluents:
                 self._index.add(fact)
         for schema_index, schema in enumerate(self._schemas):
             # an action without fluent atoms would never be joined with a new fact
             if not any(atom.predicate in self._fluents for atom in schema.atoms):
-                self._ground_all(schema_index, schema.matches(self._index))
-        self._reach(fact for fact in self.initial if fact.predicate in self._fluents)
-        atoms = self._atom_indices()
+                self._ground_all(schema_index, schema.find_matches(self._index))
+        self._add_reached_facts(fact for fact in self.initial_facts if fact.predicate in self._fluents)
+        atom_indices = self._find_atom_indices()
         while self._queue:
             fact = self._queue.popleft()
             self._index.add(fact)
-            for schema_index, position in atoms.get(fact.predicate, ()):
+            for schema_index, position in atom_indices.get(fact.predicate, ()):
                 self._ground_all(
-                    schema_index, self._schemas[schema_index].matches(self._index, (position, fact))
+                    schema_index, self._schemas[schema_index].find_matches(self._index, (position, fact))
                 )
-            self._joined.add(fact)
-            for ground_case in self._waiting.pop(fact, ()):
+            self._joined_facts.add(fact)
+            for ground_case in self._cases_by_missing_fact.pop(fact, ()):
                 ground_case.missing_count -= 1
                 if not ground_case.missing_count:
-                    self._apply(ground_case)
+                    self._apply_case(ground_case)
 
-    def _atom_indices(self) -> dict[str, list[tuple[int, int]]]:
+    def _find_atom_indices(self) -> dict[str, list[tuple[int, int]]]:
         """Return the required atoms by predicate: the index of the schema, and the atom's index in it."""
         indices: dict[str, list[tuple[int, int]]] = {}
         for schema_index, schema in enumerate(self._schemas):
@@ -131,29 +132,29 @@ class _Grounder:
                 indices.setdefault(atom.predicate, []).append((schema_index, position))
         return indices
 
-    def _reach(self, facts: Iterable[Fact]) -> None:
-        """Queue the facts that are new."""
+    def _add_reached_facts(self, facts: Iterable[Fact]) -> None:
+        """Record and queue the facts that are new."""
         for fact in facts:
-            if fact not in self.reached:
-                self.reached[fact] = None
+            if fact not in self.reached_facts:
+                self.reached_facts[fact] = None
                 self._queue.append(fact)
 
     def _ground_all(self, schema_index: int, choices: Iterable[tuple[str, ...]]) -> None:
         """Ground the action with an index for several choices of objects."""
         for choice in choices:
             # each of the facts in an action's condition finds the same binding
-            if (schema_index, choice) not in self._bindings:
-                self._bindings.add((schema_index, choice))
+            if (schema_index, choice) not in self._grounded_choices:
+                self._grounded_choices.add((schema_index, choice))
                 self._ground(self._schemas[schema_index], choice)
 
     def _ground(self, schema: SchemaToGround, choice: tuple[str, ...]) -> None:
         """Add the cases of an action with chosen objects."""
         action, binding = schema.action, dict(zip(schema.parameters, choice, strict=True))
-        for conjunction in self._evaluator.alternatives(action.condition, binding):
-            for case in effect_cases(self._evaluator, conjunction, action.effect, binding):
-                self._add(_GroundCase(PlannedAction(action.name, choice), case))
+        for conjunction in self._evaluator.find_alternatives(action.condition, binding):
+            for case in find_effect_cases(self._evaluator, conjunction, action.effect, binding):
+                self._add_case(_GroundCase(PlannedAction(action.name, choice), case))
 
-    def _add(self, ground_case: _GroundCase) -> None:
+    def _add_case(self, ground_case: _GroundCase) -> None:
         """Add a case, which waits for its positive facts.
 
         Negative facts do not count, because deletions are ignored.
@@ -164,70 +165,71 @@ class _Grounder:
                 hint="use another planner (fast-downward), or leave out objects that do not matter",
             )
         self._case_count += 1
-        missing = ground_case.case.condition.positive - self._joined
-        ground_case.missing_count = len(missing)
-        for fact in missing:
-            self._waiting.setdefault(fact, []).append(ground_case)
-        if not missing:
-            self._apply(ground_case)
+        missing_facts = ground_case.case.condition.positive - self._joined_facts
+        ground_case.missing_count = len(missing_facts)
+        for fact in missing_facts:
+            self._cases_by_missing_fact.setdefault(fact, []).append(ground_case)
+        if not missing_facts:
+            self._apply_case(ground_case)
 
-    def _apply(self, ground_case: _GroundCase) -> None:
-        """Record a case without missing facts, and reach the facts that it makes true."""
-        self._applicable.append(ground_case)
-        self._reach(change.fact for change in ground_case.case.changes if change.value)
+    def _apply_case(self, ground_case: _GroundCase) -> None:
+        """Record a case without missing facts, and the facts that it makes true."""
+        self._applicable_cases.append(ground_case)
+        self._add_reached_facts(change.fact for change in ground_case.case.changes if change.value)
 
-    def strips(self) -> StripsTask:
+    def make_task(self) -> StripsTask:
         """Return the task of the explored actions."""
         numbers: dict[Fact, int] = {}
 
-        def fact_numbers(facts: Iterable[Fact]) -> frozenset[int]:
+        def number_facts(facts: Iterable[Fact]) -> frozenset[int]:
             return frozenset(numbers.setdefault(fact, len(numbers)) for fact in facts)
 
-        initial = [fact for fact in self.initial if fact.predicate in self._fluents]
-        permanent = set(initial) - {
+        initial_fluents = [fact for fact in self.initial_facts if fact.predicate in self._fluents]
+        permanent_facts = set(initial_fluents) - {
             change.fact
-            for ground_case in self._applicable
+            for ground_case in self._applicable_cases
             for change in ground_case.case.changes
             if not change.value
         }
-        usable = [
+        usable_cases = [
             ground_case
-            for ground_case in self._applicable
-            if not ground_case.case.condition.negative & permanent
+            for ground_case in self._applicable_cases
+            if not ground_case.case.condition.negative & permanent_facts
         ]
         # a fact that is never reached is always false, and needs no opposite
         opposites = {
             fact: Fact(f"not {fact.predicate}", fact.arguments)
-            for ground_case in usable
+            for ground_case in usable_cases
             for fact in sorted(ground_case.case.condition.negative)
-            if fact in self.reached
+            if fact in self.reached_facts
         }
 
-        def literal_numbers(true_facts: Iterable[Fact], false_facts: Iterable[Fact]) -> frozenset[int]:
+        def number_literals(true_facts: Iterable[Fact], false_facts: Iterable[Fact]) -> frozenset[int]:
             """Return the numbers of facts, and of the opposites of the facts that are false."""
             # sorted: sets of texts have another order in each process, and plans depend on the numbers
-            false = (opposites[fact] for fact in sorted(false_facts) if fact in opposites)
-            return fact_numbers((*sorted(true_facts), *false))
+            true_opposites = (opposites[fact] for fact in sorted(false_facts) if fact in opposites)
+            return number_facts((*sorted(true_facts), *true_opposites))
 
-        def condition_numbers(condition: Conjunction) -> frozenset[int]:
-            return literal_numbers(condition.positive, condition.negative)
+        def number_condition(condition: Conjunction) -> frozenset[int]:
+            return number_literals(condition.positive, condition.negative)
 
-        start = fact_numbers(
-            (*initial, *(opposite for fact, opposite in opposites.items() if fact not in self.initial))
+        initial_opposites = (
+            opposite for fact, opposite in opposites.items() if fact not in self.initial_facts
         )
-        goals = [condition_numbers(goal.case.condition) for goal in usable if goal.action is None]
+        initial_numbers = number_facts((*initial_fluents, *initial_opposites))
+        goals = [number_condition(goal.case.condition) for goal in usable_cases if goal.action is None]
         operators = []
-        for ground_case in usable:
+        for ground_case in usable_cases:
             if ground_case.action is not None:
                 changes = ground_case.case.changes
                 adds = {change.fact for change in changes if change.value}
                 deletes = {change.fact for change in changes if not change.value} - adds
-                preconditions = condition_numbers(ground_case.case.condition)
-                effects = (literal_numbers(adds, deletes), literal_numbers(deletes, adds))
+                preconditions = number_condition(ground_case.case.condition)
+                effects = (number_literals(adds, deletes), number_literals(deletes, adds))
                 operators.append(Operator(ground_case.action, preconditions, *effects))
         if len(goals) == 1:
             goal = goals[0]
         else:
-            goal = fact_numbers((_GOAL,))
+            goal = number_facts((_GOAL_FACT,))
             operators += [Operator(None, alternative, goal, frozenset()) for alternative in goals]
-        return without_irrelevant(StripsTask(tuple(numbers), start, goal, tuple(operators)))
+        return remove_irrelevant_parts(StripsTask(tuple(numbers), initial_numbers, goal, tuple(operators)))

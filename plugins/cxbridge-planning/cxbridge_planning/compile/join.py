@@ -23,14 +23,14 @@ class FactIndex:
         for position, argument in enumerate(fact.arguments):
             self._by_argument.setdefault((fact.predicate, position, argument), []).append(fact.arguments)
 
-    def candidates(self, atom: Atom, binding: dict[str, str]) -> Sequence[tuple[str, ...]]:
-        """Return the shortest indexed list that contains all matches of an atom."""
+    def find_candidates(self, atom: Atom, binding: dict[str, str]) -> Sequence[tuple[str, ...]]:
+        """Return the arguments of facts: the shortest indexed list that contains all matches of an atom."""
         shortest: Sequence[tuple[str, ...]] = self._by_predicate.get(atom.predicate, ())
         for position, term in enumerate(atom.arguments):
             value = binding.get(term.name) if isinstance(term, Variable) else constant_name(term)
             if value is not None:
-                indexed = self._by_argument.get((atom.predicate, position, value), ())
-                shortest = min(shortest, indexed, key=len)
+                facts_with_value = self._by_argument.get((atom.predicate, position, value), ())
+                shortest = min(shortest, facts_with_value, key=len)
         return shortest
 
 
@@ -47,9 +47,11 @@ class SchemaToGround:
         self.parameters = {
             name: objects.of_types(group.types) for group in action.parameters for name in group.names
         }
-        self.atoms = list(_required_atoms(action.condition))
+        self.atoms = list(_find_required_atoms(action.condition))
 
-    def matches(self, index: FactIndex, trigger: tuple[int, Fact] | None = None) -> Iterator[tuple[str, ...]]:
+    def find_matches(
+        self, index: FactIndex, trigger: tuple[int, Fact] | None = None
+    ) -> Iterator[tuple[str, ...]]:
         """Yield the objects of the parameters for each way to satisfy the atoms.
 
         :param trigger: the position of an atom, and the fact that the atom must match.
@@ -60,15 +62,15 @@ class SchemaToGround:
             position, fact = trigger
             if not self._unify(atoms.pop(position), fact.arguments, binding):
                 return
-        for complete in self._extend(atoms, binding, index):
+        for full_binding in self._extend_binding(atoms, binding, index):
             # parameters that no atom mentions take every permitted object
             choices = [
-                (complete[name],) if name in complete else objects
+                (full_binding[name],) if name in full_binding else objects
                 for name, objects in self.parameters.items()
             ]
             yield from product(*choices)
 
-    def _extend(
+    def _extend_binding(
         self, atoms: list[Atom], binding: dict[str, str], index: FactIndex
     ) -> Iterator[dict[str, str]]:
         """Yield the extensions of a binding that satisfy further atoms."""
@@ -76,13 +78,13 @@ class SchemaToGround:
             yield binding
             return
         # the atom with the fewest candidates first, which keeps the number of partial bindings low
-        sized = [(index.candidates(atom, binding), position) for position, atom in enumerate(atoms)]
-        candidates, position = min(sized, key=lambda pair: len(pair[0]))
-        remaining = atoms[:position] + atoms[position + 1 :]
-        for arguments in candidates:
-            inner = dict(binding)
-            if self._unify(atoms[position], arguments, inner):
-                yield from self._extend(remaining, inner, index)
+        candidates_by_atom = [index.find_candidates(atom, binding) for atom in atoms]
+        position = min(range(len(atoms)), key=lambda position: len(candidates_by_atom[position]))
+        remaining_atoms = atoms[:position] + atoms[position + 1 :]
+        for arguments in candidates_by_atom[position]:
+            extended_binding = dict(binding)
+            if self._unify(atoms[position], arguments, extended_binding):
+                yield from self._extend_binding(remaining_atoms, extended_binding, index)
 
     def _unify(self, atom: Atom, arguments: tuple[str, ...], binding: dict[str, str]) -> bool:
         """Extend the binding so that an atom matches the arguments; return whether that is possible."""
@@ -100,10 +102,10 @@ def constant_name(term: Term) -> str:
     return term.name if isinstance(term, Constant) else ""
 
 
-def _required_atoms(condition: Formula | None) -> Iterator[Atom]:
+def _find_required_atoms(condition: Formula | None) -> Iterator[Atom]:
     """Yield the atoms that a condition requires in any case."""
     if isinstance(condition, Atom):
         yield condition
     elif isinstance(condition, And):
         for part in condition.parts:
-            yield from _required_atoms(part)
+            yield from _find_required_atoms(part)

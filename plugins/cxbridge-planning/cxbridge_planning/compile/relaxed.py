@@ -26,8 +26,8 @@ from cxbridge.executive.pddl.ast import (
 )
 from cxbridge.executive.pddl.printer import format_list
 from cxbridge_planning.compile.conditions import Evaluator, Fact
-from cxbridge_planning.compile.effects import changed_predicates
-from cxbridge_planning.compile.grounding import reachable
+from cxbridge_planning.compile.effects import find_changed_predicates
+from cxbridge_planning.compile.grounding import find_reachable_facts
 from cxbridge_planning.errors import PlanningError
 from cxbridge_planning.objects import ObjectTable
 
@@ -40,13 +40,15 @@ def unreachable_goal_lines(domain: Domain, problem: Problem) -> list[str]:
 
     :raises PlanningError: if the problem is too large.
     """
-    relaxed = replace(domain, actions=tuple(map(_relax_action, domain.actions)))
+    relaxed_domain = replace(domain, actions=tuple(map(_relax_action, domain.actions)))
     # the goal has no influence on the reachable facts
-    facts = reachable(relaxed, replace(problem, goal=And(())), _MAX_OPERATORS)
+    facts = find_reachable_facts(relaxed_domain, replace(problem, goal=And(())), _MAX_OPERATORS)
     evaluator = Evaluator(ObjectTable(domain, problem), lambda _fact: None)
-    alternatives = evaluator.alternatives(_relax_formula(problem.goal), {})
-    obstacles = [sorted(conjunction.positive - facts) for conjunction in alternatives]
-    return [_obstacle_line(relaxed, fact) for fact in min(obstacles, key=len, default=[])[:_MAX_REASONS]]
+    alternatives = evaluator.find_alternatives(_relax_formula(problem.goal), {})
+    unreachable_facts = [sorted(conjunction.positive - facts) for conjunction in alternatives]
+    # the alternative with the fewest unreachable facts is the easiest to mend
+    obstacles = min(unreachable_facts, key=len, default=[])
+    return [_describe_obstacle(relaxed_domain, fact) for fact in obstacles[:_MAX_REASONS]]
 
 
 def no_plan_reason(domain: Domain, problem: Problem) -> str:
@@ -59,25 +61,27 @@ def no_plan_reason(domain: Domain, problem: Problem) -> str:
 
 
 def _relax_action(action: ActionSchema) -> ActionSchema:
-    changes = frozenset(changed_predicates(action.effect))
-    condition = None if action.condition is None else _relax_formula(action.condition, changes)
+    changed_predicates = frozenset(find_changed_predicates(action.effect))
+    condition = None if action.condition is None else _relax_formula(action.condition, changed_predicates)
     effect = None if action.effect is None else _relax_formula(action.effect)
     return replace(action, condition=condition, effect=effect, durative=False, duration=None)
 
 
-def _relax_formula(formula: Formula, changes: Collection[str] = ()) -> Formula:
+def _relax_formula(formula: Formula, changed_predicates: Collection[str] = ()) -> Formula:
     """Return a formula without times and numbers: a part whose truth depends on a number is true.
 
-    :param changes: predicates that the same action changes, and which may satisfy its conditions after the
-        start.
+    :param changed_predicates: the predicates that the action of the formula changes. A condition of the
+        action after its start may become true by its own effects, and so counts as true.
     """
 
     def relax(part: Formula) -> Formula:
         match part:
-            case Timed(when=when, part=inner) if when != "at start" and _mentions(inner, changes):
+            case Timed(when=when, part=timed_part) if when != "at start" and _mentions(
+                timed_part, changed_predicates
+            ):
                 return And(())
-            case Timed(part=inner):
-                return inner
+            case Timed(part=timed_part):
+                return timed_part
             case TermComparison() if any(isinstance(term, FunctionTerm) for term in part.terms):
                 return And(())
             case Not(part=And(parts=())) | NumericChange():
@@ -93,8 +97,8 @@ def _mentions(formula: Formula, predicates: Collection[str]) -> bool:
     return any(isinstance(part, Atom) and part.predicate in predicates for part in formula.walk())
 
 
-def _obstacle_line(domain: Domain, fact: Fact) -> str:
+def _describe_obstacle(domain: Domain, fact: Fact) -> str:
     """Return why a fact never becomes true."""
-    changed = any(fact.predicate in changed_predicates(action.effect) for action in domain.actions)
-    reason = "" if changed else f": no action changes {fact.predicate}"
+    is_changed = any(fact.predicate in find_changed_predicates(action.effect) for action in domain.actions)
+    reason = "" if is_changed else f": no action changes {fact.predicate}"
     return f"nothing achieves {format_list(fact.predicate, *fact.arguments)}{reason}"

@@ -41,25 +41,24 @@ class StripsTask:
     operators: tuple[Operator, ...]
 
 
-def without_irrelevant(task: StripsTask) -> StripsTask:
+def remove_irrelevant_parts(task: StripsTask) -> StripsTask:
     """Return the task without operators and effects that cannot contribute to the goal."""
-    # a search backwards from the goal: the preconditions of operators that add a relevant fact are relevant,
-    # too
+    # a search backwards from the goal: if an operator adds a relevant fact, its preconditions are relevant
     achievers: dict[int, list[Operator]] = {}
     for operator in task.operators:
         for fact in operator.adds:
             achievers.setdefault(fact, []).append(operator)
-    relevant: set[int] = set()
+    relevant_facts: set[int] = set()
     queue = list(task.goal)
     while queue:
         fact = queue.pop()
-        if fact not in relevant:
-            relevant.add(fact)
+        if fact not in relevant_facts:
+            relevant_facts.add(fact)
             for operator in achievers.get(fact, ()):
-                queue += operator.preconditions - relevant
+                queue += operator.preconditions - relevant_facts
     operators = tuple(
-        replace(operator, adds=operator.adds & relevant, deletes=operator.deletes & relevant)
+        replace(operator, adds=operator.adds & relevant_facts, deletes=operator.deletes & relevant_facts)
         for operator in task.operators
-        if operator.adds & relevant
+        if operator.adds & relevant_facts
     )
-    return replace(task, initial=task.initial & relevant, operators=operators)
+    return replace(task, initial=task.initial & relevant_facts, operators=operators)

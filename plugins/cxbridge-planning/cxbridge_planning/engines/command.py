@@ -18,10 +18,10 @@ from typing import Final
 
 from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.history.plan_steps import PlannedAction
-from cxbridge_planning.engines.engine import FOLDER_PREFIX, EnginePlanner
+from cxbridge_planning.engines.engine import WORK_FOLDER_PREFIX, EnginePlanner
 from cxbridge_planning.engines.programs import PROGRAMS, PlannerProgram
 from cxbridge_planning.engines.texts import PddlTexts, original_texts, plain_texts, rename_problem
-from cxbridge_planning.errors import PlanningError
+from cxbridge_planning.errors import MAX_EXCERPT, PlanningError
 from cxbridge_planning.needs import Need, problem_needs
 from cxbridge_planning.plan_files import PlanNames, load_plan
 
@@ -31,7 +31,6 @@ _STATUS_PREFIX: Final = "exit status "  # precedes the exit status at the end of
 
 # A program that fails earlier has refused the text; a later failure is a failure of the search.
 _MAX_REFUSAL_S: Final = 2.0
-_MAX_EXCERPT: Final = 300  # the maximum number of characters of a program's output in an error
 
 
 class CommandPlanner(EnginePlanner):
@@ -77,14 +76,14 @@ class CommandPlanner(EnginePlanner):
         self, texts: PddlTexts, domain: Domain, problem: Problem
     ) -> tuple[PlannedAction, ...] | None:
         names = PlanNames(domain, problem)
-        with tempfile.TemporaryDirectory(prefix=FOLDER_PREFIX) as folder:
+        with tempfile.TemporaryDirectory(prefix=WORK_FOLDER_PREFIX) as folder:
             contents = {"domain": texts.domain, "problem": rename_problem(texts.problem, _PROBLEM_NAME)}
             for key, text in contents.items():
                 Path(folder, f"{key}.pddl").write_text(text)
             placeholder_values = {key: str(Path(folder, f"{key}.pddl")) for key in contents}
             placeholder_values["plan"] = str(Path(folder, _PLAN_PREFIX))
-            improves = self._program.improving_arguments and self.improve_s > 0
-            if improves and Need.COSTS in problem_needs(domain, problem):
+            can_improve = bool(self._program.improving_arguments) and self.improve_s > 0
+            if can_improve and Need.COSTS in problem_needs(domain, problem):
                 placeholder_values["improve"] = str(max(1, round(self.improve_s)))
                 self._run_program(self._program.improving_arguments, placeholder_values, folder)
                 if plan := self.read_plan(Path(folder), names):
@@ -143,7 +142,7 @@ class CommandPlanner(EnginePlanner):
             return None
         raise PlanningError(
             f"{self.name} ended with exit status {status} and without a plan: "
-            + " ".join(text.split())[-_MAX_EXCERPT:]
+            + " ".join(text.split())[-MAX_EXCERPT:]
         )
 
     def _parse_steps(self, output: str, names: PlanNames) -> Iterator[PlannedAction]:

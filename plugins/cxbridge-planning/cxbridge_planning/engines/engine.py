@@ -28,7 +28,7 @@ _CLASSICAL: Final = ("fast-downward", _PYPERPLAN, "lpg", "enhsp", "fd", "ff", "a
 _NUMERIC: Final = (_PYPERPLAN, "enhsp", "lpg", "tamer", "aries")
 _TEMPORAL: Final = (_PYPERPLAN, "lpg", "aries", "tamer", "optic", "popf")
 
-FOLDER_PREFIX: Final = "cxbridge-plan-"
+WORK_FOLDER_PREFIX: Final = "cxbridge-plan-"
 """The start of the names of the engines' work folders."""
 
 # A search for better plans stops this long before the time limit.
@@ -76,7 +76,7 @@ class EnginePlanner(Planner):
     def best_so_far(self, folder: Path, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
         """Return the best plan that the engine has written before its time limit."""
         names = PlanNames(domain, problem)
-        for work_folder in folder.glob(f"{FOLDER_PREFIX}*"):
+        for work_folder in folder.glob(f"{WORK_FOLDER_PREFIX}*"):
             with suppress(PlanningError):  # the engine may have been writing the file when its time was over
                 if plan := self.read_plan(work_folder, names):
                     return plan

@@ -67,19 +67,19 @@ class PyperplanPlanner(Planner):
         # numbers are fast and reproducibly ordered, but the heuristic lmcut expects texts
         facts = [str(fact) if self.heuristic == "lmcut" else fact for fact in range(len(strips.facts))]
 
-        def named_facts(numbers: frozenset[int]) -> frozenset[int | str]:
+        def select_facts(numbers: frozenset[int]) -> frozenset[int | str]:
             return frozenset(facts[number] for number in numbers)
 
         operators = [
             PyOperator(
                 str(number),
-                named_facts(operator.preconditions),
-                named_facts(operator.adds),
-                named_facts(operator.deletes),
+                select_facts(operator.preconditions),
+                select_facts(operator.adds),
+                select_facts(operator.deletes),
             )
             for number, operator in enumerate(strips.operators)
         ]
-        task = Task("task", set(facts), named_facts(strips.initial), named_facts(strips.goal), operators)
+        task = Task("task", set(facts), select_facts(strips.initial), select_facts(strips.goal), operators)
         search = pyperplan.SEARCHES[self.search]
         heuristic = (
             () if self.search in _UNINFORMED_SEARCHES else (pyperplan.HEURISTICS[self.heuristic](task),)

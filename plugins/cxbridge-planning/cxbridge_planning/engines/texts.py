@@ -16,11 +16,10 @@ from msgspec.structs import replace
 from cxbridge.executive.pddl import Domain, Problem, format_domain, format_problem, names_of
 from cxbridge.executive.pddl.ast import ActionSchema, Formula, Quantified
 from cxbridge.executive.pddl.tokens import blank_comments
-from cxbridge_planning.errors import PlanningError
+from cxbridge_planning.errors import MAX_EXCERPT, PlanningError
 
 _PROBLEM_NAME: Final = re.compile(r"(\(\s*problem\s+)[^\s()]+", re.IGNORECASE)
 _LINE_NUMBER: Final = re.compile(r"\bline:?\s*(\d{1,9})", re.IGNORECASE)
-_MAX_EXCERPT: Final = 300  # the maximum number of characters of a parser's message in an error
 
 
 class PddlTexts(NamedTuple):
@@ -77,8 +76,8 @@ def _merge_quantifiers(formula: Formula) -> Formula:
         return formula
     inner = formula.part
     # an inner variable that hides an outer variable must keep its scope
-    shadowed = set(names_of(formula.variables)) & set(names_of(inner.variables))
-    if formula.quantifier != inner.quantifier or shadowed:
+    hidden_names = set(names_of(formula.variables)) & set(names_of(inner.variables))
+    if formula.quantifier != inner.quantifier or hidden_names:
         return formula
     return replace(formula, variables=formula.variables + inner.variables, part=inner.part)
 
@@ -88,27 +87,28 @@ def read_task(domain: Domain, problem: Problem) -> Any:
 
     :raises PlanningError: if parsing fails; the error names the line of the user's file.
     """
-    module = importlib.import_module("unified_planning.io")
+    io_module = importlib.import_module("unified_planning.io")
     # PDDL permits the same name for a type, an object and a predicate
     importlib.import_module("unified_planning.shortcuts").get_environment().error_used_name = False
-    original = original_texts(domain, problem)
+    user_texts = original_texts(domain, problem)
     try:
-        return module.PDDLReader().parse_problem_string(original.domain, original.problem)
+        return io_module.PDDLReader().parse_problem_string(user_texts.domain, user_texts.problem)
     except Exception as error:  # noqa: BLE001 - unified-planning raises errors of several parsers, without a common class
         parse_error = error
-    plain = plain_texts(domain, problem)
+    basic_texts = plain_texts(domain, problem)
     with suppress(Exception):  # of two errors, the one about the user's text is raised
-        return module.PDDLReader().parse_problem_string(plain.domain, plain.problem)
-    raise _refusal_error(module, original, parse_error) from parse_error
+        return io_module.PDDLReader().parse_problem_string(basic_texts.domain, basic_texts.problem)
+    raise _make_refusal_error(io_module, user_texts, parse_error) from parse_error
 
 
-def _refusal_error(module: Any, texts: PddlTexts, parse_error: Exception) -> PlanningError:
+def _make_refusal_error(io_module: Any, texts: PddlTexts, parse_error: Exception) -> PlanningError:
     """Return the error for rejected texts; it names the domain's file unless the domain alone is readable."""
-    file = texts.files[0]
+    domain_file, problem_file = texts.files
+    file = domain_file
     with suppress(Exception):  # the domain is readable if there is no error
-        module.PDDLReader().parse_problem_string(texts.domain)
-        file = texts.files[1]
-    text = " ".join(str(parse_error).split())[:_MAX_EXCERPT] or type(parse_error).__name__
+        io_module.PDDLReader().parse_problem_string(texts.domain)
+        file = problem_file
+    text = " ".join(str(parse_error).split())[:MAX_EXCERPT] or type(parse_error).__name__
     line = getattr(parse_error, "lineno", None) or next(map(int, _LINE_NUMBER.findall(text)), None)
     return PlanningError(
         f"unified-planning cannot read the problem: {text}", file=file or None, line=line if file else None

@@ -13,13 +13,12 @@ from typing import Any, Final
 from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.extras import pip_command
 from cxbridge.history.plan_steps import PlannedAction, plan_text
-from cxbridge_planning.engines.engine import FOLDER_PREFIX, Engine, EnginePlanner
+from cxbridge_planning.engines.engine import WORK_FOLDER_PREFIX, Engine, EnginePlanner
 from cxbridge_planning.engines.texts import read_task
-from cxbridge_planning.errors import PlanningError
+from cxbridge_planning.errors import MAX_EXCERPT, PlanningError
 from cxbridge_planning.needs import Need
 from cxbridge_planning.plan_files import PlanNames, load_plan
 
-_MAX_EXCERPT: Final = 300  # the maximum number of characters of an engine's log in an error
 _BEST_PLAN_FILE: Final = "best"
 
 
@@ -38,7 +37,8 @@ class UnifiedEngine(Engine, frozen=True):
     integers_only: bool = False
 
 
-_EXPRESSIVE: Final = frozenset(
+# the features that both engines support
+_COMMON_NEEDS: Final = frozenset(
     {
         Need.NEGATION,
         Need.EQUALITY,
@@ -55,7 +55,7 @@ ENGINES: Final = {
     "aries": UnifiedEngine(
         "up_aries",
         "up-aries",
-        understands=_EXPRESSIVE | {Need.COSTS, Need.HIERARCHY},
+        understands=_COMMON_NEEDS | {Need.COSTS, Need.HIERARCHY},
         is_anytime=True,
         integers_only=True,
         # unified-planning cannot express quantifiers at a time point of a durative action
@@ -64,7 +64,7 @@ ENGINES: Final = {
     "tamer": UnifiedEngine(
         "up_tamer",
         "up-tamer",
-        understands=_EXPRESSIVE | {Need.FRACTIONS},
+        understands=_COMMON_NEEDS | {Need.FRACTIONS},
         ignores=frozenset({Need.COSTS}),
     ),
 }
@@ -87,8 +87,9 @@ class UnifiedPlanner(EnginePlanner):
     def not_installed(self) -> str:
         """The reason why the engine cannot be used; empty if it can."""
         packages = {"unified_planning": "unified-planning", self._engine.module: self._engine.package}
-        missing = [package for module, package in packages.items() if find_spec(module) is None]
-        return f"{self.name} is not installed: {pip_command(*missing)}" if missing else ""
+        missing_packages = [package for module, package in packages.items() if find_spec(module) is None]
+        command = pip_command(*missing_packages)
+        return f"{self.name} is not installed: {command}" if missing_packages else ""
 
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
         """Return a plan; None if the engine reports that none exists."""
@@ -99,7 +100,7 @@ class UnifiedPlanner(EnginePlanner):
         if self._engine.integers_only:
             _use_integers(task)
         # engines write files into the current folder
-        with tempfile.TemporaryDirectory(prefix=FOLDER_PREFIX) as folder:
+        with tempfile.TemporaryDirectory(prefix=WORK_FOLDER_PREFIX) as folder:
             previous_folder = Path.cwd()
             os.chdir(folder)
             try:
@@ -133,11 +134,12 @@ class UnifiedPlanner(EnginePlanner):
 
     def _extract_plan(self, result: Any, names: PlanNames) -> tuple[PlannedAction, ...] | None:
         status = result.status.name
+        # UNSOLVABLE_PROVEN, or UNSOLVABLE_INCOMPLETELY of an engine that does not search all states
         if status.startswith("UNSOLVABLE"):
             return None
         if result.plan is None:
             log = " ".join("; ".join(message.message for message in result.log_messages or ()).split())
-            reason = log[-_MAX_EXCERPT:] or "it gives no reason"
+            reason = log[-MAX_EXCERPT:] or "it gives no reason"
             raise PlanningError(f"{self.name} ended with {status}: {reason}")
         if not hasattr(result.plan, "timed_actions"):
             return tuple(_make_step(instance, names) for instance in result.plan.actions)

@@ -105,8 +105,8 @@ class _Plugin(Closing):
             self._interface.set(name, value)
         self._interface.write()
 
-    def _requests(self, message_type: str) -> Iterator[Any]:
-        """Yield the requests in the interface; drop other messages."""
+    def _take_requests(self, message_type: str) -> Iterator[Any]:
+        """Yield the requests in the interface's queue; drop messages of other types."""
         while (message := self._interface.msgq_first()) is not None:
             if message.type == message_type:
                 yield message
@@ -156,7 +156,7 @@ class PddlRobotMemory(_Plugin):
             self._is_requested = False
             self._write_problem()
             self._write_fields(final=True)
-        for message in self._requests("GenerateMessage"):
+        for message in self._take_requests("GenerateMessage"):
             self._goal = message.goal or self._goal
             self._write_fields(msg_id=message.id, final=False)
             # the problem is written in the next loop, so that readers see `final` become false before
@@ -207,45 +207,46 @@ class PddlPlanner(_Plugin):
         )
         self._collection = config.get_str(f"{_PLANNER_KEY}/collection", default="robmem.pddl-plan")
         self._timeout = PlannerSettings.from_config(config).timeout
-        configured = config.get_str(f"{_PLANNER_KEY}/planner", default=AUTO)
-        self._planner = self._usable_planner(configured)
+        configured_planner = config.get_str(f"{_PLANNER_KEY}/planner", default=AUTO)
+        self._planner = self._find_usable_planner(configured_planner)
         # Fawkes' options are those of Fast Downward, which is called fd
         options = config.get_str(f"{_PLANNER_KEY}/fd-search-opts", default="").strip()
         self._options = {"options": options} if self._planner == "fd" and options else {}
         self._service = service
         self._service.warm_up()
-        self._running: tuple[PlanCall, PlannerCallReporter] | None = None
+        self._running_call: tuple[PlanCall, PlannerCallReporter] | None = None
         name = config.get_str(f"{_PLANNER_KEY}/interface-name", default="pddl-planner")
-        self._open_interface("PddlPlannerInterface", name, active_planner=configured[:_MAX_NAME_LENGTH])
+        active_planner = configured_planner[:_MAX_NAME_LENGTH]
+        self._open_interface("PddlPlannerInterface", name, active_planner=active_planner)
 
-    def _usable_planner(self, name: str) -> str:
-        """Return the configured planner, or ``auto`` if it is not installed."""
+    def _find_usable_planner(self, name: str) -> str:
+        """Return a planner's name, or ``auto`` if the planner is unknown or not installed."""
         if name == AUTO:
             return name
-        exists = name in planner_names()
-        reason = make_planner(name).not_installed if exists else f"planner '{name}' is unknown"
+        is_known = name in planner_names()
+        reason = make_planner(name).not_installed if is_known else f"planner '{name}' is unknown"
         if reason:
             self._log.warn(f"{reason}: the first planner that supports the problem is used")
         return AUTO if reason else name
 
     def loop(self) -> None:
         """Handle requests. To be called once per main loop."""
-        if self._running is not None:
-            call, reporter = self._running
+        if self._running_call is not None:
+            call, reporter = self._running_call
             # a virtual clock does not advance during the call, so that runs are reproducible
             result = call.wait() if self._bus.clock.is_virtual else call.result
             if result is not None:
-                self._running = None
+                self._running_call = None
                 reporter.report_end(result)
                 self._store_result(result)
-        for message in self._requests("PlanMessage"):
+        for message in self._take_requests("PlanMessage"):
             self._start_request(message.id)
 
     def _start_request(self, message_id: int) -> None:
         """Start to plan for a message; cancel the running call."""
-        if self._running is not None:
-            call, reporter = self._running
-            self._running = None
+        if self._running_call is not None:
+            call, reporter = self._running_call
+            self._running_call = None
             call.cancel()
             reporter.report_end(
                 PlanResult(PlanStatus.CANCELLED, self._planner, message="another call replaced it")
@@ -263,7 +264,7 @@ class PddlPlanner(_Plugin):
         request = PlanRequest(domain, problem, self._planner, self._options, self._timeout)
         reporter = self._make_reporter(domain.name, problem.name)
         reporter.report_start(f"message-{message_id}")
-        self._running = (self._service.call(request), reporter)
+        self._running_call = (self._service.call(request), reporter)
 
     def _make_reporter(self, domain: str, problem: str) -> PlannerCallReporter:
         # without environment and goal, because requests come over the blackboard
@@ -274,8 +275,8 @@ class PddlPlanner(_Plugin):
     def _store_result(self, result: PlanResult) -> None:
         """Store the plan, or its absence, in the robot memory, then update the interface."""
         # as in Fawkes, agents cannot distinguish an empty plan from a missing plan
-        success = result.status is PlanStatus.PLANNED and bool(result.actions)
-        if success:
+        has_succeeded = result.status is PlanStatus.PLANNED and bool(result.actions)
+        if has_succeeded:
             actions = [{"name": step.name, "args": list(step.arguments)} for step in result.actions]
             document = {"plan": 1, "msg_id": self._interface.msg_id, "actions": actions}
             self._log.info(f"{result.planner} found a plan of {len(actions)} actions")
@@ -286,14 +287,14 @@ class PddlPlanner(_Plugin):
             self._store.insert(self._collection, document)
         except CxbridgeError as error:
             self._log.error(f"Cannot store the plan: {error}")
-            success = False
-        self._write_fields(final=True, success=success)
+            has_succeeded = False
+        self._write_fields(final=True, success=has_succeeded)
 
     def close(self) -> None:
         """Cancel all planning and close the interface."""
         self._service.close()
-        if self._running is not None:
-            call, reporter = self._running
+        if self._running_call is not None:
+            call, reporter = self._running_call
             if call.result is not None:
                 reporter.report_end(call.result)
         super().close()

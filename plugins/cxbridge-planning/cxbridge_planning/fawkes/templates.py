@@ -64,7 +64,7 @@ class ProblemTemplate:
 
         :param values: fields that all sections have, e.g. ``GOAL``.
         """
-        return "".join(_filled_texts(self._root, dict(values), documents))
+        return "".join(_fill_section(self._root, dict(values), documents))
 
     def _parse(self) -> _Section:
         stack = [_Section("", [])]  # the open sections, outermost first
@@ -119,8 +119,8 @@ def _read_query(text: str) -> Any:
     return json.loads(_UNQUOTED_KEY.sub(r'\1"\2":', text).replace("'", '"'))
 
 
-def _filled_texts(section: _Section, values: dict[str, str], documents: Documents) -> Iterator[str]:
-    """Yield the texts of a section's body in order.
+def _fill_section(section: _Section, values: dict[str, str], documents: Documents) -> Iterator[str]:
+    """Yield the filled parts of a section's body in order.
 
     :param values: the texts of fields.
     """
@@ -131,23 +131,23 @@ def _filled_texts(section: _Section, values: dict[str, str], documents: Document
             yield values.get(item.name, "")
         else:
             for document in documents.get(item.name, ()):
-                yield from _filled_texts(item, {**values, **dict(_field_texts(document))}, documents)
+                yield from _fill_section(item, {**values, **dict(_list_fields(document))}, documents)
 
 
-def _field_texts(document: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+def _list_fields(document: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
     """Yield name and text of each value in a document, including the values of inner documents and arrays."""
     for key, value in document.items():
         name = prefix + key
         if isinstance(value, Mapping):
-            yield from _field_texts(value, f"{name}_")
+            yield from _list_fields(value, f"{name}_")
         elif isinstance(value, list):
-            yield name, "".join(f" {_value_text(item)}" for item in value)
-            yield from _field_texts({str(index): item for index, item in enumerate(value)}, f"{name}_")
+            yield name, "".join(f" {_format_value(item)}" for item in value)
+            yield from _list_fields({str(index): item for index, item in enumerate(value)}, f"{name}_")
         else:
-            yield name, _value_text(value)
+            yield name, _format_value(value)
 
 
-def _value_text(value: Any) -> str:
+def _format_value(value: Any) -> str:
     """Return a value as Fawkes' template engine prints it."""
     if isinstance(value, bool):
         return str(int(value))

@@ -44,11 +44,19 @@ class KnownWorld(NamedTuple):
 
     def restricted_to(self, names: Container[str]) -> KnownWorld:
         """Return the state of some objects, with the facts and numbers that are only about them."""
+
+        def is_selected(argument: str) -> bool:
+            return argument in names
+
         # a problem with facts about further objects would be refused
         return KnownWorld(
             [(name, type_) for name, type_ in self.objects if name in names],
-            [(name, values) for name, values in self.facts if all(value in names for value in values)],
-            [number for number in self.numbers if all(value in names for value in number[0][1])],
+            [(name, arguments) for name, arguments in self.facts if all(map(is_selected, arguments))],
+            [
+                ((name, arguments), value)
+                for (name, arguments), value in self.numbers
+                if all(map(is_selected, arguments))
+            ],
         )
 
 
@@ -165,18 +173,18 @@ class PlanningFunctions(ABC):
         return make_request(self.settings, domain, problem, planner, timeout), reporter
 
     def assert_plan(
-        self, plan_id: Symbol, goal_id: Symbol, actions: Iterable[PlannedAction], *, timed: bool = False
+        self, plan_id: Symbol, goal_id: Symbol, actions: Iterable[PlannedAction], *, has_times: bool = False
     ) -> None:
         """Assert a plan and its actions.
 
-        :param timed: whether the actions have dispatch times and durations, as in a temporal plan.
+        :param has_times: whether the actions have dispatch times and durations, as in a temporal plan.
         :raises CxbridgeError: if CLIPS refuses a fact.
         """
-        kind = Symbol("TEMPORAL" if timed else "SEQUENTIAL")
+        kind = Symbol("TEMPORAL" if has_times else "SEQUENTIAL")
         self.env.assert_fact("plan", {"id": plan_id, "goal-id": goal_id, "type": kind})
         for number, action in enumerate(actions, start=1):
             times: dict[str, Value] = {}
-            if timed and action.start is not None:
+            if has_times and action.start is not None:
                 times = {"dispatch-time": action.start, "duration": action.duration or 0.0}
             slots = {
                 "id": number,

@@ -46,7 +46,8 @@ class _CheckedPlan:
     :param object_names: the objects of a problem that has only some of the objects; None: all objects.
     :param change_count: the number of changes of facts up to the last check.
     :param failure: the failure in the last check; empty if the plan was valid.
-    :param objects_at_change: the number of changes of objects up to the last check, and the objects then.
+    :param objects: the objects at the last check; None before the first check.
+    :param object_change_count: the number of changes of objects up to the last check.
     """
 
     domain: Domain
@@ -54,7 +55,8 @@ class _CheckedPlan:
     object_names: Collection[str] | None = None
     change_count: int = -1
     failure: str = ""
-    objects_at_change: tuple[int, ObjectTable] | None = None
+    objects: ObjectTable | None = None
+    object_change_count: int = -1
 
 
 class PlanChecks:
@@ -67,21 +69,21 @@ class PlanChecks:
         self._change_counts: Counter[str] = Counter()  # by template
         self._is_listening = False
 
-    def present_failure(
+    def find_present_failure(
         self, request: PlanRequest, actions: tuple[PlannedAction, ...], object_names: Collection[str] | None
     ) -> str:
         """Return why a new plan fails in the present state; empty if the plan is valid.
 
         :param object_names: the objects of a problem that has only some of the objects; None: all objects.
         """
-        return self._failure(_CheckedPlan(request.domain, request.problem, object_names), actions, ())
+        return self._find_failure(_CheckedPlan(request.domain, request.problem, object_names), actions, ())
 
     def watch(
         self, plan_id: str, goal_id: str, request: PlanRequest, object_names: Collection[str] | None
     ) -> None:
         """Start to check a plan after changes, and assert its fact.
 
-        :param object_names: as in :meth:`present_failure`.
+        :param object_names: as in :meth:`find_present_failure`.
         """
         if not self._is_listening:  # without a plan, changes are not counted
             self._is_listening = True
@@ -111,58 +113,65 @@ class PlanChecks:
             return FALSE
         if plan.change_count != self._change_counts.total():
             plan.change_count = self._change_counts.total()
-            running, pending, is_settled = self._actions(plan_id)
+            running, pending, is_settled = self._read_actions(plan_id)
             if is_settled:
-                plan.failure = self._failure(plan, tuple(pending), tuple(running))
+                plan.failure = self._find_failure(plan, tuple(pending), tuple(running))
                 self._record_failure(plan_id, plan.failure)
         return FALSE if plan.failure else TRUE
 
-    def _actions(self, plan_id: str) -> tuple[list[PlannedAction], list[PlannedAction], bool]:
-        """Return running actions, pending actions, and whether the facts are consistent."""
+    def _read_actions(self, plan_id: str) -> tuple[list[PlannedAction], list[PlannedAction], bool]:
+        """Return the running actions, the pending actions, and whether the plan can be checked now."""
         running, pending, is_settled = [], [], True
-        rows = [slots for _, _, slots in self._env.facts("plan-action") if slots["plan-id"] == plan_id]
-        for slots in sorted(rows, key=_action_number):
+        actions = [slots for _, _, slots in self._env.facts("plan-action") if slots["plan-id"] == plan_id]
+        for slots in sorted(actions, key=_find_action_number):
             state = str(slots["state"])
             if state in _PENDING_STATES:
-                pending.append(_planned_action(slots))
+                pending.append(_make_planned_action(slots))
             elif state == "RUNNING":
-                running.append(_planned_action(slots))
+                running.append(_make_planned_action(slots))
             is_settled = is_settled and state not in _UNSETTLED_STATES and state not in _FAILED_STATES
         return running, pending, is_settled
 
-    def _failure(
+    def _find_failure(
         self, plan: _CheckedPlan, pending: tuple[PlannedAction, ...], running: tuple[PlannedAction, ...]
     ) -> str:
         """Return why the actions fail in the present state; empty if they do not."""
         domain = plan.domain
         facts = facts_in(self._env, domain)
         numbers = numbers_in(self._env) if domain.functions else {}
-        objects = self._objects(plan)
+        objects = self._find_objects(plan)
         if plan.object_names is not None:
             # the check would refuse facts about objects that the problem lacks
             known_objects = objects.of_types(())
-            facts = [fact for fact in facts if all(name in known_objects for name in fact[1])]
+            facts = [
+                (predicate, arguments)
+                for predicate, arguments in facts
+                if all(argument in known_objects for argument in arguments)
+            ]
         state = WorldState(frozenset(facts), numbers)
         return check_plan(
             domain, plan.problem, pending, state=state, running=running, objects=objects
         ).failure
 
-    def _objects(self, plan: _CheckedPlan) -> ObjectTable:
+    def _find_objects(self, plan: _CheckedPlan) -> ObjectTable:
         """Return the present objects, cached until their facts change."""
         change_count = self._change_counts[INSTANCE]
-        if plan.objects_at_change is None or plan.objects_at_change[0] != change_count:
+        if plan.objects is None or plan.object_change_count != change_count:
             constants = set(names_of(plan.domain.constants))
             groups = tuple(
                 TypedNames((name,), (type_,))
                 for name, type_ in dict.fromkeys(objects_in(self._env))
                 if name not in constants and (plan.object_names is None or name in plan.object_names)
             )
-            table = ObjectTable(plan.domain, replace(plan.problem, objects=groups))
-            plan.objects_at_change = (change_count, table)
-        return plan.objects_at_change[1]
+            plan.objects = ObjectTable(plan.domain, replace(plan.problem, objects=groups))
+            plan.object_change_count = change_count
+        return plan.objects
 
     def _record_failure(self, plan_id: str, failure: str) -> None:
-        """Update the fact of a plan; empty: the plan is valid."""
+        """Update the fact of a plan.
+
+        :param failure: the failure in the last check; empty if the plan is valid.
+        """
         for index, _, slots in list(self._env.facts(PLAN_VALID)):
             if slots["plan-id"] != plan_id or slots["message"] == failure:
                 continue
@@ -174,12 +183,12 @@ class PlanChecks:
             )
 
 
-def _action_number(slots: Mapping[str, Value]) -> int:
+def _find_action_number(slots: Mapping[str, Value]) -> int:
     number = slots["id"]
     return number if isinstance(number, int) else 0  # rules may store any value
 
 
-def _planned_action(slots: Mapping[str, Value]) -> PlannedAction:
+def _make_planned_action(slots: Mapping[str, Value]) -> PlannedAction:
     """Return the action of a fact ``plan-action``."""
     start, duration, values = slots["dispatch-time"], slots["duration"], slots["param-values"]
     assert isinstance(values, tuple)

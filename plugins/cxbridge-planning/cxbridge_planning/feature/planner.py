@@ -59,7 +59,7 @@ class _PlannerFunctions(PlanningFunctions):
         super().__init__(env, feature)
         self._log = env.bus.logger(f"Planner|{env.name}")
         self._checks = PlanChecks(env, self._log.warn)
-        self._running: dict[str, _RunningCall] = {}  # by id
+        self._running_calls: dict[str, _RunningCall] = {}  # by id
         self._call_count = 0
         self._refused_count = 0
         self._has_goal_rules = False
@@ -100,17 +100,17 @@ class _PlannerFunctions(PlanningFunctions):
             call_id = Symbol(f"plan-{self._call_count}")
             reporter.report_start(call_id, request.problem)
             call, start_us = self.service.call(request), self.env.bus.clock.now_us()
-            self._running[call_id] = _RunningCall(call, reporter, objects, start_us)
+            self._running_calls[call_id] = _RunningCall(call, reporter, objects, start_us)
             slots = {"planner": Symbol(request.planner)}
         self.env.assert_fact("planner-call", {"id": call_id, "goal-id": Symbol(goal_id), **slots})
         return call_id
 
     def cancel(self, call_id: str) -> Value:
         """Cancel a call; return FALSE if no call with this id is running."""
-        running = self._running.get(call_id)
-        if running is None:
+        running_call = self._running_calls.get(call_id)
+        if running_call is None:
             return FALSE
-        running.call.cancel()
+        running_call.call.cancel()
         return TRUE
 
     def known_world(self, domain: Domain) -> KnownWorld:
@@ -132,34 +132,34 @@ class _PlannerFunctions(PlanningFunctions):
         self._checks.refresh()
         # a virtual clock does not advance during the call, so that runs are reproducible
         must_wait = self.env.bus.clock.is_virtual
-        for call_id, running in list(self._running.items()):
-            result = running.call.wait() if must_wait else running.call.result
+        for call_id, running_call in list(self._running_calls.items()):
+            result = running_call.call.wait() if must_wait else running_call.call.result
             if result is not None:
-                del self._running[call_id]
-                self._assert_result(Symbol(call_id), running, result)
+                del self._running_calls[call_id]
+                self._assert_result(Symbol(call_id), running_call, result)
 
-    def _assert_result(self, call_id: Symbol, running: _RunningCall, result: PlanResult) -> None:
-        running.reporter.report_end(result)
-        request, objects = running.call.request, running.objects
+    def _assert_result(self, call_id: Symbol, running_call: _RunningCall, result: PlanResult) -> None:
+        running_call.reporter.report_end(result)
+        request, objects = running_call.call.request, running_call.objects
         status, message = result.status.value, result.message
         if status == "PLANNED" and self.settings.check_plans:
-            failure = self._checks.present_failure(request, result.actions, objects)
+            failure = self._checks.find_present_failure(request, result.actions, objects)
             if failure:
                 status, message = "INVALID", f"the plan does not hold: {failure}"
-        planned = status == "PLANNED"
-        if planned:
+        has_plan = status == "PLANNED"
+        if has_plan:
             self._assert_actions(call_id, request, result.actions, objects)
-        text = f"{len(result.actions)} actions" if planned else message
+        text = f"{len(result.actions)} actions" if has_plan else message
         reason = f" ({result.why})" if result.why else ""
         self._log.info(f"{call_id}: {status} by {result.planner}: {text}{reason}")
         # seconds of the run's clock: with real time in a fact, two runs would never be equal
-        seconds = (self.env.bus.clock.now_us() - running.start_us) / MICROSECONDS
+        seconds = (self.env.bus.clock.now_us() - running_call.start_us) / MICROSECONDS
         self.env.call(
             "planner-call-ended",
             call_id,
             Symbol(status),
             Symbol(result.planner),
-            call_id if planned else NIL,
+            call_id if has_plan else NIL,
             message,
             seconds,
             result.why,
@@ -168,9 +168,9 @@ class _PlannerFunctions(PlanningFunctions):
     def close(self) -> None:
         """Cancel all calls and stop the planner processes."""
         self.service.close()
-        for running in self._running.values():
-            if (result := running.call.wait()) is not None:
-                running.reporter.report_end(result)
+        for running_call in self._running_calls.values():
+            if (result := running_call.call.wait()) is not None:
+                running_call.reporter.report_end(result)
 
     def _assert_actions(
         self,
@@ -180,11 +180,11 @@ class _PlannerFunctions(PlanningFunctions):
         objects: Collection[str] | None,
     ) -> None:
         # rules may have retracted the fact of the call, and with it the id of the goal
-        goals = [slots["goal-id"] for _, _, slots in self.env.facts("planner-call") if slots["id"] == call_id]
-        goal_id = Symbol(str(goals[0])) if goals else NIL
-        timed = any(action.start is not None for action in actions)
+        calls = (slots for _, _, slots in self.env.facts("planner-call") if slots["id"] == call_id)
+        goal_id = next((Symbol(str(slots["goal-id"])) for slots in calls), NIL)
+        has_times = any(action.start is not None for action in actions)
         try:
-            self.assert_plan(call_id, goal_id, actions, timed=timed)
+            self.assert_plan(call_id, goal_id, actions, has_times=has_times)
         except CxbridgeError as error:
             self._log.error(f"Cannot assert the plan {call_id}: {error}")
             return

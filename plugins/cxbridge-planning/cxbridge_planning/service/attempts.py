@@ -20,24 +20,24 @@ _STATUS_ORDER: Final = (PlanStatus.TIMEOUT, PlanStatus.FAILED, PlanStatus.NO_PLA
 class Attempts:
     """The attempts of one call.
 
-    :param requested: the requested planner, or ``auto``.
+    :param requested_planner: the name of the requested planner, or ``auto``.
     :ivar choice: the planners to try, once the call has chosen them.
     """
 
-    def __init__(self, requested: str) -> None:
-        self._requested = requested
+    def __init__(self, requested_planner: str) -> None:
+        self._requested_planner = requested_planner
         self.choice = PlannerChoice((), ())
         self._results: list[PlanResult] = []
 
     def add_result(self, planner: Planner, result: PlanResult) -> bool:
         """Add a result; return whether it ends the call."""
         self._results.append(result)
-        proved = result.status is PlanStatus.NO_PLAN and planner.proves
-        return result.status is PlanStatus.PLANNED or proved or self._requested != AUTO
+        is_proof = result.status is PlanStatus.NO_PLAN and planner.proves
+        return result.status is PlanStatus.PLANNED or is_proof or self._requested_planner != AUTO
 
     def with_reasons(self, result: PlanResult) -> PlanResult:
         """Return a result with the reasons why ``auto`` chose its planner."""
-        if self._requested != AUTO:
+        if self._requested_planner != AUTO:
             return result
         failures = [failed.message for failed in self._results[:-1]]
         reasons = filter(None, (result.why, *self.choice.reasons, *failures))
@@ -45,19 +45,20 @@ class Attempts:
 
     def final_result(self) -> PlanResult:
         """Return the result after all planners failed."""
-        decisive = min(self._results, key=lambda result: _STATUS_ORDER.index(result.status))
+        decisive_result = min(self._results, key=lambda result: _STATUS_ORDER.index(result.status))
         return self.with_reasons(
-            replace(decisive, message="; ".join(result.message for result in self._results))
+            replace(decisive_result, message="; ".join(result.message for result in self._results))
         )
 
     @property
     def advice(self) -> str:
         """The advice after a timeout, as the end of a sentence."""
-        suitable = [planner.name for planner in self.choice.planners]
+        names = [planner.name for planner in self.choice.planners]
         # the timeout has ended the planner without a result
-        tried = suitable[: max(1, len(self._results)) + 1]
-        text = f" (tried: {', '.join(tried)})" if suitable else ""
-        if self._requested != AUTO:
+        tried_names = names[: max(1, len(self._results)) + 1]
+        text = f" (tried: {', '.join(tried_names)})" if names else ""
+        if self._requested_planner != AUTO:
             return f"{text}: give more time, or try the planner {AUTO}"
-        missing = ", ".join(self.choice.not_installed_names)
-        return f"{text}: give more time" + (f", or install one of {missing}" if missing else "")
+        missing_names = ", ".join(self.choice.not_installed_names)
+        advice = f", or install one of {missing_names}" if missing_names else ""
+        return f"{text}: give more time{advice}"

@@ -110,27 +110,27 @@ def _has_times(formula: Formula) -> bool:
             return False
 
 
-def false_part_text(formula: Formula, binding: Binding, moment: Moment) -> str:
+def describe_false_part(formula: Formula, binding: Binding, moment: Moment) -> str:
     """Return a text about the smallest false part of a formula; empty if the formula is true."""
     state = moment.known_state()
-    blamed = next(blamed_parts(formula, state, binding, keeps_choices=True), None)
-    if blamed is None:
+    blamed_part = next(blamed_parts(formula, state, binding, keeps_choices=True), None)
+    if blamed_part is None:
         return ""
-    part, inner = blamed.formula, blamed.binding
+    part, inner_binding = blamed_part.formula, blamed_part.binding
     if isinstance(part, Not):
-        return f"{_bound_text(part.part, inner)} is true"
+        return f"{_format_bound(part.part, inner_binding)} is true"
     functions = (term for term in part.terms if isinstance(term, FunctionTerm))
-    values = ", ".join(_value_text(term, inner, state) for term in functions)
-    return f"{_bound_text(part, inner)} is false" + (f": {values}" if values else "")
+    values = ", ".join(_describe_value(term, inner_binding, state) for term in functions)
+    return f"{_format_bound(part, inner_binding)} is false" + (f": {values}" if values else "")
 
 
-def _value_text(term: FunctionTerm, binding: Binding, state: KnownState) -> str:
+def _describe_value(term: FunctionTerm, binding: Binding, state: KnownState) -> str:
     value = state.number(term, binding)
     text = "has no value" if value is None else f"is {format_number(value)}"
     return f"{format_term(bind_term(term, binding))} {text}"
 
 
-def _bound_text(formula: Formula, binding: Binding) -> str:
+def _format_bound(formula: Formula, binding: Binding) -> str:
     """Return the text of a formula with objects in place of variables."""
     return format_formula(formula.map_terms(lambda term: bind_term(term, binding)))
 
@@ -143,7 +143,7 @@ def effect_changes(effect: Formula | None, binding: Binding, moment: Moment, tim
     """
     changes = Changes()
     state = moment.known_state()
-    for change in _effects(effect, binding, moment, AT_END, time):
+    for change in _find_effects(effect, binding, moment, AT_END, time):
         if isinstance(change.effect, NumericChange):
             state.change_number(change.effect, change.binding, changes.numbers)
         else:
@@ -152,7 +152,7 @@ def effect_changes(effect: Formula | None, binding: Binding, moment: Moment, tim
     return changes
 
 
-def _effects(
+def _find_effects(
     effect: Formula | None, binding: Binding, moment: Moment, time: str, moment_time: str
 ) -> Iterator[_BoundEffect]:
     """Yield the effects that happen at a moment: they have its time, and their conditions are true.
@@ -163,14 +163,14 @@ def _effects(
     match effect:
         case And(parts=parts):
             for part in parts:
-                yield from _effects(part, binding, moment, time, moment_time)
+                yield from _find_effects(part, binding, moment, time, moment_time)
         case Timed(when=when, part=part):
-            yield from _effects(part, binding, moment, when, moment_time)
+            yield from _find_effects(part, binding, moment, when, moment_time)
         case Quantified(quantifier="forall", variables=variables, part=part):
-            for inner in moment.known_state().bindings(variables, binding):
-                yield from _effects(part, inner, moment, time, moment_time)
+            for inner_binding in moment.known_state().bindings(variables, binding):
+                yield from _find_effects(part, inner_binding, moment, time, moment_time)
         case When(condition=condition, effect=part):
-            effects = list(_effects(part, binding, moment, time, moment_time))
+            effects = list(_find_effects(part, binding, moment, time, moment_time))
             # the condition of an effect at the other time is not evaluated
             if effects and _condition_holds(condition, binding, moment):
                 yield from effects
@@ -186,7 +186,7 @@ def _condition_holds(condition: Formula, binding: Binding, moment: Moment) -> bo
     """Return whether the condition of an effect is true. Its ``at start`` parts refer to the start."""
     if not _has_times(condition):
         return condition.holds(moment.known_state(), binding)
-    if any(True for _ in parts_at(condition, OVER_ALL)):
+    if next(parts_at(condition, OVER_ALL), None) is not None:
         raise PlanningError("a conditional effect with a condition 'over all' cannot be checked")
     start = moment.start or moment
     return all(part.holds(start.known_state(), binding) for part in parts_at(condition, AT_START)) and all(

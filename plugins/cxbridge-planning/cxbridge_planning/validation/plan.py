@@ -32,8 +32,8 @@ from cxbridge_planning.validation.formulas import (
     AT_START,
     OVER_ALL,
     Moment,
+    describe_false_part,
     effect_changes,
-    false_part_text,
     parts_at,
 )
 from cxbridge_planning.validation.world import Changes, WorldState
@@ -50,7 +50,8 @@ class PlanCheck:
     """The result of checking a plan.
 
     :param failure: why the plan is invalid; else empty.
-    :param step: the number of the first impossible step, from 1; 0: the goal is not reached.
+    :param step: the number of the first impossible step, from 1; 0: the goal is not reached, or an action
+        fails that was running before the plan.
     :param unchecked: why the check is inconclusive; else empty.
     """
 
@@ -144,20 +145,20 @@ class _Checker:
             ]
             steps += [self._make_step(number, action) for number, action in enumerate(actions, start=1)]
             events = sorted(self._events(steps), key=lambda event: event.time)
-            for group in _simultaneous_groups(events):
+            for group in _group_simultaneous(events):
                 self._execute(group)
-            missing = false_part_text(self._goal, {}, Moment(self._state, self._objects))
+            false_part = describe_false_part(self._goal, {}, Moment(self._state, self._objects))
         except _StepError as error:
             return PlanCheck(str(error), error.step)
         except (PlanningError, PddlError) as error:
             return PlanCheck(unchecked=str(error))
-        return PlanCheck(f"the goal is not reached: {missing}" if missing else "")
+        return PlanCheck(f"the goal is not reached: {false_part}" if false_part else "")
 
     def _make_step(self, number: int, planned: PlannedAction, *, is_running: bool = False) -> _Step:
         """Return a step, after checks of its name and objects."""
 
         def step_error(reason: str) -> _StepError:
-            return _StepError(number, f"step {number}, {_action_text(planned)}: {reason}")
+            return _StepError(number, f"step {number}, {_format_action(planned)}: {reason}")
 
         action = self._actions.get(planned.name)
         if action is None:
@@ -167,9 +168,9 @@ class _Checker:
             raise step_error(f"{action.name} takes {len(names)} objects, not {len(planned.arguments)}")
         binding = dict(zip(names, planned.arguments, strict=True))
         for group in action.parameters:
-            allowed = self._objects.of_types(group.types)
+            allowed_objects = self._objects.of_types(group.types)
             for name in group.names:
-                if binding[name] not in allowed:
+                if binding[name] not in allowed_objects:
                     kind = " or ".join(group.types) or "object"
                     raise step_error(f"?{name} must be of type {kind}, which {binding[name]} is not")
         start, duration = planned.start or 0.0, planned.duration or 0.0
@@ -190,17 +191,17 @@ class _Checker:
 
     def _execute(self, events: Sequence[_Event]) -> None:
         """Execute simultaneous moments."""
-        before = self._state
-        executed = [(event, *self._execute_event(event, before)) for event in events]
-        _refuse_interference(executed)
-        for _, _, changes in executed:
+        state_before = self._state
+        executed_events = [(event, *self._execute_event(event, state_before)) for event in events]
+        _refuse_interference(executed_events)
+        for _, _, changes in executed_events:
             # all steps have computed their numbers from the same state: simultaneous changes add up
             numbers = {
-                ground: value + self._state.numbers.get(ground, 0.0) - before.numbers.get(ground, 0.0)
+                ground: value + self._state.numbers.get(ground, 0.0) - state_before.numbers.get(ground, 0.0)
                 for ground, value in changes.numbers.items()
             }
             self._state = self._state.after(replace(changes, numbers=numbers))
-        for event, _, _ in executed:
+        for event, _, _ in executed_events:
             if event.part == "start":
                 self._unfinished.append(event.step)
             elif event.part == "end":
@@ -224,19 +225,20 @@ class _Checker:
                 _check_duration(step, action.duration, moment)
             reads = set[Ground]().union(*moment.reads_of(conditions, step.binding))
             if is_start:  # the start also needs the facts that must be true from now on
-                reads |= moment.reads_of(parts_at(action.condition, OVER_ALL), step.binding)[0]
+                true_reads, _other_reads = moment.reads_of(parts_at(action.condition, OVER_ALL), step.binding)
+                reads |= true_reads
         return reads, effect_changes(action.effect, step.binding, moment, AT_START if is_start else AT_END)
 
     def _require(self, step: _Step, conditions: Iterable[Formula], state: WorldState) -> None:
         """Raise ``_StepError`` if a condition of a step is false in a state."""
         moment = Moment(state, self._objects, step.duration, step.start_moment)
         for condition in conditions:
-            missing = false_part_text(condition, step.binding, moment)
-            if missing:
-                raise _StepError(max(0, step.number), f"{_step_text(step)}: {missing}")
+            false_part = describe_false_part(condition, step.binding, moment)
+            if false_part:
+                raise _StepError(max(0, step.number), f"{_describe_step(step)}: {false_part}")
 
 
-def _simultaneous_groups(events: Sequence[_Event]) -> Iterator[list[_Event]]:
+def _group_simultaneous(events: Sequence[_Event]) -> Iterator[list[_Event]]:
     """Yield the moments, sorted by time, in groups of the same time."""
     group: list[_Event] = []
     for event in events:
@@ -248,21 +250,27 @@ def _simultaneous_groups(events: Sequence[_Event]) -> Iterator[list[_Event]]:
         yield group
 
 
-def _refuse_interference(executed: Sequence[tuple[_Event, set[Ground], Changes]]) -> None:
-    """Refuse simultaneous moments if one changes a fact that another reads or changes differently."""
-    for (first, first_reads, changes), (second, second_reads, other_changes) in combinations(executed, 2):
-        clash = (
-            first_reads & other_changes.written
-            | second_reads & changes.written
-            | changes.adds & other_changes.deletes
-            | changes.deletes & other_changes.adds
+def _refuse_interference(executed_events: Sequence[tuple[_Event, set[Ground], Changes]]) -> None:
+    """Refuse simultaneous moments if one changes a fact that another reads or changes differently.
+
+    :param executed_events: each moment with the facts that it reads, and its changes.
+    """
+    for (first, first_reads, first_changes), (second, second_reads, second_changes) in combinations(
+        executed_events, 2
+    ):
+        conflicts = (
+            first_reads & second_changes.written
+            | second_reads & first_changes.written
+            | first_changes.adds & second_changes.deletes
+            | first_changes.deletes & second_changes.adds
         )
-        if clash:
-            name, arguments = min(clash)
+        if conflicts:
+            name, arguments = min(conflicts)  # the smallest, so that the error is reproducible
             raise _StepError(
                 second.step.number,
-                f"{_step_text(second.step)}: at {second.time:g} s it and {_action_text(first.step.planned)} "
-                f"both affect {format_list(name, *arguments)}; one must begin later",
+                f"{_describe_step(second.step)}: at {second.time:g} s this action and "
+                f"{_format_action(first.step.planned)} both affect {format_list(name, *arguments)}; "
+                "begin one of the two actions later",
             )
 
 
@@ -275,23 +283,23 @@ def _check_duration(step: _Step, constraint: Formula, moment: Moment) -> None:
             case TermComparison(operator=sign, left=Variable(name=name), right=right) if name == DURATION:
                 limit = moment.known_state().number(right, step.binding)
         if limit is None:
-            is_violated = bool(false_part_text(part, step.binding, moment))
+            is_violated = bool(describe_false_part(part, step.binding, moment))
             text = ""
         else:
-            too_long = sign in ("=", "<=", "<") and duration > limit + TOLERANCE_S
-            is_violated = too_long or (sign in ("=", ">=", ">") and duration < limit - TOLERANCE_S)
+            is_too_long = sign in ("=", "<=", "<") and duration > limit + TOLERANCE_S
+            is_violated = is_too_long or (sign in ("=", ">=", ">") and duration < limit - TOLERANCE_S)
             text = f", but the domain requires {limit:g}"
         if is_violated:
-            raise _StepError(step.number, f"{_step_text(step)}: it takes {duration:g} s{text}")
+            raise _StepError(step.number, f"{_describe_step(step)}: it takes {duration:g} s{text}")
 
 
-def _action_text(planned: PlannedAction) -> str:
+def _format_action(planned: PlannedAction) -> str:
     return format_list(planned.name, *planned.arguments)
 
 
-def _step_text(step: _Step) -> str:
+def _describe_step(step: _Step) -> str:
     return (
-        f"step {step.number}, {_action_text(step.planned)}"
+        f"step {step.number}, {_format_action(step.planned)}"
         if step.number > 0
-        else f"{_action_text(step.planned)}, running"
+        else f"{_format_action(step.planned)}, running"
     )

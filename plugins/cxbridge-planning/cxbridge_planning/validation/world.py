@@ -5,15 +5,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from cxbridge.executive.pddl.ast import Atom, Constant, FunctionTerm, Ground, Problem
-
-
-def ground_of(name: str, term: Atom | FunctionTerm) -> Ground:
-    """Return the ground form of an atom or function term, whose arguments are constants.
-
-    :param name: the predicate or function.
-    """
-    return name, tuple(argument.name for argument in term.arguments if isinstance(argument, Constant))
+from cxbridge.executive.pddl.ast import Ground, Problem, make_ground
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,8 +19,8 @@ class WorldState:
     def from_problem(cls, problem: Problem) -> WorldState:
         """Return the initial state of a problem."""
         return cls(
-            frozenset(ground_of(atom.predicate, atom) for atom in problem.init),
-            {ground_of(call.function, call): value for call, value in problem.numbers},
+            frozenset(make_ground(atom.predicate, atom) for atom in problem.init),
+            {make_ground(call.function, call): value for call, value in problem.numbers},
         )
 
     def after(self, changes: Changes) -> WorldState:

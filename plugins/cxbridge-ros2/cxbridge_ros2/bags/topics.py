@@ -142,15 +142,15 @@ class ConverterTable:
 
     def _convert_transforms(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
         for message_transform in message["transforms"]:
-            stamped = decode_transform(message_transform)
+            frame = decode_transform(message_transform)
             values = {
                 "static_transform": topic.endswith("_static"),
-                "frame": stamped.frame,
-                "child_frame": stamped.child_frame,
-                "translation": stamped.transform.translation,
-                "rotation": stamped.transform.rotation,
+                "frame": frame.frame,
+                "child_frame": frame.child_frame,
+                "translation": frame.transform.translation,
+                "rotation": frame.transform.rotation,
             }
-            yield InterfaceWrite(time_us, f"TransformInterface::{ROS_ID_PREFIX}{stamped.child_frame}", values)
+            yield InterfaceWrite(time_us, f"TransformInterface::{ROS_ID_PREFIX}{frame.child_frame}", values)
 
 
 class _Goal(msgspec.Struct):

@@ -78,8 +78,8 @@ class Ros2Interfaces(Component):
     def loop(self) -> None:
         for node in self._nodes:
             node.poll()
-        for published in self._published_interfaces:
-            published.loop()
+        for interfaces in self._published_interfaces:
+            interfaces.loop()
 
     def close(self) -> None:
         for interface in (*self._published_interfaces, *self._written_interfaces):

@@ -14,7 +14,13 @@ from cxbridge.rights import right_of_frame
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge.space.tf import TransformPublisher
-from cxbridge_ros2.frames import ROS_ID_PREFIX, TF_MESSAGE_TYPE, FramePublisher, decode_transform
+from cxbridge_ros2.frames import (
+    FRAME_TOPICS,
+    ROS_ID_PREFIX,
+    TF_MESSAGE_TYPE,
+    FramePublisher,
+    decode_transform,
+)
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.settings import locate_errors, read_node_section, typed_setting
@@ -24,7 +30,6 @@ MAX_FRAMES: Final = 500  # limit of frames from ROS, since other nodes may send 
 
 _ALL: Final = "all"
 _KEYS: Final = ("frames", "publish")
-_TOPICS: Final = (("/tf", "tf", False), ("/tf_static", "tf_static", True))  # topic, QoS, whether it is static
 _SUBJECT: Final = "the settings of /tf"
 
 
@@ -46,7 +51,7 @@ class Ros2Transforms(Component):
         self._node = node = settings.join(
             f"cxbridge_tf_{context.name}", settings.load_definitions(), self._log.warn, context.rights
         )
-        for topic, profile, static in _TOPICS:
+        for topic, profile, static in FRAME_TOPICS:
             node.subscribe(
                 topic,
                 TF_MESSAGE_TYPE,

@@ -145,8 +145,8 @@ def list_services(node: str, distribution: str) -> Mapping[str, str]:
 
     :param node: a key of :data:`SERVICES_BY_NODE`.
     """
-    missing = SINCE_JAZZY if distribution in BEFORE_JAZZY else ()
-    return {name: SERVICE_TYPES[name] for name in SERVICES_BY_NODE[node] if name not in missing}
+    missing_services = SINCE_JAZZY if distribution in BEFORE_JAZZY else ()
+    return {name: SERVICE_TYPES[name] for name in SERVICES_BY_NODE[node] if name not in missing_services}
 
 
 # The topic for notifications about changes, and its type.

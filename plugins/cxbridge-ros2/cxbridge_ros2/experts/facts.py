@@ -9,9 +9,7 @@ from cxbridge.errors import PddlError
 from cxbridge.executive.features.config import clips_scalar
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol
-from cxbridge.executive.pddl.ast import (
-    Ground,
-)
+from cxbridge.executive.pddl.ast import Ground
 from cxbridge.executive.problem.conditions import Slots, slot_texts
 from cxbridge.executive.problem.facts import (
     FUNCTION,
@@ -78,7 +76,7 @@ class FactKnowledge(Knowledge):
             )
 
     def drop_instance(self, name: str) -> None:
-        """Retract an object and its type facts."""
+        """Retract an object and its type facts, whose first value is the object."""
         self._retract(INSTANCE, lambda slots: str(slots["name"]) == name)
         self._retract(_TYPE_TEMPLATE, lambda slots: slot_texts(slots, "implied")[:1] == [name])
 

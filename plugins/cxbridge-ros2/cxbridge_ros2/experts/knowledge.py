@@ -27,6 +27,7 @@ from cxbridge.executive.pddl.ast import (
     Problem,
     TermComparison,
     TypedNames,
+    make_ground,
     names_of,
     pairs_of,
 )
@@ -354,10 +355,6 @@ def find_subtypes(domain: Domain, type_name: str) -> list[str]:
     """Return the descendants of a type in the order of their declarations."""
     hierarchy, names = TypeHierarchy(domain.types), dict.fromkeys(names_of(domain.types))
     return [name for name in names if name != type_name and type_name in hierarchy.supertypes(name)]
-
-
-def make_ground(name: str, term: Atom | FunctionTerm) -> Ground:
-    return name, tuple(argument.name for argument in term.arguments if isinstance(argument, Constant))
 
 
 def _select_grounds(grounds: Iterable[Ground], name: str) -> list[Ground]:

@@ -54,9 +54,8 @@ class TreeNodeKind(IntEnum):
 
 
 # Operators in the order of their numbers.
-_OPERATORS: Final = ("=", ">=", ">", "<=", "<", "*", "/", "+", "-")
-
-_COMPARISONS: Final = _OPERATORS[:5]
+_COMPARISONS: Final = ("=", ">=", ">", "<=", "<")
+_OPERATORS: Final = (*_COMPARISONS, "*", "/", "+", "-")
 _CHANGES: Final = ("assign", "increase", "decrease", "scale-up", "scale-down")
 # Limit of the depth of a tree, far below Python's recursion limit, since clients may send any tree.
 _MAX_DEPTH: Final = 200

@@ -9,6 +9,7 @@ from typing import Any, Final
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.pddl import parse_domain, parse_problem
+from cxbridge.executive.pddl.printer import format_list
 from cxbridge.history.plan_steps import PlannedAction
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import SendResponse
@@ -79,7 +80,7 @@ def _make_items(actions: Iterable[PlannedAction]) -> list[Mapping[str, Any]]:
     return [
         {
             "time": index * _STEP_S if action.start is None else action.start,
-            "action": f"({' '.join((action.name, *action.arguments))})",
+            "action": format_list(action.name, *action.arguments),
             "duration": _STEP_S if action.duration is None else action.duration,
         }
         for index, action in enumerate(actions)

@@ -19,12 +19,13 @@ from cxbridge.executive.pddl.ast import (
     FunctionTerm,
     Ground,
     TermComparison,
+    make_ground,
     number_of,
 )
 from cxbridge.executive.pddl.printer import format_number
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.experts.client import ExpertClient
-from cxbridge_ros2.experts.knowledge import format_ground, make_ground
+from cxbridge_ros2.experts.knowledge import format_ground
 from cxbridge_ros2.experts.nodes import (
     NodeCodec,
     TreeNodeKind,
@@ -106,10 +107,11 @@ class Terminal:
                 yield from self.commands[command](argument) or ()
                 return
         first_words = dict.fromkeys(command.split()[0] for command in self.commands)
-        known = [command for command in self.commands if command.split()[0] == words[0]] or [*first_words]
+        similar_commands = [command for command in self.commands if command.split()[0] == words[0]]
+        known_texts = similar_commands or [*first_words]
         raise Ros2Error(
             f"unknown command '{line.strip()}'",
-            hint=did_you_mean(" ".join(words[:2]), known, f"there are: {', '.join(known)}"),
+            hint=did_you_mean(" ".join(words[:2]), known_texts, f"there are: {', '.join(known_texts)}"),
         )
 
     def _request_domain(self, service: str, request: Mapping[str, Any] | None = None) -> Message:

@@ -8,8 +8,8 @@ from cxbridge.cli.main import invoke
 from cxbridge_planning.registry import make_planner
 from tests.support import SHARED, needs_shared
 
-FOLDER_PREFIX = SHARED / "cases" / "files"
-CASES = sorted(path.parent.name for path in FOLDER_PREFIX.glob("*/problem.pddl"))
+CASE_FOLDER = SHARED / "cases" / "files"
+CASES = sorted(path.parent.name for path in CASE_FOLDER.glob("*/problem.pddl"))
 DROP = "(drop l1 b1)\n"
 PLANS = {
     "costs-ignored": "(cheap1)\n(cheap2)\n",
@@ -54,7 +54,7 @@ def test_case_is_planned(name, capsys):
     if name in BEYOND_PYPERPLAN and not (is_installed("aries") or is_installed("lpg")):
         pytest.skip("no engine is installed")
     status = invoke(
-        ["plan", str(FOLDER_PREFIX / name / "domain.pddl"), str(FOLDER_PREFIX / name / "problem.pddl"), "-v"]
+        ["plan", str(CASE_FOLDER / name / "domain.pddl"), str(CASE_FOLDER / name / "problem.pddl"), "-v"]
     )
     out, errors = capsys.readouterr()
     if name in CRASH_ARIES and not is_installed("lpg"):
@@ -72,9 +72,7 @@ def test_case_is_planned(name, capsys):
 @pytest.mark.parametrize("name", REFUSALS)
 def test_case_is_refused(name, capsys):
     assert (
-        invoke(
-            ["plan", str(FOLDER_PREFIX / name / "domain.pddl"), str(FOLDER_PREFIX / name / "problem.pddl")]
-        )
+        invoke(["plan", str(CASE_FOLDER / name / "domain.pddl"), str(CASE_FOLDER / name / "problem.pddl")])
         == 2
     )
     assert REFUSALS[name] in capsys.readouterr().err

@@ -323,7 +323,8 @@ class DdsNode(Node):
 
     def _announce_endpoints(self) -> None:
         """Announce the readers and writers of this node, so that tools such as `ros2 node info` show them."""
-        ((_, (_, (_, size))),) = self._definitions.find_fields(_GID_TYPE)  # 24 bytes until Humble, then 16
+        # the only field of a Gid is an array of bytes: 24 bytes until Humble, then 16
+        ((_field, (_kind, (_byte_type, size))),) = self._definitions.find_fields(_GID_TYPE)
 
         def make_gid(entity: Entity) -> Mapping[str, Any]:
             return {"data": entity.guid.bytes.ljust(size, b"\0")}

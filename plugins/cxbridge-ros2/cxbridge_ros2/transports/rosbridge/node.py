@@ -159,16 +159,16 @@ class RosbridgeNode(Node):
     # --- incoming messages --------------------------------------------------------------------------------
 
     def _handle_message(self, op: Operation) -> None:
-        for name, callback in list(self._subscriptions.get(op.get("topic", ""), ())):
-            callback(self._codec.from_json(name, op.get("msg")))
+        for type_name, callback in list(self._subscriptions.get(op.get("topic", ""), ())):
+            callback(self._codec.from_json(type_name, op.get("msg")))
 
     def _handle_response(self, op: Operation) -> None:
         call = self._pending_calls.pop(str(op.get("id")), None)
         if call is None:
             return
-        name, on_response, on_failure = call
+        type_name, on_response, on_failure = call
         if op.get("result", True):
-            on_response(self._codec.from_json(name.derive("Response"), op.get("values")))
+            on_response(self._codec.from_json(type_name.derive("Response"), op.get("values")))
         else:
             on_failure(str(op.get("values")))
 
@@ -176,14 +176,14 @@ class RosbridgeNode(Node):
         server = self._servers.get(op.get("service", ""))
         if server is None:
             return
-        name, handler = server
+        type_name, handler = server
         address = {key: op[key] for key in ("id", "service") if key in op}
 
         def reply(message: Mapping[str, Any]) -> None:
-            values = self._codec.to_json(name.derive("Response"), message)
+            values = self._codec.to_json(type_name.derive("Response"), message)
             self._connection.send({**address, "op": "service_response", "values": values, "result": True})
 
-        handler(self._codec.from_json(name.derive("Request"), op.get("args")), reply)
+        handler(self._codec.from_json(type_name.derive("Request"), op.get("args")), reply)
 
     def _handle_status(self, op: Operation) -> None:
         if op.get("level") in ("error", "warning"):

@@ -16,7 +16,7 @@ from cxbridge.errors import ClipsError, TransformError
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, show
 from cxbridge.rights import Right
 from cxbridge.space.tf.buffer import TransformBuffer
-from cxbridge_ros2.frames import TF_MESSAGE_TYPE, decode_transform
+from cxbridge_ros2.frames import FRAME_TOPICS, TF_MESSAGE_TYPE, decode_transform
 from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2cx.cx.ros.plugin import HandleTable, RosPlugin
 from cxbridge_ros2cx.refresh import RefreshTimer
@@ -35,8 +35,6 @@ _SLOTS: Final = (
 )
 # the start of a separate range of addresses, as HandleTable requires
 _FIRST_ADDRESS: Final = 0x5300_0000_1000
-# each topic, its QoS profile, and whether its frames are static
-_TOPICS: Final = (("/tf", "tf", False), ("/tf_static", "tf_static", True))
 
 
 class _PeriodicLookup(Struct, eq=False):
@@ -63,7 +61,7 @@ class Tf2PoseTrackerPlugin(RosPlugin):
         """Subscribe to the transforms."""
         self._buffer = TransformBuffer()
         self._lookups: HandleTable[_PeriodicLookup] = HandleTable("timer", _FIRST_ADDRESS)
-        for topic, profile, is_static in _TOPICS:
+        for topic, profile, is_static in FRAME_TOPICS:
             self.ros.node.subscribe(
                 topic,
                 TF_MESSAGE_TYPE,
