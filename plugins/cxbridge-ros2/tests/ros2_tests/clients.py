@@ -55,8 +55,8 @@ class LifecycleClient(Closing):
         """Request the state, and pass the state to ``done``."""
 
         def receive(response: Message) -> None:
-            found = response["current_state"]["id"]
-            done(LifecycleState(found) if found in list(LifecycleState) else LifecycleState.UNKNOWN)
+            state_id = response["current_state"]["id"]
+            done(LifecycleState(state_id) if state_id in list(LifecycleState) else LifecycleState.UNKNOWN)
 
         self._state.call({}, receive)
 

@@ -28,7 +28,7 @@ needs_ros = pytest.mark.skipif(not SETUP, reason="ROS2_SETUP names no folder wit
 
 
 def _slot() -> int:
-    """Return one of twelve numbers: each worker of a run has a different number, and so have most runs."""
+    """Return one of twelve numbers: each worker of a run and most runs have different numbers."""
     worker, run = (os.environ.get(f"PYTEST_XDIST_{each}") for each in ("WORKER", "TESTRUNUID"))
     if worker is None or run is None:
         return os.getpid() % 12
@@ -156,18 +156,18 @@ def wait_for_port(port: int) -> None:
     wait_until(is_open, lambda: time.sleep(0.1))
 
 
-def wait_until(done: Callable[[], Any], *polls: Callable[[], object], limit_s: float = 45.0) -> None:
+def wait_until(condition: Callable[[], Any], *polls: Callable[[], object], limit_s: float = 45.0) -> None:
     """Poll until a condition is true."""
     end_s = time.monotonic() + limit_s
-    while not done():
+    while not condition():
         assert time.monotonic() < end_s, "the condition stayed false for too long"
         for poll in polls:
             poll()
 
 
-def poll_until(node: Node, done: Callable[[], Any], limit_s: float = 45.0) -> None:
+def poll_until(node: Node, condition: Callable[[], Any], limit_s: float = 45.0) -> None:
     """Poll a node until a condition is true."""
-    wait_until(done, lambda: node.poll(0.05), limit_s=limit_s)
+    wait_until(condition, lambda: node.poll(0.05), limit_s=limit_s)
 
 
 @pytest.fixture(scope="module", params=["ours", pytest.param("rclpy", marks=needs_ros)])

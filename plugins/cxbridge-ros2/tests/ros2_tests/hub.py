@@ -133,11 +133,11 @@ class World:
                 each.loop()
             self.clock.sleep_until(self.clock.now_us() + LOOP_US)
 
-    def wait_until(self, done: Callable[[], Any], limit_s: float = 20.0) -> None:
+    def wait_until(self, condition: Callable[[], Any], limit_s: float = 20.0) -> None:
         """Loop until a condition is true."""
         end_us = self.clock.now_us() + round(limit_s * 1e6)
         real_end = time.monotonic() + limit_s
-        while not done():
+        while not condition():
             self.loop()
             assert self.clock.now_us() < end_us, [each.lines for each in self.sides]
             assert time.monotonic() < real_end, [each.lines for each in self.sides]
@@ -205,7 +205,7 @@ class HubPeer:
     def receive(self, kind: MessageKind, node: str = "", limit_s: float = 20.0) -> HubMessage:
         """Loop until a message arrives, and return the message; drop this and all earlier messages."""
 
-        def found() -> list[int]:
+        def find_numbers() -> list[int]:
             self.node.poll()
             return [
                 number
@@ -213,8 +213,8 @@ class HubPeer:
                 if message.kind == kind and node in ("", message.node)
             ]
 
-        self.world.wait_until(found, limit_s)
-        number = found()[0]
+        self.world.wait_until(find_numbers, limit_s)
+        number = find_numbers()[0]
         message = self.messages[number]
         del self.messages[: number + 1]
         return message

@@ -84,9 +84,9 @@ def test_diagnostics_have_components_of_daemon(node: Node, daemon: Daemon):
     got: list[Any] = []
     node.subscribe("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", got.append)
     poll_until(node, lambda: got)
-    found = {each["name"]: (each["level"], each["message"]) for each in got[-1]["status"]}
-    assert found["robot: ros2-node"] == (0, "active")
-    assert {f"robot: {each.name}" for each in daemon.lifecycle.status()} == {*found}
+    status_by_name = {each["name"]: (each["level"], each["message"]) for each in got[-1]["status"]}
+    assert status_by_name["robot: ros2-node"] == (0, "active")
+    assert {f"robot: {each.name}" for each in daemon.lifecycle.status()} == {*status_by_name}
 
 
 def test_shutdown_transition_ends_daemon(node: Node, daemon: Daemon, client: LifecycleClient):

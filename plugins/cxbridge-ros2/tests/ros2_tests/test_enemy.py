@@ -95,10 +95,10 @@ def test_daemon_survives_garbage_on_topics_and_services(domain: int, tmp_path: P
             *topics
         }
         for topic, kind in sorted(topics.items()):
-            found = _DDS_TYPE.fullmatch(kind)
-            if found is None or topic == "ros_discovery_info" or "change_state" in topic:
+            match = _DDS_TYPE.fullmatch(kind)
+            if match is None or topic == "ros_discovery_info" or "change_state" in topic:
                 continue  # a transition may end the daemon, which is correct
-            name = TypeName(found[1], found[2], found[3])
+            name = TypeName(match[1], match[2], match[3])
             writer = node._open_writer(topic, name, PROFILES["tf_static" if "static" in topic else "default"])
             head = b"" if topic.startswith("rt/") else generator.random.randbytes(8) + bytes(8)
             for _ in range(ROUNDS):

@@ -314,45 +314,48 @@ def test_skill_is_cancelled_after_timeout(world: LocalWorld, protocol: str, hub_
 
 # --- configurations ---------------------------------------------------------------------------------------
 
-WRONG_CALLERS = {
+INVALID_CALLERS = {
     "no skills": ("", "PlanSys2Skills has no skills"),
-    "an unknown key": (", skills: {move: {argument: 1}}", "the skill move has no setting 'argument'"),
-    "a time": (", skills: {move: {timeout: no}}", "must be a positive number of seconds"),
-    "a namespace": (", skills: [move], namespace: robot1", "is not an absolute name"),
+    "unknown key": (", skills: {move: {argument: 1}}", "the skill move has no setting 'argument'"),
+    "timeout": (", skills: {move: {timeout: no}}", "must be a positive number of seconds"),
+    "relative namespace": (", skills: [move], namespace: robot1", "is not an absolute name"),
 }
 
 
-@pytest.mark.parametrize("case", WRONG_CALLERS)
+@pytest.mark.parametrize("case", INVALID_CALLERS)
 def test_invalid_caller_settings_are_refused(world: LocalWorld, case: str):
-    setting, words = WRONG_CALLERS[case]
+    setting, message = INVALID_CALLERS[case]
     text = CALLER.replace(", skills: [move, wave]", setting)
-    with pytest.raises(CxbridgeError, match=words) as caught:
+    with pytest.raises(CxbridgeError, match=message) as caught:
         world.add_side(text, CLASS=CALLERS["plansys2"])
     assert caught.value.file is not None
 
 
-WRONG_PERFORMERS = {
+INVALID_PERFORMERS = {
     "no protocol": ("agent: robot2, actions: [move]", "has the unknown protocol ''"),
-    "another protocol": ("protocol: plansys3, actions: [move]", "did you mean plansys2"),
+    "misspelt protocol": ("protocol: plansys3, actions: [move]", "did you mean plansys2"),
     "no actions": ("protocol: plansys2", "has no actions"),
-    "which agent": ("protocol: plansys2, actions: [move]", "the performer hub must name an agent"),
-    "no agent": ("protocol: plansys2, actions: [move], agent: robot3", "serves the unknown agent 'robot3'"),
-    "an unknown key": ("protocol: plansys2, action: [move]", "did you mean actions"),
-    "an action's key": ("protocol: plansys2, actions: {move: {names: [a]}}", "has no setting 'names'"),
-    "a template": (
+    "ambiguous agent": ("protocol: plansys2, actions: [move]", "the performer hub must name an agent"),
+    "unknown agent": (
+        "protocol: plansys2, actions: [move], agent: robot3",
+        "serves the unknown agent 'robot3'",
+    ),
+    "unknown key": ("protocol: plansys2, action: [move]", "did you mean actions"),
+    "unknown key of action": ("protocol: plansys2, actions: {move: {names: [a]}}", "has no setting 'names'"),
+    "invalid template": (
         "protocol: plansys2, actions: {move: {call: 'go{to=?(to)x}'}}",
         r"the call of the action move: .*is kept as text",
     ),
 }
 
 
-@pytest.mark.parametrize("case", WRONG_PERFORMERS)
+@pytest.mark.parametrize("case", INVALID_PERFORMERS)
 def test_invalid_performer_settings_are_refused_with_place(case: str, tmp_path: Any):
-    settings, words = WRONG_PERFORMERS[case]
+    settings, message = INVALID_PERFORMERS[case]
     config = Configuration.from_text(
         f"ros2:\n  performers:\n    hub: {{{settings}}}\n", str(tmp_path / "a.yaml")
     )
-    agents = ["robot1", "robot2"] if case == "which agent" else ["robot2"]
-    with pytest.raises(CxbridgeError, match=words) as caught:
+    agents = ["robot1", "robot2"] if case == "ambiguous agent" else ["robot2"]
+    with pytest.raises(CxbridgeError, match=message) as caught:
         read_performer_settings(config, agents, tmp_path)
     assert caught.value.line == 3

@@ -103,8 +103,8 @@ def test_our_executive_commands_cpp_performers(
     for place in "abcdef":  # each performer still answers after a rejection
         assert world.wait_for_ends(caller.request_skill("move", place)) == [SUCCEEDED]
     lines = read_output(process)
-    done = [" ".join(line.split()[2:]) for line in lines if "performs" in line]
-    assert done == ["r2 hall", "fail", "long", *"abcdef"], lines
+    arguments = [" ".join(line.split()[2:]) for line in lines if "performs" in line]
+    assert arguments == ["r2 hall", "fail", "long", *"abcdef"], lines
     assert sum("cancelled" in line for line in lines) == 1
 
 
@@ -143,13 +143,13 @@ def test_our_skills_serve_cpp_executor(world: World, protocol: str, start_caller
     performer = world.add_side(PERFORMER, PROTOCOL=protocol)
     process = start_caller("move,r2,hall", "wave,fail", "move,long", "move,a", "wave,b", "move,c")
     world.wait_until(lambda: process.poll() is not None, LIMIT_S)
-    found: list[dict[str, Any]] = json.loads(process.communicate()[0])
-    states = [(each["state"], each["status"]) for each in found]
+    results: list[dict[str, Any]] = json.loads(process.communicate()[0])
+    states = [(each["state"], each["status"]) for each in results]
     cancelled = ("CANCELLED", "") if protocol == "plansys2" else ("FAILURE", "CANCELLED")
     succeeded = ("SUCCESS", "arrived")
     assert states == [succeeded, ("FAILURE", "door closed"), cancelled, succeeded, succeeded, succeeded]
-    assert [each["performer"] for each in found[:2]] == ["ours_move", "ours_wave"]
-    assert all(each["feedback"] for each in found)
+    assert [each["performer"] for each in results[:2]] == ["ours_move", "ours_wave"]
+    assert all(each["feedback"] for each in results)
     assert "move was stopped" in performer.lines
 
 
@@ -192,8 +192,8 @@ def test_daemon_serves_cpp_executor(protocol: str, start_caller: StartCaller, tm
     daemon = subprocess.Popen([sys.executable, "-m", "cxbridge", "daemon", str(file)], cwd=ROOT)
     try:
         process = start_caller("move,a", "move,b")
-        found = json.loads(process.communicate(timeout=LIMIT_S)[0])
-        assert [each["state"] for each in found] == ["SUCCESS", "SUCCESS"]
+        results = json.loads(process.communicate(timeout=LIMIT_S)[0])
+        assert [each["state"] for each in results] == ["SUCCESS", "SUCCESS"]
     finally:
         daemon.terminate()
         assert daemon.wait(20) == 0

@@ -63,8 +63,8 @@ def start_run(folder: Path, domain: int, topics: str) -> Iterator[Run]:
         yield run
 
 
-def loop_until(run: Run, node: Node | None, done: Callable[[], Any], limit_s: float = 10.0) -> None:
-    wait_until(done, run.loop.run_once, *([node.poll] if node is not None else []), limit_s=limit_s)
+def loop_until(run: Run, node: Node | None, condition: Callable[[], Any], limit_s: float = 10.0) -> None:
+    wait_until(condition, run.loop.run_once, *([node.poll] if node is not None else []), limit_s=limit_s)
 
 
 def test_topic_gets_each_write(tmp_path: Path, domain: int, node: Node):
@@ -90,7 +90,7 @@ def test_topic_gets_each_write(tmp_path: Path, domain: int, node: Node):
         battery.close()
 
 
-def test_writes_are_converted_to_other_message_type(tmp_path: Path, domain: int, node: Node):
+def test_writes_are_converted_to_configured_message_type(tmp_path: Path, domain: int, node: Node):
     got: list[Any] = []
     node.subscribe("/robot1/battery", "sensor_msgs/msg/BatteryState", got.append)
     topics = (
@@ -159,13 +159,13 @@ def test_all_interface_types_are_copied_between_runs(tmp_path: Path, domain: int
     with (
         start_run(
             tmp_path / "a", domain, "    all: {interface: '*::Copied', qos: latched, DOMAIN}\n"
-        ) as here,
-        start_run(tmp_path / "b", domain, writes) as there,
+        ) as source,
+        start_run(tmp_path / "b", domain, writes) as target,
     ):
         written, read = {}, {}
         for name in INTERFACE_TYPES:
-            writer = written[name] = here.board.open_for_writing(name, "Copied")
-            read[name] = there.board.open_for_reading(name, "Copied")
+            writer = written[name] = source.board.open_for_writing(name, "Copied")
+            read[name] = target.board.open_for_reading(name, "Copied")
             for field in writer.SCHEMA.fields:
                 writer.set(field.name, make_value(field, rng))
 
@@ -177,10 +177,10 @@ def test_all_interface_types_are_copied_between_runs(tmp_path: Path, domain: int
         def equal() -> bool:
             for each in written.values():
                 each.write()
-            there.loop.run_once()
+            target.loop.run_once()
             return not find_differences()
 
-        loop_until(here, None, equal, limit_s=30)
+        loop_until(source, None, equal, limit_s=30)
         for each in (*written.values(), *read.values()):
             each.close()
 
@@ -240,9 +240,9 @@ def test_goal_executes_skill_string(tmp_path: Path, domain: int, node: Node):
         run_skiller_daemon(tmp_path, domain) as daemon,
         ActionClient(node, "/skiller/execute", EXEC_SKILL_TYPE) as client,
     ):
-        done = execute(node, client, 'say{text="hello", wait=true}')
-        assert (done.status, done.result) == (GoalStatus.SUCCEEDED, {"success": True, "error": ""})
-        assert done.feedback == {"status": "S_RUNNING"}
+        succeeded = execute(node, client, 'say{text="hello", wait=true}')
+        assert (succeeded.status, succeeded.result) == (GoalStatus.SUCCEEDED, {"success": True, "error": ""})
+        assert succeeded.feedback == {"status": "S_RUNNING"}
         failed = execute(node, client, "fly{}")
         assert failed.status is GoalStatus.ABORTED
         assert failed.result is not None
@@ -274,12 +274,12 @@ def test_rclpy_reads_interfaces_and_executes_skills(tmp_path: Path, domain: int)
     topics = f"interfaces: {{skiller: {{interface: SkillerInterface, qos: latched, {place}}}}}"
     file.write_text(f"{quiet}ros2: {{skiller: {{{place}}}, {topics}}}\n")
     with running(DaemonOptions(config=file)):
-        done = subprocess.run(
+        result = subprocess.run(
             make_ros_python_command(str(HERE / "with_rclpy/skiller_user.py"), str(domain + 11)),
             capture_output=True,
             text=True,
             timeout=60,
             check=False,
         )
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.splitlines() == ["4 True ", "6 False ", 'say{text="hello", wait=true}']
+    assert (result.returncode, result.stderr) == (0, "")
+    assert result.stdout.splitlines() == ["4 True ", "6 False ", 'say{text="hello", wait=true}']

@@ -59,8 +59,8 @@ def lifecycle(node: Node, managed: str) -> LifecycleClient:
 
 def test_client_gets_values_of_parameters(node: Node, parameters: ParameterClient):
     requested = ["speed", "names", "limits.low", "works"]
-    found = wait_for_answer(node, lambda done: parameters.get(requested, done))
-    assert found == {"speed": 1.5, "names": ["a", "b"], "limits.low": 3, "works": True}
+    result = wait_for_answer(node, lambda done: parameters.get(requested, done))
+    assert result == {"speed": 1.5, "names": ["a", "b"], "limits.low": 3, "works": True}
     assert wait_for_answer(node, lambda done: parameters.get(["speed", "none"], done)) == {}
 
 
@@ -79,15 +79,15 @@ def test_unsettable_parameters_are_refused_with_reason(node, parameters, name, v
     ],
 )
 def test_names_are_limited_by_prefix_and_depth(node, parameters, prefixes, depth, names):
-    found = wait_for_answer(node, lambda done: parameters.list(done, prefixes, depth))
+    result = wait_for_answer(node, lambda done: parameters.list(done, prefixes, depth))
     standard_names = {"use_sim_time", "start_type_description_service"}  # parameters of each node of ROS
-    assert set(found) - standard_names == names
+    assert set(result) - standard_names == names
 
 
 def test_client_leads_node_through_lifecycle(node: Node, lifecycle: LifecycleClient):
     def change(name: str) -> tuple[bool, LifecycleState]:
-        done = wait_for_answer(node, lambda done: lifecycle.change(name, done))
-        return done, wait_for_answer(node, lifecycle.state)
+        succeeds = wait_for_answer(node, lambda done: lifecycle.change(name, done))
+        return succeeds, wait_for_answer(node, lifecycle.state)
 
     transitions: list[tuple[str, str, str]] = []
     node.subscribe(
@@ -124,7 +124,7 @@ def call_service(node: Node, service: str, kind: str) -> Any:
 
 def test_transition_graph_equals_that_of_ros(node: Node, managed: str, lifecycle: LifecycleClient):
     response = call_service(node, "get_transition_graph", "GetAvailableTransitions")
-    found = {
+    result = {
         (
             each["transition"]["id"],
             each["transition"]["label"],
@@ -133,9 +133,9 @@ def test_transition_graph_equals_that_of_ros(node: Node, managed: str, lifecycle
         )
         for each in response["available_transitions"]
     }
-    assert len(found) == 7 + 6 * 3
-    assert (1, "configure", "unconfigured", "configuring") in found
-    assert (61, "transition_failure", "errorprocessing", "finalized") in found
+    assert len(result) == 7 + 6 * 3
+    assert (1, "configure", "unconfigured", "configuring") in result
+    assert (61, "transition_failure", "errorprocessing", "finalized") in result
     response = call_service(node, "get_available_states", "GetAvailableStates")
     assert {(each["id"], each["label"]) for each in response["available_states"]} == {
         (int(state), state.name.lower()) for state in LifecycleState
@@ -155,7 +155,7 @@ def test_rclpy_uses_our_parameters_and_lifecycle(domain: int):
     """The clients are those of `ros2 param` and `ros2 lifecycle`."""
     with run_module("ros2_tests.managed"):
         script = str(HERE / "with_rclpy/manager.py")
-        done = subprocess.run(
+        process = subprocess.run(
             make_ros_python_command(script),
             capture_output=True,
             text=True,
@@ -163,8 +163,8 @@ def test_rclpy_uses_our_parameters_and_lifecycle(domain: int):
             timeout=60,
             env=os.environ,
         )
-    assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout) == {
+    assert process.returncode == 0, process.stderr
+    assert json.loads(process.stdout) == {
         "names": ["fixed", "limits.deep.high", "limits.low", "names", "speed", "works"],
         "types": [3, 9, 2],
         "described": [["speed", 3, True], ["fixed", 4, True]],

@@ -35,8 +35,8 @@ TYPE_DEFINITIONS = [name for name in DEFINITIONS.find_names() if "/msg/" in name
 @given(st.sampled_from(TYPE_DEFINITIONS), st.randoms(use_true_random=False))
 def test_decoded_message_equals_encoded_message(name: str, random: Random):
     message = MessageGenerator(DEFINITIONS, random).make_message(parse_type(name))
-    found = CODEC.decode(parse_type(name), CODEC.encode(parse_type(name), message))
-    assert repr(found) == repr(message)  # as texts, since NaN is not equal to NaN
+    decoded = CODEC.decode(parse_type(name), CODEC.encode(parse_type(name), message))
+    assert repr(decoded) == repr(message)  # as texts, since NaN is not equal to NaN
 
 
 @needs_ros
@@ -47,7 +47,7 @@ def test_rclpy_reads_our_data_and_writes_same_data():
         for name in TYPE_DEFINITIONS
         for _ in range(2)
     ]
-    done = subprocess.run(
+    result = subprocess.run(
         make_ros_python_command(str(HERE / "with_rclpy/cdr.py")),
         input=json.dumps(cases),
         capture_output=True,
@@ -55,7 +55,7 @@ def test_rclpy_reads_our_data_and_writes_same_data():
         timeout=120,
         check=True,
     )
-    answers = json.loads(done.stdout)
+    answers = json.loads(result.stdout)
     known = [(case, answer) for case, answer in zip(cases, answers, strict=True) if answer is not None]
     assert len(known) > 100
     for (name, ours), real in known:
@@ -66,7 +66,7 @@ def test_rclpy_reads_our_data_and_writes_same_data():
 
 
 def test_data_after_message_are_ignored():
-    """rclpy with Fast DDS adds such data: it aligns empty arrays."""
+    """rclpy with Fast DDS adds such data for the alignment of empty arrays."""
     name = parse_type("std_msgs/msg/Float64MultiArray")
     real = bytes.fromhex("0001000000000000000000000000000079000000")
     assert CODEC.decode(name, real) == CODEC.decode(name, CODEC.encode(name, {}))
@@ -83,12 +83,12 @@ def test_byte_is_unsigned(level: int):
 
 
 def test_omitted_fields_have_defaults():
-    found = CODEC.decode(POSE, CODEC.encode(POSE, {"pose": {"position": {"x": 1}}}))
-    assert found["pose"] == {
+    decoded = CODEC.decode(POSE, CODEC.encode(POSE, {"pose": {"position": {"x": 1}}}))
+    assert decoded["pose"] == {
         "position": {"x": 1.0, "y": 0.0, "z": 0.0},
         "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
     }
-    assert found["header"] == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
+    assert decoded["header"] == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
 
 
 INVALID_VALUES: dict[str, tuple[str, Any, str]] = {

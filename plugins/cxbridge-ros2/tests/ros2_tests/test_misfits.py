@@ -121,8 +121,8 @@ def test_compatible_endpoints_report_nothing(join: Join):
 def test_missing_server_is_explained(join: Join, domain: int):
     ours, _ = join()
     client = ours.create_client("/beep", "std_srvs/srv/Trigger")
-    here = f"the domain {domain + 12} on this host (reach: subnet includes further hosts)"
-    assert client.explain_missing_server() == f"there is no other node in {here}"
+    scope = f"the domain {domain + 12} on this host (reach: subnet includes further hosts)"
+    assert client.explain_missing_server() == f"there is no other node in {scope}"
     theirs, _ = join()
     end = theirs.serve("/beeep", "std_srvs/srv/Trigger", lambda _request: {})
     poll_until(ours, client.explain_missing_server)

@@ -39,7 +39,7 @@ def run_in_ros(*command: str, timeout_s: float = 60) -> subprocess.CompletedProc
 
 @needs_ros
 def test_rclpy_passes_tests_of_all_transports(domain: int):
-    done = run_in_ros(
+    result = run_in_ros(
         *(
             "-m",
             "pytest",
@@ -51,11 +51,11 @@ def test_rclpy_passes_tests_of_all_transports(domain: int):
         *("-k", "rclpy and not real and not dds and not rosbridge" + (" and message" if FAST else "")),
         timeout_s=240,
     )
-    assert done.returncode == 0, done.stdout
+    assert result.returncode == 0, result.stdout
     if FAST:
         return  # services do not work between Fast DDS and the peer, which uses the wheel of Cyclone DDS
-    assert "skipped" not in done.stdout, domain
-    assert done.stdout.count(".") > 10
+    assert "skipped" not in result.stdout, domain
+    assert result.stdout.count(".") > 10
 
 
 @unsourced
@@ -172,8 +172,8 @@ LATER = """
 @needs_ros
 @pytest.mark.parametrize("script", [SETTINGS, ENDS, LATER], ids=["settings", "ends", "later"])
 def test_scripts_in_sourced_environment(script: str):
-    done = run_in_ros("-c", textwrap.dedent(script))
-    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    result = run_in_ros("-c", textwrap.dedent(script))
+    assert (result.returncode, result.stderr) == (0, ""), result.stderr
 
 
 @needs_ros
@@ -189,8 +189,8 @@ def test_types_that_differ_from_environment_are_refused(tmp_path: Path):
         file.write_text(text)
         package = name.partition("/")[0]
         (tmp_path / package / "package.xml").write_text(f"<package><name>{package}</name></package>")
-    done = run_in_ros("-c", textwrap.dedent(FIELDS), str(tmp_path))
-    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    result = run_in_ros("-c", textwrap.dedent(FIELDS), str(tmp_path))
+    assert (result.returncode, result.stderr) == (0, ""), result.stderr
 
 
 @needs_ros

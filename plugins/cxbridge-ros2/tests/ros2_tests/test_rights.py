@@ -101,22 +101,22 @@ class Session:
         publisher.publish(message)
         refusal = f"refused: {topic}:"
         self.wait_until(lambda: happened() or any(refusal in line for line in self.lines))
-        done = bool(happened())
-        assert done is not any(refusal in line for line in self.lines)
+        has_happened = bool(happened())
+        assert has_happened is not any(refusal in line for line in self.lines)
         publisher.close()
-        return done
+        return has_happened
 
 
 def _lifecycle(session: Session, frame: str) -> bool:
     kind = f"lifecycle_msgs/srv/{_KINDS.get(frame, ''.join(map(str.capitalize, frame.split('_'))))}"
     if frame != "change_state":
         return any(session.call(f"/robot/{frame}", kind).values())
-    done = [
+    successes = [
         session.call(f"/robot/{frame}", kind, {"transition": {"label": label}})["success"]
         for label in ("deactivate", "activate")
     ]
     assert session.daemon.state == "RUNNING"
-    return all(done)
+    return all(successes)
 
 
 _KINDS = {"get_transition_graph": "GetAvailableTransitions"}

@@ -83,7 +83,7 @@ def test_unreachable_bridge_is_reported_with_hint(url: str):
     assert caught.value.hint
 
 
-def test_server_of_other_protocol_is_reported():
+def test_http_server_is_refused_as_bridge():
     with HTTPServer(("127.0.0.1", 0), BaseHTTPRequestHandler) as server:
         thread = threading.Thread(target=server.handle_request)
         thread.start()
@@ -92,7 +92,7 @@ def test_server_of_other_protocol_is_reported():
         thread.join()
 
 
-def test_node_registers_endpoints_again_after_reconnection(server: ScriptedServer, node: RosbridgeNode):
+def test_node_restores_endpoints_after_reconnection(server: ScriptedServer, node: RosbridgeNode):
     node.subscribe("/a", "std_msgs/msg/String", lambda _: None)
     ended = node.subscribe("/b", "std_msgs/msg/String", lambda _: None)
     node.create_publisher("/c", "std_msgs/msg/String")

@@ -125,14 +125,14 @@ def test_run_uses_simulated_time(tmp_path: Path, domain: int, kind: str):
     more.write_text(f"ros2: {{clock: {{domain: {domain + 10}}}}}\n")
     command = [sys.executable, "-m", "cxbridge", "run", str(scenario), "--config", str(more)]
     with run_simulation(kind, domain + 10):
-        done = subprocess.run(
+        result = subprocess.run(
             [*command, "--clock", "ros2", "--json", "--trace", str(tmp_path / "run.mcap")],
             capture_output=True,
             text=True,
             check=False,
             timeout=60,
         )
-    assert done.returncode == 0, done.stderr
+    assert result.returncode == 0, result.stderr
     times = [each.time_us for each in open_run(tmp_path / "run.mcap") if isinstance(each, GoalTransition)]
     assert len(times) > 4
     assert all(time_us < 1000 * MICROSECONDS for time_us in times)  # simulations begin in 1970

@@ -303,18 +303,18 @@ def test_requests_and_messages_without_right_are_refused(node: Node, monkeypatch
 def test_rclpy_node_uses_our_endpoints(peer: str, transport: str):
     if transport != "dds":
         pytest.skip("only DDS reaches the peer")
-    done = subprocess.run(
+    process = subprocess.run(
         make_ros_python_command(str(HERE / "with_rclpy/user.py"), str(MESSAGE_COUNT)),
         capture_output=True,
         text=True,
         timeout=60,
         check=False,
     )
-    assert done.returncode == 0, done.stderr
-    found = json.loads(done.stdout)
-    assert found["got"] == [f"message {number}" for number in range(MESSAGE_COUNT)]
-    assert found["sums"] == list(range(1, MESSAGE_COUNT + 1))
-    goals = found["goals"]
+    assert process.returncode == 0, process.stderr
+    results = json.loads(process.stdout)
+    assert results["got"] == [f"message {number}" for number in range(MESSAGE_COUNT)]
+    assert results["sums"] == list(range(1, MESSAGE_COUNT + 1))
+    goals = results["goals"]
     assert goals["done"] | {"feedback": 4} == {
         "accepted": True,
         "status": 4,
@@ -325,8 +325,8 @@ def test_rclpy_node_uses_our_endpoints(peer: str, transport: str):
     assert goals["rejected"] == {"accepted": False}
     cancelled = goals["cancelled"]
     assert (goals["aborted"]["status"], cancelled["status"], cancelled["cancel"]) == (6, 5, 0)
-    assert "peer" in found["nodes"]
-    types = found["types"] | found["of_peer"] | found["services_of_peer"]
+    assert "peer" in results["nodes"]
+    types = results["types"] | results["of_peer"] | results["services_of_peer"]
     assert (
         types.items()
         >= {
@@ -335,7 +335,7 @@ def test_rclpy_node_uses_our_endpoints(peer: str, transport: str):
             "/add": ["example_interfaces/srv/AddTwoInts"],
         }.items()
     )
-    assert not done.stderr, f"{peer}: {done.stderr}"
+    assert not process.stderr, f"{peer}: {process.stderr}"
 
 
 def test_domain_is_closed_with_last_node(domain: int):
@@ -431,7 +431,7 @@ def test_endpoint_added_during_count_is_counted():
     assert list_matched_handles(Mock(side_effect=[IndexError("invalid index"), [1, 2]])) == [1, 2]
 
 
-def test_cancel_before_acceptance_is_sent_again(server: DdsNode, requester: DdsNode):
+def test_cancel_before_acceptance_is_repeated(server: DdsNode, requester: DdsNode):
     replies: Replies = []
     codes: list[int] = []
 

@@ -1,4 +1,4 @@
-"""The parts of a run with ``--ros2cx``, looked at when its agent is loaded."""
+"""The files, functions and constructs of a run with ``--ros2cx`` after the load of the agent."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from cxbridge.run.program.plain_options import options_from_keywords
 from tests.support import ROS2CX_DIR
 
 LOOPS = 2
-"""The number of loops after which the agent is loaded."""
+"""The number of loops that load the agent."""
 
 KINDS = ("defrule", "deftemplate", "deffunction", "defglobal", "deffacts")
-"""Kinds of constructs; their lists are compared."""
+"""The compared kinds of constructs."""
 
 
 @dataclass
 class Inside:
-    """The parts of a run.
+    """The files, functions and constructs of a run.
 
-    :param files: the CLIPS files in the order in which they were loaded, and whether as a batch.
-    :param functions: least and greatest number of arguments of each function of a feature.
+    :param files: the CLIPS files in load order, and whether each file is a batch.
+    :param functions: the minimum and maximum number of arguments of each function of a feature.
     :param constructs: names, by kind.
     """
 
@@ -38,26 +38,26 @@ class Inside:
 def look_inside(
     spec: str, config: Path | None = None, look: Callable[[ClipsEnvironment], None] = lambda _env: None
 ) -> Inside:
-    """Run a spec until its agent is loaded."""
-    found = Inside()
+    """Run a spec until the agent is loaded."""
+    inside = Inside()
 
-    def note(event: Event) -> None:
+    def record_source(event: Event) -> None:
         assert isinstance(event, SourceRead)
         if event.role == "clips":
-            found.files.append((Path(event.name), event.details["how"] == "batch"))
+            inside.files.append((Path(event.name), event.details["how"] == "batch"))
         elif event.role == "function":
-            found.functions[event.name] = int(event.details["minimum"]), int(event.details["maximum"])
+            inside.functions[event.name] = int(event.details["minimum"]), int(event.details["maximum"])
 
     def attach(agent: Run) -> None:
         env = agent.executive.env
-        found.files += [(file, False) for file in env.loader.files]  # the library
-        agent.bus.subscribe(note, SourceRead)
+        inside.files += [(file, False) for file in env.loader.files]  # files of the library
+        agent.bus.subscribe(record_source, SourceRead)
         loops = iter(range(LOOPS))
 
         def step() -> None:
-            if next(loops, None) is None and not found.constructs:
+            if next(loops, None) is None and not inside.constructs:
                 for kind in KINDS:
-                    found.constructs[kind] = names_of(env, kind)
+                    inside.constructs[kind] = find_names(env, kind)
                 look(env)
                 agent.loop.stop()
 
@@ -66,12 +66,12 @@ def look_inside(
     run_scenario(
         options_from_keywords(None, ros2cx=ROS2CX_DIR, spec=spec, config=config, timeout=40.0), None, attach
     )
-    assert found.constructs, "the agent was not loaded"
-    return found
+    assert inside.constructs, "the agent was not loaded"
+    return inside
 
 
-def names_of(env: ClipsEnvironment, kind: str) -> frozenset[str]:
-    """The names of all constructs of a kind."""
+def find_names(env: ClipsEnvironment, kind: str) -> frozenset[str]:
+    """Return the names of all constructs of a kind."""
     value = env.eval(f"(get-{kind}-list MAIN)")
     assert isinstance(value, tuple)
     return frozenset(map(str, value))

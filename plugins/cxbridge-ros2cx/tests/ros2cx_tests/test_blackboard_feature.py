@@ -1,4 +1,4 @@
-"""The original's feature ``blackboard``: a template without hash and serial, facts for one run of rules."""
+"""The feature ``blackboard`` of the original, and its differences from Fawkes."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def _bench(tmp_path):
     bench.manager.close()
 
 
-def test_what_is_opened_is_told_without_hash_and_serial(bench):
+def test_fact_of_opened_interface_lacks_hash_and_serial(bench):
     for function in ("blackboard-open", "blackboard-open-reading"):
         bench.env.eval(f'({function} "PddlGenInterface" "gen")')
     assert bench.facts("blackboard-interface") == [
@@ -60,8 +60,8 @@ def test_what_is_opened_is_told_without_hash_and_serial(bench):
     ]
 
 
-def test_a_fact_lives_for_one_run_of_the_rules(bench):
-    """The original's feature has retract-early on, Fawkes' has it off."""
+def test_data_fact_is_retracted_after_run_of_rules(bench):
+    """The feature of the original enables retract-early, in contrast to Fawkes."""
     bench.env.eval('(blackboard-open "TestInterface" "T")')
     with bench.board.open_for_writing("TestInterface", "T") as writer:
         writer.test_int = 3
@@ -72,7 +72,7 @@ def test_a_fact_lives_for_one_run_of_the_rules(bench):
         assert bench.facts("TestInterface") == []
 
 
-def test_the_functions_that_differ_from_fawkes(bench):
+def test_functions_beyond_fawkes_are_defined(bench):
     bench.env.eval('(blackboard-preload "Position3DInterface")')
     bench.env.eval('(blackboard-open "TestInterface" "T")')
     bench.env.eval("(blackboard-get-info)")

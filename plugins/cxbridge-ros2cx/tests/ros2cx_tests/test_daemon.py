@@ -1,4 +1,4 @@
-"""A daemon with the executive of the thesis: the same options as a run, and all that clients can ask for."""
+"""A daemon with the executive of the thesis."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ FAST = ("clock", "scaled:20")
 ENV = "/api/cxbridge/environments/executive"
 
 
-def options(**more: Any) -> DaemonOptions:
-    given = {"ros2cx": ROS2CX_DIR, "spec": "test-nav2", "settings": QUIET} | more
-    return DaemonOptions(plugin_groups=tuple(take_plugin_options(given)), **given)
+def make_options(**changes: Any) -> DaemonOptions:
+    settings = {"ros2cx": ROS2CX_DIR, "spec": "test-nav2", "settings": QUIET} | changes
+    return DaemonOptions(plugin_groups=tuple(take_plugin_options(settings)), **settings)
 
 
-def wait_for(what: str, lines: list[str], start: int = 0) -> None:
-    """Wait until a line of the log has this."""
+def wait_for(pattern: str, lines: list[str], start: int = 0) -> None:
+    """Wait until a line of the log matches a pattern."""
     pause = threading.Event()
     for _ in range(1200):
-        if any(re.search(what, line) for line in lines[start:]):
+        if any(re.search(pattern, line) for line in lines[start:]):
             return
         pause.wait(0.05)
-    raise AssertionError(f"there is no {what}")
+    raise AssertionError(f"no line matches {pattern}")
 
 
 @needs_plugin("studio")
 @needs_plugin("web")
-def test_it_plans_and_moves_and_clients_see_it():
+def test_clients_see_plan_and_moves():
     from web_tests.support import serving
 
     with serving(
@@ -60,13 +60,13 @@ def test_it_plans_and_moves_and_clients_see_it():
         features = {feature["name"] for feature in client.get("/api/cxbridge/features").json}
         assert {"plansys2", "clips_pddl_parser", "skill_execution"} <= features
         wait_for("TESTGOAL.* completed", lines)
-        there = "(any-factp ((?f domain-fact)) (eq ?f:param-values (create$ tb3 wp_final)))"
-        assert client.ask("POST", f"{ENV}/eval", {"expression": there}).json["text"] == "TRUE"
+        at_goal = "(any-factp ((?f domain-fact)) (eq ?f:param-values (create$ tb3 wp_final)))"
+        assert client.ask("POST", f"{ENV}/eval", {"expression": at_goal}).json["text"] == "TRUE"
 
 
 @needs_plugin("web")
-def test_after_a_reset_it_begins_again_with_its_executors(tmp_path):
-    """The skill board is made again: the executors must be found on the new one."""
+def test_executors_serve_run_after_reset(tmp_path):
+    """A reset makes a new skill board, which must find the executors."""
 
     from web_tests.support import serving
 
@@ -78,8 +78,8 @@ def test_after_a_reset_it_begins_again_with_its_executors(tmp_path):
         "        self.log.info('the robot moves')\n"
         "        yield 0.5\n"
     )
-    more = tuple(take_plugin_options({"ros2cx": ROS2CX_DIR, "executors": (f"move={file}:Move",)}))
-    with serving((FAST,), plugin_groups=more, spec="test-nav2") as (_, client, lines):
+    groups = tuple(take_plugin_options({"ros2cx": ROS2CX_DIR, "executors": (f"move={file}:Move",)}))
+    with serving((FAST,), plugin_groups=groups, spec="test-nav2") as (_, client, lines):
         wait_for("TESTGOAL.* completed", lines)
         start = len(lines)
         assert client.ask("POST", "/api/cxbridge/reset").status == 200
@@ -89,7 +89,7 @@ def test_after_a_reset_it_begins_again_with_its_executors(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("more", "message"),
+    ("changes", "message"),
     [
         ({"config": Path()}, "--ros2cx cannot be combined with a scenario or --fawkes-dir"),
         ({"fawkes_dir": Path()}, "--ros2cx cannot be combined with a scenario or --fawkes-dir"),
@@ -100,6 +100,6 @@ def test_after_a_reset_it_begins_again_with_its_executors(tmp_path):
         ({"overlay": Path("nope")}, "shipped with cxbridge: goals,"),
     ],
 )
-def test_mistakes(more, message):
+def test_invalid_options_are_refused(changes, message):
     with pytest.raises(CxbridgeError, match=re.escape(message)):
-        Daemon(options(**more))
+        Daemon(make_options(**changes))

@@ -1,4 +1,4 @@
-"""The original's features `plansys2` and `skill_execution`, without its files."""
+"""The features `plansys2` and `skill_execution` of the original, without its files."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ TEMPLATES = """
 
 
 class Skills(FakeSkills):
-    """A skill board that the test plays, with dummies."""
+    """A fake skill board with dummies."""
 
     def ask(self, skill, parameters, agent, on_change, name=""):
         self.names = [*getattr(self, "names", []), name]
@@ -70,7 +70,7 @@ class Bench:
         assert self.env.load(tmp_path / "templates.clp")
         (tmp_path / "domain.pddl").write_text(domain)
         self.env.call("parse-pddl-domain", str(tmp_path / "domain.pddl"))
-        self.log.lines.clear()  # the domain has no deftemplates here
+        self.log.lines.clear()  # drops errors about missing templates of the domain
 
     def _remove(self):
         self.removed += 1
@@ -79,7 +79,7 @@ class Bench:
         return [tuple(fact[slot] for slot in slots) for _, _, fact in self.env.facts(template)]
 
     def feedback(self):
-        """Read, and take the received messages."""
+        """Read the skills, and remove and return the feedback."""
         self.env.call("call-skill-read")
         facts = self.facts("skill-feedback", "skill-id", "agent-id", "status", "error")
         self.env.eval("(do-for-all-facts ((?f skill-feedback)) TRUE (retract ?f))")
@@ -96,14 +96,14 @@ def bench(tmp_path):
     bench.manager.close()
 
 
-def know_the_world(env):
+def add_world(env):
     for name, kind in (("r2", "robot"), ("home", "place"), ("work", "place")):
         env.call("psys2-add-domain-instance", Symbol(name), Symbol(kind))
     env.call("psys2-add-domain-predicate", "(at r2 home)")
 
 
-def test_a_plan_comes_as_plan_then_actions_then_feedback(bench):
-    know_the_world(bench.env)
+def test_facts_of_plan_precede_actions_and_feedback(bench):
+    add_world(bench.env)
     bench.env.call("psys2-call-planner", Symbol("G"), "(and (at r2 work))", Symbol("P"))
     assert bench.facts("plan", "id", "goal-id", "type") == [("P", "G", "SEQUENTIAL")]
     slots = ("id", "goal-id", "plan-id", "action-name", "param-values")
@@ -116,8 +116,8 @@ def test_a_plan_comes_as_plan_then_actions_then_feedback(bench):
 @pytest.mark.parametrize(
     "goal", ["(and (at r2 nowhere))", "(and (flies r2))", "(and (at r2", "(not (at r2 home)"]
 )
-def test_a_goal_that_is_refused_fails(bench, goal):
-    know_the_world(bench.env)
+def test_refused_goal_gives_failed_plan(bench, goal):
+    add_world(bench.env)
     bench.env.call("psys2-call-planner", Symbol("G"), goal, Symbol("P"))
     assert bench.facts("pddl-plan-feedback", "status", "plan-id") == [("PLAN-FAILED", "P")]
     assert len(bench.errors()) == 1
@@ -133,37 +133,37 @@ def test_a_goal_that_is_refused_fails(bench, goal):
         ("psys2-add-domain-predicate", ("()",), "Unknown predicate: "),
     ],
 )
-def test_what_the_problem_expert_refuses(bench, function, arguments, message):
-    know_the_world(bench.env)
+def test_problem_expert_refuses_invalid_facts(bench, function, arguments, message):
+    add_world(bench.env)
     bench.env.call(function, *arguments)
     assert [message in error for error in bench.errors()] == [True]
 
 
-def call(env, skill_id="move_gen1", agent=""):
+def call_skill(env, skill_id="move_gen1", agent=""):
     env.call("call-skill-execution", Symbol(skill_id), Symbol("move"), "r2 home work", "", agent)
 
 
 @pytest.mark.parametrize(("state", "error"), [("FAILED", "door closed"), ("CANCELLED", "CANCELLED")])
-def test_a_skill_that_fails_says_why(bench, state, error):
-    call(bench.env)
+def test_failed_skill_has_reason(bench, state, error):
+    call_skill(bench.env)
     bench.skills.tell(1, state=state, error="door closed")
     assert bench.feedback() == [("move_gen1", "", "S_FAILED", error)]
 
 
-def test_a_skill_that_cannot_be_asked_for_fails(bench):
+def test_impossible_skill_fails(bench):
     bench.env.call("call-skill-execution", Symbol("s1"), Symbol("impossible"), "", "", "")
     assert bench.feedback() == [("s1", "", "S_FAILED", "nobody can do that")]
 
 
-def test_another_skill_of_the_same_agent_cancels_the_first(bench):
-    call(bench.env, "a")
-    call(bench.env, "b")
+def test_second_skill_of_agent_cancels_first(bench):
+    call_skill(bench.env, "a")
+    call_skill(bench.env, "b")
     assert bench.skills.stopped == [1]
-    assert [told[0] for told in bench.feedback()] == ["b"]
+    assert [row[0] for row in bench.feedback()] == ["b"]
 
 
-def test_cancel(bench):
-    call(bench.env, agent="robot1")
+def test_cancel_stops_skill_of_agent(bench):
+    call_skill(bench.env, agent="robot1")
     bench.env.call("call-skill-cancel", "robot1")
     assert bench.skills.stopped == [1]
     bench.env.call("call-skill-cancel", "robot2")
@@ -172,9 +172,9 @@ def test_cancel(bench):
 
 @pytest.mark.parametrize(("executor", "senses"), [("dummy", True), ("real", False)])
 @pytest.mark.parametrize("kind", ["POSITIVE", "NEGATIVE"])
-def test_what_a_dummy_brings_about_is_sensed(bench, executor, senses, kind):
+def test_effects_of_dummy_are_sensed(bench, executor, senses, kind):
     bench.skills.show(FakeExecutor(executor, "default", ("move",)))
-    call(bench.env)
+    call_skill(bench.env)
     bench.env.assert_string(
         "(skill-action-execinfo (goal-id G) (plan-id P) (action-id 7) (skill-id move_gen1))"
     )
@@ -188,6 +188,6 @@ def test_what_a_dummy_brings_about_is_sensed(bench, executor, senses, kind):
             f" (action-id {action}) (type {kind}) (param-values r2 work))"
         )
     bench.feedback()
-    holds = [("at", ("r2", "work"))]
-    expected = holds if (kind == "POSITIVE") == senses else []
+    facts = [("at", ("r2", "work"))]
+    expected = facts if (kind == "POSITIVE") == senses else []
     assert bench.facts("domain-fact", "name", "param-values") == expected

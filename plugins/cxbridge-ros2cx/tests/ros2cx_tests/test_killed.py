@@ -1,4 +1,4 @@
-"""kill -9 of an executor in each of its states ends as docs/evidence/thesis-facts.md says, in both modes."""
+"""The kill of an executor in each state, with the results of docs/evidence/thesis-facts.md."""
 
 from __future__ import annotations
 
@@ -17,41 +17,41 @@ from cxbridge.blackboard.zmq import ZmqBlackBoardServer
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
 from cxbridge.run.agent import Run
-from ros2cx_tests.test_recordings import DATA, options
+from ros2cx_tests.test_recordings import DATA, make_options
 from tests.support import ROOT, needs_ros2cx
 
 pytestmark = needs_ros2cx
 
 WAIT_S = 60.0
 HEARTBEAT_S = 0.2
-LOOPS_FOR_EVER = 60
+LOOPS_WHEN_ENDLESS = 60
 
-GONE = "the executor e is gone"
-NOBODY = "the agent default has no executor"
+EXECUTOR_GONE = "the executor e is gone"
+NO_EXECUTOR = "the agent default has no executor"
 TIMED_OUT = (
     "Timed out (4s) waiting for response from execution node for agent  and skill (move tb3 wp_init wp{})"
 )
-FIRST_IS_LOST = [("EXECUTION-FAILED", GONE), ("EXECUTION-FAILED", NOBODY)]
-FOR_EVER = [("RUNNING", ""), ("PENDING", "")]
+FIRST_ACTION_LOST = [("EXECUTION-FAILED", EXECUTOR_GONE), ("EXECUTION-FAILED", NO_EXECUTOR)]
+ENDLESS = [("RUNNING", ""), ("PENDING", "")]
 
 ENDS = {
-    # killed when it has ...: the ends of two actions by default, and as in the original
+    # the state of the kill: the ends of two actions in the sane and in the original mode
     "nothing": (
-        [("EXECUTION-FAILED", NOBODY), ("EXECUTION-FAILED", NOBODY)],
+        [("EXECUTION-FAILED", NO_EXECUTOR), ("EXECUTION-FAILED", NO_EXECUTOR)],
         [("EXECUTION-FAILED", TIMED_OUT.format(1)), ("EXECUTION-FAILED", TIMED_OUT.format(2))],
     ),
-    "responded": (FIRST_IS_LOST, FOR_EVER),
-    "confirmed": (FIRST_IS_LOST, FOR_EVER),
-    "running": (FIRST_IS_LOST, FOR_EVER),
+    "responded": (FIRST_ACTION_LOST, ENDLESS),
+    "confirmed": (FIRST_ACTION_LOST, ENDLESS),
+    "running": (FIRST_ACTION_LOST, ENDLESS),
     "finished": (
-        [("EXECUTION-SUCCEEDED", ""), ("EXECUTION-FAILED", NOBODY)],
+        [("EXECUTION-SUCCEEDED", ""), ("EXECUTION-FAILED", NO_EXECUTOR)],
         [("EXECUTION-SUCCEEDED", ""), ("EXECUTION-FAILED", TIMED_OUT.format(2))],
     ),
 }
 
 
 class Executor:
-    """An executor in a process that is killed at a point, and the run's view of it."""
+    """An executor in a process that is killed at a point, and the states of the actions."""
 
     def __init__(self, folder: Path, point: str) -> None:
         self._url = f"ipc://{folder}/board"
@@ -62,37 +62,37 @@ class Executor:
         self._server: ZmqBlackBoardServer | None = None
 
     def attach(self, agent: Run) -> None:
-        """Begin before the run does."""
+        """Start the executor before the run."""
         self._server = ZmqBlackBoardServer(agent.board, [self._url], heartbeat=HEARTBEAT_S)
         self._server.start()
         command = [sys.executable, str(DATA / "dying.py"), self._point, self._url]
         self._popen = subprocess.Popen(command, cwd=ROOT, env=os.environ | {"PYTHONPATH": str(ROOT)})
-        self._until(lambda: self._is_there(agent))
+        self._wait_until(lambda: self._has_executor(agent))
         if self._point == "nothing":
             self._popen.send_signal(signal.SIGKILL)
-            self._until(lambda: not self._is_there(agent))
-        agent.loop.add(Hook.POST_LOOP, lambda: self._look(agent))
+            self._wait_until(lambda: not self._has_executor(agent))
+        agent.loop.add(Hook.POST_LOOP, lambda: self._record_states(agent))
 
-    def _is_there(self, agent: Run) -> bool:
+    def _has_executor(self, agent: Run) -> bool:
         return any(info.has_writer for info in agent.board.list("SkillExecutorInterface"))
 
-    def _until(self, done: Callable[[], bool]) -> None:
+    def _wait_until(self, done: Callable[[], bool]) -> None:
         end_s = time.monotonic() + WAIT_S
         while not done():
             assert time.monotonic() < end_s
             time.sleep(0.01)
 
-    def _look(self, agent: Run) -> None:
-        """Note how the actions stand; end the run when nothing will change any more."""
+    def _record_states(self, agent: Run) -> None:
+        """Record the states of the actions, and stop the run after the last change."""
         facts = sorted(
             (slots for _, _, slots in agent.executive.env.facts("plan-action")), key=lambda s: s["id"]
         )
         self.states = [(_outcome(str(slots["state"])), str(slots["error-msg"])) for slots in facts]
         assert self._popen is not None
-        if self._popen.poll() is not None and not self._is_there(agent):
+        if self._popen.poll() is not None and not self._has_executor(agent):
             self._loops_after_death += 1
-        over = facts and all(state.startswith("EXECUTION") for state, _ in self.states)
-        if over or (self.states[:1] == FOR_EVER[:1] and self._loops_after_death > LOOPS_FOR_EVER):
+        is_over = facts and all(state.startswith("EXECUTION") for state, _ in self.states)
+        if is_over or (self.states[:1] == ENDLESS[:1] and self._loops_after_death > LOOPS_WHEN_ENDLESS):
             agent.loop.stop()
 
     def close(self) -> None:
@@ -104,7 +104,7 @@ class Executor:
 
 
 def _outcome(state: str) -> str:
-    """A state, with those after the execution as that."""
+    """Return a state, with later states replaced by the end of the execution."""
     if state == "FAILED":
         return "EXECUTION-FAILED"
     if state in ("SENSED-EFFECTS-WAIT", "SENSED-EFFECTS-HOLD", "EFFECTS-APPLIED", "FINAL"):
@@ -114,15 +114,17 @@ def _outcome(state: str) -> str:
 
 @pytest.fixture
 def executor(tmp_path: Path, point: str) -> Iterator[Executor]:
-    made = Executor(tmp_path, point)
-    yield made
-    made.close()
+    instance = Executor(tmp_path, point)
+    yield instance
+    instance.close()
 
 
 @pytest.mark.parametrize("mode", ["sane", "original"])
 @pytest.mark.parametrize("point", ENDS)
-def test_kill_9_ends_as_documented(executor, point, mode):
+def test_killed_executor_ends_actions_as_documented(executor, point, mode):
     files = [DATA / "killed.yaml", *([DATA / "original.yaml"] if mode == "original" else [])]
-    chosen = dataclasses.replace(options("killed"), config=tuple(files), clock="real", timeout=WAIT_S)
-    run_scenario(chosen, None, executor.attach)
+    run_options = dataclasses.replace(
+        make_options("killed"), config=tuple(files), clock="real", timeout=WAIT_S
+    )
+    run_scenario(run_options, None, executor.attach)
     assert executor.states == ENDS[point][mode == "original"]

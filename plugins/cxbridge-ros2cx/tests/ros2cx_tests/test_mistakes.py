@@ -1,4 +1,4 @@
-"""Mistakes of users: one clear error or warning each, with file and line, before anything runs."""
+"""Mistakes of users, which give an error or a warning with file and line before the run."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ EXECUTIVE, FEATURES = "clips_executive.yaml", "cx_params.yaml"
 
 @pytest.fixture
 def checkout(tmp_path):
-    """A copy of the checkout with parameter files to be changed."""
-    return copy_of(tmp_path / "checkout")
+    """Copy the checkout with changeable parameter files."""
+    return copy_checkout(tmp_path / "checkout")
 
 
-def copy_of(folder: Path) -> Path:
+def copy_checkout(folder: Path) -> Path:
     parameters = folder / "cx_bringup" / "params"
     assert ROS2CX_DIR is not None
     shutil.copytree(ROS2CX_DIR / "cx_bringup" / "params", parameters)
@@ -35,70 +35,72 @@ def copy_of(folder: Path) -> Path:
     return folder
 
 
-def change(checkout: Path, old: str, new: str, file: str = EXECUTIVE, after: str = "") -> int:
-    """Replace the first occurrence after a text; return the line where it was."""
+def replace_text(checkout: Path, old: str, new: str, file: str = EXECUTIVE, after: str = "") -> int:
+    """Replace the first occurrence after a text, and return the line of the occurrence."""
     path = checkout / "cx_bringup" / "params" / file
     text = path.read_text()
-    place = text.index(old, text.index(after))
-    path.write_text(text[:place] + new + text[place + len(old) :])
-    return text[:place].count("\n") + 1
+    index = text.index(old, text.index(after))
+    path.write_text(text[:index] + new + text[index + len(old) :])
+    return text[:index].count("\n") + 1
 
 
-def complaint(checkout: Path, spec: str = "test-nav2", **more: Any) -> str:
-    """The output before a rule fires: the error, or the warnings."""
+def find_errors(checkout: Path, spec: str = "test-nav2", **options: Any) -> str:
+    """Return the error or the warnings before the first rule."""
     try:
-        with Run(options_from_keywords(None, ros2cx=checkout, spec=spec, **more)) as agent:
+        with Run(options_from_keywords(None, ros2cx=checkout, spec=spec, **options)) as agent:
             return "\n".join([*agent.warnings, *map(str, agent.missing_files)])
     except CxbridgeError as error:
         return str(error)
 
 
 @pytest.mark.parametrize("text", ["spec: [", "spec: {a", "\tspec: x", "a: 'b"])
-def test_broken_yaml(checkout, text):
-    change(checkout, "spec: test-nav2", text)
-    assert re.search(rf"{EXECUTIVE}:\d+.*: this is not valid YAML", complaint(checkout))
+def test_invalid_yaml_is_reported_with_line(checkout, text):
+    replace_text(checkout, "spec: test-nav2", text)
+    assert re.search(rf"{EXECUTIVE}:\d+.*: this is not valid YAML", find_errors(checkout))
 
 
-def test_a_spec_that_does_not_exist(checkout):
-    said = complaint(checkout, "nope")
-    assert re.search(rf"{EXECUTIVE}:\d+: the configuration has no spec 'nope'", said)
-    assert "test, test-nav2, test-pddl, test-skill" in said
+def test_unknown_spec_is_reported_with_choices(checkout):
+    errors = find_errors(checkout, "nope")
+    assert re.search(rf"{EXECUTIVE}:\d+: the configuration has no spec 'nope'", errors)
+    assert "test, test-nav2, test-pddl, test-skill" in errors
 
 
 @pytest.mark.parametrize("name", ["navgraph", "plansys"])
-def test_a_feature_that_cannot_be_had(checkout, name):
-    """The original's own rules trip over this: the run continued and timed out."""
-    line = change(checkout, "- name: plansys2", f"- name: {name}", after="test-nav2:\n")
-    said = complaint(checkout)
-    assert f"{EXECUTIVE}:{line}" in said
-    assert f"stage-1 asks for the feature '{name}', which is not available" in said
+def test_unavailable_feature_is_reported_with_line(checkout, name):
+    """Rules of the original ignore the missing feature, so the run timed out."""
+    line = replace_text(checkout, "- name: plansys2", f"- name: {name}", after="test-nav2:\n")
+    errors = find_errors(checkout)
+    assert f"{EXECUTIVE}:{line}" in errors
+    assert f"stage-1 asks for the feature '{name}', which is not available" in errors
 
 
-def test_a_feature_that_is_named_twice(checkout):
-    change(checkout, '["plansys2"', '["plansys2", "plansys2"', FEATURES)
-    assert re.search(rf"{FEATURES}:4.*'plansys2' is listed twice", complaint(checkout))
+def test_repeated_feature_is_reported_with_line(checkout):
+    replace_text(checkout, '["plansys2"', '["plansys2", "plansys2"', FEATURES)
+    assert re.search(rf"{FEATURES}:4.*'plansys2' is listed twice", find_errors(checkout))
 
 
-def test_a_file_that_no_folder_has(checkout):
-    line = change(checkout, "file: pddl.clp", "file: nope.clp", after="test-nav2:\n")
-    said = complaint(checkout)
-    assert f"{EXECUTIVE}:{line}: stage-3 loads nope.clp, which no folder has" in said
+def test_missing_clips_file_is_reported_with_line(checkout):
+    line = replace_text(checkout, "file: pddl.clp", "file: nope.clp", after="test-nav2:\n")
+    errors = find_errors(checkout)
+    assert f"{EXECUTIVE}:{line}: stage-3 loads nope.clp, which no folder has" in errors
 
 
 @pytest.mark.parametrize("missing", [EXECUTIVE, FEATURES])
-def test_a_parameter_file_that_is_missing(checkout, missing):
+def test_missing_parameter_file_is_reported(checkout, missing):
     (checkout / "cx_bringup" / "params" / missing).unlink()
-    assert missing in complaint(checkout)
+    assert missing in find_errors(checkout)
 
 
 @pytest.mark.parametrize("package", ["cx_clips", "cx_clips_executive"])
-def test_a_package_that_is_missing(checkout, package):
+def test_missing_package_is_reported(checkout, package):
     (checkout / package).unlink()
-    assert re.search(rf"lacks the CLIPS files or parameters of {package}$", complaint(checkout), re.MULTILINE)
+    assert re.search(
+        rf"lacks the CLIPS files or parameters of {package}$", find_errors(checkout), re.MULTILINE
+    )
 
 
 @pytest.mark.parametrize(
-    ("more", "message"),
+    ("options", "message"),
     [
         ({"fawkes_dir": Path()}, "--ros2cx cannot be combined with a scenario or --fawkes-dir"),
         ({"scenario": Path()}, "--ros2cx cannot be combined with a scenario or --fawkes-dir"),
@@ -117,10 +119,10 @@ def test_a_package_that_is_missing(checkout, package):
         ),
     ],
 )
-def test_options_that_contradict_one_another(more, message):
+def test_contradicting_options_are_refused(options, message):
     with pytest.raises(CxbridgeError, match=re.escape(message)):
         run_scenario(
-            options_from_keywords(**{"scenario": None, "ros2cx": ROS2CX_DIR, "spec": "test-nav2"} | more)
+            options_from_keywords(**{"scenario": None, "ros2cx": ROS2CX_DIR, "spec": "test-nav2"} | options)
         )
 
 
@@ -150,7 +152,7 @@ class Broken(SkillExecutor):
         ("mo ve={file}:Returns", "a skill's name must not contain blanks"),
     ],
 )
-def test_an_executor_of_the_wrong_shape(tmp_path, target, message):
+def test_invalid_executor_is_refused(tmp_path, target, message):
     file = tmp_path / "executors.py"
     file.write_text(EXECUTORS)
     with pytest.raises(CxbridgeError, match=message):
@@ -161,8 +163,8 @@ def test_an_executor_of_the_wrong_shape(tmp_path, target, message):
         )
 
 
-def test_an_executor_that_takes_no_steps_fails_its_action_at_once(tmp_path):
-    """It was busy for ever: its master waited until there was no sign of life."""
+def test_executor_without_steps_fails_action_immediately(tmp_path):
+    """Such an executor stayed busy, and its master waited for the heartbeat timeout."""
     file = tmp_path / "executors.py"
     file.write_text(EXECUTORS)
     executors = (f"move={file}:Returns",)
@@ -181,7 +183,7 @@ def test_an_executor_that_takes_no_steps_fails_its_action_at_once(tmp_path):
         ("level", "levl", "debug:"),
     ],
 )
-def test_a_key_that_is_never_read(checkout, old, new, after):
-    assert complaint(checkout) == ""
-    change(checkout, f"{old}:", f"{new}:", after=after)
-    assert re.search(rf"{EXECUTIVE}:\d+: '{new}' is never read; did you mean {old}", complaint(checkout))
+def test_unknown_key_is_reported_with_hint(checkout, old, new, after):
+    assert find_errors(checkout) == ""
+    replace_text(checkout, f"{old}:", f"{new}:", after=after)
+    assert re.search(rf"{EXECUTIVE}:\d+: '{new}' is never read; did you mean {old}", find_errors(checkout))

@@ -1,4 +1,4 @@
-"""Every construct of the thesis' files that CLIPS 6.30 defines is defined here, and no other."""
+"""The constructs of the thesis' files, compared with those that CLIPS 6.30 defines."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE
-from ros2cx_tests.inside import KINDS, Inside, look_inside, names_of
+from ros2cx_tests.inside import KINDS, Inside, find_names, look_inside
 from tests.executive.clips630.engines import execute, needs_clips630
 from tests.support import ROS2CX_DIR, needs_ros2cx
 
 pytestmark = [needs_ros2cx, needs_clips630]
 
 REFUSED = {
-    # a parenthesis that never closes, in the first of them
+    # an unclosed parenthesis in the first rule
     "skills.clp": {"skill-start-timeout", "skill-status-update-nochange"},
-    # functions of Fawkes' robot memory, which the original does not have
+    # functions of Fawkes' robot memory, which the original lacks
     "coordination-mutex.clp": {
         "mutex-create",
         "mutex-expire-locks-start",
@@ -34,90 +34,92 @@ REFUSED = {
         "mutex-trigger-update",
         "mutex-unlock-start",
     },
-    # a slot that plan-action does not have
+    # a slot that plan-action lacks
     "exectest.clp": {"start"},
     # skiller-control is undefined
     "test-scenario/goal-reasoner.clp": {"goal-reasoner-parent-create"},
-    # part-of where a slot has to be
+    # part-of in place of a slot
     "tests/blocksworld.clp": {"blocksworld"},
     "tests/conditional_say.clp": {"say"},
 }
-"""Constructs that CLIPS 6.30 refuses and 6.4 too, by file."""
+"""The constructs that CLIPS 6.30 and 6.4 refuse, by file."""
 
-HOST = {"ff-features-available", "ff-features-loaded"}
-"""Constructs that the host builds, not a file."""
+HOST_CONSTRUCTS = {"ff-features-available", "ff-features-loaded"}
+"""The constructs that the host builds without a file."""
 
-OURS = {"deffunction"}
-"""Kinds of which our environment has more: what CLIPS 6.4 has lost of 6.30 is defined so."""
+EXTENDED_KINDS = {"deffunction"}
+"""The kinds with additional constructs here, which restore functions that CLIPS 6.4 lost."""
 
 _NO_CODE = re.compile(r'"(?:\\.|[^"\\])*"|;[^\n]*')  # texts and comments
 _CONSTRUCT = re.compile(r"\((defrule|deftemplate|deffunction|deffacts)\s+([^\s()\"]+)")
 
 
-def stub(name: str, least: int, most: int) -> str:
-    """A deffunction that takes as many arguments as one of the host's."""
-    words = [f"?a{number}" for number in range(least)]
-    return f"(deffunction {name} ({' '.join(words)}{' $?more' if most > least else ''}) FALSE)"
+def make_stub(name: str, minimum: int, maximum: int) -> str:
+    """Return a deffunction with the same numbers of arguments as a function of the host."""
+    words = [f"?a{number}" for number in range(minimum)]
+    return f"(deffunction {name} ({' '.join(words)}{' $?more' if maximum > minimum else ''}) FALSE)"
 
 
-def there(inside: Inside, folder: Path) -> dict[str, frozenset[str]]:
-    """The names of constructs that CLIPS 6.30 has after loading the same files in the same way."""
+def find_original_constructs(inside: Inside, folder: Path) -> dict[str, frozenset[str]]:
+    """Return the names of constructs in CLIPS 6.30 after the same load of the same files."""
     host = {"now": (0, 0), "now-systime": (0, 0), "ff-feature-request": (1, 1), **inside.functions}
-    commands = [f'(build "{stub(name, *arity)}")' for name, arity in host.items()]
+    commands = [f'(build "{make_stub(name, *arity)}")' for name, arity in host.items()]
     commands += [f'({"batch*" if batch else "load*"} "{file}")' for file, batch in inside.files]
     commands += [
         f'(progn (printout t crlf "@{kind} ") (printout t (get-{kind}-list MAIN) crlf))' for kind in KINDS
     ]
     output = execute(commands, folder)
-    found = {}
+    constructs = {}
     for kind in KINDS:
         match = re.search(rf"^@{kind} \((.*)\)$", output, re.MULTILINE)
         assert match, output[-2000:]
-        found[kind] = frozenset(match[1].split()) - host.keys() - {"initial-fact"}  # 6.4 has none
-    return found
+        constructs[kind] = frozenset(match[1].split()) - host.keys() - {"initial-fact"}  # not in 6.4
+    return constructs
 
 
-def named(file: Path) -> Iterable[tuple[str, str]]:
-    """Kind and name of the constructs that a file has by its text."""
+def find_names_in_text(file: Path) -> Iterable[tuple[str, str]]:
+    """Return kind and name of the constructs in the text of a file."""
     return _CONSTRUCT.findall(_NO_CODE.sub("", file.read_text("utf-8")))
 
 
-def relative(file: Path) -> str:
-    """A file as seen from the folder ``clips`` that it lies in."""
+def make_relative(file: Path) -> str:
+    """Return the path of a file relative to its folder ``clips``."""
     return str(file).rpartition("/clips/")[2]
 
 
-def check(inside: Inside, folder: Path) -> None:
-    theirs = there(inside, folder)
+def check_constructs(inside: Inside, folder: Path) -> None:
+    original = find_original_constructs(inside, folder)
     for kind in KINDS:
         ours = inside.constructs[kind]
-        assert theirs[kind] - ours == frozenset(), kind
-        if kind not in OURS:
-            assert ours - theirs[kind] <= HOST, kind
+        assert original[kind] - ours == frozenset(), kind
+        if kind not in EXTENDED_KINDS:
+            assert ours - original[kind] <= HOST_CONSTRUCTS, kind
     refused = {
-        relative(file): names
+        make_relative(file): names
         for file, _ in inside.files
-        if (names := {name for kind, name in named(file) if name not in theirs[kind]})
+        if (names := {name for kind, name in find_names_in_text(file) if name not in original[kind]})
     }
-    assert refused == {file: REFUSED[file] for file in map(relative, dict(inside.files)) if file in REFUSED}
-    functions = {name for names in refused.values() for name in names} - theirs["deffunction"]
+    assert refused == {
+        file: REFUSED[file] for file in map(make_relative, dict(inside.files)) if file in REFUSED
+    }
+    functions = {name for names in refused.values() for name in names} - original["deffunction"]
     assert functions & inside.constructs["deffunction"] == frozenset()
 
 
-def test_all_files_of_it_in_one_environment(tmp_path: Path) -> None:
-    """What no spec loads, too: after the files of a spec, without facts."""
+def test_all_original_files_define_same_constructs(tmp_path: Path) -> None:
+    """The environment loads the files of specs and all remaining files, without facts."""
     assert ROS2CX_DIR is not None
     inside = look_inside("test")
     inside.functions |= look_inside("test-nav2").functions
     loaded = {file.resolve() for file, _ in inside.files}
-    rest = [file for file in sorted(ROS2CX_DIR.rglob("src/**/*.clp")) if file.resolve() not in loaded]
-    assert len(rest) > 20
-    inside.files += [(file, False) for file in rest]
+    unloaded = [file for file in sorted(ROS2CX_DIR.rglob("src/**/*.clp")) if file.resolve() not in loaded]
+    assert len(unloaded) > 20
+    inside.files += [(file, False) for file in unloaded]
     env = ClipsEnvironment("executive", EventBus(VirtualClock()))
     for name, arity in (("ff-feature-request", (1, 1)), *inside.functions.items()):
         env.define(name, lambda *_arguments: FALSE, *arity)
     for file, batch in inside.files:
         (env.batch if batch else env.load)(file)
-    inside.constructs = {kind: names_of(env, kind) for kind in KINDS}
+    inside.constructs = {kind: find_names(env, kind) for kind in KINDS}
     env.destroy()
-    check(inside, tmp_path)
+    check_constructs(inside, tmp_path)

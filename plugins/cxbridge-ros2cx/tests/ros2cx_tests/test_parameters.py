@@ -1,4 +1,4 @@
-"""Parameter files of ROS 2 nodes: the values that a run reads, and the facts that the rules get."""
+"""Parameter files of ROS 2 nodes, with their values and facts."""
 
 from __future__ import annotations
 
@@ -58,8 +58,8 @@ def bus():
 
 
 @pytest.fixture
-def facts(folder, bus):
-    """The facts that ``(config-load "/clips_executive")`` makes, as path, type and value."""
+def load_facts(folder, bus):
+    """Return a function that loads the parameters, and returns path, type and value of each fact."""
     feature = ParametersFeature(load_executive_parameters(folder))
     manager = EnvironmentManager(bus, [feature])
     env = manager.create("executive")
@@ -79,8 +79,8 @@ def facts(folder, bus):
     manager.close()
 
 
-def test_facts_come_in_the_order_of_the_file_with_the_originals_types(facts):
-    rows = facts()
+def test_facts_have_order_of_file_and_original_types(load_facts):
+    rows = load_facts()
     assert rows == [
         ("/clips_executive/spec", "STRING", "courier"),
         ("/clips_executive/refresh-rate", "INT", 2),
@@ -96,7 +96,7 @@ def test_facts_come_in_the_order_of_the_file_with_the_originals_types(facts):
         ("/clips_executive/specs/courier/init/stage-3/1/count", "INT", "2"),
         ("/clips_executive/specs/courier/init/stage-3/1/feature-request", "BOOL", "FALSE"),
     ]
-    # the original makes a string of the last, which its init.clp takes for neither TRUE nor FALSE
+    # the original makes a string of the last value, which its init.clp treats as neither TRUE nor FALSE
     assert all(isinstance(value, Symbol) for _, kind, value in rows if kind == "BOOL")
 
 
@@ -117,7 +117,7 @@ def test_types_of_scalars(text, kind):
 
 
 @pytest.mark.parametrize("rate", ["0", "-1", "1e9"])
-def test_a_refresh_rate_that_makes_no_sense(folder, rate):
+def test_invalid_refresh_rate_is_refused(folder, rate):
     (folder / "clips_executive.yaml").write_text(
         PARAMETERS.replace("refresh-rate: 2", f"refresh-rate: {rate}")
     )
@@ -126,13 +126,13 @@ def test_a_refresh_rate_that_makes_no_sense(folder, rate):
     assert caught.value.line == 5
 
 
-def test_a_file_without_the_node(folder):
+def test_file_without_node_is_refused(folder):
     (folder / "clips_executive.yaml").write_text("other: {ros__parameters: {a: 1}}")
     with pytest.raises(ConfigError, match="no parameters of the node clips_executive"):
         load_executive_parameters(folder)
 
 
-def test_a_feature_without_a_plugin(tmp_path):
+def test_feature_without_plugin_is_refused(tmp_path):
     (tmp_path / "cx_params.yaml").write_text(
         "clips_features_manager:\n  ros__parameters:\n    clips_features: [planning]\n"
     )
@@ -141,7 +141,7 @@ def test_a_feature_without_a_plugin(tmp_path):
     assert caught.value.line == 3
 
 
-def test_a_plugin_that_is_unknown():
+def test_unknown_plugin_is_refused_with_choices():
     entries = [FeatureEntry("teleport", "cx::Teleport", "cx_params.yaml", 7)]
     board = LocalBlackBoard(InterfaceRegistry(), VirtualClock())
     with pytest.raises(ConfigError, match="no plugin 'cx::Teleport'") as caught:
@@ -150,7 +150,7 @@ def test_a_plugin_that_is_unknown():
     assert "cx::Plansys2Feature" in str(caught.value.hint)
 
 
-def test_a_folder_that_is_no_checkout_names_all_that_is_missing(tmp_path):
+def test_incomplete_checkout_names_missing_packages(tmp_path):
     (tmp_path / "cx_bringup" / "params").mkdir(parents=True)
     with pytest.raises(CxbridgeError, match="parameters of cx_clips, cx_clips_executive\n"):
         Ros2CxCheckout.open(tmp_path)
@@ -164,13 +164,13 @@ def test_a_folder_that_is_no_checkout_names_all_that_is_missing(tmp_path):
         ("ros2cx: {removal-blocks: [1.0]}", "removal-blocks requires mode: original"),
     ],
 )
-def test_settings_that_make_no_sense(text, message):
+def test_invalid_settings_are_refused(text, message):
     with pytest.raises(ConfigError, match=message) as caught:
         Ros2CxSettings.from_config(Configuration.from_text(text))
     assert caught.value.line == 1
 
 
-def test_settings():
+def test_settings_are_parsed():
     assert Ros2CxSettings.from_config(Configuration()) == Ros2CxSettings()
     config = Configuration.from_text("ros2cx: {mode: original, removal-blocks: [0.5, 1]}")
     assert Ros2CxSettings.from_config(config) == Ros2CxSettings(

@@ -1,4 +1,4 @@
-"""The thesis' own files behave here as in its recordings, change by change, rule by rule."""
+"""Runs of the thesis' files, compared with the changes and firings of its recordings."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 from cxbridge.run import RunOptions
 from cxbridge.run.program.plain_options import options_from_keywords
-from ros2cx_tests.rows import NOT_COMPARED, recorded, run
+from ros2cx_tests.rows import NOT_COMPARED, read_rows, run
 from tests.support import ROS2CX_DIR, SHARED, needs_ros2cx, needs_shared
 
 DATA = Path(__file__).parent / "data"
@@ -19,7 +19,7 @@ RECORDINGS = SHARED / "traces" / "thesis"
 pytestmark = [needs_ros2cx, needs_shared]
 
 
-def options(spec: str, overlay: str | None = None, executors: tuple[str, ...] = ()) -> RunOptions:
+def make_options(spec: str, overlay: str | None = None, executors: tuple[str, ...] = ()) -> RunOptions:
     return options_from_keywords(
         None,
         ros2cx=ROS2CX_DIR,
@@ -32,8 +32,8 @@ def options(spec: str, overlay: str | None = None, executors: tuple[str, ...] = 
     )
 
 
-def fired(recording: str) -> list[str]:
-    """The rules that fired, in order."""
+def read_firings(recording: str) -> list[str]:
+    """Return the fired rules of a recording in order."""
     with gzip.open(RECORDINGS / recording / "cx_node.log.gz", "rt") as file:
         rules = re.findall(r"FIRE +\d+ ([^:]+):", file.read())
     return [rule for rule in rules if rule not in NOT_COMPARED]
@@ -46,24 +46,24 @@ def fired(recording: str) -> list[str]:
         ("nav2-fixed", "fixed", "fixed.yaml", 0, ()),
         ("two-executors", "fixed", "two-executors.yaml", 0, ()),
         ("no-plan", "test-nav2", "no-plan.yaml", 1, ()),
-        ("skill", "test-skill", None, 3, ()),  # it has no goal: it runs until its time is over
+        ("skill", "test-skill", None, 3, ()),  # without a goal, the run ends by its timeout
         ("cancel", "cancel", "cancel.yaml", 3, ()),
         ("tree", "tree", "tree.yaml", 0, ()),
         ("fail", "fixed", "fixed.yaml", 1, (f"move={DATA / 'door.py'}:Door",)),
     ],
 )
-def test_changes_are_those_of_the_recording(recording, spec, overlay, status, executors):
-    watched = run(options(spec, overlay, executors))
-    assert watched.rows == recorded(RECORDINGS / recording / "transitions.txt")
-    assert watched.fired == fired(recording)
-    assert watched.result.status == status
+def test_changes_and_firings_equal_recording(recording, spec, overlay, status, executors):
+    observed = run(make_options(spec, overlay, executors))
+    assert observed.rows == read_rows(RECORDINGS / recording / "transitions.txt")
+    assert observed.fired == read_firings(recording)
+    assert observed.result.status == status
 
 
-def test_the_sane_mode_differs_by_what_the_broken_skills_file_does_only():
-    """A stale S_IDLE sets a running skill back for a tick, because a rule of skills.clp is never defined."""
-    there = recorded(RECORDINGS / "nav2" / "transitions.txt")
-    ours = run(options("test-nav2")).rows
-    flaps = [row for row in there if row.change == "S_RUNNING -> S_IDLE"]
-    again = {index + 1 for index, row in enumerate(there) if row.change == "S_RUNNING -> S_IDLE"}
-    assert len(flaps) == 2
-    assert ours == [row for index, row in enumerate(there) if row not in flaps and index not in again]
+def test_sane_mode_lacks_only_effects_of_broken_skills_file():
+    """In the original, a stale S_IDLE resets a running skill for a tick, because skills.clp lacks a rule."""
+    original = read_rows(RECORDINGS / "nav2" / "transitions.txt")
+    ours = run(make_options("test-nav2")).rows
+    resets = [row for row in original if row.change == "S_RUNNING -> S_IDLE"]
+    repeats = {index + 1 for index, row in enumerate(original) if row.change == "S_RUNNING -> S_IDLE"}
+    assert len(resets) == 2
+    assert ours == [row for index, row in enumerate(original) if row not in resets and index not in repeats]

@@ -1,4 +1,4 @@
-"""When the executive thinks."""
+"""The refresh timer of the executive."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ def clock():
 @pytest.mark.parametrize(
     ("steps_us", "due"),
     [
-        ([999_999, 1, 0], [1]),  # the first time is a period after the start
-        ([3_500_000, 0, 500_000], [0, 2]),  # missed times are not made up for
-        ([33_333] * 100, [30, 60, 90]),  # loops that do not divide the period shift nothing
+        ([999_999, 1, 0], [1]),  # the timer is first due a period after the start
+        ([3_500_000, 0, 500_000], [0, 2]),  # the timer skips missed periods
+        ([33_333] * 100, [30, 60, 90]),  # loops that do not divide the period cause no drift
     ],
 )
-def test_the_timer_is_due_once_a_period(clock, steps_us, due):
+def test_timer_is_due_once_in_each_period(clock, steps_us, due):
     timer = RefreshTimer(clock, SECOND_US)
-    found = []
+    due_steps = []
     for number, step_us in enumerate(steps_us):
         clock.sleep_until(clock.now_us() + step_us)
-        found += [number] * timer.advance_if_due()
-    assert found == due
+        due_steps += [number] * timer.advance_if_due()
+    assert due_steps == due
 
 
-def test_a_callback_that_blocks_past_the_next_time_brings_it_at_once(clock):
+def test_blocking_callback_makes_timer_due_immediately(clock):
     timer = RefreshTimer(clock, SECOND_US)
     timer.record_blocking(0.9)
     assert not timer.advance_if_due()

@@ -1,4 +1,4 @@
-"""Every function of the thesis' C++ is defined here, and its facts have templates."""
+"""The functions and facts of the thesis' C++ code, which need definitions and templates here."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from ros2cx_tests.inside import look_inside
 from tests.support import ROS2CX_DIR, needs_ros2cx
 
 ORDERED = {"ff-feature", "ff-feature-loaded", "executive-init", "executive-finalize", "time"}
-"""Facts without slots."""
-OF_A_TEST = {"b"}
-"""The mock feature's fact: its template is that of the original's test."""
+"""The facts without slots."""
+TEST_FACTS = {"b"}
+"""The facts of the mock feature, whose templates belong to the original's test."""
 
 _STRINGS = r'((?:"(?:\\.|[^"\\])*"\s*)+)'
 _FUNCTION = re.compile(r'add_function\(\s*(?://\s*)?"([^"]+)"')
@@ -23,46 +23,46 @@ _PIECE = re.compile(r'"((?:\\.|[^"\\])*)"')
 _SLOT = re.compile(r"\(([a-z][\w-]*)")
 
 
-def cpp_files() -> Iterator[Path]:
-    """The C++ of the original, without its tests."""
+def find_cpp_files() -> Iterator[Path]:
+    """Yield the C++ files of the original without tests."""
     assert ROS2CX_DIR is not None
     for file in sorted(ROS2CX_DIR.rglob("src/**/*.cpp")):
         if "test" not in file.relative_to(ROS2CX_DIR).parts and "/clips/tests/" not in str(file):
             yield file
 
 
-def functions() -> dict[str, str]:
-    """The functions that the original gives to CLIPS, those in comments included, and where."""
-    return {name: file.name for file in cpp_files() for name in _FUNCTION.findall(file.read_text())}
+def find_functions() -> dict[str, str]:
+    """Return the CLIPS functions of the original and their files, with functions in comments."""
+    return {name: file.name for file in find_cpp_files() for name in _FUNCTION.findall(file.read_text())}
 
 
-def facts() -> dict[str, set[str]]:
-    """The facts that the original asserts: relation, and the slots that any of the texts has."""
-    found: dict[str, set[str]] = {}
-    for file in cpp_files():
+def find_facts() -> dict[str, set[str]]:
+    """Return the asserted facts of the original, as relations and their slots."""
+    slots_by_relation: dict[str, set[str]] = {}
+    for file in find_cpp_files():
         for strings in _FACT.findall(file.read_text()):
             text = "".join(_PIECE.findall(strings)).replace('\\"', '"')
             relation, *slots = _SLOT.findall(text)
             if relation not in ORDERED:
-                found.setdefault(relation, set()).update(slots)
+                slots_by_relation.setdefault(relation, set()).update(slots)
             else:
-                found.setdefault(relation, set())
-    return found
+                slots_by_relation.setdefault(relation, set())
+    return slots_by_relation
 
 
 @needs_ros2cx
-def test_every_function_of_the_original_is_defined(tmp_path: Path) -> None:
-    names = functions()
+def test_all_original_functions_are_defined(tmp_path: Path) -> None:
+    names = find_functions()
     assert len(names) >= 27
     defined: set[str] = set()
 
-    def look(env: ClipsEnvironment) -> None:
+    def inspect(env: ClipsEnvironment) -> None:
         defined.update(env.udfs.names)
 
-    look_inside("test-nav2", look=look)
-    of_blackboard = {name for name in names if name.startswith("blackboard-")}
-    assert {name for name in names if name not in defined} == of_blackboard
-    assert of_blackboard <= set(blackboard_functions(tmp_path))
+    look_inside("test-nav2", look=inspect)
+    blackboard_names = {name for name in names if name.startswith("blackboard-")}
+    assert {name for name in names if name not in defined} == blackboard_names
+    assert blackboard_names <= set(blackboard_functions(tmp_path))
 
 
 def blackboard_functions(folder: Path) -> list[str]:
@@ -74,23 +74,20 @@ def blackboard_functions(folder: Path) -> list[str]:
 
 
 @needs_ros2cx
-def test_the_facts_have_templates_with_these_slots() -> None:
+def test_original_facts_have_templates_with_slots() -> None:
     missing: set[str] = set()
 
-    def look(env: ClipsEnvironment) -> None:
+    def inspect(env: ClipsEnvironment) -> None:
         assert env.call("path-load", "blackboard.clp") == Symbol("TRUE")
-        for relation, slots in facts().items():
+        for relation, slots in find_facts().items():
             if relation in ORDERED:
                 continue
-            known = env.has_template(relation)
-            if not known or any(
+            has_template = env.has_template(relation)
+            if not has_template or any(
                 env.call("deftemplate-slot-existp", Symbol(relation), Symbol(slot)) != "TRUE"
                 for slot in slots
             ):
                 missing.add(relation)
 
-    look_inside("test-nav2", look=look)
-    assert missing == OF_A_TEST
-
-
-# -- the page
+    look_inside("test-nav2", look=inspect)
+    assert missing == TEST_FACTS

@@ -215,13 +215,13 @@ def test_our_parser_reads_texts_of_plansys2(plansys2_client: ExpertClient):
 
 def test_plansys2_planner_reads_our_texts(domain: int, tmp_path: Path):
     require_package("plansys2_popf_plan_solver")
-    other_domain = domain + 10
+    planner_domain = domain + 10
     with (
         pytest.MonkeyPatch.context() as patch,
-        run_agent(tmp_path, other_domain, experts=", serve: [domain, problem]"),
-        join_client(other_domain) as client,
+        run_agent(tmp_path, planner_domain, experts=", serve: [domain, problem]"),
+        join_client(planner_domain) as client,
     ):
-        patch.setenv("ROS_DOMAIN_ID", str(other_domain))
+        patch.setenv("ROS_DOMAIN_ID", str(planner_domain))
         with run_plansys2_node("plansys2_planner", "planner_node"):
             activate(client, "/planner")
             terminal = Terminal(client, NodeCodec("iron"))

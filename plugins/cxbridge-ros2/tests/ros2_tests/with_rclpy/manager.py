@@ -32,23 +32,23 @@ def call(kind, name, request):
     return wait(client.call_async(request))
 
 
-found = {}
-found["names"] = sorted(wait(parameters.list_parameters([], 0)).result.names)
-found["types"] = list(wait(parameters.get_parameter_types(["speed", "names", "limits.low"])).types)
+results = {}
+results["names"] = sorted(wait(parameters.list_parameters([], 0)).result.names)
+results["types"] = list(wait(parameters.get_parameter_types(["speed", "names", "limits.low"])).types)
 described = call(
     DescribeParameters, "/managed/describe_parameters", DescribeParameters.Request(names=["speed", "fixed"])
 )
-found["described"] = [[each.name, each.type, each.read_only] for each in described.descriptors]
+results["described"] = [[each.name, each.type, each.read_only] for each in described.descriptors]
 changes = [Parameter("speed", value=2.0), Parameter("fixed", value="no")]
-found["set"] = [each.successful for each in wait(parameters.set_parameters(changes)).results]
+results["set"] = [each.successful for each in wait(parameters.set_parameters(changes)).results]
 values = wait(parameters.get_parameters(["speed", "fixed"])).values
-found["values"] = [values[0].double_value, values[1].string_value]
+results["values"] = [values[0].double_value, values[1].string_value]
 changes = [
     Parameter("speed", value=9.0).to_parameter_msg(),
     Parameter("fixed", value="no").to_parameter_msg(),
 ]
 request = SetParametersAtomically.Request(parameters=changes)
-found["atomically"] = call(
+results["atomically"] = call(
     SetParametersAtomically, "/managed/set_parameters_atomically", request
 ).result.successful
 states = []
@@ -58,9 +58,9 @@ for label in ("", "configure", "activate", "activate"):
         request.transition.label = label
         call(ChangeState, "/managed/change_state", request)
     states.append(call(GetState, "/managed/get_state", GetState.Request()).current_state.label)
-found["states"] = states
+results["states"] = states
 end = time.monotonic() + 10
 while not lines and time.monotonic() < end:
     rclpy.spin_once(node, timeout_sec=0.1)
-found["log"] = lines[0].msg if lines else ""
-print(json.dumps(found))  # noqa: T201
+results["log"] = lines[0].msg if lines else ""
+print(json.dumps(results))  # noqa: T201

@@ -69,7 +69,7 @@ for _ in range(int(sys.argv[1])):
     send(1)
     rounds.append(time.perf_counter() - begin)
 
-found = {
+results = {
     "got": got,
     "sums": sums,
     "trip": sorted(trips)[len(trips) // 2],
@@ -86,4 +86,4 @@ found = {
     "of_peer": dict(node.get_publisher_names_and_types_by_node("peer", "/")),
     "services_of_peer": dict(node.get_service_names_and_types_by_node("peer", "/")),
 }
-print(json.dumps(found))  # noqa: T201
+print(json.dumps(results))  # noqa: T201

@@ -1,4 +1,4 @@
-"""Recordings of the real node, and the runs of ours that do the same."""
+"""Recordings of the real node, and runs of cxbridge with the same parameters."""
 
 from __future__ import annotations
 
@@ -31,72 +31,74 @@ _PATH: Final = re.compile(
 
 @dataclass(frozen=True)
 class Recording:
-    """A recording.
+    """The options of the comparison of a run with a recording.
 
-    :param seconds: how long a run of ours takes for the same ticks.
-    :param without: a pattern for what differs between two recordings, too, e.g. times.
-    :param compared: the compared part of a log; all by default.
-    :param peer: acts as a peer of the recording; gets a node and the run's seconds, in each loop.
-    :param status: the exit status: 1 when an error was reported.
-    :param dies: the original dies or is killed: its console is compared, up to there; log files lack lines.
-    :param text: replaces texts of the parameters.
+    :param seconds: the duration of a run with the same ticks.
+    :param ignored: a pattern of text that differs between recordings, too, e.g. times.
+    :param select: selects the compared lines of a log; all by default.
+    :param peer: makes the step of a peer from a node; each loop calls the step with the seconds of the run.
+    :param status: the exit status: 1 after reported errors.
+    :param crashes: the original crashes or is killed, so its log files lack lines and the console counts.
+    :param text: a text of the parameters and its replacement.
     """
 
     seconds: float = 6.0
-    without: str = ""
-    compared: Callable[[list[str]], list[str]] = list
+    ignored: str = ""
+    select: Callable[[list[str]], list[str]] = list
     peer: Callable[[Node], Callable[[float], None]] | None = None
     status: int = 0
-    dies: bool = False
+    crashes: bool = False
     text: tuple[str, str] = ("", "")
 
 
-def names() -> list[str]:
-    """Return the names of all recordings, those of upstream's branch with their folder."""
+def find_recordings() -> list[str]:
+    """Return the names of all recordings, with the folder for recordings of upstream's branch."""
     return sorted(str(file.parent.relative_to(FOLDER)) for file in FOLDER.rglob("notes.md")) if FOLDER else []
 
 
-def parameters(name: str, folder: Path, text: tuple[str, str] = ("", "")) -> Path:
-    """Return the parameter file of a recording: its own, with its CLIPS file, or that of the checkout."""
+def find_parameters(name: str, folder: Path, text: tuple[str, str] = ("", "")) -> Path:
+    """Return the parameter file of a recording, from the folder of the recording or from the checkout."""
     old, new = text
-    own, programs = FOLDER / name / "params.yaml", [*(FOLDER / name).glob("*.clp")]
-    if own.is_file():
+    params_file, programs = FOLDER / name / "params.yaml", [*(FOLDER / name).glob("*.clp")]
+    if params_file.is_file():
         program = str(programs[0]) if programs else ""
-        (folder / "params.yaml").write_text(_PROGRAM.sub(program, own.read_text()).replace(old, new, 1))
+        (folder / "params.yaml").write_text(
+            _PROGRAM.sub(program, params_file.read_text()).replace(old, new, 1)
+        )
         return folder / "params.yaml"
     match = _PARAMETERS.search((FOLDER / name / "notes.md").read_text())
     assert match, name
-    return Path(str(checkout(name))) / match[1]
+    return Path(str(find_checkout(name))) / match[1]
 
 
-def checkout(name: str) -> Path | None:
-    """Return the checkout that a recording was made with; None when it is absent."""
+def find_checkout(name: str) -> Path | None:
+    """Return the checkout of a recording, or None if the checkout is absent."""
     return CX_NEWER_DIR if name.startswith(_NEWER) else CX_DIR
 
 
-def recorded(name: str, *, dies: bool = False) -> dict[str, list[str]]:
-    """Return the lines of the logs of a recording, by environment; the console's when the node dies."""
+def read_logs(name: str, *, crashes: bool = False) -> dict[str, list[str]]:
+    """Return the log lines of a recording by environment, from the console if the node crashes."""
     files = sorted((FOLDER / name).glob("clips-*.log"))
     logs = {file.stem.removeprefix("clips-"): file.read_text().splitlines() for file in files}
-    if not dies:
+    if not crashes:
         return logs
     console = _COLOUR.sub("", (FOLDER / name / "stdout.log").read_text())
     line = r"^\[\w+\] \[[\d.]+\] \[{}\]: (.*)$"
     return {env: re.findall(line.format(env), console, re.MULTILINE) for env in logs}
 
 
-def activated(name: str) -> list[str]:
-    """Return the environments of a recording in the order in which they got their plug-ins."""
+def read_environments(name: str) -> list[str]:
+    """Return the environments of a recording in the order of their activation."""
     console = (FOLDER / name / "stdout.log").read_text()
     return re.findall(r"Loading plugins for (\S+)\.$", console, re.MULTILINE)
 
 
 def run(name: str, folder: Path, recording: Recording) -> tuple[RunResult, dict[str, list[str]]]:
-    """Run the parameters of a recording; return the result and the lines of the logs, by environment."""
+    """Run the parameters of a recording, and return the result and the log lines by environment."""
     logs = folder / "logs"
     options = options_from_keywords(
-        parameters(name, folder, recording.text),
-        ros2cx=checkout(name),
+        find_parameters(name, folder, recording.text),
+        ros2cx=find_checkout(name),
         timeout=recording.seconds,
         log_dir=logs,
         hash_order=True,
@@ -115,8 +117,8 @@ def run(name: str, folder: Path, recording: Recording) -> tuple[RunResult, dict[
     return result, {file.stem: file.read_text().splitlines() for file in sorted(logs.glob("*.log"))}
 
 
-def sourced(prefix: Path) -> Path:
-    """Make a prefix with packages of a ROS that agents ask for."""
+def make_ros_prefix(prefix: Path) -> Path:
+    """Make a prefix with the ROS packages that agents need."""
     index = prefix / "share" / "ament_index" / "resource_index"
     cmake = ("", "_core", "_export_definitions", "_export_dependencies")
     packages = ("action_msgs", *(f"ament_cmake{each}" for each in cmake), "rclcpp")
@@ -127,13 +129,13 @@ def sourced(prefix: Path) -> Path:
     return prefix
 
 
-def comparable(lines: list[str], without: str = "") -> list[str]:
-    """Return lines of a log without the parts that vary: times, indices of facts, places."""
-    found = []
+def normalise(lines: list[str], ignored: str = "") -> list[str]:
+    """Return log lines without variable parts: times, indices of facts and paths."""
+    result_lines = []
     for line in lines:
         text = _PATH.sub("PREFIX", _PREFIX.sub("", line, count=1))
         text = re.sub(r"\b[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}\b", "UUID", text)
         text = re.sub(r"\bf-\d+\b *", "f-N ", re.sub(r"FIRE +\d+", "FIRE N", text))
         text = re.sub(r"<Pointer-C-0x[0-9a-f]+>", "<Pointer>", text)
-        found.append(re.sub(without, "#", text) if without else text)
-    return found
+        result_lines.append(re.sub(ignored, "#", text) if ignored else text)
+    return result_lines

@@ -1,4 +1,4 @@
-"""Each mistake is one error with its place; the run continues, and nothing hangs."""
+"""Invalid parameters, plug-ins and calls, which are reported with their place and do not stop the run."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ HEAD = "/**:\n  ros__parameters:\n"
 
 
 class Run:
-    """Runs parameters.
+    """A function that runs parameters.
 
-    :ivar lines: the lines of the log of the environment ``one``.
-    :ivar warnings: the warnings that were reported.
+    :ivar lines: the log lines of the environment ``one``.
+    :ivar warnings: the reported warnings.
     """
 
     def __init__(self, folder):
@@ -35,7 +35,7 @@ class Run:
         self.lines: list[str] = []
 
     def __call__(self, text, program="", *, strict=None, seconds=1.0, ros2cx=None, peer=None):
-        """Return the result, and the errors that were reported."""
+        """Run parameters, and return the result and the reported errors."""
         (self.folder / "agent.clp").write_text(program)
         file = self.folder / "params.yaml"
         file.write_text(HEAD + text.replace("AGENT", str(self.folder / "agent.clp")))
@@ -72,7 +72,7 @@ def run(tmp_path):
 ONE = "    environments: [one]\n    one: {plugins: [PLUGINS]}\n"
 
 
-def plugins(*names, **classes):
+def make_plugins(*names, **classes):
     rows = "".join(f"    {name}: {{{text}}}\n" for name, text in classes.items())
     return ONE.replace("PLUGINS", ", ".join(names)) + rows
 
@@ -98,7 +98,7 @@ RATE = """    environments: [a]
         (f"{RATE} 0\n", "cannot be 0", 7),
     ],
 )
-def test_parameters_that_make_no_sense(run, text, message, line):
+def test_invalid_parameters_are_refused_with_line(run, text, message, line):
     with pytest.raises(CxbridgeError, match=message) as raised:
         run(text)
     assert raised.value.line == line
@@ -129,19 +129,19 @@ def test_parameters_that_make_no_sense(run, text, message, line):
         ),
     ],
 )
-def test_a_plugin_that_cannot_be_made_is_left_out(run, classes, message):
-    result, errors = run(plugins("x", "e", **classes, e="plugin: 'cx::ExecutivePlugin'"))
+def test_invalid_plugin_is_reported_and_skipped(run, classes, message):
+    result, errors = run(make_plugins("x", "e", **classes, e="plugin: 'cx::ExecutivePlugin'"))
     (error,) = errors
     assert re.search(message, error.replace("\n", " "))
     assert (result.status, result.firings) == (1, 10)
 
 
-def test_strict_does_not_start(run):
+def test_strict_run_does_not_start(run):
     with pytest.raises(CxbridgeError, match="names a class"):
-        run(plugins("x", x="plugin: nope"), strict=True)
+        run(make_plugins("x", x="plugin: nope"), strict=True)
 
 
-FILES = plugins(
+FILE_PLUGINS = make_plugins(
     "e",
     "m",
     "f",
@@ -179,9 +179,9 @@ FIBONACCI = "example_interfaces/action/Fibonacci"
         ),
     ],
 )
-def test_a_wrong_call_ends_the_rule_only(run, action, message):
+def test_invalid_call_ends_only_its_rule(run, action, message):
     rules = f"(defrule wrong (declare (salience 1)) => {action} (printout t not-reached crlf))"
-    result, errors = run(FILES, f"{rules} (defrule right (time ?) => (printout t right crlf))")
+    result, errors = run(FILE_PLUGINS, f"{rules} (defrule right (time ?) => (printout t right crlf))")
     assert all(any(text in error for error in errors) for text in (message, "PRCCODE4"))
     assert (result.status, result.firings) == (1, 21)
     assert any("open a action client, cleaning up" in text for text in run.warnings) == (
@@ -200,13 +200,13 @@ def test_a_wrong_call_ends_the_rule_only(run, action, message):
         ("Header", "stamp", "1", "takes a message of type builtin_interfaces/msg/Time, not 1"),
     ],
 )
-def test_a_value_that_a_field_does_not_take_changes_nothing(run, kind, field, value, message):
+def test_invalid_value_of_field_is_reported_without_effect(run, kind, field, value, message):
     program = (
         f'(defrule a => (bind ?m (ros-msgs-create-message "std_msgs/msg/{kind}"))'
         f' (ros-msgs-set-field ?m "{field}" {value}) (printout t reached crlf) (assert (reached)))'
         "(defrule b (reached) => (cx-shutdown))"
     )
-    result, errors = run(FILES, program)
+    result, errors = run(FILE_PLUGINS, program)
     (error,) = errors
     assert message in error
     assert result.run_seconds < 1
@@ -216,8 +216,8 @@ HOOKS = ("initialize", "init_context", "receive_messages", "tick", "context_dest
 
 
 @pytest.mark.parametrize("hook", ["__init__", *HOOKS])
-def test_a_plugin_that_raises_in_a_hook_is_one_error_with_its_place(run, hook, monkeypatch):
-    """The executive plug-in ticks all the same: once a tick a rule fires."""
+def test_exception_in_plugin_hook_is_reported_with_place(run, hook, monkeypatch):
+    """The executive plug-in continues: a rule fires in each tick."""
 
     def fail(self, *_arguments):
         raise ValueError("no door")
@@ -225,19 +225,19 @@ def test_a_plugin_that_raises_in_a_hook_is_one_error_with_its_place(run, hook, m
     failing = type("Failing", (CxPlugin,), {hook: fail})
     monkeypatch.setitem(plugin._SHIPPED_CLASSES, "door::Door", f"{__name__}:Failing")
     monkeypatch.setattr(sys.modules[__name__], "Failing", failing, raising=False)
-    text = plugins("x", "e", x="plugin: 'door::Door'", e="plugin: 'cx::ExecutivePlugin'")
+    text = make_plugins("x", "e", x="plugin: 'door::Door'", e="plugin: 'cx::ExecutivePlugin'")
     result, errors = run(text)
     assert [re.sub(r"^.*/|py:\d+", "", error) for error in errors] == [
         "test_bad_input.: the plug-in 'x' failed: ValueError: no door"
     ]
-    is_counted = hook not in {"context_destroyed", "finalize"}  # these come after the result
+    is_counted = hook not in {"context_destroyed", "finalize"}  # these hooks follow the result
     assert (result.status, result.firings) == (int(is_counted), 10)
 
 
-def test_all_hooks_of_plugins_are_tried():
+def test_hook_table_is_complete():
     helpers = {"parameter", "name", "or_false", "find_share_folders", "log_parameter_error"}
-    own = {name for name in vars(CxPlugin) if not name.startswith("_")} - helpers
-    assert own == {*HOOKS} - {"context_destroyed"}  # of the class that it derives from
+    hooks = {name for name in vars(CxPlugin) if not name.startswith("_")} - helpers
+    assert hooks == {*HOOKS} - {"context_destroyed"}  # a hook of the base class
 
 
 @pytest.mark.parametrize(
@@ -247,47 +247,47 @@ def test_all_hooks_of_plugins_are_tried():
         ("Nothing a\n", "unknown ROS 2 type own_msgs/msg/Nothing"),
     ],
 )
-def test_a_definition_that_cannot_be_read_is_an_error_of_the_rule(run, tmp_path, text, message):
+def test_unreadable_definition_fails_rule(run, tmp_path, text, message):
     package = tmp_path / "own_msgs"
     (package / "msg").mkdir(parents=True)
     (package / "package.xml").write_text("<package><name>own_msgs</name></package>")
     (package / "msg" / "Broken.msg").write_text(text)
     rules = '(defrule wrong => (ros-msgs-create-message "own_msgs/msg/Broken"))'
     result, errors = run(
-        FILES, f"{rules} (defrule right (time ?) => (printout t right crlf))", ros2cx=package
+        FILE_PLUGINS, f"{rules} (defrule right (time ?) => (printout t right crlf))", ros2cx=package
     )
     assert any(message in error for error in errors)
     assert (result.status, result.firings) == (1, 21)
 
 
-def test_a_message_of_another_definition_does_not_come(run):
+def test_message_of_different_type_is_not_received(run):
     def peer(node):
         publisher = node.create_publisher("/talk", "std_msgs/msg/Int32")
         return lambda _seconds: publisher.publish({"data": 1})
 
     rules = '(defrule listen => (ros-msgs-create-subscription "/talk" "std_msgs/msg/String"))'
     result, errors = run(
-        FILES, f"{rules} (defrule came (ros-msgs-message) => (printout error came crlf))", peer=peer
+        FILE_PLUGINS, f"{rules} (defrule came (ros-msgs-message) => (printout error came crlf))", peer=peer
     )
     assert (result.status, errors) == (0, [])
 
 
 @needs_cx
-def test_a_plugin_that_rules_use_can_be_unloaded(run):
-    """The rule that calls its function is an error at each firing; the node continues."""
+def test_plugin_in_use_can_be_unloaded(run):
+    """Each firing of a rule with a function of the plug-in is an error, and the node continues."""
 
     def peer(node):
         client = node.create_client("/clips_manager/unload_plugin", "cx_msgs/srv/UnloadClipsPlugin")
-        left = [{"env_name": "one", "plugin_name": "m"}]
+        requests = [{"env_name": "one", "plugin_name": "m"}]
 
         def step(seconds):
-            if left and seconds > 0.5:
-                client.call(left.pop(), lambda _response: None)
+            if requests and seconds > 0.5:
+                client.call(requests.pop(), lambda _response: None)
 
         return step
 
     program = '(defrule use (time ?) => (ros-msgs-destroy-publisher "x") (printout t used crlf))'
-    result, errors = run(FILES, program, peer=peer, ros2cx=CX_DIR)
+    result, errors = run(FILE_PLUGINS, program, peer=peer, ros2cx=CX_DIR)
     assert any("the plug-in 'm' was unloaded from the environment 'one'" in error for error in errors)
     assert (result.status, result.loops) == (1, 11)
 
@@ -299,67 +299,67 @@ STATES = {
     "canceling": ("runs", "cancel"),
     "ended": ("ends", ""),
 }
-"""The server's action on a goal, and the client's request, before the server leaves."""
+"""By state of the goal: the behaviour of the server and the request of the client before the end."""
 
 
 class Server(GoalHandler):
-    """Serves Fibonacci until it leaves, three tenths of a second after a goal has come."""
+    """A server of Fibonacci that leaves 0.3 s after the arrival of a goal."""
 
-    def __init__(self, node, does):
-        self.node, self.does, self.at = node, does, None
+    def __init__(self, node, behaviour):
+        self.node, self.behaviour, self.begin_s = node, behaviour, None
         self.server = GoalServer(node, "/count", FIBONACCI, self, VirtualClock())
 
     def decide(self, served):
-        return GoalResponse.ACCEPT_AND_DEFER if self.does == "waits" else GoalResponse.ACCEPT_AND_EXECUTE
+        return GoalResponse.ACCEPT_AND_DEFER if self.behaviour == "waits" else GoalResponse.ACCEPT_AND_EXECUTE
 
     def begin(self, served):
-        self.at = -1.0
-        if self.does == "ends":
+        self.begin_s = -1.0
+        if self.behaviour == "ends":
             served.finish(GoalStatus.SUCCEEDED, {"sequence": [1]})
 
     def step(self, seconds):
-        if self.at is not None and self.at < 0:
-            self.at = seconds
-        if self.node is not None and (not self.does or (self.at and seconds > self.at + 0.3)):
+        if self.begin_s is not None and self.begin_s < 0:
+            self.begin_s = seconds
+        if self.node is not None and (not self.behaviour or (self.begin_s and seconds > self.begin_s + 0.3)):
             self.node.close()
             self.node = None
 
 
 @pytest.mark.parametrize("state", STATES)
-def test_a_server_that_is_gone_in_a_state_of_a_goal_stops_nothing(run, state):
-    does, asks = STATES[state]
+def test_run_continues_after_server_leaves(run, state):
+    behaviour, client_request = STATES[state]
     program = f"""
 (defrule begin => (ros-msgs-create-action-client "/count" "{FIBONACCI}")
   (ros-msgs-async-send-goal (ros-msgs-create-goal-request "{FIBONACCI}") "/count"))
-(defrule stop (ros-msgs-goal-response (client-goal-handle-ptr ?p)) (test (eq "{asks}" "cancel"))
+(defrule stop (ros-msgs-goal-response (client-goal-handle-ptr ?p)) (test (eq "{client_request}" "cancel"))
   => (ros-msgs-async-cancel-goal "/count" ?p))
 (defrule ended (ros-msgs-wrapped-result (code ?code)) => (printout t "ended " ?code crlf))
 (defrule on (time ?) => (printout t on crlf))
 """
-    result, errors = run(FILES, program, peer=lambda node: Server(node, does).step, seconds=3.0)
+    result, errors = run(FILE_PLUGINS, program, peer=lambda node: Server(node, behaviour).step, seconds=3.0)
     assert (result.status, errors) == (0, [])
     assert run.lines.count("on") == 30
-    assert run.lines.count("ended SUCCEEDED") == (does == "ends")
+    assert run.lines.count("ended SUCCEEDED") == (behaviour == "ends")
 
 
 @pytest.mark.parametrize("recording", ["empty_plugins", "two_envs_no_log"])
 @needs_shared
-def test_parameters_that_end_the_original_run(recording, tmp_path):
+def test_parameters_that_crash_original_are_run(recording, tmp_path):
     file = FOLDER / recording / "params.yaml"
     assert run_scenario(options_from_keywords(file, timeout=1.0, log_dir=tmp_path)).status == 0
     assert {each.stem for each in tmp_path.glob("*.log")} == {"one", "two"}
 
 
-def test_files_that_execute_each_other_end(run, tmp_path):
-    other = tmp_path / "other.clp"
-    other.write_text(f'(batch* "{tmp_path / "agent.clp"}")')
-    result, errors = run(FILES.replace("load:", "batch:"), f'(batch* "{other}")\n')
+def test_recursive_files_are_reported(run, tmp_path):
+    second_file = tmp_path / "other.clp"
+    second_file.write_text(f'(batch* "{tmp_path / "agent.clp"}")')
+    result, errors = run(FILE_PLUGINS.replace("load:", "batch:"), f'(batch* "{second_file}")\n')
     assert any("agent.clp: this file reads itself" in error for error in errors)
     assert result.loops == 11
 
 
-def test_rules_without_an_end_are_a_fault(run):
+def test_endless_rules_are_fault(run):
     program = "(deffacts f (n 0)) (defrule on ?f <- (n ?x) => (retract ?f) (assert (n (+ ?x 1))))"
-    result, errors = run(FILES, program)
+    result, errors = run(FILE_PLUGINS, program)
     assert result.status == 4
     assert any("on" in error for error in errors)

@@ -1,4 +1,4 @@
-"""Agents are looked at as those of Fawkes are: nothing of them is executed."""
+"""The check of agents of the ROS 2 CX."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tests.support import CX_DIR, needs_cx
 
 pytestmark = needs_cx
 
-FINE = (
+VALID_FILES = (
     *(f"{PLUGINS}/{name}.yaml" for name in ("config", "executive", "file_load", "protobuf", "ros_msgs")),
     *(f"{PLUGINS}/{name}.yaml" for name in ("ros_msgs_client", "ros_msgs_service", "ros_param")),
     *(f"{PLUGINS}/{name}.yaml" for name in ("ros_msgs_action_client", "set_bool_srv", "string_msg")),
@@ -22,10 +22,10 @@ FINE = (
 )
 
 
-def findings(file):
+def check_file(file):
     return [str(each) for each in check(options_from_keywords(file, ros2cx=CX_DIR))]
 
 
-@pytest.mark.parametrize("name", FINE)
-def test_an_example_has_no_findings(name):
-    assert findings(CX_DIR / name) == []
+@pytest.mark.parametrize("name", VALID_FILES)
+def test_example_has_no_findings(name):
+    assert check_file(CX_DIR / name) == []

@@ -1,4 +1,4 @@
-"""The 22 parameter files of the checkout run, to the end that the table names."""
+"""Runs of the 22 parameter files of the checkout."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from cxbridge.errors import CxbridgeError
 from cxbridge.run import run_scenario
 from cxbridge.run.program.plain_options import options_from_keywords
-from ros2cx_tests.cx.recordings import sourced
+from ros2cx_tests.cx.recordings import make_ros_prefix
 from tests.support import CX_DIR, needs_cx
 
 pytestmark = needs_cx
@@ -27,7 +27,7 @@ FILES = {
     f"{PLUGINS}/executive.yaml": COMPLETED,
     f"{PLUGINS}/fibonacci_action.yaml": COMPLETED,
     f"{PLUGINS}/file_load.yaml": COMPLETED,
-    f"{PLUGINS}/pddl_parser.yaml": REPORTED,  # of a plug-in that the checkout does not have any more
+    f"{PLUGINS}/pddl_parser.yaml": REPORTED,  # the checkout lacks the plug-in
     f"{PLUGINS}/protobuf.yaml": COMPLETED,
     f"{PLUGINS}/protobuf_linked.yaml": COMPLETED,
     f"{PLUGINS}/ros_msgs.yaml": COMPLETED,
@@ -45,32 +45,32 @@ FILES = {
     f"{RL}/rl_agent.yaml": COMPLETED,
     f"{RL}/rl_node_config.yaml": "these are parameters of another node",  # see test_rl.py
 }
-"""What becomes of each: the exit status, or the error that it is."""
+"""The exit status or the error of each file."""
 
 
-def test_the_table_has_each_file():
-    found = {
+def test_table_has_each_file():
+    parameter_files = {
         str(file.relative_to(str(CX_DIR)))
         for file in Path(str(CX_DIR)).rglob("params/**/*.yaml")
         if "ros__parameters" in file.read_text()
     }
-    assert {*FILES} == found
+    assert {*FILES} == parameter_files
 
 
-@pytest.mark.parametrize(("name", "wanted"), FILES.items())
-def test_a_file_runs(name, wanted, tmp_path, monkeypatch):
-    monkeypatch.setenv("AMENT_PREFIX_PATH", str(sourced(tmp_path / "prefix")))
+@pytest.mark.parametrize(("name", "expected"), FILES.items())
+def test_file_runs_with_expected_outcome(name, expected, tmp_path, monkeypatch):
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(make_ros_prefix(tmp_path / "prefix")))
     monkeypatch.chdir(tmp_path)  # an agent saves facts in the current folder
     options = options_from_keywords(CX_DIR / name, ros2cx=CX_DIR, timeout=1.0)
-    if isinstance(wanted, str):
-        with pytest.raises(CxbridgeError, match=wanted) as raised:
+    if isinstance(expected, str):
+        with pytest.raises(CxbridgeError, match=expected) as raised:
             run_scenario(options)
         assert raised.value.file is not None
     else:
-        assert run_scenario(options).status == wanted
+        assert run_scenario(options).status == expected
 
 
-def test_a_checkout_alone_names_a_file_to_run():
+def test_error_about_missing_file_suggests_file():
     with pytest.raises(CxbridgeError, match="name the parameters of an agent") as raised:
         run_scenario(options_from_keywords(None, ros2cx=CX_DIR))
     assert "hello_world.yaml" in str(raised.value)

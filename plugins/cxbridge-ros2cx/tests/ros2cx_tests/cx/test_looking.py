@@ -1,4 +1,4 @@
-"""Looking at parameters of clips_manager executes nothing of the agent: a run springs the same traps."""
+"""The check of an agent of the ROS 2 CX executes no code of the agent, in contrast to a run."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ def _parameters(tmp_path: Path) -> Path:
     return tmp_path / "params.yaml"
 
 
-def sprung(folder: Path) -> set[str]:
+def find_sprung_traps(folder: Path) -> set[str]:
     return {file.name.removeprefix("ran-") for file in folder.glob("ran-*")}
 
 
 @needs_plugin("studio")
-def test_a_check_executes_nothing_and_a_run_executes_all(parameters: Path):
+def test_check_executes_no_code_of_agent(parameters: Path):
     assert invoke(["check", str(parameters)]) == 0
-    assert sprung(parameters.parent) == set()
+    assert find_sprung_traps(parameters.parent) == set()
     assert invoke(["run", str(parameters), "--timeout", "2", "--quiet"]) == 0
-    assert sprung(parameters.parent) == {"default", "global", "test", "rule", "batch", "other"}
+    assert find_sprung_traps(parameters.parent) == {"default", "global", "test", "rule", "batch", "other"}

@@ -1,4 +1,4 @@
-"""The executive plug-in as of pull request 33: services that answer as the recorded ones, ticks in passes."""
+"""The executive plug-in as of pull request 33, with services and with ticks in passes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cxbridge.run import run_scenario
 from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge_ros2cx.cx.node import CxNode
 
-# The types of services and of clips_log; their package tells that the executive is the newer one.
+# The types of services and of clips_log. Their package marks the newer executive.
 DEFINITIONS = {
     "package.xml": "<package><name>cx_msgs</name></package>",
     "srv/ClipsCommand.srv": "string env_name\nstring command\n---\nbool success\nstring message\n",
@@ -28,40 +28,40 @@ ENV, TRIGGER = "one", "std_srvs/srv/Trigger"
 
 
 @pytest.fixture
-def said():
-    """The messages on clips_log: logical name and line."""
+def log_messages():
+    """Return a list for the messages on clips_log, as logical name and line."""
     return []
 
 
 @pytest.fixture
-def run(tmp_path, said):
-    """Run an agent while services of the executive plug-in are called, a loop each."""
+def run(tmp_path, log_messages):
+    """Return a function that runs an agent and calls a service of the executive plug-in in each loop."""
 
     for name, text in DEFINITIONS.items():
         file = tmp_path / "workspace" / "cx_msgs" / name
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text)
 
-    def run(program, calls=(), more="rule_limit: -1"):
+    def run(program, calls=(), settings="rule_limit: -1"):
         (tmp_path / "agent.clp").write_text(program)
         file = tmp_path / "params.yaml"
-        file.write_text(PARAMETERS.replace("AGENT", str(tmp_path / "agent.clp")).replace("MORE", more))
-        left, answers, fired = [*calls], [], []
+        file.write_text(PARAMETERS.replace("AGENT", str(tmp_path / "agent.clp")).replace("MORE", settings))
+        remaining_calls, answers, firings = [*calls], [], []
 
         def attach(assembly):
             assert isinstance(assembly.executive, CxNode)
             node = assembly.executive.manager.context.ros.graph.join("peer")
             topic = "/clips_manager/executive/refresh_agenda"
-            node.subscribe(topic, "std_msgs/msg/Int64", lambda message: fired.append(message["data"]))
+            node.subscribe(topic, "std_msgs/msg/Int64", lambda message: firings.append(message["data"]))
 
-            def note(message):
-                said.append((message["logical_name"], message["line"]))
+            def record_log(message):
+                log_messages.append((message["logical_name"], message["line"]))
 
-            node.subscribe("/clips_manager/clips_log", "cx_msgs/msg/Log", note)
+            node.subscribe("/clips_manager/clips_log", "cx_msgs/msg/Log", record_log)
 
             def step():
-                if left:
-                    name, *command = left.pop(0)
+                if remaining_calls:
+                    name, *command = remaining_calls.pop(0)
                     kind = "cx_msgs/srv/ClipsCommand" if command else TRIGGER
                     request = dict(zip(("env_name", "command"), command, strict=True)) if command else {}
                     client = node.create_client(f"/clips_manager/executive/{name}", kind)
@@ -76,17 +76,17 @@ def run(tmp_path, said):
         )
         result = run_scenario(options, attach=attach)
         lines = [line.split("[info] ")[1] for line in (tmp_path / "logs/one.log").read_text().splitlines()]
-        return result, lines, answers, fired
+        return result, lines, answers, firings
 
     return run
 
 
-COUNT = "(defrule tick (time ?) => (printout t tick crlf))"
+TICK_RULE = "(defrule tick (time ?) => (printout t tick crlf))"
 
 
-def test_services_answer_as_recorded(run):
-    _, lines, answers, fired = run(
-        COUNT,
+def test_services_answer_like_recording(run):
+    _, lines, answers, firings = run(
+        TICK_RULE,
         [
             *(("pause",), ("pause",), ("tick_once",)),
             ("build", ENV, "(deftemplate example (slot message (type STRING)))"),
@@ -117,35 +117,35 @@ def test_services_answer_as_recorded(run):
     ]
     assert any(line.endswith('(example (message "hello"))') for line in lines)
     assert "3" in lines
-    assert lines.count("tick") == sum(fired) < 15
+    assert lines.count("tick") == sum(firings) < 15
 
 
-def test_the_time_is_there_in_the_first_pass_only(run):
+def test_time_fact_exists_only_in_first_pass(run):
     program = "(defrule a (time ?) => (assert (b))) (defrule c ?b <- (b) (not (time ?)) => (retract ?b))"
-    result, _, _, fired = run(program)
-    assert set(fired) == {2}
+    result, _, _, firings = run(program)
+    assert set(firings) == {2}
     assert result.status == 0
 
 
-def test_lines_are_messages(run, said):
+def test_log_lines_are_published(run, log_messages):
     program = '(defrule hello (time ?) (not (said)) => (assert (said)) (printout green "hello" crlf))'
-    run(program, more="log_clips_to_topic: true")
-    assert ("green", "hello") in said
-    assert any(name == "stdout" and line.endswith("(said)") for name, line in said)
+    run(program, settings="log_clips_to_topic: true")
+    assert ("green", "hello") in log_messages
+    assert any(name == "stdout" and line.endswith("(said)") for name, line in log_messages)
 
 
-def test_a_module_of_the_stack_is_run(run):
+def test_modules_of_focus_stack_are_run(run):
     program = (
         "(defmodule MAIN (export ?ALL)) (defmodule DOOR (import MAIN ?ALL))"
         " (defrule DOOR::open => (printout t open crlf))"
     )
-    result, lines, _, _ = run(program, more='focus_stack: ["MAIN", "DOOR", "WINDOW"]')
+    result, lines, _, _ = run(program, settings='focus_stack: ["MAIN", "DOOR", "WINDOW"]')
     assert lines.count("open") == 1
     assert result.reason.endswith("Focus stack entry 'WINDOW' is not a valid module, removing from stack.")
 
 
-def test_a_limit_ends_a_tick(run):
+def test_rule_limit_ends_tick(run):
     program = "(deffacts f (n 0)) (defrule on (time ?) ?f <- (n ?x) => (retract ?f) (assert (n (+ ?x 1))))"
-    result, _, _, fired = run(program, more="rule_limit: 5, focus_stack: []")
-    assert set(fired) == {5}
+    result, _, _, firings = run(program, settings="rule_limit: 5, focus_stack: []")
+    assert set(firings) == {5}
     assert "Rule fire limit of 5 was reached." in result.reason

@@ -1,4 +1,4 @@
-"""The node as its peers see it: services, lifecycle, parameters, over nodes of the process."""
+"""The services, lifecycle and parameters of the node, used by a peer in the same process."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ AGENT = "(deftemplate thing (slot name)) (defrule hello => (printout t hello crl
 
 
 class Peer:
-    """Calls services one after the other, a loop each."""
+    """A peer that calls a service in each loop."""
 
     def __init__(self, folder: Path, *calls):
         agent = folder / "agent.clp"
@@ -41,7 +41,7 @@ class Peer:
         self.calls, self.refreshed, self.log = [*calls], 0, folder / "logs"
         self.answers: list[dict[str, object]] = []
         self.values: dict[str, object] = {}
-        self.listens: tuple[str, str, Callable[[dict[str, Any]], None]] | None = None
+        self.subscription: tuple[str, str, Callable[[dict[str, Any]], None]] | None = None
 
     def run(self, seconds=3.0):
         options = options_from_keywords(self.parameters, ros2cx=CX_DIR, timeout=seconds, log_dir=self.log)
@@ -52,8 +52,8 @@ class Peer:
         assert isinstance(assembly.executive, CxNode)
         self.node = assembly.executive.manager.context.ros.graph.join("peer")
         self.node.subscribe("/clips_executive/refresh_agenda", "std_msgs/msg/Empty", self.count)
-        if self.listens:
-            self.node.subscribe(*self.listens)
+        if self.subscription:
+            self.node.subscribe(*self.subscription)
         self.client = ParameterClient(self.node, "/clips_manager")
         assembly.loop.add(Hook.PRE_LOOP, self.step)
 
@@ -68,30 +68,30 @@ class Peer:
             self.client.get(["environments", "executive.publish_on_refresh"], self.values.update)
 
 
-def cx(name, kind, **request):
+def make_call(name, kind, **request):
     return (name, f"cx_msgs/srv/{kind}", request)
 
 
-def change(number):
+def make_transition(number):
     return ("change_state", "lifecycle_msgs/srv/ChangeState", {"transition": {"id": number}})
 
 
-def test_services_for_environments_and_plugins(tmp_path):
+def test_services_manage_environments_and_plugins(tmp_path):
     peer = Peer(
         tmp_path,
-        cx("list_envs", "ListClipsEnvs"),
-        cx("create_env", "CreateClipsEnv", env_name="other"),
-        cx("create_env", "CreateClipsEnv", env_name="other"),
-        cx("list_plugins", "ListClipsPlugins", env_name="other"),
-        cx("load_plugin", "LoadClipsPlugin", env_name="other", plugin_name="executive"),
-        cx("unload_plugin", "UnloadClipsPlugin", env_name="other", plugin_name="example"),
-        cx("unload_plugin", "UnloadClipsPlugin", env_name="other", plugin_name="example"),
-        cx("load_plugin", "LoadClipsPlugin", env_name="nope", plugin_name="example"),
-        cx("load_plugin", "LoadClipsPlugin", env_name="other", plugin_name="nope"),
-        cx("list_plugins", "ListClipsPlugins", env_name="other"),
-        cx("destroy_env", "DestroyClipsEnv", env_name="other"),
-        cx("destroy_env", "DestroyClipsEnv", env_name="other"),
-        cx("list_envs", "ListClipsEnvs"),
+        make_call("list_envs", "ListClipsEnvs"),
+        make_call("create_env", "CreateClipsEnv", env_name="other"),
+        make_call("create_env", "CreateClipsEnv", env_name="other"),
+        make_call("list_plugins", "ListClipsPlugins", env_name="other"),
+        make_call("load_plugin", "LoadClipsPlugin", env_name="other", plugin_name="executive"),
+        make_call("unload_plugin", "UnloadClipsPlugin", env_name="other", plugin_name="example"),
+        make_call("unload_plugin", "UnloadClipsPlugin", env_name="other", plugin_name="example"),
+        make_call("load_plugin", "LoadClipsPlugin", env_name="nope", plugin_name="example"),
+        make_call("load_plugin", "LoadClipsPlugin", env_name="other", plugin_name="nope"),
+        make_call("list_plugins", "ListClipsPlugins", env_name="other"),
+        make_call("destroy_env", "DestroyClipsEnv", env_name="other"),
+        make_call("destroy_env", "DestroyClipsEnv", env_name="other"),
+        make_call("list_envs", "ListClipsEnvs"),
     )
     result, _ = peer.run()
     answers = [
@@ -112,13 +112,20 @@ def test_services_for_environments_and_plugins(tmp_path):
         (False, None, "unknown Environment name"),
         (True, ["one"], ""),
     ]
-    assert result.status == 1  # errors were reported
+    assert result.status == 1  # the run reports errors
     assert peer.refreshed >= 28
     assert peer.values == {"environments": ["one"], "executive.publish_on_refresh": True}
 
 
-def test_a_second_activation_begins_anew(tmp_path):
-    peer = Peer(tmp_path, change(4), cx("list_envs", "ListClipsEnvs"), change(3), change(4), change(3))
+def test_second_activation_restarts_agent(tmp_path):
+    peer = Peer(
+        tmp_path,
+        make_transition(4),
+        make_call("list_envs", "ListClipsEnvs"),
+        make_transition(3),
+        make_transition(4),
+        make_transition(3),
+    )
     result, log = peer.run()
     assert [each["success"] for each in peer.answers] == [True] * 5
     assert log.count("hello") == 3
@@ -126,23 +133,29 @@ def test_a_second_activation_begins_anew(tmp_path):
     assert result.status == 0
 
 
-def test_a_node_that_does_not_start_by_itself_waits_for_a_peer(tmp_path):
-    peer = Peer(tmp_path, ("get_state", "lifecycle_msgs/srv/GetState", {}), change(3), change(1), change(3))
+def test_node_without_autostart_waits_for_peer(tmp_path):
+    peer = Peer(
+        tmp_path,
+        ("get_state", "lifecycle_msgs/srv/GetState", {}),
+        make_transition(3),
+        make_transition(1),
+        make_transition(3),
+    )
     peer.parameters.write_text(
         peer.parameters.read_text().replace("executive:", "autostart_node: false\n    executive:")
     )
     result, log = peer.run()
-    state, *done = peer.answers
+    state, *changes = peer.answers
     assert "unconfigured" in str(state["current_state"])
-    assert [each["success"] for each in done] == [False, True, True]
+    assert [each["success"] for each in changes] == [False, True, True]
     assert log.count("hello") == 1
     assert result.status == 0
 
 
-def test_a_bond_beats_until_the_node_is_deactivated(tmp_path):
+def test_bond_beats_until_deactivation(tmp_path):
     beats: list[dict[str, object]] = []
-    peer = Peer(tmp_path, *[("get_state", "lifecycle_msgs/srv/GetState", {})] * 20, change(4))
-    peer.listens = ("/bond", "bond/msg/Status", beats.append)
+    peer = Peer(tmp_path, *[("get_state", "lifecycle_msgs/srv/GetState", {})] * 20, make_transition(4))
+    peer.subscription = ("/bond", "bond/msg/Status", beats.append)
     peer.parameters.write_text(
         peer.parameters.read_text().replace("executive:", "bond_heartbeat_period: 0.5\n    executive:")
     )
@@ -154,9 +167,9 @@ def test_a_bond_beats_until_the_node_is_deactivated(tmp_path):
     assert len({beat["instance_id"] for beat in beats}) == 1
 
 
-@pytest.mark.parametrize(("number", "done"), [(1, False), (2, False), (7, True)])
-def test_other_transitions(tmp_path, number, done):
-    peer = Peer(tmp_path, change(number))
+@pytest.mark.parametrize(("number", "succeeds"), [(1, False), (2, False), (7, True)])
+def test_further_transitions(tmp_path, number, succeeds):
+    peer = Peer(tmp_path, make_transition(number))
     result, _ = peer.run()
-    assert [each["success"] for each in peer.answers] == [done]
-    assert (result.run_seconds < 1) == done
+    assert [each["success"] for each in peer.answers] == [succeeds]
+    assert (result.run_seconds < 1) == succeeds

@@ -1,4 +1,4 @@
-"""The examples that ship with the plug-in: hello, messages, an action, a plan."""
+"""The examples of the plug-in: hello, messages, an action and a plan."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.support import CX_DIR, needs_cx
 
 EXAMPLES = Path(cxbridge_ros2cx.__file__).parent / "examples"
 
-PRINTED = {
+EXPECTED_LINES = {
     ("hello", "hello"): ["hello", "good-bye after 4 ticks"],
     ("chat", "asker"): ["How are you? Fine.", "the light is on"],
     ("count", "client"): [
@@ -29,21 +29,21 @@ PRINTED = {
 }
 
 
-def test_each_example_is_run():
-    assert {file.stem for file in EXAMPLES.glob("params/*.yaml")} == {name for name, _ in PRINTED}
+def test_table_has_each_example():
+    assert {file.stem for file in EXAMPLES.glob("params/*.yaml")} == {name for name, _ in EXPECTED_LINES}
 
 
 @pytest.mark.parametrize(
     ("name", "env"),
-    [pytest.param(*each, marks=[needs_cx] if each[0] == "plan" else []) for each in PRINTED],
+    [pytest.param(*each, marks=[needs_cx] if each[0] == "plan" else []) for each in EXPECTED_LINES],
 )
-def test_an_example_prints(name, env, tmp_path):
-    """The types of pddl_manager are in a checkout only."""
+def test_example_prints_expected_lines(name, env, tmp_path):
+    """The example `plan` needs a checkout for the types of pddl_manager."""
     folder = CX_DIR if name == "plan" else None
     file = EXAMPLES / "params" / f"{name}.yaml"
     result = run_scenario(options_from_keywords(file, ros2cx=folder, timeout=2.0, log_dir=tmp_path))
     lines = [line.split("[info] ")[1] for line in (tmp_path / f"{env}.log").read_text().splitlines()]
-    assert [line for line in lines if "> f-" not in line] == PRINTED[name, env]
+    assert [line for line in lines if "> f-" not in line] == EXPECTED_LINES[name, env]
     assert result.status == 0
 
 
@@ -54,7 +54,7 @@ DOMAIN = """
 """
 
 
-def test_a_planner_sees_the_actions_that_a_filter_leaves():
+def test_filtered_domain_has_only_kept_actions():
     problem = ManagedProblem(DOMAIN)
     problem.add_fluent("here", ())
     problem.goals["there"] = ManagedGoal([Atom("there", ())], kept_actions=("fly",))

@@ -1,4 +1,4 @@
-"""Agents of ``cx_rl_clips`` as environments of Gymnasium: the checkout's agent builds a tower of blocks."""
+"""Agents of ``cx_rl_clips`` as environments of Gymnasium, with the block agent of the checkout."""
 
 from __future__ import annotations
 
@@ -24,33 +24,33 @@ PARAMS = BRINGUP / "params"
 TOWER = ("stack(robot1#block2#block1)", "stack(robot1#block3#block2)", "stack(robot1#block4#block3)")
 
 
-def make(**given):
-    given = {"parameters": PARAMS / "rl_agent.yaml", "ros2cx": CHECKOUT} | given
-    return gymnasium.make(cxbridge_ros2cx.rl.ENVIRONMENT_ID, **given).unwrapped
+def make_environment(**settings):
+    settings = {"parameters": PARAMS / "rl_agent.yaml", "ros2cx": CHECKOUT} | settings
+    return gymnasium.make(cxbridge_ros2cx.rl.ENVIRONMENT_ID, **settings).unwrapped
 
 
 @pytest.fixture(scope="module")
 def blocks():
-    made = make()
-    yield made
-    made.close()
+    environment = make_environment()
+    yield environment
+    environment.close()
 
 
-def do(blocks, *actions):
-    """Do actions; return the last step."""
+def execute(blocks, *actions):
+    """Execute actions, and return the last step."""
     step = ()
     for action in actions:
         step = blocks.step(blocks.actions.index(action))
     return step
 
 
-def test_it_is_an_environment_of_gymnasium(blocks):
+def test_environment_passes_check_of_gymnasium(blocks):
     from gymnasium.utils.env_checker import check_env
 
     check_env(blocks, skip_render_check=True)
 
 
-def test_the_spaces_have_all_groundings_in_the_order_of_the_original(blocks):
+def test_spaces_have_all_groundings_in_original_order(blocks):
     objects = 4
     assert list(blocks.observables) == sorted(blocks.observables)
     assert len(blocks.observables) == objects * 5 + 1 + 2 * objects**2 - objects  # holding, on, target-on ...
@@ -60,30 +60,30 @@ def test_the_spaces_have_all_groundings_in_the_order_of_the_original(blocks):
     assert {"holding(robot1#block1)", "on(block1#block1)", "can-hold(robot1)"} <= {*blocks.observables}
 
 
-def test_a_step_changes_what_the_rules_say(blocks):
+def test_step_changes_observations_by_rules(blocks):
     before, info = blocks.reset()
     assert info["robot"] == "robot1"
     assert {blocks.actions[number] for number in np.flatnonzero(info["action_mask"])} == {
         f"pickup(robot1#block{number})" for number in range(1, 5)
     }
-    after, reward, terminated, truncated, info = do(blocks, "pickup(robot1#block2)")
-    changed = {name for name, place in blocks.observables.items() if before[place] != after[place]}
+    after, reward, terminated, truncated, info = execute(blocks, "pickup(robot1#block2)")
+    changed = {name for name, index in blocks.observables.items() if before[index] != after[index]}
     assert changed == {"can-hold(robot1)", "on-table(block2)", "holding(robot1#block2)"}
     assert (reward, terminated, truncated, info["outcome"]) == (0.0, False, False, "")
-    assert do(blocks, TOWER[0])[1] == 100.0
+    assert execute(blocks, TOWER[0])[1] == 100.0
 
 
-def test_a_dead_end_ends_the_episode_with_the_reward_of_failures(blocks):
+def test_dead_end_ends_episode_with_failure_reward(blocks):
     blocks.reset()
     pairs = [("block2", "block1"), ("block4", "block3")]
-    *_, info = do(
+    *_, info = execute(
         blocks, *(each for a, b in pairs for each in (f"pickup(robot1#{a})", f"stack(robot1#{a}#{b})"))
     )
     assert np.flatnonzero(info["action_mask"]).tolist() == [0]
-    assert do(blocks, "no-op")[1:3] == (-100.0, True)
+    assert execute(blocks, "no-op")[1:3] == (-100.0, True)
 
 
-def test_the_samples_of_the_page_run(tmp_path, monkeypatch):
+def test_sample_of_manual_runs(tmp_path, monkeypatch):
     page = (ROOT / "docs" / "evidence" / "ros2-cx.md").read_text()
     section = page.partition("## Reinforcement learning")[2].partition("\n## ")[0]
     (training,) = re.findall(r"```python\n(.*?)```", section, re.DOTALL)
@@ -95,13 +95,13 @@ def test_the_samples_of_the_page_run(tmp_path, monkeypatch):
     assert [file.name for file in tmp_path.iterdir()] == ["clips_executive"]
 
 
-def test_an_agent_without_the_interface_is_an_error():
+def test_agent_without_interface_is_refused():
     with pytest.raises(CxbridgeError, match="no environment has the templates of cx_rl_clips") as raised:
-        make(parameters=CHECKOUT / "cx_tutorial_agents" / "params" / "hello_world.yaml")
+        make_environment(parameters=CHECKOUT / "cx_tutorial_agents" / "params" / "hello_world.yaml")
     assert str(raised.value.file).endswith("hello_world.yaml")
 
 
-def test_an_action_without_an_end_is_an_error_that_names_the_action(tmp_path):
+def test_endless_action_is_reported_with_name(tmp_path):
     program = BRINGUP / "clips" / "cx_rl_bringup" / "rl-blocksworld.clp"
     lazy = program.read_text().replace("(modify ?action (is-finished TRUE) (reward ?reward))", "")
     (tmp_path / "lazy.clp").write_text(lazy)
@@ -109,8 +109,8 @@ def test_an_action_without_an_end_is_an_error_that_names_the_action(tmp_path):
     (tmp_path / "lazy.yaml").write_text(
         text.replace("clips/cx_rl_bringup/rl-blocksworld.clp", f"{tmp_path}/lazy.clp")
     )
-    lazy_one = make(parameters=tmp_path / "lazy.yaml", patience=5.0)
-    lazy_one.reset()
+    environment = make_environment(parameters=tmp_path / "lazy.yaml", patience=5.0)
+    environment.reset()
     with pytest.raises(CxbridgeError, match="does not finish the action pickup"):
-        do(lazy_one, "pickup(robot1#block2)")
-    lazy_one.close()
+        execute(environment, "pickup(robot1#block2)")
+    environment.close()

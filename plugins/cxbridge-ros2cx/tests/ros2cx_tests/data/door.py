@@ -7,7 +7,7 @@ from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFail
 
 
 class Door(SkillExecutor):
-    """Fails after a second."""
+    """An executor that fails after a second."""
 
     skills = ("move",)
 

@@ -1,6 +1,6 @@
-"""An executor in a separate process that is killed at a certain point: ``python dying.py POINT URL``.
+"""An executor in a separate process that is killed at a point: ``python dying.py POINT URL``.
 
-POINT is ``responded``, ``confirmed``, ``running``, ``finished``, or anything else for never.
+POINT is ``responded``, ``confirmed``, ``running`` or ``finished``. The process survives further values.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ STEPS_BEFORE_DEATH = 3
 
 
 class Move(DummyExecutor):
-    """A dummy that is fast."""
+    """A fast dummy."""
 
     skills = ("move",)
     period = 0.05
 
 
 class Dying(host.ExecutorHost):
-    """Dies without a word at a certain point."""
+    """A host that kills its process at a point."""
 
     steps = 0
 

@@ -1,4 +1,4 @@
-;; The plan that the recordings with a fixed sequence ran; the rule has the name that it has there.
+;; The plan that the recordings with a fixed sequence ran; the rule has the recorded name.
 (defrule goal-expander-create-sequence
   ?g <- (goal (mode SELECTED) (id TESTGOAL))
   =>

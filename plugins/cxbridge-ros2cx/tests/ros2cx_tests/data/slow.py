@@ -1,10 +1,10 @@
-"""The executor of the recording in which the action goes away: it was asked for less feedback."""
+"""The executor of the recording of a removed action, with less feedback."""
 
 from cxbridge_ros2cx.executors import ThesisDummyExecutor
 
 
 class Slow(ThesisDummyExecutor):
-    """Sends feedback every two seconds."""
+    """An executor with feedback every two seconds."""
 
     skills = ("move",)
     period = 2.0

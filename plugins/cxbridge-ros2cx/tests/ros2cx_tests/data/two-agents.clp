@@ -1,4 +1,4 @@
-;; Two agents have an action each, at the same time.
+;; Each of two agents has an action at the same time.
 (defrule two-agents
   (executive-init)
   (ff-feature-loaded skill_execution)
