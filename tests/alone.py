@@ -1,4 +1,4 @@
-"""Runs a distribution alone: its wheel and what it declares, in an environment of its own.
+"""Runs a distribution alone: its wheel and declared dependencies, in a separate environment.
 
 ``python -m tests.alone NAME [ARGUMENT...]`` passes the tests of a distribution in such an environment, e.g.
 ``python -m tests.alone cxbridge-protobuf -x``. The packages are links to those beside these tests: nothing is
@@ -25,14 +25,14 @@ from tests.support import ROOT
 
 CORE = "cxbridge"
 TOOLS = ("pytest", "pytest-xdist", "hypothesis", "jsonschema-rs", "mcap", "mongomock", "psutil")
-"""The tools of the tests, of which those that are installed count."""
+"""The tools of the tests, if installed."""
 
 PLANNERS = "cxbridge-planning"
 TESTED_WITH_PLANNERS = ("cxbridge-explore", "cxbridge-ros2", "cxbridge-studio", "cxbridge-web")
 """The distributions whose tests run agents that plan. They do not import the planners' distribution."""
 
 SOURCES = (CORE, "plugins", "tests", "conftest.py", "pyproject.toml")
-"""The parts of the checkout to which there are no links: the sources, and what is copied."""
+"""The parts of the checkout without links: the sources, and copied parts."""
 
 OF_THE_CHECKOUT = ("architecture", "dependencies", "extras", "long", "output_files", "packaging", "release")
 """The tests of the checkout as a whole, which has no sources here."""
@@ -93,10 +93,10 @@ def entries(package: str) -> Iterator[Path]:
 
 
 def make_environment(folder: Path, name: str, wheels: Path, tools: Iterable[str] = ()) -> Path:
-    """Make an environment with the wheel of a distribution, and what it declares; return its Python.
+    """Make an environment with the wheel of a distribution and its dependencies; return its Python.
 
     :param wheels: the folder with the wheels of this repository.
-    :param tools: packages that are there, too.
+    :param tools: further packages of the environment.
     """
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(folder)], check=True, timeout=60)
     (site,) = folder.glob("lib/python*/site-packages")

@@ -43,7 +43,7 @@ _BEFORE = pytest.StashKey[float]()
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Tell each phase's share; the report carries it from a worker to the controller."""
+    """Add each phase's share to the report, which carries the share from a worker to the controller."""
     report = yield
     now = _spent()
     report.user_properties.append((_PROPERTY, max(0.0, now - item.stash[_BEFORE])))
@@ -98,7 +98,7 @@ def _family() -> Iterator[int]:
 def _seconds_of(pid: int) -> float:
     try:
         text = Path(f"/proc/{pid}/stat").read_text("utf-8", "replace")
-    except OSError:  # it ended
+    except OSError:  # the process has ended
         return 0.0
     times = text.rpartition(")")[2].split()[11:15]  # behind the command's name: state, parent, ...
     return sum(map(int, times)) / _TICKS

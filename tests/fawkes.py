@@ -16,7 +16,7 @@ NO_SERVER: tuple[str, ...] = ("--no-fawkes",) if HAS_FAWKES else ()
 """The option of a daemon that does not serve Fawkes' tools: two of them cannot have the port 1910."""
 
 ANY_PORT: tuple[tuple[str, Any], ...] = (("fawkes/port", 0),) if HAS_FAWKES else ()
-"""The setting of a daemon that serves Fawkes' tools, if it can."""
+"""The setting of a daemon that serves Fawkes' tools, if the plug-in is installed."""
 
 
 def fawkes_server(board: BlackBoard, port: int = 0) -> Any:

@@ -1,9 +1,9 @@
-"""Commands of ``cxbridge`` as processes of their own that need not load the program first.
+"""Commands of ``cxbridge`` as separate processes that need not load the program first.
 
-A process that has loaded it waits, and forks for each command: what Python takes half a second for is there
-already. From its first statement to its exit status the command is as ``python -m cxbridge`` makes it. Only
-the modules are not taken apart at the end, which would take longer than many a command. Take that one where
-the start or the end itself matters: signals while modules are loaded, other settings of Python.
+A process with the loaded program waits, and forks for each command: the import would take half a second. From
+its first statement to its exit status the command equals ``python -m cxbridge``. Only the modules are not
+freed at the end, which would take longer than many a command. Use ``python -m cxbridge`` where start or end
+matter: signals during the import, different settings of Python.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _STREAMS: Final = 3
 
 
 class Nursery:
-    """Starts the commands; ends the process that forks them when it is left."""
+    """Starts the commands; ends the forking process on exit."""
 
     def __enter__(self) -> Self:
         self._socket, theirs = socket.socketpair()
@@ -68,10 +68,10 @@ class Nursery:
         """Run a command with nothing to read until it ends.
 
         :param arguments: of the program.
-        :param folder: where it runs.
-        :param timeout: seconds after which it is killed.
-        :param environment: its own one; for None, that of this process.
-        :raises TimeoutError: it was killed.
+        :param folder: working directory of the command.
+        :param timeout: seconds after which the command is killed.
+        :param environment: environment of the command; for None, that of this process.
+        :raises TimeoutError: the command was killed.
         """
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as errors:
             with Path(os.devnull).open("rb") as nothing:
@@ -91,11 +91,11 @@ class Nursery:
         session: bool = False,
         program: Program = "cxbridge",
     ) -> Piped:
-        """Begin a command that one talks with.
+        """Begin a command with open streams.
 
         :param arguments: of the program.
-        :param folder: where it runs.
-        :param session: whether it leads a session of its own.
+        :param folder: working directory of the command.
+        :param session: whether the command leads a new session.
         """
         (its_in, stdin), (stdout, its_out), (stderr, its_errors) = os.pipe(), os.pipe(), os.pipe()
         try:
@@ -131,7 +131,7 @@ class Nursery:
 
 
 class Forked:
-    """A command that was forked. A context manager that kills it.
+    """A forked command. A context manager that kills the command.
 
     :ivar number: of the process.
     """
@@ -143,10 +143,10 @@ class Forked:
         self._status: int | None = None
 
     def wait(self, timeout: float | None = None) -> int:
-        """Wait for its end; returns the exit status.
+        """Wait for the end of the command; return the exit status.
 
         :param timeout: seconds; None waits for ever.
-        :raises TimeoutError: it has not ended.
+        :raises TimeoutError: the command has not ended.
         """
         if self._status is None:
             if not select.select([self._attendant], [], [], timeout)[0]:
@@ -157,7 +157,7 @@ class Forked:
 
     @property
     def is_running(self) -> bool:
-        """Whether it has not ended."""
+        """Whether the command still runs."""
         try:
             os.kill(self.number, 0)
         except ProcessLookupError:
@@ -165,13 +165,13 @@ class Forked:
         return self._status is None
 
     def send_signal(self, number: int) -> None:
-        """Send it a signal, if it has not ended."""
+        """Send a signal to the command, if it still runs."""
         if self._status is None:
             with suppress(ProcessLookupError):
                 os.kill(self.number, number)
 
     def kill(self) -> None:
-        """Kill it, if it has not ended."""
+        """Kill the command, if it still runs."""
         self.send_signal(signal.SIGKILL)
 
     def __enter__(self) -> Self:
@@ -187,7 +187,7 @@ class Forked:
 
 
 class Piped(NamedTuple):
-    """A command, and the other ends of its streams."""
+    """A command, and our ends of its streams."""
 
     process: Forked
     stdin: BinaryIO
@@ -197,14 +197,14 @@ class Piped(NamedTuple):
 
 @cache
 def nursery() -> Nursery:
-    """Return the one of this process, that of all tests; it ends with it."""
+    """Return the nursery of this process, which all tests share; it ends with the process."""
     made = Nursery().__enter__()
     atexit.register(made.__exit__)
     return made
 
 
 def _become(request: dict[str, Any], streams: Sequence[int]) -> None:
-    """Make of this process the one that runs the command."""
+    """Turn this process into that of the command."""
     if request["session"]:
         os.setsid()
     if request["ignore"] is not None:
@@ -224,9 +224,9 @@ def _become(request: dict[str, Any], streams: Sequence[int]) -> None:
 
 
 class _Serving:
-    """Forks the commands that are asked for, and tells each asker the number of its process and its status.
+    """Forks the requested commands, and sends the number and the status of each process to the requester.
 
-    :param requests: where what is asked for comes from.
+    :param requests: the source of requests.
     """
 
     def __init__(self, requests: socket.socket) -> None:
@@ -234,7 +234,7 @@ class _Serving:
         self._askers: dict[int, socket.socket] = {}
 
     def serve(self) -> bool:
-        """Return in the process of a command, or when nobody can ask any more."""
+        """Return in the process of a command, or at the end of the requests."""
         signal.signal(signal.SIGCHLD, self._reap)
         while True:
             message, received, _, _ = socket.recv_fds(self._requests, 1, _STREAMS + 1)
@@ -244,7 +244,7 @@ class _Serving:
                 return True
 
     def _begin(self, received: Sequence[int]) -> bool:
-        """Fork a command; returns whether this is it."""
+        """Fork a command; return whether this process is the command."""
         *streams, number = received
         asker = socket.socket(fileno=number)
         with asker.makefile("r") as lines:
@@ -266,7 +266,7 @@ class _Serving:
         return False
 
     def _reap(self, *_: object) -> None:
-        """Tell the statuses of those who have ended."""
+        """Send the statuses of ended commands."""
         with suppress(ChildProcessError):
             while (ended := os.waitpid(-1, os.WNOHANG))[0]:
                 process, status = ended
@@ -275,29 +275,29 @@ class _Serving:
 
 
 def _tell(asker: socket.socket, number: int) -> None:
-    with suppress(OSError):  # it has gone
+    with suppress(OSError):  # the requester has ended
         asker.sendall(f"{number}\n".encode())
 
 
 class _End:
-    """Ends the process of a command when Python has done all that it does at the end but for the modules."""
+    """Ends the process of a command after Python's work at exit except for the modules."""
 
     def __init__(self) -> None:
         self._status: int | None = None
-        atexit.register(self)  # the first one to be registered is called last
+        atexit.register(self)  # the first registered function is called last
 
     def run(self, command: Callable[[], int | None]) -> NoReturn:
-        """Run the command; exits as it does."""
+        """Run the command; exit with its status."""
         try:
             sys.exit(command())
         except SystemExit as ended:
-            if ended.code is None or isinstance(ended.code, int):  # else Python prints it
+            if ended.code is None or isinstance(ended.code, int):  # else Python prints the error
                 self._status = ended.code or 0
             raise
 
     def __call__(self) -> None:
         if self._status is not None:
-            with suppress(OSError, ValueError):  # Python tells it
+            with suppress(OSError, ValueError):  # Python prints the error
                 sys.stdout.flush()
                 sys.stderr.flush()
                 os._exit(self._status & 0xFF)
@@ -305,12 +305,12 @@ class _End:
 
 def main(number: int) -> None:
     end = _End()
-    gc.disable()  # it would look at all that is loaded, again and again
+    gc.disable()  # a collection would visit all loaded objects each time
     import cxbridge
     from cxbridge.cli.entry import main as run
 
     for module in pkgutil.walk_packages(cxbridge.__path__, "cxbridge."):
-        with suppress(ImportError):  # of what is optional
+        with suppress(ImportError):  # of optional packages
             if not module.name.endswith("__main__"):
                 importlib.import_module(module.name)
     if find_spec("cxbridge_studio"):
@@ -318,7 +318,7 @@ def main(number: int) -> None:
         from cxbridge_studio.check.run import check
 
         check(RunOptions(scenario=ROOT / "scenarios" / "test-scenario"))  # and the core's files are known
-    gc.freeze()  # nor need a command's collector look at what all share
+    gc.freeze()  # nor need a command's collector visit the shared objects
     gc.enable()
     if _Serving(socket.socket(fileno=number)).serve():
         name = sys.argv[0]

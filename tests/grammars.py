@@ -15,12 +15,12 @@ from cxbridge.skiller import templates
 
 
 def make_tables() -> Tables:
-    """Return the tables of the grammar as it is written now. Needs lark."""
+    """Return the tables of the present grammar. Needs lark."""
     from lark import Lark
     from lark.lexer import Lexer, PatternStr
 
     class NoLexer(Lexer):
-        """Nothing is read here. With a lexer of lark's, ``strict`` would need one package more."""
+        """Read nothing. With a lexer of lark's, ``strict`` would need one more package."""
 
         def __init__(self, _conf: object) -> None:
             """Do nothing."""
@@ -64,7 +64,7 @@ def _rule(rule: Any) -> Rule:
 
 
 def _states(lark: Any) -> tuple[dict[str, int], list[dict[str, int]]]:
-    """Return the first states, and what each state does."""
+    """Return the first states, and the actions of each state."""
     table = lark.parser.parser._parse_table
     rules = {rule: number for number, rule in enumerate(lark.rules)}
     # lark's order of states is another in each process
@@ -82,7 +82,7 @@ def _states(lark: Any) -> tuple[dict[str, int], list[dict[str, int]]]:
 
 
 def _without_detours(states: list[dict[str, int]], rules: tuple[Rule, ...]) -> tuple[dict[str, int], ...]:
-    """Return states that skip those where all that can be done is to call a symbol by another name."""
+    """Return states without those whose only action is the renaming of a symbol."""
 
     def behind(row: dict[str, int], target: int) -> int:
         while target >= 0 and len(actions := set(states[target].values())) == 1:
@@ -97,7 +97,7 @@ def _without_detours(states: list[dict[str, int]], rules: tuple[Rule, ...]) -> t
 
 
 def format_tables(tables: Tables) -> str:
-    """Return the tables as the file has them: an element a line, so that changes can be seen."""
+    """Return the tables in the format of the file: one element per line, for readable changes."""
     parts = []
     for name in tables.__struct_fields__:
         value = getattr(tables, name)

@@ -1,8 +1,8 @@
-"""Nothing that the tests start outlives them, however they end.
+"""Processes that the tests start end with the tests, however the tests end.
 
-A test that is killed (a worker out of memory, a job that takes too long) does not end its daemons. So a small
-process watches the one that tests. When that is gone it kills what has its mark in the environment, which
-every child inherits: daemons, planners, browsers. Linux only; elsewhere nothing watches.
+A killed test (a worker out of memory, a job that takes too long) does not end its daemons. So a small process
+watches the process of the tests. After its end the watcher kills the processes with its mark in the
+environment, which every child inherits: daemons, planners, browsers. Linux only.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ PATIENCE_S = 60
 
 
 def watch() -> None:
-    """Mark this process' children, and have them killed when it is gone."""
+    """Mark this process' children, and have them killed after its end."""
     if sys.platform != "linux":
         return
     mark = f"{os.getpid()}-{time.time_ns()}"
@@ -32,13 +32,13 @@ def watch() -> None:
         [sys.executable, "-I", "-S", __file__, str(os.getpid()), mark],
         {name: value for name, value in os.environ.items() if name != VARIABLE},
         file_actions=[(os.POSIX_SPAWN_OPEN, number, os.devnull, os.O_RDWR, 0) for number in range(3)],
-        setsid=True,  # what is sent to the group of the tests is not for it
+        setsid=True,  # signals to the group of the tests are not for the watcher
     )
     os.environ[VARIABLE] = mark
 
 
 def _kill(mark: str, number: int) -> bool:
-    """Send a signal to who has the mark; returns whether there was anybody."""
+    """Send a signal to the processes with the mark; return whether any exist."""
     found = False
     wanted = f"{VARIABLE}={mark}".encode()
     for place in Path("/proc").glob("[0-9]*"):
@@ -54,7 +54,7 @@ def _kill(mark: str, number: int) -> bool:
 
 
 def main(process: int, mark: str) -> None:
-    """Wait until a process is gone, and kill its children."""
+    """Wait for the end of a process, and kill its children."""
     with suppress(ProcessLookupError):
         poll = select.poll()
         poll.register(os.pidfd_open(process), select.POLLIN)

@@ -1,8 +1,8 @@
 """The long tests: a fifth of a second of processor time or more each, or a table of cases that takes long.
 
 Most of the suite's time goes into 4 % of its tests: runs of many processes, explorations, large inputs. A run
-of the whole suite draws an eighth of them, another one with each seed; ``FULL=1``, and a run that names files
-or folders, take all. Tests of the project's main claims are in each run.
+of the whole suite draws an eighth of them by its seed; ``FULL=1``, and a run that names files or folders,
+take all. Tests of the project's main claims are in each run.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _ALWAYS: Final = (
 )
 """Beginnings of the names of tests in each run: recordings, the manual, the wheel, views of the page."""
 _FIRST: Final = "plugins/cxbridge-web/tests/web_tests/page/"
-"""The tests with a browser run first: most of their seconds are waiting, which other workers' tests fill."""
+"""The tests with a browser run first: they mostly wait, so that tests of more workers run meanwhile."""
 
 
 def note_extent(config: pytest.Config) -> None:

@@ -1,4 +1,4 @@
-"""Messages over each transport: no id is 0 or the one that is shown, and memory does not grow.
+"""Messages over each transport: no id is 0 or the shown id, and memory does not grow.
 
 One reader sends, the writer takes each message, checks it and answers with its id in the field ``msgid``, as
 a Skiller does; every 1000th time the reader waits for the answer. The writer is on the board that is served,
@@ -29,7 +29,7 @@ TRANSPORTS = ("local", "zmq", *TRANSPORT, *(("gateway",) if TRANSPORT else ()))
 
 @contextmanager
 def reach(board: LocalBlackBoard, transport: str) -> Iterator[BlackBoard]:
-    """Give the way to a board over a transport."""
+    """Yield a board behind a transport."""
     clock = RealClock()
 
     def connect(url: str) -> BlackBoard:
@@ -58,10 +58,10 @@ def reach(board: LocalBlackBoard, transport: str) -> Iterator[BlackBoard]:
 
 
 def drive(transport: str, count: int, gauge: Callable[[], int], batch: int) -> tuple[list[int], list[str]]:
-    """Send messages; return how much memory there was after each tenth, and what went wrong.
+    """Send messages; return the memory after each tenth, and the faults.
 
-    :param gauge: tells how much memory this process uses.
-    :param batch: messages after which an answer is waited for.
+    :param gauge: returns the memory that this process uses.
+    :param batch: messages between two waits for an answer.
     """
     faults: list[str] = []
     sizes: list[int] = []
@@ -102,7 +102,7 @@ def one_batch(reader: Any, writer: Any, count: int, transport: str) -> list[str]
 
 
 def check(reader: Any, writer: Any, sent: list[int], taken: list[int], transport: str) -> list[str]:
-    """Look at the ids of a batch, and have its last message answered."""
+    """Check the ids of a batch, and wait for the answer to its last message."""
     faults = []
     end = time.monotonic() + 30
     if transport != "gateway" and taken != sent:

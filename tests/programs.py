@@ -1,4 +1,4 @@
-"""Commands of ``cxbridge`` that go on beside a test: what ``subprocess`` has for them, but forked."""
+"""Commands of ``cxbridge`` beside a test: forked, with the interface of ``subprocess``."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ Output = int | IO[bytes] | IO[str]
 
 
 class Started:
-    """A command that was started, as ``subprocess.Popen`` has it: text, and nothing to read.
+    """A started command with the interface of ``subprocess.Popen``: text, and an empty stdin.
 
     :param arguments: of ``cxbridge``.
-    :param terminal: where it reads, and prints and says everything, in a session of its own.
-    :param stdout: where its output goes.
-    :param stderr: where its errors go.
-    :param environment: its own one; for None, that of this process.
-    :param ignore: a signal that it ignores from its start, as its parent did.
-    :ivar pid: number of its process.
+    :param terminal: stdin, stdout and stderr of the command, in a new session.
+    :param stdout: destination of the output.
+    :param stderr: destination of the errors.
+    :param environment: environment of the command; for None, that of this process.
+    :param ignore: signal that the command ignores from its start, as its parent did.
+    :ivar pid: number of the process.
     """
 
     def __init__(
@@ -66,18 +66,18 @@ class Started:
 
     @property
     def stdout(self) -> IO[str]:
-        """Its output, if it goes here."""
+        """The output, if piped."""
         assert self._out is not None
         return self._out
 
     @property
     def stderr(self) -> IO[str]:
-        """Its errors, if they go here."""
+        """The errors, if piped."""
         assert self._errors is not None
         return self._errors
 
     def wait(self, timeout: float | None = None) -> int:
-        """Wait for its end; returns the exit status."""
+        """Wait for the end of the command; return the exit status."""
         try:
             self.returncode = self._forked.wait(timeout)
         except TimeoutError:
@@ -85,14 +85,14 @@ class Started:
         return self.returncode
 
     def poll(self) -> int | None:
-        """Return the exit status if it has ended."""
+        """Return the exit status if the command has ended."""
         try:
             return self.wait(0)
         except subprocess.TimeoutExpired:
             return None
 
     def communicate(self, timeout: float | None = None) -> tuple[str, str]:
-        """Wait for its end; returns what else it printed and said. The streams are closed then."""
+        """Wait for the end; return the rest of output and errors, and close the streams."""
         texts = ["", ""]
 
         def read(index: int, stream: IO[str]) -> None:
@@ -113,15 +113,15 @@ class Started:
         return texts[0], texts[1]
 
     def send_signal(self, number: int) -> None:
-        """Send it a signal, if it has not ended."""
+        """Send a signal to the command, if it still runs."""
         self._forked.send_signal(number)
 
     def terminate(self) -> None:
-        """Ask it to end."""
+        """Send SIGTERM to the command."""
         self._forked.send_signal(signal.SIGTERM)
 
     def kill(self) -> None:
-        """Kill it, if it has not ended."""
+        """Kill the command, if it still runs."""
         self._forked.kill()
 
     def _close(self) -> None:
@@ -133,14 +133,14 @@ class Started:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Kill it, and wait for its end."""
+        """Kill the command, and wait for its end."""
         self.kill()
         self.wait()
         self._close()
 
 
 def _opened(output: Output, theirs: ExitStack) -> tuple[int, IO[str] | None]:
-    """Return the end that the command gets, and the one that is for us."""
+    """Return the end of a stream for the command, and our end."""
     if not isinstance(output, int):
         return output.fileno(), None
     if output == subprocess.PIPE:

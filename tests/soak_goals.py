@@ -1,6 +1,6 @@
 """Many goals in one run: nothing fails, and memory does not grow.
 
-Goals come in tens, each with a plan of one action that a Skiller executes at once, and go again.
+Goals come in tens, each with a plan of one action that a Skiller executes at once, and are retracted.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from cxbridge.run.options import RunOptions
 
 AT_ONCE = 10
 WARM_UP = 0.3
-"""The part of the goals before the memory is measured first: lists of what was have their length then."""
+"""The part of the goals before the first measurement: bounded lists have their full length then."""
 
 CONFIG = """
 clips-executive:
@@ -50,9 +50,9 @@ AGENT = """
 
 
 def measure(goals: int, gauge: Callable[[Run], float]) -> list[tuple[int, float]]:
-    """Run the goals; return how many were over and how much memory was used, ten times after the warm-up.
+    """Run the goals; return the numbers of ended goals and the used memory, ten times after the warm-up.
 
-    :param gauge: tells how much memory a run uses.
+    :param gauge: returns the memory that a run uses.
     :raises AssertionError: when a goal does not complete.
     """
     found: list[tuple[int, float]] = []

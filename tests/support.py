@@ -1,4 +1,4 @@
-"""Where the tests find what is not in the repository, and how they skip without it."""
+"""Paths of checkouts and tools outside the repository, and marks that skip tests without them."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ needs_pymongo = pytest.mark.skipif(find_spec("pymongo") is None, reason="needs p
 """For tests of the robot memory on MongoDB, and of files of mongodump."""
 
 needs_all_plugins = pytest.mark.skipif(not WHOLE, reason="a plug-in of the repository is not installed")
-"""For tests that enumerate what all distributions have: commands, pages, servers."""
+"""For tests that enumerate parts of all distributions: commands, pages, servers."""
 
 needs_shared = pytest.mark.skipif(not SHARED.is_dir(), reason="the recordings (../shared) are absent")
 needs_robotino = pytest.mark.skipif(
@@ -158,20 +158,20 @@ FULL = bool(os.environ.get("FULL"))
 """Whether enumerations and proofs by many examples are whole (docs/evidence/proofs.md)."""
 
 SEED = int(os.environ.setdefault("SEED", str(random.randrange(1_000_000))))
-"""Draws the part of an enumeration that is tried without FULL, another one in each run.
+"""Draws the part of an enumeration that is tried without FULL, by default anew in each run.
 
-The summary prints it. It is in the environment: all workers draw the same.
+The summary prints the seed. The environment holds the seed, so that all workers draw the same part.
 """
 
 needs_full = pytest.mark.skipif(not FULL, reason="FULL=1 runs it")
-"""For tests that repeat with much effort what a test of every run shows."""
+"""For tests that repeat a test of every run with much effort."""
 
 
 def share(cases: Iterable[T], usual: int, row: Callable[[Any], object] = lambda case: None) -> list[T]:
     """Return the cases that an enumeration tries: all with FULL, else a part that SEED draws.
 
     :param usual: the number of cases without FULL; there are more if there are more rows.
-    :param row: tells the row of a case. At least one case of each row is drawn.
+    :param row: returns the row of a case. At least one case of each row is drawn.
     """
     whole = list(cases)
     if FULL or usual >= len(whole):
@@ -187,7 +187,7 @@ def share(cases: Iterable[T], usual: int, row: Callable[[Any], object] = lambda 
 
 
 def many(full: int, usual: int) -> int:
-    """How many examples a proof takes: all with FULL in the environment, else the usual number."""
+    """Number of examples of a proof: all with FULL in the environment, else the usual number."""
     return full if FULL else usual
 
 
@@ -199,7 +199,7 @@ _UNTRIED = (20_000 + _SLICE * _WORKER + (_START + step) % _SLICE for step in ran
 
 
 def free_port(kind: int = socket.SOCK_STREAM) -> int:
-    """A port that nobody uses now, nor any other test of this run."""
+    """A free port that no further test of this run uses."""
     for port in _UNTRIED:
         with socket.socket(socket.AF_INET, kind) as probe, suppress(OSError):
             probe.bind(("127.0.0.1", port))

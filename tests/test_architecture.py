@@ -1,4 +1,4 @@
-"""The dependencies point one way, and start-up stays cheap."""
+"""Dependencies point downwards, and start-up stays cheap."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ MODULES = {
 
 @cache
 def imports(module: str) -> set[str]:
-    """Return the modules of cxbridge that one imports: for types or at run time, anywhere in it."""
+    """Return the modules of cxbridge that a module imports: for types or at run time, at any level."""
     names = set()
     for node in statements(ast.parse(MODULES[module].read_text())):
         if isinstance(node, ast.ImportFrom) and node.module:
@@ -100,7 +100,7 @@ def test_files_named_by_page_exist():
 
 
 def test_dependencies_point_down():
-    """In one test: a thousand of them take longer to report than to look at."""
+    """One test: a thousand tests would take longer to report than to run."""
     upwards = {
         (module, name)
         for module in MODULES
@@ -113,9 +113,7 @@ def test_dependencies_point_down():
 
 
 def test_imports_have_no_cycle():
-    TopologicalSorter(
-        {module: imports(module) for module in MODULES}
-    ).prepare()  # names what goes in a circle
+    TopologicalSorter({module: imports(module) for module in MODULES}).prepare()  # names the cycle
 
 
 def test_only_command_line_imports_typer():
@@ -147,7 +145,7 @@ def test_command_line_imports_no_heavy_module():
 
 
 def test_only_one_module_compares_names():
-    """What was probably meant by a name is found in one place."""
+    """Suggestions for misspelt names come from one module."""
     compare = [name for name, path in MODULES.items() if "difflib" in path.read_text()]
     assert compare == ["cxbridge.suggestions"]
 
@@ -155,16 +153,16 @@ def test_only_one_module_compares_names():
 # -- the tests themselves
 
 SLOW_ON_PURPOSE = {
-    "trace/test_recorder.py",  # a writer that takes its time
+    "trace/test_recorder.py",  # a slow writer
 }
 
 
 SLEEPS = re.compile(r"sleep|Event\(\)\.wait")
-"""What a file has that sleeps. Most have not, and need not be parsed."""
+"""Words of a file that sleeps. Files without them need not be parsed."""
 
 
 def sleeps(node: ast.AST, looping: bool = False) -> list[int]:
-    """The lines of a file where a test sleeps, and not in a loop that looks for what it waits for."""
+    """The lines of a file where a test sleeps outside a loop that checks a condition."""
     found = []
     if isinstance(node, ast.Call) and not looping:
         called = ast.unparse(node.func)
@@ -181,7 +179,7 @@ def sleeps(node: ast.AST, looping: bool = False) -> list[int]:
 
 
 def test_tests_wait_for_conditions():
-    """What a test waits for is looked for until it is there: how long it takes depends on the machine."""
+    """A test checks its condition until it holds: the duration depends on the machine."""
     tests = ROOT / "tests"
     hopeful = {
         str(path.relative_to(tests)): lines
@@ -233,12 +231,12 @@ def test_run_imports_requested_modules_only():
 
 
 def test_modules_do_not_import_cxbridge_itself():
-    """``cxbridge`` names what programs need, and so all of it: a module that imports it depends on all."""
+    """The package ``cxbridge`` imports all its parts: a module that imports the package depends on all."""
     assert {module for module in MODULES if "cxbridge" in imports(module) and module != "cxbridge"} == set()
 
 
 NAMELESS = {"what", "who", "somebody", "someone", "something", "stuff"}
-"""Words that stand in place of a noun."""
+"""Words in place of a noun."""
 
 
 def nameless(tree: ast.AST) -> Iterator[tuple[str, int]]:

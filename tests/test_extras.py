@@ -1,4 +1,4 @@
-"""Extras: which are there, what is missing, and the command that installs it."""
+"""Extras: installed extras, missing packages, and the command that installs them."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_development_extras_are_hidden(installed):
     ],
 )
 def test_command_installs_plug_ins_of_extra_from_checkout(monkeypatch, extra, package, folders):
-    """No package of cxbridge is on an index, so pip finds only those that the command names."""
+    """No package of cxbridge is on an index, so pip finds only packages that the command names."""
     monkeypatch.chdir(ROOT)
     words = shlex.split(extras.install_command(extra, package))[4:]
     assert words == [word for folder in folders for word in ("-e", folder)]

@@ -10,7 +10,7 @@ from tests.support import ROOT
 
 
 def test_each_long_test_exists() -> None:
-    """A long test with a new name would be in each run: `--costs=long` notes it again."""
+    """A renamed long test would be in each run: `--costs=long` writes the list anew."""
     gone = []
     for name in json.loads(long.LIST.read_text("utf-8")):
         path, function_or_class = name.split("::")[:2]

@@ -1,4 +1,4 @@
-"""Texts of others are compiled as Lua: whatever they are, there is an answer, and nothing is executed."""
+"""Foreign texts are compiled as Lua without execution: each is valid or has an error."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_first_line_of_file_may_name_interpreter():
 
 
 def test_every_state_of_lua_accepts_invalid_utf_8():
-    """With any other encoding an error of Lua that cuts a character in two becomes another error."""
+    """With a different encoding, an error of Lua with a split character becomes a decoding error."""
     files = module_files().values()
     found = [path.name for path in files if _RUNTIME.search(path.read_text("utf-8"))]
     assert found == []

@@ -24,7 +24,7 @@ BLOCKS_EACH = 0.5
 """Python's blocks of memory that a goal or a message may leave behind: less than one object."""
 
 MOST_CLIPS_BYTES = 64
-"""In CLIPS nothing is left at all; the time fact's numbers have one size."""
+"""CLIPS leaves no memory; the time fact's numbers have one size."""
 
 
 def blocks() -> int:
@@ -33,22 +33,22 @@ def blocks() -> int:
 
 
 def grown(sizes: Sequence[float]) -> float:
-    """Return by how much the last quarter of the sizes is above the one before, whatever comes and goes."""
+    """Return the growth from the third to the last quarter of the sizes, without temporary peaks."""
     half, quarter = len(sizes) // 2, len(sizes) * 3 // 4
     return min(sizes[quarter:]) - min(sizes[half:quarter])
 
 
 def most(count: int, of_all: float = 1.0) -> float:
-    """Return how many blocks so many goals or messages may leave from one of the quarters to the next.
+    """Return the number of blocks that goals or messages may leave from one quarter to the next.
 
-    :param of_all: the part of them that is measured.
+    :param of_all: the measured part of the goals or messages.
     """
     return BLOCKS_EACH * count * of_all / 4
 
 
 @pytest.fixture(autouse=True, scope="module")
 def small_heap() -> Iterator[None]:
-    """The collector looks at what is made here, and not at all that other tests have loaded."""
+    """The collector visits only objects of this test, not all objects that earlier tests loaded."""
     gc.collect()
     gc.freeze()
     yield
@@ -57,7 +57,7 @@ def small_heap() -> Iterator[None]:
 
 @pytest.fixture
 def short_memories(monkeypatch: Any) -> None:
-    """Lists of what was have their length soon."""
+    """Bounded lists of past objects reach their full length soon."""
     for name in ("cxbridge.executive.goals.MAX_GOALS", "cxbridge.executive.goals.MAX_ENDED_ROOTS"):
         monkeypatch.setattr(name, 20)
 

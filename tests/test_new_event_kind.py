@@ -1,4 +1,4 @@
-"""A kind of event that cxbridge does not have: its class brings it into files, selections and streams."""
+"""A new kind of event: the class alone adds the kind to files, selections and streams."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class BatteryCharge(Event, frozen=True):
     cells: int = 0
 
 
-del EVENT_TYPES["battery"]  # only the tests here know it
+del EVENT_TYPES["battery"]  # only the tests of this file have the kind
 
 EVENTS: list[Event] = [
     BatteryCharge(1_000_000, "r1", 0.75, 6),

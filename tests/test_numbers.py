@@ -40,7 +40,7 @@ def texts_in_calls(function: ast.AST) -> Iterator[tuple[str, str]]:
 
 
 def test_only_parse_decimal_converts_tested_digits():
-    """Each further one forgets the length, or the digits of other scripts."""
+    """Each further conversion forgets the length, or the digits of non-Latin scripts."""
     found = set()
     for module, path in module_files().items():
         for function in ast.walk(ast.parse(path.read_text())):

@@ -1,4 +1,4 @@
-"""Files that commands write are whole, or as they were before: one helper, and who writes without it."""
+"""Files that commands write are whole or unchanged: one helper, and a list of modules without the helper."""
 
 from __future__ import annotations
 
@@ -63,10 +63,10 @@ def test_modules_that_write_files_without_helper():
 
 
 class BrokenRun(MemoryRun):
-    """A run of a goal's family and two interfaces that cannot be read to its end."""
+    """A run of a goal's family and two interfaces that breaks before its end."""
 
     def __iter__(self) -> Iterator[Event]:
-        """Yield its events and fail."""
+        """Yield the events and fail."""
         yield from super().__iter__()
         raise TraceError("cannot be read any more")
 
@@ -77,7 +77,7 @@ def events(*uids: str) -> list[Event]:
 
 
 def tree(folder: Path) -> dict[str, bytes]:
-    """Return all that is in a folder, files with their contents."""
+    """Return the paths in a folder, files with their contents."""
     return {
         path.relative_to(folder).as_posix(): path.read_bytes() if path.is_file() else b""
         for path in sorted(folder.rglob("*"))

@@ -1,4 +1,4 @@
-"""The wheel and the sdist: what is in them, and that the wheel works where there is no checkout."""
+"""The wheel and the sdist: contents, and the work of the wheel without a checkout."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tests.run.mini import AGENT, write_scenario
 from tests.support import PLUGIN_NAMES, ROOT, share
 
 SHARED = ("interfaces", "luaskills", "scenarios", "templates")
-"""Folders beside the package that lie in its `share` when it is installed."""
+"""Folders beside the package that are in `share` of the installed package."""
 
 UNIT = ROOT / "share" / "systemd" / "cxbridge.service"
 
@@ -36,7 +36,7 @@ def tracked():
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """The folder of the wheel and the sdist, made by the build's own back end, without its network."""
+    """The folder of the wheel and the sdist, made by the back end of the build without a network."""
     folder = tmp_path_factory.mktemp("dist")
     subprocess.run(
         [sys.executable, "-m", "hatchling", "build", "-d", str(folder)],
@@ -63,12 +63,12 @@ def test_sdist_holds_tree(built):
     (sdist,) = built.glob("*.tar.gz")
     with tarfile.open(sdist) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
-    # PKG-INFO is the metadata; hatchling takes .gitignore along, to build as in the checkout
+    # PKG-INFO is the metadata; hatchling adds .gitignore, to build as in the checkout
     assert names - {"PKG-INFO", ".gitignore"} == tracked() - {".gitattributes", ".gitignore"}
 
 
 def test_sdist_makes_same_wheel(built, tmp_path):
-    """Byte by byte, in another folder: what distributions build is what was tested."""
+    """Byte by byte, in a different folder: packagers build the tested wheel."""
     (sdist,), (wheel,) = built.glob("*.tar.gz"), built.glob("*.whl")
     with tarfile.open(sdist) as archive:
         # Python before 3.11.4 has no filters
@@ -91,7 +91,7 @@ def test_wheel_works_without_checkout(built, tmp_path):
     site = tmp_path / "site"
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(site)
-    # folders of these names that belong to somebody else
+    # folders of these names in further packages
     for name in SHARED:
         (site / name).mkdir()
     (tmp_path / "here").mkdir()
@@ -130,7 +130,7 @@ for command in (
 
 @pytest.fixture(scope="module")
 def wheels(tmp_path_factory):
-    """What builds the wheels of a distribution and of those it needs, each once, and returns their folder."""
+    """A function that builds the wheels of a distribution and its dependencies, and returns their folder."""
     folder = tmp_path_factory.mktemp("wheels")
     built: set[str] = set()
 
@@ -213,7 +213,7 @@ def test_all_distributions_have_one_version():
 
 
 def test_doctor_checks_dependencies_of_wheel():
-    """It once missed mcap, which only the tests need, in an installation where nothing was missing."""
+    """An earlier doctor missed mcap, which only the tests need, in a complete installation."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert set(_PACKAGES) == {line.partition(">")[0] for line in project["dependencies"]}
 

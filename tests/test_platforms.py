@@ -1,7 +1,7 @@
-"""What other systems lack is missed only by those who need it.
+"""Commands need only the modules of the platform that they use.
 
-`make platforms` checks the whole package against the standard library of Windows and of macOS; here it runs
-with the modules and names taken away that Windows lacks.
+`make platforms` checks the whole package against the standard library of Windows and of macOS; the tests here
+run commands without the modules and names that Windows lacks.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ shutil._use_fd_functions = False  # as there; Python 3.13 opens folders with O_N
 """
 
 STRICT = ("-X", "warn_default_encoding", "-W", "error::EncodingWarning")
-"""The encoding there is not what it is here: each file of text must name its own."""
+"""The default encoding of Windows differs: each open text file must name its encoding."""
 
 RUN = """
 from cxbridge.cli.main import main
@@ -94,7 +94,7 @@ def works(command):
     done = subprocess.run(
         [sys.executable, *STRICT, "-c", WITHOUT + RUN, *command],
         cwd=ROOT,
-        # what a pipe has there; it lacks the lines that trees are drawn with
+        # the encoding of pipes on Windows; it lacks the box-drawing characters of trees
         env=os.environ | {"PYTHONIOENCODING": "cp1252:strict"},
         encoding="cp1252",
         capture_output=True,

@@ -1,6 +1,6 @@
 """Plug-ins: the example of docs/plugins.md has each hook; broken plug-ins are left out.
 
-Its operation: tests/daemon/operations/test_table.py.
+The operation of the example: tests/daemon/operations/test_table.py.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def said(folder) -> list[str]:
 
 
 def command(site, *arguments):
-    """Run a command in a process of its own: a command has the options of the plug-ins at its import."""
+    """Run a command in a separate process: a command has the options of the plug-ins at its import."""
     call = [sys.executable, "-c", "from cxbridge.cli.entry import main; main()", *map(str, arguments)]
     environ = {**os.environ, "PYTHONPATH": str(site)}
     return subprocess.run(call, capture_output=True, text=True, env=environ, check=False)
@@ -113,7 +113,7 @@ def test_component_of_example(greeter, tmp_path):
     uid = ("SwitchInterface", "Heartbeat")
     with Run(RunOptions(scenario=write_scenario(tmp_path / "s"))) as assembly:
         assembly.start()
-        assert not assembly.board.list(*uid)  # its section is missing
+        assert not assembly.board.list(*uid)  # the section is missing
     with Run(RunOptions(scenario=write_scenario(tmp_path / "s", more="heartbeat: {on: true}\n"))) as assembly:
         assembly.start()
         reader = assembly.board.open_for_reading(*uid, owner="test")
@@ -347,7 +347,7 @@ def names_of_operations(operations):
 
 
 def names_of(plugin):
-    """Yield the names by which a user asks for a plug-in: commands, options, features, formats, sections."""
+    """Yield the names by which users select a plug-in: commands, options, features, formats, sections."""
     for hook, rows in plugin.rows.items():
         for row in rows:
             if hook in {"CLOCKS", "FEATURES", "MEMBERS", "SETTINGS", "VIEWS"}:

@@ -1,4 +1,4 @@
-"""Text that is made safe for terminals and logs."""
+"""Text is made safe for terminals and logs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The release workflow: its steps are commands that there are; only publishing may publish."""
+"""The release workflow: steps are existing commands; only the publishing jobs have rights."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was probably meant by a name that is not known."""
+"""Suggestions for unknown names."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cxbridge.suggestions import did_you_mean, likeness, nearest_names, or_simil
         ("pik", ["pick", "place", "move"], ["pick"]),
         ("TALK", ["talk", "walk"], ["talk"]),  # upper case, as goal classes are
         ("talkgoal", ["TALK-GOAL", "WALK"], ["TALK-GOAL"]),
-        ("mov", ["move", "move-to-the-station"], ["move"]),  # what is much less similar is not meant
+        ("mov", ["move", "move-to-the-station"], ["move"]),  # much less similar names are left out
         ("mini.clp", ["init.clp", "mimi.clp", "domain.clp"], ["mimi.clp", "init.clp"]),
         ("rule-c", ["rule-a", "rule-b", "rule-d", "rule-e"], ["rule-e", "rule-d", "rule-b"]),
         ("select", ["goal-reasoner-select-root", "goal-expand"], ["goal-reasoner-select-root"]),

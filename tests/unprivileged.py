@@ -1,4 +1,4 @@
-"""Lets root, whom continuous integration and containers are, be refused files as other people are."""
+"""Applies file permissions to root, the user of continuous integration and containers."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class _Data(ctypes.Structure):
 
 @contextmanager
 def unprivileged() -> Iterator[None]:
-    """Let this thread, and threads that it starts, open only what the permissions of files allow.
+    """Restrict this thread, and threads that it starts, to the permissions of files.
 
-    Nothing changes for who is not root. Processes that are started within are root as before.
+    Only root is affected. Processes that are started within are still root.
     """
     if os.geteuid() != 0:
         yield

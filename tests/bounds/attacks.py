@@ -79,7 +79,7 @@ def _parts(code: Any, value: Any) -> list[Any]:
 
 
 def _literals(nodes: Any) -> Iterator[str]:
-    """Yield the characters that stand in an expression, those of its sets included."""
+    """Yield the characters of an expression, also those of its sets."""
     for code, value in nodes:
         if code in (codes.LITERAL, codes.NOT_LITERAL):
             yield chr(value)
@@ -88,7 +88,7 @@ def _literals(nodes: Any) -> Iterator[str]:
 
 
 def repeats(nodes: Any, before: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield every repeat without a small bound, nested ones too, with a text that leads there."""
+    """Yield every repeat without a small bound, also nested, with a text that leads to the repeat."""
     for code, value in nodes:
         if code in _BACKTRACKING and value[1] > MANY:
             yield before, value[2]

@@ -1,9 +1,9 @@
-"""Recordings whose values are of other types and sizes than a run writes end in no traceback.
+"""Recordings with values of unexpected types and sizes end in no traceback.
 
-Each command that looks gets a recording for each odd value. It has every message of a valid one, and for each
-kind of message and each field a copy with that value in its place, unless the reader refuses the copy. Other
-recordings have the value in an attached JSON file, or in the metadata. Readers of the formats get copies with
-one odd value each.
+Each reading command gets a recording for each odd value. The recording has every message of a valid
+recording, and per kind of message and field a copy with the odd value, unless refused by the reader.
+Further recordings have the value in an attached JSON file, or in the metadata. Readers of the formats get
+copies with one odd value each.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ DECODERS = {f"cxbridge.{kind.__name__}": make_decoder(kind) for kind in EVENT_TY
 
 
 def is_event(schema: str, data: bytes) -> bool:
-    """Whether the reader of mcap files takes a message; nothing but its own error may refuse it."""
+    """Whether the reader of mcap files accepts a message; a refusal has to be the reader's error."""
     try:
         DECODERS[schema](data)
     except EventFormatError:
@@ -252,7 +252,7 @@ def test_reader_of_crafted_copy_raises_trace_errors_only(scene: Scene, tmp_path:
 
 
 def odd_bytes(data: bytes) -> Iterator[bytes]:
-    """Yield data with some bytes in another way, from the beginning on."""
+    """Yield data with some changed bytes, from the beginning on."""
     chance = random.Random(0)
     for _ in range(MOST_COPIES):
         made = bytearray(data)

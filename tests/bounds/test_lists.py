@@ -1,4 +1,4 @@
-"""The lists of queues and unpackings on the page about security are those of the code."""
+"""The lists of queues and unpackings on the page about security equal those of the code."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ def listed(heading: str) -> set[str]:
 
 
 def files(words: set[str]) -> list[Path]:
-    """Return the files that have one of the words."""
+    """Return the files with any of the words."""
     return [path for path in module_files().values() if any(word in path.read_text() for word in words)]
 
 
 def is_unlimited(node: ast.AST) -> bool:
-    """Whether a call makes a queue that has no limit where it is made."""
+    """Whether a call makes a queue without a limit in the call."""
     if not isinstance(node, ast.Call):
         return False
     name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")

@@ -71,7 +71,7 @@ def methods_by_name(path: str = "") -> dict[str, set[str]]:
 
 
 def methods_of(path: str, line: int) -> tuple[str, ...]:
-    """Return how the expression that is compiled at a place is tried."""
+    """Return the methods with which the expression at a place is tried."""
     for node in tree_of(path).body:
         if isinstance(node, ast.Assign | ast.AnnAssign) and node.lineno <= line <= (node.end_lineno or 0):
             target = node.targets[0] if isinstance(node, ast.Assign) else node.target
@@ -170,7 +170,7 @@ QUADRATIC = {
         r"^\s*(?:step\s+)?\d+:\s+(?P<step>[^\s(].*?)\s*$",
     ),
 }
-"""Expressions that take four times as long for a text of twice the length, and why they may."""
+"""Expressions that take four times as long for a text of twice the length, and the reason."""
 
 LONG = 8_000
 LONG_S = 0.1

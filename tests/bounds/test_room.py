@@ -1,4 +1,4 @@
-"""What one client, or one sender, makes others keep is bounded, on every way to a blackboard."""
+"""The memory that a client, or a sender, makes a server use is bounded, on every way to a blackboard."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def over_fawkes_protocol(stack: ExitStack, board: LocalBlackBoard) -> BlackBoard
 def test_client_opens_large_interfaces_up_to_limit(
     connect: Callable[[ExitStack, LocalBlackBoard], BlackBoard],
 ):
-    """1,500 readers of one interface had the server keep 763 MiB."""
+    """1,500 readers of one interface took 763 MiB of the server."""
     with ExitStack() as stack:
         clock = VirtualClock()
         board = LocalBlackBoard(InterfaceRegistry(), clock, EventBus(clock))

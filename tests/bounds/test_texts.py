@@ -1,4 +1,4 @@
-"""Texts that regular expressions of old have taken for ever for, by the ways in which they come."""
+"""Texts for which earlier regular expressions took for ever, on their ways in."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.skiller.rig import Rig
 
 MOST_S = 1.0
 LONGEST = 1_023
-"""What the field ``skill_string`` holds."""
+"""Length of the field ``skill_string``."""
 
 SKILL_STRINGS = [
     "say{" + "a, " * 24 + "}",

@@ -16,7 +16,7 @@ WAIT_S = 15
 
 
 class SharedBoard(LocalBlackBoard):
-    """Lives on when a command leaves it; counts what commands left open."""
+    """Survives the end of a command; counts interfaces that commands left open."""
 
     def __init__(self):
         super().__init__(InterfaceRegistry(), RealClock())
@@ -25,14 +25,14 @@ class SharedBoard(LocalBlackBoard):
         pass
 
     def left_open(self):
-        """Owners of what commands opened and did not close."""
+        """Owners of interfaces that commands opened and did not close."""
         owners = [owner for info in self.list_all() for owner in (info.writer, *info.readers)]
         return [owner for owner in owners if owner.startswith("cxbridge")]
 
 
 @contextmanager
 def board_of(commands, monkeypatch):
-    """The board that a module of commands connects to; what a command leaves open fails the test."""
+    """The board of a module of commands; an interface that a command leaves open fails the test."""
     board = SharedBoard()
     monkeypatch.setattr(commands, "connect", lambda _url, _dirs: board)
     yield board
@@ -51,7 +51,7 @@ def wait_for_control(reader, controller=""):
 
 
 class Looping:
-    """Calls a component's ``loop()`` in a thread, as a main loop would; closes it at the end."""
+    """Calls a component's ``loop()`` in a thread, as a main loop would; closes the component at the end."""
 
     def __init__(self, make, period_s=0.002):
         self._make, self._period_s = make, period_s

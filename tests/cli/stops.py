@@ -1,10 +1,10 @@
-"""Programs are stopped by signals at random instants, from their first moment on; what they leave is checked.
+"""Programs are stopped by signals at random instants from their start; the remains are checked.
 
 COUNT stops by each of SIGTERM, SIGINT and SIGHUP of each program: run, daemon, gateway, executor, record,
-monitor. Half of them come while it starts. The claims:
+monitor. Half of them come during the start. The claims:
 
-- *documented status*: the one of docs/commands.md; or that of any program that is not loaded yet, if it came
-  before anything was said and made;
+- *documented status*: that of docs/commands.md; or that of a program before its import, if the signal
+  precedes all output and files;
 - *nothing is left*: no socket, no lock, no temporary file, no process, no screen of a terminal;
 - *recordings are readable*, all of them;
 - *no traceback*.
@@ -36,12 +36,12 @@ SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 INTERRUPTED = 130
 MOST_S = 60.0
 RUNS_S = 2.0
-"""Seconds after its start in which a program gets the other half of the signals."""
+"""Seconds after the start of a program in which the second half of the signals comes."""
 
 _ENTER, _LEAVE = b"\x1b[?1049h", b"\x1b[?1049l"
 _INTERRUPTED_TEXT = b"cxbridge: interrupted\n"
 _PYTHON_IS_STARTING = (b"Fatal Python error: init_import_site", b"Could not import runpy module")
-"""What Python says when SIGINT ends its own start, before it has read a line of ours; its status is 1."""
+"""Python's message when SIGINT ends Python's start, before any line of ours; the status is 1."""
 
 _EXECUTOR = """
 from cxbridge.skiller.board.executor import SkillExecutor
@@ -57,13 +57,13 @@ class Idle(SkillExecutor):
 
 @dataclass(frozen=True)
 class Program:
-    """What is stopped.
+    """A program to stop.
 
     :param arguments: of ``cxbridge``; ``{here}`` is the folder of the trial, ``{left}`` and ``{right}`` are
         two blackboards.
-    :param statuses: the documented ones.
-    :param ready: what it says on stderr when it has started; empty: it draws a screen.
-    :param recordings: what it may leave, in the folder ``out``.
+    :param statuses: the documented statuses.
+    :param ready: text on stderr after the start; empty for a program that draws a screen.
+    :param recordings: files that the program may leave in the folder ``out``.
     """
 
     arguments: Sequence[str]
@@ -164,12 +164,12 @@ class Trial:
                 self.screen += os.read(self._terminal, 65536)
 
     def look(self) -> bytes:
-        """Return what it has said, or shown."""
+        """Return the output so far."""
         self._read()
         return (self.here / "stderr").read_bytes() + self.screen
 
     def wait(self, until: Callable[[], bool], most_s: float) -> bool:
-        """Wait for something, and let the terminal be read; return whether it came."""
+        """Wait for a condition while the terminal is read; return whether the condition holds."""
         end_s = time.monotonic() + most_s
         while not until():
             if time.monotonic() >= end_s:
@@ -178,17 +178,17 @@ class Trial:
         return True
 
     def is_ready(self) -> bool:
-        """Return whether it has started, or ended."""
+        """Return whether the program has started, or ended."""
         mark = self.program.ready or _ENTER
         return mark in self.look() or self.has_ended()
 
     def has_ended(self) -> bool:
-        """Return whether it has ended; lets the terminal be read meanwhile."""
+        """Return whether the program has ended; reads the terminal."""
         self._read()
         return self.process.poll() is not None
 
     def close(self) -> None:
-        """End it, if it is still there."""
+        """End the program, if it still runs."""
         if self.process.poll() is None:
             self.process.kill()
         self.process.wait()
@@ -197,7 +197,7 @@ class Trial:
         os.close(self._slave)
 
     def faults(self, number: signal.Signals) -> Iterator[str]:
-        """Yield what should not be, after its end."""
+        """Yield the faults after the end of the program."""
         said, status = self.look(), self.process.returncode
         early = self.is_early(number)
         if status not in self.program.statuses and not early:
@@ -222,14 +222,14 @@ class Trial:
             yield from _check_recording(path)
 
     def is_early(self, number: signal.Signals) -> bool:
-        """Return whether the signal came before it had begun: it has said nothing and made nothing."""
+        """Return whether the signal precedes all output and files of the program."""
         said, status = self.look(), self.process.returncode
         if number is signal.SIGINT:
             if status == 1 and said.startswith(_PYTHON_IS_STARTING):
                 return True  # Python had not begun either
-            # said by Python itself, while it starts; or by us, while we are being loaded
+            # a message of Python during its start; or of our modules during their import
             own = said.startswith(b"Traceback") and said.endswith(b"\nKeyboardInterrupt\n")
-            # Python ends by the signal even then, when it came within an exec(): a shell says 130 for both
+            # after a signal within an exec() Python still ends by the signal: a shell has 130 for both
             if (own and status == -number) or said == _INTERRUPTED_TEXT:
                 said = b""
         return not said and status in {-number, INTERRUPTED} and not any((self.here / "out").iterdir())
@@ -242,7 +242,7 @@ def _check_recording(path: Path) -> Iterator[str]:
             recorded = open_run(file, InterfaceRegistry())
             list(recorded)
             yield from (f"{file.name}: {note}" for note in recorded.notes)
-            open_exclusively(file).close()  # nobody holds a lock
+            open_exclusively(file).close()  # the lock is free
         except CxbridgeError as error:
             if file.suffix == ".log" and "is empty" in str(error):
                 continue  # nothing was logged
@@ -250,13 +250,13 @@ def _check_recording(path: Path) -> Iterator[str]:
 
 
 def run(program: Program, boards: Sequence[str], count: int, seed: int) -> list[str]:
-    """Stop a program again and again; return what should not be.
+    """Stop a program repeatedly; return the faults.
 
     :param boards: the URLs of two blackboards.
     :param count: stops by each signal.
     """
     faults, dice, took_s = list[str](), random.Random(seed), 1.0
-    for number in SIGNALS:  # what is started shall hear what a shell or nohup lets us ignore
+    for number in SIGNALS:  # programs get the signals that a shell or nohup makes us ignore
         if signal.getsignal(number) is signal.SIG_IGN:
             signal.signal(number, signal.SIG_DFL)
     for index, number in product(range(count), SIGNALS):

@@ -76,7 +76,7 @@ def test_watch_prints_changes_up_to_count(board, monkeypatch, capsys):
     wait = Feed.wait_for_change
 
     def next_news(self, deadline):
-        waits.set()  # it has read what there was before
+        waits.set()  # the command has read the initial values
         return wait(self, deadline)
 
     def work():

@@ -1,4 +1,4 @@
-"""The shell's completion: asked as a shell asks."""
+"""The shell's completion, with the environment of a shell."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PROGRAM = "from cxbridge.cli.main import main; main()"
 
 
 def offered(line, **environment):
-    """What bash would offer for the last word of a line."""
+    """The candidates of bash for the last word of a line."""
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM],
         env=os.environ
@@ -40,7 +40,7 @@ def offered(line, **environment):
             ("cxbridge interface check Lamp", []),
             ("cxbridge doc", ["doctor"]),
             ("cxbridge trace transi", ["transitions"]),
-            ("cxbridge daemon pau", ["pause"]),  # start is what is meant where nothing is named
+            ("cxbridge daemon pau", ["pause"]),  # start is the default command
             ("cxbridge daemon --secret-k", ["--secret-key"]),
         ],
         3,

@@ -17,7 +17,7 @@ from tests.support import needs_plugin
 
 
 class Obey(Listener):
-    """Does at once what the daemon is asked to do."""
+    """Follows commands to the daemon at once."""
 
     def __init__(self, status):
         self.status = status

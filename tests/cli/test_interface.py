@@ -17,7 +17,7 @@ ROWS = measured_rows()
 
 
 def run(*arguments: object, status: int = 0) -> str:
-    """Run the command; an error is raised as it would reach the program's main()."""
+    """Run the command; errors are raised as for the program's main()."""
     result = CliRunner().invoke(app, [str(argument) for argument in arguments])
     if isinstance(result.exception, Exception):
         raise result.exception

@@ -1,4 +1,4 @@
-"""A command that needs a package which is not installed says so, and how to get it."""
+"""A command without a needed package names the package and the command that installs it."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""A misspelt name is an error that says what was meant: of each command, of each parameter that takes a name.
+"""A misspelt name is an error with the nearest name: for each command and each parameter with a name.
 
-The parameters are those that the commands have: a new one needs a line here.
+The parameters come from the commands: a new parameter needs a line here.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ NO_NAMES = {
     "virtual|real|scaled:N|ros2",
     "off|on",
 }  # fmt: skip
-"""What is a place, a number or a text; a wrong one has tests of its own."""
+"""Metavariables of places, numbers and texts; their errors have separate tests."""
 
 NEW_NAMES = {
     ("new", "folder"), ("env create", "env"), ("keys", "name"),
     ("skill executor", "name"),
     ("explore", "out"),
 }  # fmt: skip
-"""Names that one makes oneself, or that nothing need have."""
+"""Names that a user invents, or that may match no object."""
 
 CASES = {
     # -- scenarios and recordings
@@ -106,7 +106,7 @@ CASES = {
         "skill graph say --connect BOARD --skiller Skilr", "no Skiller writes",
     ),
 }  # fmt: skip
-"""By command and parameter: what somebody types who misspells it, and what the error says, among others.
+"""By command and parameter: a line with a misspelt name, and a part of the error.
 
 OWN is a scenario, RECORDED a recording of it, BOARD the address of its daemon, GOAL the index of a fact.
 """
@@ -116,7 +116,7 @@ WAITING = {
     ("bb hz", "globs"): "bb hz Skilr* --timeout 0.1 --count 9",
     ("skill monitor", "skiller"): "skill monitor --skiller Skilr --timeout 0.1 --count 2",
 }
-"""What waits for something that may come yet says so on stderr."""
+"""Commands that wait for a name report the missing name on stderr."""
 
 ALIKE = {
     **{(command, "scenario"): ("run", "scenario") for command in ("check", "explore", "sweep", "game")},
@@ -136,7 +136,7 @@ ALIKE = {
     ("gateway", "interface"): ("bb watch", "globs"),
     ("trace record", "patterns"): ("bb watch", "globs"),
 }
-"""Parameters that are read by the same code as those of another command."""
+"""Parameters that share code with those of another command."""
 
 ELSEWHERE = {
     ("skill exec", "skill_string"): "the Skiller's own error: tests/cli/test_skill.py",
@@ -157,7 +157,7 @@ CHOICES = {
     and (" ".join(path), parameter.name) not in {*CASES, *ALIKE}
     and re.fullmatch(r"[a-z]+(\|[a-z]+)+", parameter.metavar or "")
 }
-"""The options that name what they take."""
+"""The options with metavariables."""
 
 
 @pytest.fixture(name="own", scope="module")
@@ -224,7 +224,7 @@ def test_spec_without_scenario_is_an_error(ask):
 
 @pytest.mark.parametrize("choice", CHOICES, ids=" ".join)
 def test_misspelt_choice_is_an_error(choice, ask, monkeypatch):
-    """The example of the help, with another value that nobody offers."""
+    """The example of the help, with an unknown value."""
     monkeypatch.chdir(ROOT)
     (ROOT / "out").mkdir(exist_ok=True)  # where examples write
     command = COMMANDS[tuple(choice[0].split())]

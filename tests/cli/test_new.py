@@ -1,4 +1,4 @@
-"""``cxbridge new``: what it makes runs, its test passes, and nothing that is there is overwritten."""
+"""``cxbridge new``: the project runs, its test passes, and existing files are not overwritten."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def passes_its_test(project: Path) -> None:
 
 
 def launches(project: Path) -> None:
-    """The launch file names what can be debugged."""
+    """The launch file names a configuration of the debugger."""
     text = (project / ".vscode" / "launch.json").read_text()
     (launch,) = json.loads(text.replace("${workspaceFolder}", str(project)))["configurations"]
     assert (launch["type"], launch["request"], launch["name"]) == ("cxbridge", "launch", project.name)

@@ -20,7 +20,7 @@ from tests.cli.boards import Looping, board_of, silent_bus, wait_for_control
 
 
 class Estimator(StaticEstimator):
-    """Skills called ``fail`` fail, those called ``long`` take long, others no time."""
+    """Skills called ``fail`` fail, skills called ``long`` take long, all further skills take no time."""
 
     def decide(self, call):
         if call.name == "fail":
@@ -51,7 +51,7 @@ def test_final_skill_is_status_0(skiller, capsys):
 
 
 def test_earlier_answer_with_same_message_id_is_ignored(skiller, capsys):
-    """Every command's messages begin with id 1: what the Skiller shows of the one before is not ours."""
+    """Every command's messages begin with id 1: the Skiller may still show the command before."""
     for skill_string, status in (("say{}", 0), ("fail{}", 1), ("say{}", 0), ("fail{}", 1), ("fail{}", 1)):
         assert run("exec", skill_string) == status
 
@@ -69,7 +69,7 @@ def test_skill_timeout_stops_skill_and_is_status_3(skiller, capsys):
 
 
 def assert_stopped(reader):
-    """Wait until nobody has control, and nothing runs."""
+    """Wait for the end of control and skill."""
     wait_for_control(reader)
     assert reader.status == SkillerInterface.S_INACTIVE
 
@@ -81,7 +81,7 @@ def test_ctrl_c_stops_skill_and_is_status_130(board, skiller):
         def data_refreshed(self, interface):
             interface.read()
             if interface.status == SkillerInterface.S_RUNNING and not pressed:
-                pressed.append(True)  # a second one would meet us when it is over
+                pressed.append(True)  # a second signal would arrive after the end of the command
                 _thread.interrupt_main()
 
     board.register_listener(Interrupt(), skiller, EventKind.DATA_REFRESHED)

@@ -1,4 +1,4 @@
-"""What an exception becomes: the exit status, and what is said. Status 1 is never an accident."""
+"""Exit statuses and messages of exceptions. Status 1 is never an accident."""
 
 from __future__ import annotations
 

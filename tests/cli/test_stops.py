@@ -1,4 +1,4 @@
-"""Signals at any instant: what a program says with its status, and what it leaves."""
+"""Signals at any instant: statuses and remains of programs."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def boards():
         urls = [f"ipc://{folder}/{name}" for name in ("left", "right")]
         for url, skiller in zip(urls, ("simulator", "none"), strict=True):
             log = folder / f"{skiller}.log"
-            with log.open("w") as errors:  # no pipe: nobody reads it later
+            with log.open("w") as errors:  # no pipe, which would have no reader
                 more = ("--endpoint", url, *NO_SERVER, "--skiller", skiller)
                 process = stack.enter_context(Started("daemon", *more, stderr=errors))
             while "Daemon: Ready" not in log.read_text():
@@ -65,7 +65,7 @@ def test_signal_during_sleep_of_daemon_is_no_fault(tmp_path):
 
 
 def test_signal_during_start_of_executive_is_no_fault(tmp_path):
-    """Rules that never end are broken off; what comes of that is not a failure of the start."""
+    """Endless rules are interrupted; the resulting error is not a failure of the start."""
     agent = "(defrule spin => (printout error LOADING crlf) (while TRUE (bind ?x 1)))"
     scenario = write_scenario(tmp_path / "s", agent=agent)
     process, _ = start(tmp_path, str(scenario), until="LOADING")

@@ -1,4 +1,4 @@
-"""The story that `cxbridge run` prints, and what of the log it shows."""
+"""The story that `cxbridge run` prints, and the lines of the log within."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ class TestFailureReasons:
 
 
 def test_closed_stdout_ends_run_silently():
-    """Goals end within calls of CLIPS: an exception there is no exception of the run."""
+    """Goals end within calls of CLIPS, whose exceptions are no exceptions of the run."""
     scenario = ROOT / "scenarios" / "workshop"
     process = Started("run", scenario)
     assert "completed" in process.stdout.readline()

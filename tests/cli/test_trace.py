@@ -1,4 +1,4 @@
-"""The commands of ``cxbridge trace``: what they print, and their exit status."""
+"""The commands of ``cxbridge trace``: output and exit status."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What one may not read is one error that names it: root sees no such mistakes, everybody else does."""
+"""An unreadable file is one error with its name, for users other than root."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_configuration_in_unsearchable_folder_is_an_error(
 
 
 def test_unreadable_rules_are_an_error(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """It was passed over silently, and the agent was stuck."""
+    """Such a file was skipped silently, and the agent was stuck."""
     scenario = write_scenario(tmp_path / "mini")
     rules = scenario / "mini.clp"
     rules.chmod(0)

@@ -1,4 +1,4 @@
-"""Typed values by path, their errors, and the search that the executive's config-load stands on."""
+"""Typed values by path, their errors, and the search below the executive's config-load."""
 
 from __future__ import annotations
 
@@ -159,7 +159,7 @@ def test_files_of_fawkes_load() -> None:
     files = sorted((SHARED / "fawkes-data" / "config").glob("*.yaml"))
     assert files
     for file in files:
-        if file.name != "config.yaml":  # includes a folder that is not there
+        if file.name != "config.yaml":  # includes a missing folder
             Configuration.load(file)
     config = Configuration.load(SHARED / "fawkes-data" / "config" / "clips-executive.yaml")
     spec = "/clips-executive/specs/test"

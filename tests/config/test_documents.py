@@ -64,7 +64,7 @@ def test_billion_laughs_is_refused_before_it_grows() -> None:
         ("a: 1\nb: &x [*x]\n", 2, "inside its own anchor"),
         ("a: *glob\n", 1, "quote"),
         ("a: &x 1\n---\nb: *x\n", 3, "there is no anchor &x"),
-        *(  # Fawkes has a key ``<<`` then, which nobody asks for
+        *(  # Fawkes has a key ``<<`` then, without a reader
             (f"a: &a {{b: 1}}\nc:\n  {key}: *a\n", 3, "'<<' does not merge maps, as in Fawkes")
             for key in ("<<", "'<<'", "!!merge <<")
         ),

@@ -1,4 +1,4 @@
-"""Includes: order, folders, optional files, the file of the host, and what can be wrong with them."""
+"""Includes: order, folders, optional files, the file of the host, and errors."""
 
 from __future__ import annotations
 

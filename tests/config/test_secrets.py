@@ -1,4 +1,4 @@
-"""What of a configuration is not told."""
+"""Secrets of a configuration are masked."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The tree: keys with slashes, lists, duplicates, and one tree over another."""
+"""The tree: keys with slashes, lists, duplicates, and overlays."""
 
 from __future__ import annotations
 

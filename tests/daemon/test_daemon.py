@@ -1,4 +1,4 @@
-"""The daemon in this process and as one of its own; its settings, its state, its commands."""
+"""The daemon in this process and in a separate process: settings, state, commands."""
 
 from __future__ import annotations
 
@@ -179,7 +179,7 @@ def test_failed_component_follows_failure_policy(policy, state, status):
 
 
 def test_second_daemon_does_not_take_over_ipc_endpoint(tmp_path):
-    """ZeroMQ unlinks the socket of the server there, and binds."""
+    """ZeroMQ would unlink the socket of the first server, and bind."""
     options: Any = (*QUIET[:1], ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]), ("skiller", "none"))
     with running(settings=options) as (first, _, _o):
         with running(settings=options) as (_, _lines, outcome):
@@ -216,7 +216,7 @@ def test_executive_runs_agent(tmp_path):
 
 
 def test_restarted_daemon_keeps_earlier_recordings(tmp_path):
-    """The recording of a daemon that crashed was gone when systemd had started it again."""
+    """A restart by systemd overwrote the recording of the crashed daemon."""
     named = {"record/trace": tmp_path / "run.mcap", "record/log": tmp_path / "run.log"}
     for _ in range(2):
         with running(
@@ -233,7 +233,7 @@ def test_restarted_daemon_keeps_earlier_recordings(tmp_path):
 
 
 def start(tmp_path, *arguments, env=None, until="Daemon: Ready", ignore=None):
-    """Start a daemon, and wait for a line of its log; ``ignore``: a signal that its parent ignores."""
+    """Start a daemon, and wait for a line of its log; its parent ignores the signal ``ignore``."""
     endpoint = f"ipc://{tmp_path}/bb"
     command = ("daemon", *arguments, "--endpoint", endpoint, *(("--fawkes-port", "0") if HAS_FAWKES else ()))
     process = Started(*command, environment=env, ignore=ignore)
@@ -247,7 +247,10 @@ def start(tmp_path, *arguments, env=None, until="Daemon: Ready", ignore=None):
     ("number", "ignored"),
     [
         *((signal.SIGINT, None), (signal.SIGTERM, None)),
-        (signal.SIGINT, signal.SIGINT),  # by a shell without job control that puts it into the background
+        (
+            signal.SIGINT,
+            signal.SIGINT,
+        ),  # by a shell without job control that starts the daemon in the background
     ],
 )
 def test_signals_stop_daemon_cleanly(tmp_path, number, ignored):

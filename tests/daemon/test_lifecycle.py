@@ -23,7 +23,7 @@ STEPS = ("configure", "activate", "deactivate", "cleanup")
 
 
 class Part(Component):
-    """Writes down what happens to it, and fails at the steps that the test names."""
+    """Records its steps, and fails at the steps that the test names."""
 
     def __init__(self, node):
         self.node = node
@@ -32,7 +32,7 @@ class Part(Component):
         self.node.note("configure")
 
     def abort(self):
-        """Release nothing: what fails to configure has acquired nothing."""
+        """Release nothing: a component with a failed configuration has acquired nothing."""
 
     def activate(self):
         self.node.note("activate")
@@ -254,7 +254,7 @@ def test_refused_transition_has_no_effect():
 
 
 def test_finalized_component_does_not_restart():
-    """Loading such a plugin said that it was done, and nothing had happened."""
+    """A request to load such a plug-in reported success without effect."""
     rig = Rig()
     rig.manager.startup()
     rig.manager.change_component("b", "shutdown")

@@ -1,4 +1,4 @@
-"""What clients may do is the same on every way in; the table has every operation that there is."""
+"""Rights of clients are equal on every way in; the table has every operation."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 HAS_WEB = find_spec("cxbridge_web") is not None
 
-# Written down once more, so that nobody changes a right by accident.
+# A copy, so that no right changes by accident.
 REST = {
     "POST /cxbridge/pause": Right.CONTROL,
     "POST /cxbridge/resume": Right.CONTROL,
@@ -110,7 +110,7 @@ def endpoints() -> tuple[Endpoint, ...]:
 
 
 def right_of_request(method: str, path: str, rights: Rights | None = None) -> Right:
-    """The right that a request needs; one that nobody has described needs the highest."""
+    """The right that a request needs; an unknown request needs the highest right."""
     from cxbridge_web.endpoint import Endpoint
 
     known = {(endpoint.method, endpoint.path): endpoint for endpoint in endpoints()}
@@ -213,7 +213,7 @@ def test_configuration_of_cyclone_dds_turns_programs_off(monkeypatch):
     ],
 )
 def test_evaluated_skill_string_is_program(skiller):
-    """With ``mode: fawkes`` a client that may run no programs could send one as a skill string."""
+    """With ``mode: fawkes`` a client without the right for programs could send a program as skill string."""
     rights = settings(f"cxbridge/remote-programs: false\n{skiller}").rights
     with pytest.raises(CxbridgeError, match="ExecSkillMessage"):
         rights.check_message("SkillerInterface", "ExecSkillMessage")
@@ -239,7 +239,7 @@ def test_programs_without_control_are_an_error():
 
 @contextmanager
 def served(tmp_path: Path, **given: bool) -> Iterator[tuple[Any, list[str], Path]]:
-    """A daemon with all that listens, its log, and a file that nobody may make."""
+    """A daemon with all servers, its log, and the path of a file that only an attack makes."""
     config = write_scenario(tmp_path / "mini", agent=TALKATIVE)
     ways: Any = (
         ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]),
@@ -261,7 +261,7 @@ def boards(daemon: Any, stack: ExitStack) -> list[BlackBoard]:
 
 
 def rest(daemon: Any, method: str, path: str, body: object = None) -> tuple[int, str]:
-    """Ask over HTTP, without our client."""
+    """Send a request over HTTP, without our client."""
     port = int(daemon.endpoints[-1].rpartition(":")[2])
     with closing(http.client.HTTPConnection("127.0.0.1", port, timeout=WAIT_S)) as connection:
         headers = {"Content-Type": "application/json"} if body is not None else {}
@@ -412,7 +412,7 @@ def test_texts_of_http_requests_without_programs_are_not_evaluated(tmp_path):
 
 @needs_plugin("studio")
 def test_expressions_of_clients_with_programs_are_evaluated(tmp_path):
-    """So that the attacks above are known to be some."""
+    """The attacks of the tests above work with the right."""
     with served(tmp_path) as (daemon, _lines, marker), ExitStack() as stack:
         fact = f"(x (system \"touch '{marker}'\"))"
         assert request(boards(daemon, stack)[0], "assert", WAIT_S, env="executive", fact=fact)

@@ -11,5 +11,5 @@ def test_full_socket_of_systemd_does_not_block(tmp_path):
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
         listener.bind(str(tmp_path / "notify"))
         notifier = Notifier(str(tmp_path / "notify"))
-        for _ in range(10_000):  # more than any queue takes
+        for _ in range(10_000):  # more than any queue holds
             notifier.report_alive()

@@ -1,4 +1,4 @@
-"""The tables of ways in: a component, a socket or a service that is in none of them fails here."""
+"""The tables of ways in have every component, socket and service."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ WAYS = {
     "planning": (),
     "robot-memory": (),
     "explainer": (),  # its interface is on the blackboard
-    "executive": (),  # what the agent's rules open is the agent's: docs/security.md
+    "executive": (),  # connections of the agent's rules are the agent's concern: docs/security.md
 }
-"""The protocols of each component. A component without any lets nobody in by itself."""
+"""The protocols of each component. A component without protocols has no clients."""
 
 LISTENS = {
     "cxbridge.listening": "its callers: allowed_peers.resolve_listen_address, WebSettings.check",
@@ -51,7 +51,7 @@ LISTENS = {
     "cxbridge_web.foxglove.proxy": "FoxgloveSettings.check",
     "cxbridge_web.foxglove.live": "a random address of the loopback, behind the door",
 }
-"""The modules that bind a socket, and what decides where."""
+"""The modules that bind a socket, and the setting of the address."""
 
 SENDS_SKILL_STRINGS = {
     "cxbridge.cli.commands.skill": "a client: the daemon asks the table",
@@ -60,7 +60,7 @@ SENDS_SKILL_STRINGS = {
     "cxbridge.skiller.calls": "its callers, which are above",
     "cxbridge_web.fawkes.skiller": "Endpoint.is_skill",
 }
-"""The modules that send skill strings to a Skiller, and what keeps clients from sending programs."""
+"""The modules that send skill strings to a Skiller, and the check that keeps out programs of clients."""
 
 _BINDING = {
     *("bind", "bind_to_random_port", "create_server", "start_server", "start_unix_server"),
@@ -102,7 +102,7 @@ def test_bound_sockets_are_known():
 
 @needs_all_plugins
 def test_services_and_topics_of_nodes_name_rights():
-    """Without a right it needs the highest: no client of a daemon beyond the loopback would have it."""
+    """Without a right, a service needs the highest right, which no client beyond the loopback has."""
     found = [
         (module, {keyword.arg for keyword in call.keywords})
         for module, call, receiver, name in calls(("subscribe", "serve", "serve_later", "ActionServer"))

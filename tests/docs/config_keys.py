@@ -1,4 +1,4 @@
-"""Which configuration keys the source reads, found by reading the source.
+"""The configuration keys that the source reads, found in the source.
 
 The first argument of each ``config.get_...(...)`` and the like, with constants put in; what only a run knows
 is ``*``.
@@ -41,7 +41,7 @@ def keys_that_are_read() -> dict[str, str]:
 
 @cache
 def _tree(module: str) -> ast.Module:
-    """A module's source; an empty one for what is not ours."""
+    """A module's source; empty for modules of dependencies."""
     path = module_files().get(module)
     return ast.parse("" if path is None else path.read_text())
 
@@ -71,7 +71,7 @@ def _assigned(nodes: Sequence[ast.AST]) -> Iterator[tuple[str, ast.expr]]:
 
 
 def _imports(tree: ast.Module) -> dict[str, ast.expr]:
-    """Names that a module has from others of ours, with what they were assigned there."""
+    """Names that a module imports from our modules, with their values."""
     found: dict[str, ast.expr] = {}
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("cxbridge."):
@@ -108,7 +108,7 @@ class _Source:
 
 
 def fixed_lists() -> list[str]:
-    """Keys that stand in the lists that the source refuses unknown keys by."""
+    """Keys in the lists by which the source refuses unknown keys."""
     from cxbridge.daemon import settings as daemon_settings
     from cxbridge.run import specs
     from cxbridge.skiller.board import settings

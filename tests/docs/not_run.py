@@ -1,7 +1,7 @@
 # ruff: noqa: E501 - commands are in one line, as they stand on their page
 """The commands of the manual that our tests do not run, each with the reason.
 
-What is shown in a ``console`` block is run. Whatever else looks like a command has to be here.
+Commands in a ``console`` block are run. All further lines that look like commands have to be here.
 """
 
 from __future__ import annotations

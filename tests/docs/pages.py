@@ -15,7 +15,7 @@ CONSOLE = "console"
 """The language of a block whose lines behind ``$`` are run by the tests."""
 
 USAGE = "usage"
-"""The language of a block that shows how a command is built, with NAMES for what is to be filled in."""
+"""The language of a block with the syntax of a command, with NAMES as placeholders."""
 
 INDENTED = "indented"
 
@@ -35,7 +35,7 @@ def name_of(page: Path) -> str:
 
 @dataclass(frozen=True)
 class Block:
-    """Text that is no prose: its language, its first line's number in the page, its lines."""
+    """Text that is no prose: language, number of the first line in the page, lines."""
 
     language: str
     line: int
@@ -43,12 +43,12 @@ class Block:
 
     @property
     def commands(self) -> list[str]:
-        """What stands behind ``$``."""
+        """The texts behind ``$``."""
         return [text.lstrip()[2:] for text in self.lines if text.lstrip().startswith("$ ")]
 
 
 def blocks(text: str) -> list[Block]:
-    """Cut out what is fenced, or indented by four or more."""
+    """Cut out fenced text, and text with an indentation of four or more."""
     found: list[Block] = []
     lines = text.splitlines()
     number = 0
@@ -66,7 +66,7 @@ def blocks(text: str) -> list[Block]:
 
 
 def looks_like_commands(block: Block) -> list[str]:
-    """Return those lines that somebody would type; what goes on behind a backslash is one line."""
+    """Return the lines that a user would type; a backslash joins lines."""
     joined = "\n".join(block.lines).replace("\\\n", " ")
     found = (_COMMAND.match(line.strip()) for line in joined.splitlines())
     return [" ".join(match["text"].split("  #")[0].split()) for match in found if match]

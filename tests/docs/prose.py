@@ -26,11 +26,11 @@ from tests.support import ROOT, module_files
 WORDS = Path(__file__).with_name("prose.toml")
 
 _BEGINS = re.compile(r"[|#*>:-]|\d+\. ")
-"""How a line begins that does not go on with the sentence of the line above."""
+"""Beginnings of lines that do not continue the sentence of the line above."""
 
 _FENCE = re.compile(r"^( *)```.*?^\1```$", re.DOTALL | re.MULTILINE)
 _GENERATED = re.compile(r"(?<=<!-- )(\w+): python .*?(?=<!-- /\1 -->)", re.DOTALL)
-"""A part that is made from the code, where its words are checked."""
+"""A generated part, whose words are checked in the code."""
 _INDENTED = re.compile(r"(?<=\n\n)(?:    .*\n)+")
 _CODE = re.compile(r"(`+)[^`]+?\1")
 _LINK = re.compile(r"\]\([^)]*\)|<https?:[^>]*>|https?://\S+")
@@ -38,7 +38,7 @@ _FIELD = re.compile(r":(?:param|returns?|raises?|ivar|cvar)\b[^:\n]*:")
 
 
 class Finding(NamedTuple):
-    """Words that should be others."""
+    """Words with a better alternative."""
 
     path: str
     line: int
@@ -63,7 +63,7 @@ class Habit:
 
 
 def _masked(match: re.Match[str], by: str) -> str:
-    """Return text of the same length and the same lines that says nothing."""
+    """Return blank text of the same length and the same lines."""
     return re.sub(r"[^\n]", by, match[0])
 
 
@@ -74,7 +74,7 @@ def _without_code(text: str) -> str:
 
 
 def prose_of_markdown(text: str) -> str:
-    """Return the prose of a page: everything else is blanked, lines stay where they are."""
+    """Return the prose of a page: code is blanked, lines keep their numbers."""
     for pattern in (_GENERATED, _FENCE, _INDENTED):
         text = pattern.sub(lambda match: _masked(match, " "), text)
     return _without_code(text)
@@ -96,7 +96,7 @@ def _literals(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def prose_of_python(text: str) -> str:
-    """Return a module's docstrings, help texts and error messages, at their lines; all else is blank."""
+    """Return a module's docstrings, help texts and error messages, at their lines; code is blank."""
     lines = text.splitlines()
     kept = [""] * len(lines)
     for node in ast.walk(ast.parse(text)):
@@ -111,7 +111,7 @@ def prose_of_python(text: str) -> str:
 
 
 def unreleased(changelog: str) -> str:
-    """Return the part of a changelog that can still change; what was released stays as it was."""
+    """Return the unreleased part of a changelog, which can still change."""
     head, mark, rest = changelog.partition("\n## ")
     return head + mark + rest.partition("\n## ")[0]
 
@@ -128,7 +128,7 @@ def pages() -> Iterator[tuple[Path, str]]:
 class Text:
     """The prose of many files as one text, so that each pattern runs once: a second instead of twenty.
 
-    :param files: each file's name and its prose, with blanks for everything else.
+    :param files: name and prose of each file, with blanks for code.
     """
 
     def __init__(self, files: Iterable[tuple[str, str]]) -> None:
@@ -178,7 +178,7 @@ class Linter:
             for match in habit.say.finditer(text.text)
         ]
         for result in LintFile("prose", text.text).lint(self._config):
-            begin, end = (at - 1 for at in result.check_result.span)  # it puts a line in front
+            begin, end = (at - 1 for at in result.check_result.span)  # proselint inserts a line in front
             found.append((begin, text.text[begin:end], result.check_result.message))
         allowed = [match.span() for match in self._allowed.finditer(text.text)]
         return [

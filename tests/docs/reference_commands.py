@@ -13,7 +13,7 @@ from cxbridge.cli.main import app
 
 TREE: Any = typer.main.get_command(app)
 COMMON = 5
-"""An option that so many commands have in the same words is described once."""
+"""An option that so many commands share is described once."""
 
 
 class Option(NamedTuple):
@@ -45,7 +45,7 @@ def lines() -> Iterator[str]:
 
 
 def _commands(command: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Yield each command with its path: ``run`` first, the rest by name."""
+    """Yield each command with its path: ``run`` first, then by name."""
     names = sorted(getattr(command, "commands", {}), key=lambda name: (name != "run", name))
     for name in names:
         child = command.commands[name]

@@ -1,8 +1,8 @@
-"""Runs the commands of a page as somebody who types them would.
+"""Runs the commands of a page as a user would.
 
-``cxbridge`` runs in this process, which is ten times as fast as a new one; pipes, other programs and what
-ends in ``&`` are real processes. A daemon in the background gets ports of its own, and what is said to a
-daemon, or to the robot's Fawkes, goes there.
+``cxbridge`` runs in this process, which is ten times as fast as a new process; pipes, further programs and
+commands with ``&`` are real processes. A daemon in the background gets free ports, to which commands for a
+daemon, or for the robot's Fawkes, connect.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ _KILL = re.compile(r"kill %(\d+)$")
 _SERVED = re.compile(r"Serving the blackboard at (\S+)")
 _SHELL = re.compile(r"[|>&;$~]")
 _QUOTED = re.compile(r"'[^']*'|\"[^\"$]*\"")
-"""What is no work of the shell's in a command."""
+"""Characters without a meaning for the shell."""
 _PYTEST_ALONE = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_PLUGINS": "cxbridge.pytest_plugin"}
-"""As where only cxbridge and pytest are installed: other plug-ins take two seconds of each start."""
+"""Only the plug-ins of cxbridge and pytest: further plug-ins cost two seconds per start."""
 
 
 class Background:
-    """A program that was started with ``&``; the next command waits until it says that it is ready.
+    """A program that was started with ``&``; the next command waits until the program is ready.
 
     :param program: ``cxbridge`` or ``python``.
     """
@@ -78,16 +78,16 @@ class Background:
 
     @property
     def urls(self) -> list[str]:
-        """Where it serves its blackboard."""
+        """The address of its blackboard."""
         return [match[1] for line in self.lines if (match := _SERVED.search(line))]
 
     def terminate(self) -> None:
-        """What ``kill`` does."""
+        """End the program as ``kill`` does."""
         if self._process.poll() is None:
             self._process.send_signal(signal.SIGTERM)
 
     def end(self) -> int:
-        """Wait for its end; returns the exit status."""
+        """Wait for the end of the program; return the exit status."""
         try:
             return self._process.wait(WAIT_S)
         finally:
@@ -100,10 +100,10 @@ class Background:
 class Shell:
     """One terminal in one folder; to be used with ``with``, in that folder.
 
-    :param folder: where one stands.
+    :param folder: the working directory.
     :param ipc: a folder with a short name for the daemon's socket.
-    :param setenv: sets a variable of this process until the test is over.
-    :param names: what stands in the manual for something of this machine, e.g. ``~/fawkes``.
+    :param setenv: sets a variable of this process until the end of the test.
+    :param names: names in the manual for paths of this machine, e.g. ``~/fawkes``.
     """
 
     def __init__(
@@ -129,7 +129,7 @@ class Shell:
             program.end()
 
     def run(self, line: str) -> None:
-        """Run a line. It has to end with 0, or as ``# exit status N`` behind it says."""
+        """Run a line. Its exit status has to be 0, or that of a comment ``# exit status N``."""
         match = _EXIT.search(line)
         expected = int(match[1]) if match else 0
         text = _COMMENT.sub("", line)

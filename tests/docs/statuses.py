@@ -1,4 +1,4 @@
-"""Prints the exit statuses of all errors of the program, by their names: for a process that has it loaded."""
+"""Prints the exit statuses of all errors of the program by name, in a process that has the program loaded."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ def main() -> None:
 
 
 def story(path: Path, recording: Path) -> None:
-    """Draw what `cxbridge run` prints on a terminal."""
+    """Draw the output of `cxbridge run` on a terminal."""
     command = [*CXBRIDGE, "run", SCENARIO, "--trace", str(recording), "--trace-level", "facts"]
     environment = {**os.environ, "FORCE_COLOR": "1"}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
@@ -63,7 +63,7 @@ def story(path: Path, recording: Path) -> None:
 
 
 def picture(source: Any, path: Path, script: Callable[[MonitorApp, Any], Awaitable[None]]) -> None:
-    """Draw the monitor's screen once a script has brought it where it shall be."""
+    """Draw the monitor's screen after a script of keys."""
 
     async def run() -> str:
         app = make_monitor_app(source)
@@ -75,7 +75,7 @@ def picture(source: Any, path: Path, script: Callable[[MonitorApp, Any], Awaitab
 
 
 async def until(pilot: Any, condition: Callable[[], bool]) -> None:
-    """Wait until something is so."""
+    """Wait for a condition."""
     for _ in range(600):
         if condition():
             return

@@ -1,4 +1,4 @@
-"""Each command of the manual is run, or says why not; each command and option that there is, is told."""
+"""Each command of the manual is run, or has a reason; each command and option is documented."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ TREE: Any = typer.main.get_command(app)
 
 
 def options(command):
-    """All spellings of a command's options; of a group's, those of its commands, too."""
+    """All spellings of a command's options; for a group, also those of its commands."""
     own = {name for item in command.params for name in (*item.opts, *item.secondary_opts) if name[0] == "-"}
     return own.union(*(options(child) for child in getattr(command, "commands", {}).values()))
 
 
 def unknown_words(line):
-    """What a line names that the command line does not have: commands, options.
+    """Unknown commands and options of a line.
 
-    What stands behind ``|`` with blanks around it is a sibling of the command before.
+    A word behind ``|`` with blanks around it is a sibling of the command before.
     """
     text = re.sub(r"'[^']*'|\"[^\"]*\"", "X", line.partition("  ")[0]).removeprefix("cxbridge ")
     unknown = []

@@ -1,4 +1,4 @@
-"""The parts of the manual that are made from the code are those of the code."""
+"""The generated parts of the manual equal those of the code."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ print(json.dumps({name: text(name) for name in PARTS}))
 
 @pytest.fixture(scope="module")
 def texts():
-    """The parts by name, from another process: in this one, a test may have installed a plug-in."""
+    """The parts by name, from a separate process: in this process, a test may have installed a plug-in."""
     done = subprocess.run([sys.executable, "-c", PRINT], cwd=ROOT, capture_output=True, check=True, text=True)
     return json.loads(done.stdout)
 

@@ -14,7 +14,7 @@ NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
 
 
 def run_cell(source: str, names: dict[str, Any]) -> Any:
-    """Run a cell; return what its last line shows."""
+    """Run a cell; return the value of its last line."""
     tree = ast.parse(source)
     last = tree.body[-1]
     if isinstance(last, ast.Expr):

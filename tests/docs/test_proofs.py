@@ -1,4 +1,4 @@
-"""docs/evidence/proofs.md names tests that there are."""
+"""docs/evidence/proofs.md names existing tests."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ TEXT = (ROOT / "docs" / "evidence" / "proofs.md").read_text()
 FOLDERS = (ROOT, ROOT / "tests", ROOT / "tests" / "executive", *ROOT.glob("plugins/*/tests/*_tests"))
 PLANNING = ROOT / "plugins" / "cxbridge-planning" / "tests" / "planning_tests"
 COLUMNS = {2: "feature/test_planner.py", 3: "fawkes/test_plugins.py"}
-"""What a name without a file belongs to, by the column of the table of bad input."""
+"""The file of a name without a file, by the column of the table of bad input."""
 
 
 def test_files_and_tests_exist():
-    """Those named as `file.py`, `file.py::test`, or `::test` of the file before."""
+    """Names are `file.py`, `file.py::test`, or `::test` of the file before."""
     missing = []
     text = ""
     for path, name in re.findall(r"`([\w/.*-]+\.py)?(?:::(test_\w+))?`", TEXT):

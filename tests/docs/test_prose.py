@@ -1,4 +1,4 @@
-"""The prose linter finds what it should, at its line, and leaves code alone."""
+"""The prose linter finds bad prose at its line, and skips code."""
 
 from __future__ import annotations
 

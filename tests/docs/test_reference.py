@@ -1,4 +1,4 @@
-"""The reference is complete: what the source has, the pages tell."""
+"""The reference is complete: the pages describe all parts of the source."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_daemon_accepts_samples(name, text):
 
 
 def documented_keys() -> list[str]:
-    """The keys of the table, with ``*`` for what is in capitals and for ``...``."""
+    """The keys of the table, with ``*`` for words in capitals and for ``...``."""
     section = page("configuration.md").partition("## All keys")[2].partition("\n## ")[0]
     keys = re.findall(r"`(/[^`]+)`", section)
     return [re.sub(r"(?<=/)(?:[A-Z]+|\.\.\.)(?=/|$)", "*", key) for key in keys]
@@ -93,7 +93,7 @@ def test_features_md_has_every_feature():
     names = {
         name
         for file in module_files().values()
-        # the page is about this executive; the features of ros2_cx are those of the executive for ROS 2
+        # the page is about this executive; ros2_cx has the features of the executive for ROS 2
         if FEATURE.search(code := file.read_text()) and "cxbridge_ros2cx" not in file.parts
         for name in re.findall(r'^    name = "([\w-]+)"', code, re.MULTILINE)
     }
@@ -173,7 +173,7 @@ OFFERING = [
 
 @pytest.mark.parametrize("package", OFFERING)
 def test_public_names_of_packages_are_in_api(package):
-    """As a name of its own, or below one that is shown whole."""
+    """As a separate name, or below a name that is shown whole."""
     text = API.read_text()
     module = importlib.import_module(f"cxbridge.{package}")
     missing = [name for name in module.__all__ if f"::: cxbridge.{package}.{name}\n" not in text + "\n"]
@@ -198,7 +198,7 @@ DIFFERS = re.compile(r"^\|[^|]*\| *[^|]*(?:Fawkes|ffbblog)[^|]*\| (?:here|cxbrid
 
 
 def anchor(heading: str) -> str:
-    """As the site makes it of a heading."""
+    """The site's anchor of a heading."""
     return re.sub(r"[\s-]+", "-", re.sub(r"[^\w\s-]", "", heading).strip().lower())
 
 

@@ -1,4 +1,4 @@
-"""The commands shown in README.md and docs/ work as shown; links lead somewhere."""
+"""The commands shown in README.md and docs/ work as shown; links have targets."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ PART = re.compile(
     r"| *```console\n(?P<console>.*?)^ *```)",
     re.DOTALL | re.MULTILINE,
 )
-"""A file to write or to add to, or commands with what they print."""
+"""A file to write or to append to, or commands with their output."""
 
 AFTER = re.compile(r"continues in the folder of \[.*?\]\((tutorial-[\w-]+\.md)\)")
-"""How a page says that it begins where a tutorial ended."""
+"""The sentence of a page that continues a tutorial."""
 
 ELSEWHERE = {
     "~/fawkes-robotino": ROBOTINO_DIR,
     "~/fawkes": FAWKES_DIR,
     "~/recording": SHARED / "traces" / "test-scenario" / "skiller-1" if SHARED.is_dir() else None,
 }
-"""What stands in the manual for a checkout of Fawkes and a recording of one, which may be absent."""
+"""The manual's names for a checkout of Fawkes and a recording of Fawkes, which may be absent."""
 
 
 @pytest.fixture
@@ -41,7 +41,7 @@ def ipc():
 
 
 def write(part, folder):
-    """Write a file of a tutorial, or add to it."""
+    """Write a file of a tutorial, or append to the file."""
     file = folder / part["file"]
     file.parent.mkdir(parents=True, exist_ok=True)
     with file.open("w" if part["how"] == "File" else "a") as output:
@@ -49,12 +49,12 @@ def write(part, folder):
 
 
 def shown(line):
-    """What of a line of output has to come: nothing behind ``...``."""
+    """The part of a line of output that has to appear: all before ``...``."""
     return line.partition("...")[0].rstrip()
 
 
 def play(page, folder, shell, capfd):
-    """Write the files of a page and run its commands, in their order; returns how many commands."""
+    """Write the files of a page and run its commands, in their order; return the number of commands."""
     text = page.read_text()
     if before := AFTER.search(text):
         for part in PART.finditer((page.parent / before[1]).read_text()):
@@ -66,7 +66,7 @@ def play(page, folder, shell, capfd):
         if part["file"]:
             write(part, folder)
         elif any(name in part["console"] and (left_out or not meant) for name, meant in ELSEWHERE.items()):
-            left_out = True  # and what comes after it and may need what it makes
+            left_out = True  # and later commands, which may need its files
         else:
             printed = ""
             for line in textwrap.dedent(part["console"]).splitlines():
@@ -86,9 +86,9 @@ SHOWN = share([page for page in PAGES if commands(page)], 9, row=lambda page: pa
 
 @pytest.mark.parametrize("page", SHOWN, ids=name_of)
 def test_page_works_as_written(page, tmp_path, ipc, monkeypatch, capfd):
-    """Its files are written, its commands run, with the statuses and the output shown.
+    """The files are written and the commands run, with the statuses and the output shown.
 
-    A tutorial in a folder that is empty, or has the files of the tutorial before; others as in a checkout.
+    A tutorial starts in an empty folder, or with the files of the tutorial before; a page in a checkout.
     """
     if page not in TUTORIALS:
         for part in ("scenarios", "interfaces", "luaskills", "tests"):

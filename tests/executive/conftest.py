@@ -37,7 +37,7 @@ def bus() -> EventBus:
 
 @pytest.fixture
 def log(bus: EventBus) -> Log:
-    """What is logged on the bus."""
+    """The log lines of the bus."""
     return Log(bus)
 
 
@@ -51,7 +51,7 @@ def env(bus: EventBus, log: Log) -> Iterator[ClipsEnvironment]:
 
 @pytest.fixture(autouse=True)
 def _no_bench_is_left() -> Iterator[None]:
-    """Close the benches that a test has made, but not those that it shares with others."""
+    """Close the benches of a test, but not shared benches."""
     Bench.made.clear()
     yield
     for bench in Bench.made:

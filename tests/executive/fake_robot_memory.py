@@ -1,7 +1,7 @@
 """A robot memory in a dict, for tests of CLIPS files: documents, collections, events, mutexes.
 
-It has the functions of Fawkes' CLIPS feature robot_memory with their results. What comes from other threads
-there (events, answers to asynchronous operations) waits here until the test calls :meth:`deliver`.
+The functions are those of Fawkes' CLIPS feature robot_memory. Results of Fawkes' other threads (events,
+answers to asynchronous operations) wait until the test calls :meth:`deliver`.
 """
 
 from __future__ import annotations
@@ -67,17 +67,17 @@ class FakeRobotMemory:
         return ExternalAddress(self._handles)
 
     def living(self) -> int:
-        """Count the documents, arrays and cursors that nobody destroyed."""
+        """Count the documents, arrays and cursors that are not destroyed."""
         return len(self._living)
 
     def deliver(self) -> None:
-        """Assert what other threads of Fawkes would: answers and events."""
+        """Assert the answers and events of Fawkes' other threads."""
         pending, self._pending = self._pending, []
         for action in pending:
             action()
 
     def event(self, collection: str, kind: str, document: Document, clock: int | None = None) -> None:
-        """Let a change of the collection be told (if somebody asked for it)."""
+        """Queue the event of a change of the collection, if a trigger is registered."""
         name = self._triggers.get(collection)
         if name is not None:
             self._seconds += 1
@@ -94,11 +94,11 @@ class FakeRobotMemory:
         self.env.assert_fact("robmem-trigger", slots)
 
     def lock(self, mutex: str, owner: str, seconds: int = 0) -> None:
-        """Let somebody lock a mutex."""
+        """Lock a mutex for an owner."""
         self._put_mutex(mutex, {"locked": True, "locked-by": owner, "lock-time": Date(seconds * 1000)})
 
     def unlock(self, mutex: str) -> None:
-        """Let somebody unlock a mutex."""
+        """Unlock a mutex."""
         self._put_mutex(mutex, {"locked": False})
 
     def _put_mutex(self, mutex: str, fields: Document) -> None:
@@ -288,7 +288,7 @@ class FakeRobotMemory:
 class MemoryBench(Bench):
     """A bench whose environment has a robot memory.
 
-    :param files: names below ``clips/cx``, executed in this order once the robot memory is there.
+    :param files: names below ``clips/cx``, executed in this order after the definition of the robot memory.
     """
 
     def __init__(self, *files: str) -> None:
@@ -298,7 +298,7 @@ class MemoryBench(Bench):
             self.load(f"cx/{name}")
 
     def settle(self) -> None:
-        """Run, with everything delivered that other threads would, until nothing comes any more."""
+        """Deliver and run until no answer or event is left."""
         for _ in range(6):
             self.memory.deliver()
             assert self.env.run(500) < 500

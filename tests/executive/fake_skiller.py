@@ -1,4 +1,4 @@
-"""A skiller played by the test, behind the functions that CLIPS knows the blackboard by."""
+"""A skiller played by the test, behind the CLIPS functions of the blackboard."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _TEMPLATE = """
 
 @dataclass
 class Message:
-    """A message from CLIPS: its type, the interface it is for, and its fields."""
+    """A message from CLIPS: type, interface and fields."""
 
     uid: str
     type: str
@@ -33,8 +33,8 @@ class FakeSkiller(Feature):
     """The feature ``blackboard`` with nothing but skillers.
 
     :param duration: loops that a skill runs.
-    :param grants: gives control to any client that asks.
-    :param writer: there is a skiller at all.
+    :param grants: whether the skiller grants control.
+    :param writer: whether a skiller exists.
     """
 
     name = "blackboard"
@@ -57,7 +57,7 @@ class FakeSkiller(Feature):
         self.env: ClipsEnvironment
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Define what the core calls."""
+        """Define the functions that the core calls."""
         self.env = env
         if env.eval("(member$ blackboard-interface (get-deftemplate-list))") == FALSE:
             env.call("path-load", "blackboard.clp")
@@ -113,7 +113,7 @@ class FakeSkiller(Feature):
         self._fresh = True
 
     def loop(self, seen: int) -> int:
-        """Do a loop's work with the messages after the first ``seen``; returns how many there are."""
+        """Process the messages after the first ``seen``; return the number of messages."""
         if self._left is not None:
             self._left -= 1
             if self._left <= 0:
@@ -132,6 +132,6 @@ class FakeSkiller(Feature):
 
     @property
     def steals(self) -> bool:
-        """Whether the last request for control was to steal it."""
+        """Whether the last request for control steals control."""
         requests = [message for message in self.sent if message.type == "AcquireControlMessage"]
         return bool(requests) and requests[-1].fields.get("steal_control") == TRUE

@@ -1,9 +1,9 @@
-"""Fawkes' own tests of the domain, read from a checkout and played: C++ statements and CLIPS commands.
+"""Fawkes' tests of the domain, read from a checkout and played: C++ statements and CLIPS commands.
 
 Their files speak of ``domain-precondition`` and ``domain-atomic-precondition``. Fawkes has dropped these
-templates for formulas since, and asks for goals, plans and the parameters of operators, so that its tests
-do not run there any more. :data:`OLD_WORDS` gives the two templates back: what is said in them becomes what
-the core asks for now, and what the core finds out can be read in them.
+templates for formulas since, and requires goals, plans and the parameters of operators, so that its tests
+do not run there any more. :data:`OLD_WORDS` defines the two templates again: their facts become facts of the
+present core, and results of the core become facts of the templates.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ _STRING = re.compile(r'"((?:[^"\\]|\\.)*)"')
 class Original:
     """A test of test_domain.cpp.
 
-    :param domain: name of the CLIPS file that it starts from; None without.
+    :param domain: name of the test's CLIPS file; None without.
     :param statements: each with its strings taken out, and these.
     """
 
@@ -145,7 +145,7 @@ def _statements(body: str) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 class Player:
-    """Plays the statements of an original, as GoogleTest would: all, whatever is not as expected."""
+    """Plays all statements of an original, as GoogleTest would, also after a failed expectation."""
 
     def __init__(self, env: ClipsEnvironment) -> None:
         self.env = env
@@ -185,7 +185,7 @@ class Player:
             self.surprises.append(f"{' '.join(what.split())} is {value}")
 
     def _untranslated(self) -> int:
-        """Return how many facts in the old words there are that no rule has seen."""
+        """Return the number of facts in the old words without a firing of a rule."""
         return sum(
             slots["grounded"] == Symbol("FALSE")
             for template in ("domain-precondition", "domain-atomic-precondition")

@@ -1,4 +1,4 @@
-"""The executive with a small agent of its own."""
+"""The executive with a small agent."""
 
 from __future__ import annotations
 

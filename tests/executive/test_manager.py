@@ -101,7 +101,7 @@ def test_lazy_feature_is_created_once_at_first_request(bus):
 
 
 class Waiting(Feature):
-    """Something that comes in between two runs."""
+    """A feature with facts that arrive between two runs."""
 
     name = "waiting"
 
@@ -122,7 +122,7 @@ def test_feature_asserts_pending_facts_before_run(manager):
     env = manager.create("test")
     feature.came = [Symbol("early")]
     manager.before_run("test")
-    assert feature.came  # nobody has requested it yet
+    assert feature.came  # not yet requested
     manager.request("test", "waiting")
     manager.before_run("test")
     assert [slots["what"] for _, _, slots in env.facts("came")] == ["early"]

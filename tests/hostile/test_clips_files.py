@@ -1,4 +1,4 @@
-"""CLIPS files made to crash CLIPS, or to keep it busy for ever: the process lives, and says what is wrong."""
+"""CLIPS files that crash CLIPS, or loop for ever: the process survives, and reports the error."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.support import share
 
 
 class Bench:
-    """An environment, and what it logs."""
+    """An environment and its log."""
 
     def __init__(self, folder):
         bus = EventBus(VirtualClock())

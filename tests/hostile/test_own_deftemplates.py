@@ -1,4 +1,4 @@
-"""An agent's own deftemplate with a name that cxbridge reads, and other slots, is no fault of cxbridge."""
+"""An agent's deftemplate with a name that cxbridge reads, but different slots, is no fault of cxbridge."""
 
 from __future__ import annotations
 

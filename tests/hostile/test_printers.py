@@ -1,6 +1,6 @@
-"""No terminal obeys what others wrote, and it begins no line of a log: every printer, with hostile text.
+"""Hostile text reaches no terminal as control sequence, and begins no line of a log: every printer.
 
-The list of commands is the program's own: one that nobody drives here fails the test.
+The list of commands comes from the program: a command without a row here fails the test.
 """
 
 from __future__ import annotations
@@ -74,9 +74,9 @@ UNSAFE_TEXT = frozenset(map(chr, UNSAFE_CODE_POINTS))
 
 
 def check(output: bytes, *, own_lines: bool = False) -> str:
-    """Return what a command printed, after looking at it.
+    """Return the output of a command after the check.
 
-    :param own_lines: its output is that of a program, line by line, and nothing else.
+    :param own_lines: whether the output is that of a program, line by line.
     """
     text = output.decode("utf-8", "surrogateescape")
     found = UNSAFE_TEXT & set(text)
@@ -92,7 +92,7 @@ def cxbridge() -> Callable[..., str]:
 
 
 def looked_at(forks: Nursery, *arguments: object) -> str:
-    """Run a command; both of its streams are looked at, and returned together."""
+    """Run a command; check both streams, and return them together."""
     done = forks.run([str(argument) for argument in arguments])
     out = check(done.stdout, own_lines=arguments[:2] == ("env", "eval"))
     errors = check(done.stderr)
@@ -127,7 +127,7 @@ EXCHANGE = (
         )
     ),
 )
-"""What masters and executors of a skill board say to each other."""
+"""Messages between masters and executors of a skill board."""
 
 
 def events() -> list[Event]:
@@ -163,7 +163,7 @@ def write(path: Path, run: list[Event]) -> Path:
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Path | str]]:
-    """What the commands are driven with: recordings of hostile names and content, and what serves such."""
+    """Inputs of the commands: recordings with hostile names and content, and servers of them."""
     tmp = tmp_path_factory.mktemp("hostile")
     run = write(tmp / f"run{SHORT}.mcap", events())
     other = [*events()[:3], GoalTransition(2, "executive", "h", HOSTILE, "x", "nil", "SELECTED", "", "")]
@@ -214,7 +214,7 @@ HOSTILE_RULES = f"""
   (assert (hostile "{HOSTILE}")))
 """
 TEXT = HOSTILE.replace(" \ud800", "")
-"""As the command line can have it."""
+"""The last name without characters that a command line cannot hold."""
 
 BOARD = ("--connect", "{url}")
 DAEMON = ("--connect", "{daemon}")
@@ -242,7 +242,7 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
     ("lsp",): [],  # these three speak a protocol on stdout
     ("dap",): [],
     ("mcp",): [],
-    ("view",): [("{text}",)],  # what is there, it serves until Ctrl-C
+    ("view",): [("{text}",)],  # the command serves until Ctrl-C
     ("doctor",): [(), ("--json",)],
     ("gateway",): [("{text}", "{text}")],
     ("keys",): [("{text}", "-o", "{tmp}/{text}")],
@@ -355,7 +355,7 @@ def test_commands_print_no_escape_sequences(
 
 
 def test_modules_print_through_console_only() -> None:
-    """`print` and its like are in cli/console.py; who writes to a terminal by itself says so."""
+    """`print` and its like are in cli/console.py; modules that write to a terminal are listed."""
     for file in module_files().values():
         if file.name in {"console.py", "printing.py"}:
             continue
@@ -374,7 +374,7 @@ def test_modules_print_through_console_only() -> None:
 
 
 PRINTS = re.compile(r"\b(?:print|echo|secho|stdout|stderr)\b|Console\b")
-"""What a file has that prints. Most have not, and need not be parsed."""
+"""Words of a file that prints. Files without them need not be parsed."""
 LAST_NAMES = ("print", "echo", "secho", "write", "Console")
 
 
@@ -386,7 +386,7 @@ def last_name(called: ast.expr) -> str:
 
 
 def on_a_terminal(*arguments: object, keys: bytes = b"", seconds: float = 20, until: bytes = b"") -> bytes:
-    """Run a command on a terminal of its own until it prints something, or ends; returns what it printed."""
+    """Run a command on a separate terminal until it prints a text, or ends; return the output."""
     terminal, its = pty.openpty()
     environment = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "200", "LINES": "60"}
     process = Started(*arguments, terminal=its, environment=environment)
@@ -397,7 +397,7 @@ def on_a_terminal(*arguments: object, keys: bytes = b"", seconds: float = 20, un
             if select.select([terminal], [], [], 0.1)[0]:
                 try:
                     output += os.read(terminal, 65536)
-                except OSError:  # it has ended
+                except OSError:  # the command has ended
                     break
             if keys and len(output) > 1000:
                 os.write(terminal, keys)
@@ -410,7 +410,7 @@ def on_a_terminal(*arguments: object, keys: bytes = b"", seconds: float = 20, un
 
 
 SIGNS = (b"\x1b]52", b"\x1b]8;", b"\x1b[31mred", b"\x1b]0;", "\x9b".encode(), "\u202e".encode(), b"\x07back")
-"""Of our text; what a screen is drawn with has other sequences."""
+"""Sequences in our text; the drawing of a screen uses different sequences."""
 
 
 @pytest.mark.parametrize(
@@ -462,7 +462,7 @@ def test_reports_of_comparison_hold_no_escape_sequences(
     junit, page = tmp_path / "junit.xml", tmp_path / "page.html"
     cxbridge("trace", "diff", place["run"], place["other"], "--junit", junit, "--html", page)
     check(junit.read_bytes())
-    check(page.read_bytes(), own_lines=True)  # a line break is a blank there
+    check(page.read_bytes(), own_lines=True)  # a line break becomes a blank
     ET.parse(junit)
 
 

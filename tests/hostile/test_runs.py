@@ -20,7 +20,7 @@ SPIN = "(defrule spin (executive-initialized) => (printout error SPINS crlf) (wh
 
 
 def start(*arguments, wait_for):
-    """Start a run, and return it when it has logged a text."""
+    """Start a run, and return its process after a text in the log."""
     process = Started("run", "-v", *arguments)
     for line in process.stderr:
         if wait_for in line:
@@ -47,7 +47,7 @@ with Interrupt(lambda: None):
     print("STUCK", file=sys.stderr, flush=True)
     lock(mutex)
 """
-"""In a function of C that takes no notice of signals, as no skill can be any more."""
+"""A program in a function of C without checks for signals; skills cannot get there any more."""
 
 
 def test_third_signal_ends_blocked_process():

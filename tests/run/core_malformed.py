@@ -1,4 +1,4 @@
-"""Goals that no sane agent makes, and what an agent may do to goals that the core is busy with."""
+"""Malformed goals, and changes by an agent to goals in the core's hands."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ DEEDS = {
     "tree": "(goal-retract-goal-tree ?id)",
     "no-plans": "(plan-retract-all-for-goal ?id)",
 }
-"""What is done to a goal once, when it has come to a mode."""
+"""Changes to a goal, made once in a mode."""
 
 FAMILY = """(assert (goal (id R-{mode}) (class TREE) (sub-type {sub_type}) {params}))
   (assert (goal (id A-{mode}) (class {first}) (parent R-{mode}) (priority 2.0)))"""
@@ -54,7 +54,7 @@ MEDDLE = """
 
 
 def meddled(sub_type: str, whom: str, deed: str, first: str = "GOOD") -> str:
-    """Return an agent with a family of goals a mode; ``deed`` is then done to ``whom`` (R, A or B)."""
+    """Return an agent with a family of goals per mode; ``deed`` changes the goal ``whom`` (R, A or B)."""
     families, rules = [], []
     for mode in MODES:
         names = {"mode": mode, "sub_type": sub_type, "params": SUB_TYPES[sub_type], "first": first}
@@ -91,7 +91,7 @@ def _plan(name: str, more: str = "(type SEQUENTIAL)") -> str:
 
 
 def _families() -> dict[str, str]:
-    """Return what is odd about a parent's parameters or the number of its sub-goals."""
+    """Return odd parameters and numbers of sub-goals of a parent."""
     cases = {f"{sub_type} without sub-goals": _parent(sub_type, "x 1") for sub_type in SUB_TYPES}
     for sub_type, key in (("RETRY-SUBGOAL", "max-tries"), ("TIMEOUT-SUBGOAL", "timeout")):
         limits = (
@@ -166,4 +166,4 @@ MALFORMED = {
     "retried too often": _parent("RETRY-SUBGOAL", "max-tries 2", "(meta num-tries 5)") + CHILD,
     **_families(),
 }
-"""Goals by what is odd about them."""
+"""Malformed goals by their oddity."""

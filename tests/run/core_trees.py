@@ -1,7 +1,7 @@
-"""Generated agents with trees of goals, run with the built-in core and with Fawkes' own.
+"""Generated agents with trees of goals, run with the built-in core and with Fawkes' core.
 
-An agent is made of one random number: its trees, its rules' order and saliences, what its leaves do. Its
-rules also look at goals without looking at their mode, so that they see each change that a core makes.
+One random number makes an agent: trees, order and saliences of rules, actions of leaves. Some rules match
+goals without their mode, so that they see each change that a core makes.
 """
 
 from __future__ import annotations
@@ -139,7 +139,7 @@ RULES = (
     """(defrule keep-up-no-longer {salience} ?g <- (goal (id ?id) (type MAINTAIN) (mode DISPATCHED))
       (not (goal (parent ?id))) => (modify ?g (mode FINISHED) (outcome COMPLETED)))""",
 )
-"""What moves goals, but for the core; ``{salience}`` is filled in."""
+"""The rules that move goals, but for the core; ``{salience}`` is filled in."""
 
 SPIES = (
     "(defrule spy-goal {first} (goal (id ?id) (class ?class)) => (assert (seen ?id)))",
@@ -149,7 +149,7 @@ SPIES = (
     """(defrule spy-oldest {first} (goal (mode FINISHED))
       => (do-for-fact ((?g goal)) (eq ?g:sub-type nil) (assert (oldest ?g:id ?g:mode))))""",
 )
-"""Rules that see what goals are there, and in which order they have changed. They fire before all others."""
+"""Rules that print the goals in the order of their changes. They fire before all other rules."""
 
 FORGET = """
 (defrule spy-seen (declare (salience 19999)) ?seen <- (seen ?) => (retract ?seen))
@@ -235,7 +235,7 @@ def write_agent(folder: Path, agent: str, goals: str = SUB_TYPES) -> Path:
 
 
 def run_both(folder: Path, agent: str, fawkes_dir: Path, *, timeout: float = 30) -> tuple[Way, Way]:
-    """Run the agent with Fawkes' core and with the built-in one; return what happened."""
+    """Run the agent with Fawkes' core and with the built-in core; return both ways."""
     skills = write_skill_space(folder, "trees", **SKILLS)
     ways = []
     for core, checkout in (("fawkes", fawkes_dir), ("builtin", None)):
@@ -249,7 +249,7 @@ def run_both(folder: Path, agent: str, fawkes_dir: Path, *, timeout: float = 30)
                 trace_level="rules",
                 trace_files=False,
                 timeout=timeout,
-                strict=False,  # actions without a skill are what some trees are about
+                strict=False,  # some trees test actions without a skill
             )
         )
         ways.append(read_way(result.status, trace, agent))
@@ -266,7 +266,7 @@ class Way:
 
 
 def read_way(status: int, trace: Path, agent: str) -> Way:
-    """Return what a recording holds of a run."""
+    """Return the way of a run from its recording."""
     own = set(re.findall(r"\(defrule (\S+)", agent))
     events = list(open_run(trace))
     fired = Counter(event.rule for event in events if isinstance(event, RuleFired) and event.rule in own)
@@ -285,7 +285,7 @@ def _step(event: object) -> str:
 
 
 def first_difference(theirs: Way, ours: Way, before: int = 12) -> str:
-    """Return where two ways part, for people; empty when they do not."""
+    """Return the first difference of two ways as text; empty for equal ways."""
     if theirs == ours:
         return ""
     if theirs.steps == ours.steps:

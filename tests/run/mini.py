@@ -1,4 +1,4 @@
-"""A scenario as small as one can be: one goal, one action, one skill."""
+"""A minimal scenario: one goal, one action, one skill."""
 
 from __future__ import annotations
 

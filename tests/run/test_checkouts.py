@@ -1,4 +1,4 @@
-"""A team's checkout laid over that of Fawkes: one option each finds everything."""
+"""A team's checkout laid over that of Fawkes: one option per checkout suffices."""
 
 from __future__ import annotations
 

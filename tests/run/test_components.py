@@ -1,4 +1,4 @@
-"""A component of a plug-in in a daemon; the example of docs/plugins.md has one."""
+"""A component of a plug-in in a daemon: the example of docs/plugins.md."""
 
 from __future__ import annotations
 

@@ -31,10 +31,10 @@ DIFFERENT = {
         for params in ("timeout 0", "timeout -1", "timeout x", "2 timeout")
     },
 }
-"""Malformed goals of which the cores make something else, on purpose: docs/core-goals.md."""
+"""Malformed goals with a different treatment by the cores, on purpose: docs/core-goals.md."""
 
 OLD_PLAN = ("RUN-SUBGOALS-IN-PARALLEL", "B", "again")
-"""The agent sets a goal back that still has its plan; here that goes first."""
+"""The agent resets a goal with its plan; the built-in core retracts the plan first."""
 
 MEDDLING = [
     (sub_type, whom, deed)
@@ -65,6 +65,6 @@ def test_cores_agree_on_malformed_goals(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("sub_type", "whom", "deed"), MEDDLING if FULL else MEDDLING[::40])
 def test_cores_agree_on_goals_changed_by_agent(sub_type: str, whom: str, deed: str, tmp_path: Path) -> None:
-    """Goals are retracted, ended, taken away from their parent ... in each mode that they can have."""
+    """The agent retracts goals, ends them, removes their parent ... in each mode."""
     found = difference(tmp_path / "run", meddled(sub_type, whom, deed), 8)
     assert bool(found) == ((sub_type, whom, deed) == OLD_PLAN), found

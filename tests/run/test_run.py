@@ -1,4 +1,4 @@
-"""Runs: their ends, their exit statuses, and what recordings have of them."""
+"""Runs: ends, exit statuses and recordings."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_completed_run_has_status_0(tmp_path):
 
 
 def test_run_starts_at_time_0(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """A simulation begins in 1970. Control of the Skiller was asked for last at 0: the first try is late."""
+    """A simulation begins in 1970, where the initial time 0 of the last request for control is recent."""
     monkeypatch.setattr(VirtualClock.__init__, "__defaults__", (10_000,))
     result, _ = run(write_scenario(tmp_path))
     assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
@@ -58,7 +58,7 @@ def test_timeout_is_status_3_with_open_goals(tmp_path):
 
 
 def test_quit_with_open_goals_is_status_1(tmp_path):
-    """It was "completed": what is not over has not ended badly."""
+    """Such a run was "completed": open goals have not failed."""
     bye = "(defrule bye (goal (id G) (mode DISPATCHED)) => (quit))"
     result, _ = run(write_scenario(tmp_path, agent=AGENT + bye))
     assert result.status == 1
@@ -81,7 +81,7 @@ def test_quit_after_all_goals_is_status_0(tmp_path):
     ],
 )
 def test_goal_without_id_does_not_end_run(tmp_path, made, core):
-    """``run`` ended in a RecursionError, or told of a goal nil that ended UNKNOWN."""
+    """``run`` ended in a RecursionError, or reported a goal nil that ended UNKNOWN."""
     agent = f"""(defrule begin (executive-initialized) (not (begun)) => (assert (begun)) {made})
         (defrule select ?g <- (goal (mode FORMULATED) (parent nil)) => (modify ?g (mode SELECTED)))
         (defrule expand ?g <- (goal (sub-type ~nil) (mode SELECTED)) => (modify ?g (mode EXPANDED)))
@@ -114,7 +114,7 @@ def run_until_the_goal_is_dropped(directory, core, **options):
 @pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
 @pytest.mark.parametrize("skiller", ["lua", "simulator"])
 def test_dropped_goal_with_running_skill_ends_run(tmp_path, core, skiller):
-    """Fawkes' rules leave a skill behind that is S_RUNNING: the run waited for it until its timeout."""
+    """Fawkes' rules leave a skill in S_RUNNING: the run waited for the skill until its timeout."""
     result = run_until_the_goal_is_dropped(tmp_path, core, skiller=skiller)
     assert (result.status, result.reason) == (1, "G ended UNKNOWN")
     assert result.run_seconds < 10
@@ -122,14 +122,14 @@ def test_dropped_goal_with_running_skill_ends_run(tmp_path, core, skiller):
 
 @pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
 def test_run_waits_for_stop_of_dropped_skill(tmp_path, core):
-    """With the built-in core it ended while rules still saw the skill run."""
+    """With the built-in core the run ended while rules still saw the skill run."""
     run_until_the_goal_is_dropped(tmp_path, core, trace=tmp_path / "run.mcap")
     statuses = [event.status for event in open_run(tmp_path / "run.mcap") if isinstance(event, SkillStatus)]
     assert statuses[-2:] == ["S_RUNNING", "S_INACTIVE"]
 
 
 def test_second_configuration_overlays_first(tmp_path):
-    """It took its place, without a word: what only the first said was not there."""
+    """The second file replaced the first silently: values of the first file were lost."""
     scenario = write_scenario(tmp_path / "mini", mapping="other: wait{}")
     mapping = "clips-executive: {specs: {mini: {action-mapping: {act: '%s'}}}}"
     first, second = tmp_path / "first.yaml", tmp_path / "second.yaml"
@@ -210,7 +210,7 @@ def test_lenient_run_continues_after_broken_construct(tmp_path):
 
 
 def test_broken_constructs_are_status_2_with_places(tmp_path):
-    """Without --strict the run went on, and said at its end that no goal had appeared."""
+    """Without --strict the run continued, and reported at its end that no goal had appeared."""
     more = "\n(defrule broken (x) => (nope 1))\n(defrule worse (y) => (nope 2))\n"
     scenario = write_scenario(tmp_path, agent=AGENT + more)
     error = bad(scenario)
@@ -228,7 +228,7 @@ LATER = """
 
 
 def test_broken_file_during_initialisation_is_status_2(tmp_path):
-    """--strict looked once, before the first loop, and never again."""
+    """--strict checked only once, before the first loop."""
     later = tmp_path / "later.clp"
     later.write_text("(defrule later\n")
     scenario = write_scenario(tmp_path, agent=AGENT + LATER.format(file=later))

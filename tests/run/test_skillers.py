@@ -1,4 +1,4 @@
-"""Several Skillers by name, and what they do where Fawkes is odd."""
+"""Several Skillers by name, and their settings for oddities of Fawkes."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def test_missing_second_skiller_fails_its_action_only(tmp_path: Path):
 
 
 def test_two_writers_of_interface_are_one_error(tmp_path: Path):
-    """As on any blackboard: one writer."""
+    """An interface has one writer on any blackboard."""
     folder = two_robots(tmp_path / "two", TWO.replace("test", "greedy").replace("kind: simulator, ", ""))
     skills = tmp_path / "skills"
     skills.mkdir()

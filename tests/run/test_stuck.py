@@ -1,4 +1,4 @@
-"""Runs that wait: an explainer of a plug-in says whether they are stuck."""
+"""Waiting runs: an explainer of a plug-in decides whether a run is stuck."""
 
 from __future__ import annotations
 

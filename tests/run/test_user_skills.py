@@ -1,4 +1,4 @@
-"""A user's own skill space, loaded from where it lies."""
+"""A user's skill space, loaded from its folder."""
 
 from __future__ import annotations
 

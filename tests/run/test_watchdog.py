@@ -1,4 +1,4 @@
-"""A loop that does not come to its end: who is notified, of what, and how it is ended."""
+"""A loop without an end: notifications, and the interrupt."""
 
 from __future__ import annotations
 

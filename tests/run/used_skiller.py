@@ -1,4 +1,4 @@
-"""A Skiller that others have used: what it does, message by message, and when, is the test's choice."""
+"""A Skiller after use by earlier clients; the test chooses the time and result of each message."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.skiller.control import ExclusiveControl, ReaderWatch
 
 OTHERS_SKILL = 'say{text="x"}'
-"""What the others had it execute."""
+"""The skill string of the earlier client."""
 
 STATES = {
     "never used": (SkillerInterface.S_INACTIVE, "", ""),
@@ -22,17 +22,17 @@ STATES = {
     "failed": (SkillerInterface.S_FAILED, OTHERS_SKILL, "no sound"),
     "running": (SkillerInterface.S_RUNNING, OTHERS_SKILL, ""),
 }
-"""How it may be left: status, skill string and error. Running: for somebody who is gone."""
+"""Initial states: status, skill string and error. A running skill belongs to a client that has left."""
 
 
 class UsedSkiller:
-    """Does what Fawkes' Skiller does (docs/evidence/skiller-facts.md), one skill a loop; a context manager.
+    """Behaves as Fawkes' Skiller (docs/evidence/skiller-facts.md), one skill per loop; a context manager.
 
-    Each skill is final at once: RUNNING and FINAL are written in the same loop. A skill of others that runs
-    ends in the very loop in which the next message is taken, before that.
+    Each skill is final at once: RUNNING and FINAL are written in the same loop. A running skill of an earlier
+    client ends in the loop of the next message, before that message.
 
-    :param thief: serial of who steals control in mid-skill, each time, and has its own skill executed: with a
-        message that has the id of the last one, as all senders count from the same number.
+    :param thief: serial of a client that steals control during each skill and executes a separate skill, with
+        the message id of the stolen skill, as all senders count from the same number.
     """
 
     def __init__(self, state: str, last_id: int, *, controller: str = "", thief: str = "") -> None:
@@ -44,7 +44,7 @@ class UsedSkiller:
         )
         self._control = ExclusiveControl(self.interface, log)
         self.executed: list[str] = []
-        """The skill strings that it was asked for in the test."""
+        """The skill strings of the messages of the test."""
         self.thief = thief
         self._set(*STATES[state], last_id)
         self.interface.exclusive_controller = controller

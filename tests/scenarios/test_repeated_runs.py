@@ -34,7 +34,7 @@ def recorded(scenario: str, folder: Path) -> tuple[list[str], list[Event]]:
             scenario=ROOT / "scenarios" / scenario, config=config, log=log, trace=trace, trace_level="facts"
         )
     )
-    # how long a planner took is real time, and documented as such; so is the watchdog's warning
+    # a planner's duration and the watchdog's warning depend on real time, as documented
     events = [
         replace(event, duration_us=0) if isinstance(event, PlannerCall) else event
         for event in open_run(trace)

@@ -1,6 +1,6 @@
 """The test scenario on the built-in core: the transitions of a real Fawkes, and its facts at the end.
 
-The skiller is played by the test, so that what is tested is the scenario and the core, in half a second.
+The test plays the skiller, so that scenario and core are tested in half a second.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def run_scenario(
     files: Path = SCENARIO,
     config_file: Path = SCENARIO / "scenario.yaml",
 ) -> Outcome:
-    """Run it to its end, at most twenty seconds of its clock.
+    """Run the scenario to its end, at most twenty seconds of its clock.
 
     :param library: utils.clp, time.clp ...: ours, or Fawkes'.
     :param core: the CX core: ours, or Fawkes'.
@@ -114,7 +114,7 @@ def texts(outcome: Outcome, level: Level) -> list[str]:
 
 
 def same_as_recorded(outcome: Outcome, folder: Path) -> bool:
-    """Whether the transitions are those of all recordings, in partial order."""
+    """Whether the transitions equal those of all recordings, in partial order."""
     file = folder / "transitions.txt"
     lines = (format_transition(event).replace('\\"', '"') for event in outcome.transitions)
     file.write_text("\n".join(lines) + "\n")
@@ -191,7 +191,7 @@ def test_actions_map_to_recorded_templates() -> None:
 
 
 def domain_of(file: Path) -> set[str]:
-    """Return the domain that a PDDL file describes, one text a fact."""
+    """Return the domain of a PDDL file, one text per fact."""
     bench = Bench("plan.clp", "goal.clp", "domain.clp")
     PddlParserFeature().init_context(bench.env)
     bench.env.call("parse-pddl-domain", str(file))

@@ -1,4 +1,4 @@
-"""scenarios/two-robots: a killed executor fails its action only, the goal is tried with the other robot."""
+"""scenarios/two-robots: a killed executor fails its action only, the second robot repeats the goal."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Watched(Run):
         return [(event.goal, event.action) for event in self.actions if event.state == "FAILED"]
 
     def working(self, agent: str, skill: str) -> str:
-        """Return the goal that an agent executes a skill for, empty when it does not."""
+        """Return the goal of an agent's running skill, empty without a running skill."""
         for info in self.service.skills.executors:
             if (info.agent, info.skill, info.state) == (agent, skill, "BUSY"):
                 running = {}
@@ -123,7 +123,7 @@ def test_dead_executor_fails_its_action_only(run, victim, skill):
 
 
 def executor(stack: ExitStack, url: str, target: str, agent: str, *settings: str) -> subprocess.Popen[bytes]:
-    """Start an executor as a process of its own."""
+    """Start an executor as a separate process."""
     command = [sys.executable, "-m", "cxbridge", "skill", "executor", target, "--agent", agent]
     command += ["--connect", url, "-q", *(part for setting in settings for part in ("--set", setting))]
     process = subprocess.Popen(command, cwd=ROOT)
@@ -137,7 +137,7 @@ def executor(stack: ExitStack, url: str, target: str, agent: str, *settings: str
 
 
 def robot(stack: ExitStack, url: str, agent: str, dock: str, speed: float) -> subprocess.Popen[bytes]:
-    """Start a robot: the process that drives it, and its camera."""
+    """Start a robot: the process of its base, and its camera."""
     settings = (f"navgraph={SCENARIO}/navgraph.yaml", f"start={dock}", f"speed={speed}", "turn=50.0")
     drive = executor(stack, url, "cxbridge.skiller.navigation:Move", agent, *settings)
     executor(stack, url, f"{SCENARIO}/camera.py:Camera", agent, "seconds=0.1")

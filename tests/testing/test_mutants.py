@@ -1,4 +1,4 @@
-"""A golden run of the test scenario against mutants of it: each is another agent, and each is found."""
+"""Comparisons with the golden run of the test scenario find each mutant of the scenario."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tests.support import ROOT
 SCENARIO = ROOT / "scenarios" / "test-scenario"
 
 SECONDS = 20.0
-"""So long each mutant runs: the scenario ends after ten seconds, some mutants never do."""
+"""Duration of a mutant's run: the scenario ends after ten seconds, some mutants never end."""
 
 TOLERANCE_S = 0.05
 
@@ -30,7 +30,7 @@ TOLERANCE_S = 0.05
 class Mutant:
     """An edit of one file of the scenario.
 
-    :param needs: what must be compared beside the transitions to find it: ``values``, ``times`` or nothing.
+    :param needs: comparison beside the transitions that finds the mutant: ``values``, ``times`` or nothing.
     """
 
     name: str
@@ -142,7 +142,7 @@ def test_mutant_differs_from_golden_run(mutated, order, golden):
     mutant, transitions = mutated
     assert differs(golden / "times", transitions, order, TOLERANCE_S)
     assert differs(golden / "values", transitions, order) == (mutant.needs != "times")
-    # so it was before: 9 of 15
+    # an earlier version found 9 of 15
     assert differs(golden / "old", transitions, order) == (mutant.needs == "")
 
 

@@ -1,4 +1,4 @@
-"""The pytest plug-in, in runs of pytest of its own."""
+"""The pytest plug-in, in separate runs of pytest."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ def test_mini(cx):
 @pytest.fixture
 def project(pytester, monkeypatch):
     numbers = count()
-    # others' plug-ins take longer to import than the run takes
+    # the import of further plug-ins would take longer than the run
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     write_scenario(pytester.path / "mini", mapping="act: work{what=?(text)s}")
 
     def run(says, *arguments, more=""):
         pytester.makepyfile(test_agent=TEST.format(says=says) + more)
-        # a process of its own: CLIPS' and pytest's state are nobody else's
+        # a separate process: CLIPS and pytest have state
         base = f"--basetemp={pytester.mkdir(f'runpytest-{next(numbers)}')}"
         command = [base, "-q", "-p", "cxbridge", "-p", "no:cacheprovider", "-W", IGNORED, *arguments]
         done = nursery().run(command, folder=pytester.path, program="pytest")

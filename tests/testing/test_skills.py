@@ -1,4 +1,4 @@
-"""Skills that end as a test says."""
+"""Scripted skills of a test."""
 
 from __future__ import annotations
 

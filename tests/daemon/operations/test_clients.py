@@ -1,4 +1,4 @@
-"""The programs that ask a daemon for operations name them, and their parameters, as the table does."""
+"""Clients of a daemon use the operations and parameters of the table."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cxbridge.daemon.operations.table import operations
 from tests.support import module_files, short_path
 
 ASKING = {"ask_daemon": 1, "request": 1, "_request": 0}
-"""Functions that ask for an operation, and which of their arguments is its name."""
+"""Functions that request an operation, with the position of its name among the arguments."""
 CLIENTS = (
     "cli/",
     "daemon/client.py",
@@ -22,7 +22,7 @@ CLIENTS = (
     "cxbridge_ros2/cli/",
 )
 ADDED = {"debug_prompt.py": "env"}
-"""A parameter that a client gives with every request that has it."""
+"""A parameter that a client adds to every request with such a parameter."""
 
 
 def calls_in(text: str) -> Iterator[tuple[str, set[str], bool]]:
@@ -41,7 +41,7 @@ def calls_in(text: str) -> Iterator[tuple[str, set[str], bool]]:
 
 
 def complaints(verb: str, given: set[str], *, is_all: bool, added: str = "") -> list[str]:
-    """Return what is wrong with a request."""
+    """Return the errors of a request."""
     if verb not in operations():
         return [f"there is no operation '{verb}'"]
     fields = {field.encode_name: field for field in msgspec.structs.fields(operations()[verb].parameters)}
@@ -56,7 +56,7 @@ def complaints(verb: str, given: set[str], *, is_all: bool, added: str = "") -> 
 
 
 def clients() -> list[Path]:
-    """The sources that ask a daemon."""
+    """The sources with requests to a daemon."""
     return [
         file
         for file in module_files().values()

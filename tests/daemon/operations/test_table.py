@@ -1,4 +1,4 @@
-"""The table of operations: a plug-in adds to it, and parameters have types."""
+"""The table of operations: rows of plug-ins, and types of parameters."""
 
 from __future__ import annotations
 

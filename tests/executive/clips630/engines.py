@@ -1,4 +1,4 @@
-"""Runs the same CLIPS commands in CLIPS 6.30 and in our environment, and tells what came of each."""
+"""Runs the same CLIPS commands in CLIPS 6.30 and in our environment, and compares the outcomes."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _KINDS = (
 
 
 def is_6_30() -> bool:
-    """Whether the program is there, and is CLIPS 6.30."""
+    """Whether the program exists, and is CLIPS 6.30."""
     if PROGRAM is None:
         return False
     banner = subprocess.run([PROGRAM], input="(exit)\n", capture_output=True, text=True, check=False)
@@ -52,12 +52,12 @@ needs_clips630 = pytest.mark.skipif(not is_6_30(), reason="Debian's package clip
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of an expression.
+    """The outcome of an expression.
 
     :param error: kind of the first error; empty when there was none.
-    :param done: whether what follows the expression is evaluated.
+    :param done: whether the rest of the command is evaluated.
     :param value: type and printed form of the value; empty when not done.
-    :param printed: what the expression printed; not compared after an error.
+    :param printed: output of the expression; not compared after an error.
     :param world: facts, instances and agenda afterwards.
     :param text: the text of the error.
     """
@@ -79,7 +79,7 @@ CRASH = Outcome("crash", False, ("", ""), "", "", "the process ended")
 
 
 def kind_of(text: str) -> str:
-    """Return what kind of error CLIPS' message tells of: 6.30 and 6.4 have other words and codes for it."""
+    """Return the kind of the error in CLIPS' message: 6.30 and 6.4 have different words and codes."""
     match = _CODE.search(text)
     for kind, pattern in _KINDS:
         if pattern.search(match[2] if match else text):
@@ -108,7 +108,7 @@ def _world(lines: Sequence[str]) -> str:
 
 
 def outcome(lines: Sequence[str], error_text: str = "") -> Outcome:
-    """Make an outcome of what was printed from ``@begin`` to ``@end``; errors may stand within."""
+    """Make an outcome of the output from ``@begin`` to ``@end``, which may contain errors."""
     printed = "\n".join(_section(lines, "@begin", "@value"))
     found = re.search(r"\[[A-Z]+\d+\] ", printed)
     if found and not error_text:
@@ -127,7 +127,7 @@ def command(expression: str) -> str:
 
 
 def run_6_30(expressions: Sequence[str], folder: Path) -> list[Outcome]:
-    """Evaluate the expressions in CLIPS 6.30; one that ends the program gets :data:`CRASH`."""
+    """Evaluate the expressions in CLIPS 6.30; an expression that ends the program gets :data:`CRASH`."""
     outcomes: list[Outcome] = []
     while len(outcomes) < len(expressions):
         outcomes += _run_6_30(expressions[len(outcomes) :], folder)
@@ -149,7 +149,7 @@ def _run_6_30(expressions: Sequence[str], folder: Path) -> list[Outcome]:
 
 
 def execute(commands: Iterable[str], folder: Path, seconds: int = 120) -> str:
-    """Run commands in CLIPS 6.30 and return what it prints."""
+    """Run commands in CLIPS 6.30 and return the output."""
     assert PROGRAM is not None
     batch = folder / "batch.clp"
     batch.write_text("\n".join([*commands, "(exit)", ""]), encoding="utf-8")
@@ -165,9 +165,9 @@ def execute(commands: Iterable[str], folder: Path, seconds: int = 120) -> str:
 
 
 class Ours:
-    """Our environment, and all that it says.
+    """Our environment and its output.
 
-    :param world: the file that is loaded first.
+    :param world: file to load first.
     """
 
     def __init__(self, world: Path | None = WORLD) -> None:

@@ -243,10 +243,10 @@ _ROW = re.compile(r"^(\S+) ([\d*]{2})(\S?)(\S*)$")
 
 @dataclass(frozen=True, slots=True)
 class Function:
-    """A function of 6.30, and what its author says that it takes.
+    """A function of 6.30 with its declared arguments.
 
     :param most: None: any number of arguments.
-    :param letters: types of the arguments, the last of those that follow it, too.
+    :param letters: types of the arguments; the last type also counts for further arguments.
     """
 
     name: str

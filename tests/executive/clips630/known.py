@@ -1,6 +1,6 @@
-"""What is known to differ between CLIPS 6.30 and ours, as data: a new difference fails, and one that is gone.
+"""Known differences between CLIPS 6.30 and ours: a new difference fails a test, a missing one too.
 
-docs/evidence/clips.md has the same for people.
+docs/evidence/clips.md explains them.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from tests.executive.clips630.engines import Outcome
 class Known:
     """A difference.
 
-    :param functions: those that show it: a pattern of names; of a form the word that it begins with.
-    :param reference: what CLIPS 6.30 does, a pattern: see :func:`sign`.
-    :param ours: what ours does.
-    :param reason: why it stays.
-    :param example: an expression that shows it.
-    :param expressions: only those that this is found in.
+    :param functions: pattern of names of functions, or of first words of forms, with the difference.
+    :param reference: pattern of the outcome in CLIPS 6.30: see :func:`sign`.
+    :param ours: pattern of our outcome.
+    :param reason: why the difference stays.
+    :param example: expression with the difference.
+    :param expressions: pattern of the expressions, if not all of the functions.
     """
 
     functions: str
@@ -46,7 +46,7 @@ def name_of(expression: str) -> str:
 
 
 def sign(outcome: Outcome) -> str:
-    """Return ``value``; or the kind of the error, with ``, goes on`` when what follows is evaluated."""
+    """Return ``value``, or the kind of the error, with ``, goes on`` if the command continues."""
     if not outcome.error:
         return "value" if outcome.done else "ends"
     return outcome.error + (", goes on" if outcome.done else "")

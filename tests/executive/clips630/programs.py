@@ -1,4 +1,4 @@
-"""Programs that nobody wrote: rules over a few templates, made at random, always the same for a seed."""
+"""Random programs: rules over a few templates, the same for the same seed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _HEAD = """(deftemplate p (slot x) (slot y (default a)) (multislot z))
 
 
 def program(seed: int) -> str:
-    """Return a program of deffacts and rules, each of which says that it fires and does something."""
+    """Return a program of deffacts and rules; each rule prints a line and changes facts."""
     chance = random.Random(seed)
     facts = "\n".join(f"  {_fact(chance)}" for _ in range(chance.randint(3, 8)))
     rules = "\n".join(_rule(chance, number) for number in range(chance.randint(3, 8)))

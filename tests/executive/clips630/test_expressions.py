@@ -1,4 +1,4 @@
-"""Expressions: every function of CLIPS 6.30 with arguments of all types, there and in our environment."""
+"""Every function of CLIPS 6.30 with arguments of all types, compared with our environment."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ MENDED = (
         '(str-explode "a ?b")',
     ),
 )
-"""What was different once."""
+"""Expressions with a difference in an earlier version."""
 
 
 def test_mended_functions_match_clips_6_30(ours: Ours, tmp_path: Path) -> None:

@@ -43,7 +43,7 @@ def in_ours(file: Path) -> tuple[list[str], list[str]]:
 
 
 def kept(lines: list[str]) -> list[str]:
-    """Leave out what is known to differ: 6.4 has no initial-fact."""
+    """Leave out known differences: 6.4 has no initial-fact."""
     return [
         line.rstrip()
         for line in lines

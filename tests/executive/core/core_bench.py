@@ -16,7 +16,7 @@ GOAL_FILES = (
     "goal-tree.clp",
     *(f"goals/{name}.clp" for name in GOAL_TYPES),
 )
-"""What goals need, without domain and world model."""
+"""Files for goals, without domain and world model."""
 
 
 class StoppedClock(Clock):
@@ -32,20 +32,20 @@ class StoppedClock(Clock):
         return self.time_us
 
     def sleep_until(self, time_us: int, wake: object = None) -> None:
-        """Be there at once."""
+        """Jump to the time."""
         self.time_us = max(self.time_us, time_us)
 
 
 class Bench:
     """An environment with files of the core.
 
-    A test need not close the benches that it makes: ``conftest.py`` does, for each takes 2 MB.
+    ``conftest.py`` closes the benches of a test, for each takes 2 MB.
 
     :param files: names below ``clips/cx``, executed in this order.
     """
 
     made: ClassVar[list[Bench]] = []
-    """Those of the test that runs."""
+    """The benches of the running test."""
 
     def __init__(self, *files: str) -> None:
         self.clock = StoppedClock()
@@ -73,7 +73,7 @@ class Bench:
         assert not self.env.loader.diagnostics
 
     def config(self, path: str, value: Value) -> None:
-        """Assert a ``confval``; its type is that of the value."""
+        """Assert a ``confval`` with the type of the value."""
         kind = {int: "UINT", float: "FLOAT", str: "STRING", Symbol: "BOOL", tuple: "STRING"}[type(value)]
         slots: dict[str, Value] = {"path": path, "type": Symbol(kind)}
         if isinstance(value, tuple):
@@ -87,7 +87,7 @@ class Bench:
         self.config("/clips-executive/automatic-goal-retraction", TRUE)
 
     def tick(self, seconds: float = 0.0) -> int:
-        """Let time pass, tell it, and run; returns the number of firings."""
+        """Let time pass, assert the time, and run; return the number of firings."""
         self.clock.time_us += round(seconds * MICROSECONDS)
         sec, usec = divmod(self.clock.time_us, MICROSECONDS)
         self.env.assert_string(f"(time {sec} {usec})")

@@ -59,7 +59,7 @@ def formula_facts(formula: Formula, part_of: str, formula_id: str) -> list[str]:
 
 
 class DomainBench(Bench):
-    """The domain part of the core, and what is needed for an action to go through its life."""
+    """The domain part of the core, and the files for all states of an action."""
 
     def __init__(self, *files: str) -> None:
         super().__init__(*DOMAIN_FILES, *files)

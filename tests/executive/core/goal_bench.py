@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tests.executive.core.core_bench import GOAL_FILES, Bench
 
-# A leaf's class tells its outcome. Nothing else is done for leaves; roots are ended, not retracted.
+# The class of a leaf names its outcome. The agent ends roots, but does not retract them.
 AGENT = """
 (defrule leaf-runs ?g <- (goal (mode SELECTED) (class ?c&WILL-COMPLETED|WILL-FAILED|WILL-REJECTED)) =>
   (modify ?g (mode FINISHED) (outcome (sym-cat (sub-string 6 99 ?c)))))
@@ -45,7 +45,7 @@ def make_bench() -> Bench:
 
 
 def grow(bench: Bench, kind: str, *leaves_wanted: str, option: str = "") -> str:
-    """Make a tree of one goal and leaves with these outcomes or classes; returns the id of the goal."""
+    """Make a tree of one goal and leaves with these outcomes or classes; return the id of the goal."""
     leaves = " ".join(
         f"(assert (goal (id C{number}) (class {f'WILL-{leaf}' if leaf in OUTCOMES else leaf})))"
         for number, leaf in enumerate(leaves_wanted, 1)

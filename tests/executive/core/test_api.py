@@ -70,7 +70,7 @@ _ORDER = [
 ]
 
 _OURS = {"skill-board-actions.clp"}
-"""No part of the original; with tests of its own (tests/executive/features/test_skill_board.py)."""
+"""No part of the original; tested in tests/executive/features/test_skill_board.py."""
 
 
 def _files() -> list[str]:
@@ -148,7 +148,7 @@ def _facet(core: WholeCore, what: str, template: str, slot: str) -> Value:
 
 
 OURS = {"plan-action": {"agent-id"}}
-"""Slots of our own: who executes an action on the skill board, as in the core of the thesis."""
+"""Our slots: the executor of an action on the skill board, as in the core of the thesis."""
 
 
 @pytest.mark.parametrize("row", _all("deftemplates"))
@@ -182,7 +182,7 @@ def _check_default(core: WholeCore, template: str, slot: Description) -> None:
         return
     text = slot.get("default", slot.get("implicit-default"))
     value = _facet(core, "default-value", template, name)
-    if text in ("derived", "null address"):  # CLIPS derives it from type and cardinality
+    if text in ("derived", "null address"):  # CLIPS derives the default from type and cardinality
         assert text != "derived" or value == (0, 0)
         return
     wanted = core.env.eval("(create$)" if text == "()" else f"(create$ {text})")

@@ -47,14 +47,14 @@ class CoordinationBench(MemoryBench):
         self.env.run()
 
     def ours(self, name: str = "m") -> None:
-        """Acquire a mutex and take note of it."""
+        """Acquire a mutex and reset its response."""
         self.call("mutex-try-lock-async", name)
         self.settle()
         assert self.answer(name) == ("LOCK", "ACQUIRED", "LOCKED", "me")
         self.reset(name)
 
     def reset(self, name: str = "m") -> None:
-        """Take note of a response, as the maker of the request has to."""
+        """Reset a response, as the requesting agent has to."""
         self.modify("mutex", "(request NONE) (response NONE)", name=name)
         self.env.run()
 
@@ -125,7 +125,7 @@ def test_renewal_of_foreign_lock_is_refused(bench: CoordinationBench, prepare: s
 
 @pytest.fixture
 def renewing() -> CoordinationBench:
-    """A lock of ours that is due for renewal, and has just been asked to be renewed."""
+    """An own lock with a renewal in progress."""
     bench = CoordinationBench()
     bench.env.assert_string(
         '(wm-fact (id "/config/coordination/mutex/renew-interval") (type UINT) (value 5))'

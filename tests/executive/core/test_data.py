@@ -1,4 +1,4 @@
-"""The core makes facts of what others have sent, and evaluates nothing of it."""
+"""The core makes facts of received data without evaluation."""
 
 from __future__ import annotations
 

@@ -83,7 +83,7 @@ OWN_FORMULA = (
               (pddl-predicate (id mine11-atom) (part-of mine11) (predicate sent)
                               (param-names x) (param-constants nil))))""",
 )
-"""A condition of the agent's own: no operator and no effect has it."""
+"""A condition of the agent, without operator and effect."""
 
 
 @pytest.mark.parametrize("way", [("assert-mine", "ground-mine"), ("assert-mine", "run", "ground-mine")])
@@ -173,7 +173,7 @@ def holds(formula: Formula, arguments: dict[str, str], facts: set[str]) -> bool:
 
 @pytest.fixture(scope="module")
 def again() -> DomainBench:
-    """Return a core that is used again and again, its domain wiped in between."""
+    """Return a shared core; tests wipe its domain."""
     return DomainBench()
 
 
@@ -190,7 +190,7 @@ def again() -> DomainBench:
 def test_executable_equals_formula(
     again: DomainBench, formula: Formula, x: str, y: str, facts: set[str], changes: list[str]
 ) -> None:
-    """Also after each of some changes: the incremental result is the one from scratch."""
+    """The incremental result equals the result from scratch, also after changes."""
     again.env.eval("(domain-wipe)")
     again.env.eval("(do-for-all-facts ((?f plan goal plan-action)) TRUE (retract ?f))")
     again.operator("use", "x y", formula)
@@ -212,7 +212,7 @@ def test_executable_equals_formula(
 
 
 def test_thousand_actions_leave_no_facts(bench: DomainBench) -> None:
-    """Neither facts nor memory: CLIPS keeps retracted facts that refer to each other."""
+    """CLIPS keeps the memory of retracted facts that refer to each other."""
     bench.predicate("said", sensed=True)
     bench.effect("move", "said r")
     bench.effect("move", "not at r to", when=("atom", "at", "r", "AWAY"), name="never")

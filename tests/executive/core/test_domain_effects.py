@@ -65,7 +65,7 @@ def test_action_waits_for_own_effects_only() -> None:
 
 
 def run_action(bench: DomainBench, action: str) -> set[str]:
-    """Let an action succeed and return what is true then."""
+    """Let an action succeed and return the atoms that hold afterwards."""
     bench.begin(action)
     bench.set_state("EXECUTION-SUCCEEDED")
     assert bench.action()["state"] == "FINAL"

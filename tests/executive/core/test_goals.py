@@ -11,7 +11,7 @@ from cxbridge.executive.host.values import Symbol
 from tests.executive.core.core_bench import Bench
 from tests.executive.core.goal_bench import PREFIXES, SUB_TYPES, error, grow, lone, selected
 
-# --- sequential sub-types: the children's outcomes, who is pursued, what becomes of the parent -------------
+# --- sequential sub-types: outcomes of children, pursued children, outcome of parent -----------------------
 
 
 _SEQUENTIAL = [

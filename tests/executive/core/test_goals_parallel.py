@@ -31,7 +31,7 @@ def test_parallel_outcomes(bench: Bench, children: str, outcome: str, blamed: st
 
 
 def test_parallel_selects_equal_priorities_at_once(bench: Bench) -> None:
-    """Nobody deals with the first of them before the last is selected."""
+    """No rule reacts to the first child before the last is selected."""
     bench.env.build(
         '(defrule late (goal (mode SELECTED) (parent ~nil) (id ?id)) => (printout t "late " ?id crlf))'
     )
@@ -73,7 +73,7 @@ def test_parallel_next_batch_follows_dispatch(bench: Bench) -> None:
 
 @pytest.mark.parametrize("outcome", ["FAILED", "REJECTED"])
 def test_parallel_blames_first_finished_child(bench: Bench, outcome: str) -> None:
-    """The first in Fawkes' order of facts, in which what was changed last comes last."""
+    """Fawkes' order of facts counts, in which the last changed fact is last."""
     parent = grow(bench, "run-parallel-delayed", "HANGS", "HANGS", "HANGS", option="FAILED")
     for child in ("C1", "C2", "C3"):
         bench.tick()

@@ -36,7 +36,7 @@ TREES = {
 
 
 def tree(kind: str, bad: str) -> str:
-    """A tree of which one leaf, called BAD, is of that class."""
+    """A tree whose leaf BAD has that class."""
     leaves = {"done": "WILL-COMPLETED", "rejected": "WILL-REJECTED", "bad": bad}
     made = {name: f"(assert (goal (id {name.upper()}) (class {kind})))" for name, kind in leaves.items()}
     return TREES[kind].format(**made)
@@ -44,7 +44,7 @@ def tree(kind: str, bad: str) -> str:
 
 @pytest.mark.parametrize("kind", TREES)
 def test_retry_repeats_whole_tree(bench: Bench, kind: str) -> None:
-    """Fawkes leaves what is below as it is: the tree waits for ever, or fails without another try."""
+    """Fawkes keeps the goals below as they are: the tree waits for ever, or fails without another try."""
     bench.env.eval(f"(goal-tree-assert-retry ROOT 3 {tree(kind, 'SECOND-TRY')})")
     bench.tick()
     parent = bench.one("goal", sub_type="RETRY-SUBGOAL")
@@ -57,7 +57,7 @@ def test_retry_repeats_whole_tree(bench: Bench, kind: str) -> None:
 @pytest.mark.parametrize("leaf", ["WILL-FAILED", "WILL-REJECTED"])
 @pytest.mark.parametrize("kind", ["RUN-ALL", "RUN-ONE", "TRY-ALL"])
 def test_retry_removes_old_sub_goals_of_expander(bench: Bench, kind: str, leaf: str) -> None:
-    """A sub-goal that is over in the step that selects it left no time to forget the old ones."""
+    """A sub-goal that ends in its own selection leaves no step for removing the old sub-goals."""
     bench.env.build(
         "(defrule expand-it ?g <- (goal (id ?id) (class EXPANDS) (mode SELECTED)) =>"
         f" (loop-for-count 2 (assert (goal (id (gensym*)) (class {leaf}) (parent ?id))))"

@@ -28,11 +28,11 @@ def test_ids_and_priorities_of_tree(bench: Bench) -> None:
 
 
 def test_goal_without_id_gets_id(bench: Bench) -> None:
-    """Its id nil would make it the parent of every root: retracted, it took them all along."""
+    """A goal with id nil would be the parent of every root: its retraction would retract all roots."""
     bench.retract_automatically()
     bench.env.eval(
         "(assert (goal (class A) (mode RETRACTED)) (goal (id other)) (goal (class B) (parent other)))"
-        # the first gets none any more: somebody may go by its id
+        # the first goal keeps its id, which rules may hold
     )
     bench.tick()
     goals = {str(goal["id"]): str(goal["parent"]) for goal in bench.all("goal")}
@@ -84,7 +84,7 @@ def test_children_of_maintain_goals_are_retracted_separately(bench: Bench) -> No
 
 
 def test_firings_of_transition_are_independent_of_number_of_goals() -> None:
-    """The work for one goal does not grow with the number of others."""
+    """The work for one goal does not grow with the number of goals."""
 
     def firings(others: int) -> int:
         bench = make_bench()
@@ -111,7 +111,7 @@ RINGS = {
 
 @pytest.mark.parametrize("ring", RINGS.values(), ids=RINGS)
 def test_ring_of_goals_is_retracted_like_tree(bench: Bench, ring: str) -> None:
-    """Each waited for the goals below it, and is below itself."""
+    """Each goal of the ring is below itself, and waits for the goals below it."""
     bench.retract_automatically()
     plans = "(plan (id P) (goal-id A)) (plan-action (id 1) (plan-id P) (goal-id A))"
     orphan = "(plan-action (id 2) (plan-id GONE) (goal-id B))" if "(id B)" in ring else ""

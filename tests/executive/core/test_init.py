@@ -1,4 +1,4 @@
-"""The start of the executive in the built-in core: stages, requests, signals, what can go wrong.
+"""The start of the executive in the built-in core: stages, requests, signals, errors.
 
 The rows are those of the compatibility page on the behaviour of the CX core, section 1.2.
 """
@@ -16,10 +16,10 @@ INIT = "/clips-executive/specs/s/init"
 
 
 class Start:
-    """An executive that is about to start.
+    """An executive before its start.
 
-    :param folder: searched for the user's files.
-    :param core_files: stands in for the core's own files of stage 2.
+    :param folder: folder of the user's files.
+    :param core_files: replaces the core's files of stage 2.
     """
 
     def __init__(self, folder: Path, core_files: str = "") -> None:
@@ -37,7 +37,7 @@ class Start:
         self.offer("blackboard")
 
     def offer(self, feature: str) -> None:
-        """Say that there is such a feature."""
+        """Register a feature."""
         self.bench.env.assert_string(f"(ff-feature {feature})")
 
     def _request(self, feature: str) -> Value:
@@ -51,7 +51,7 @@ class Start:
             self.bench.config(f"{INIT}/stage-{stage}/{index}/{name.replace('_', '-')}", value)
 
     def file(self, name: str, text: str) -> str:
-        """Write a file of the user; returns its name."""
+        """Write a file of the user; return its name."""
         (self.folder / name).write_text(text)
         return name
 
@@ -73,7 +73,7 @@ class Start:
 
     @property
     def stage(self) -> str:
-        """The stage it is in; DONE at the end, NONE before the beginning."""
+        """The stage of the start; DONE at the end, NONE before the beginning."""
         if self.bench.all("executive-initialized"):
             return "DONE"
         facts = self.bench.all("executive-init-stage")

@@ -1,4 +1,4 @@
-"""Fawkes' own tests of the domain and its synchronisation, on its core and on the built-in one."""
+"""Fawkes' tests of the domain and its synchronisation, on both cores."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ UNMET = {
     ],
     "PreconditionWithUnknownParameter": ["unknown-parameter"],
 }
-"""Errors that no core has any more, or that it finds only when something is grounded."""
+"""Errors that the cores no longer report, or report only while grounding."""
 
 UNMET_BY_FAWKES = {
     "DisjunctivePreconditions": ["TRUE", "TRUE"],
     "ApplyCondEffectIfCondHolds": ["FINAL", "hello"],
     "ExogenousActionWithValuePredicatePrecondition": ["TRUE"],
 }
-"""Defects of Fawkes' core (docs/core-domain.md); the built-in one does what the tests expect."""
+"""Defects of Fawkes' core (docs/core-domain.md); the built-in core behaves as the tests expect."""
 
 
 @needs_fawkes
@@ -73,7 +73,7 @@ def test_original_tests_of_domain(core: str, original: Original, tmp_path: Path)
 
 
 def _missed(surprise: str) -> str:
-    """Return the value that a query looked for last, when it found nothing."""
+    """Return the last value that a query searched without a result."""
     query = surprise.removesuffix(" is FALSE")
     return query.rstrip(")").rpartition(" ")[2] if query != surprise else surprise
 
@@ -122,7 +122,7 @@ SCENES = {
         *[({TEXT: ""}, "", "")] * 4,
     ],
 }
-"""wm-facts, domain-facts and domain-objects at each `(facts)`, the names sorted: what CLIPS 6.30 prints."""
+"""wm-facts, domain-facts and domain-objects at each `(facts)`, names sorted, as CLIPS 6.30 prints them."""
 
 FIRINGS = {
     "wm-domain-sync-test": 28,
@@ -133,7 +133,7 @@ FIRINGS = {
 """Rules that fire in CLIPS 6.30."""
 
 REMAPPED = {"wm-domain-sync-object-remap-test": "/wm/text"}
-"""The built-in core reads the configuration before it lists the first object; that of Fawkes is too late."""
+"""The built-in core reads the configuration before the first list of objects, Fawkes' core after it."""
 
 
 @needs_fawkes
@@ -165,7 +165,7 @@ def test_original_tests_of_synchronisation(core: str, name: str, tmp_path: Path)
 
 
 def _scene(env: ClipsEnvironment) -> tuple[dict[str, str], str, str]:
-    """Return what :data:`SCENES` has."""
+    """Return the scene for :data:`SCENES`."""
     known = {
         str(slots["id"]): " ".join(sorted(map(str, slots["values"])))
         if slots["is-list"] == TRUE

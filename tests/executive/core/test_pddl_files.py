@@ -22,7 +22,7 @@ _TEMPLATES = """
 
 
 class PlanningBench(MemoryBench):
-    """A goal G that is to be planned for. The test plays generator, planner and blackboard."""
+    """A goal G that needs a plan. The test plays generator, planner and blackboard."""
 
     def __init__(self, *files: str) -> None:
         super().__init__("plan.clp", "goal.clp")
@@ -46,7 +46,7 @@ class PlanningBench(MemoryBench):
         self.info_requests += 1
 
     def interface(self, kind: str, msg_id: int, final: bool, success: bool | None = None) -> None:
-        """Show what the generator's or the planner's interface says, and run."""
+        """Write the generator's or the planner's interface, and run."""
         self.env.eval(f"(do-for-all-facts ((?i {kind})) TRUE (retract ?i))")
         name = "pddl-gen" if kind == "PddlGenInterface" else "pddl-planner"
         outcome = "" if success is None else f"(success {str(success).upper()})"
@@ -56,7 +56,7 @@ class PlanningBench(MemoryBench):
         self.env.run()
 
     def call(self) -> None:
-        """Ask for a plan."""
+        """Request a plan."""
         self.env.assert_string("(goal (id G) (class C) (mode SELECTED))")
         self.env.call("pddl-call", Symbol("G"), "(said PEGGY HELLO)")
         self.env.run()

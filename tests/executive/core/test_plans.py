@@ -191,7 +191,7 @@ def join_activity(bench: DomainBench) -> int:
 
 
 def work_of_one_action(goals: int) -> int:
-    """Return the join activity of one action's way to FINAL, and of the next one's to PENDING."""
+    """Return the join activity until one action is FINAL and the next action PENDING."""
     bench = moving_bench(SEQUENTIAL, TEMPORAL, "execmon/stalled-sequential-plan.clp")
     for number in range(goals):
         bench.facts(f"at R{number} A")

@@ -40,7 +40,7 @@ def test_resource_of_another_goal_rejects_goal(bench: CoordinationBench) -> None
 
 
 def test_goal_locks_all_resources_or_none(bench: CoordinationBench) -> None:
-    """Another robot takes one of two resources at the last moment: the other one is given back."""
+    """Another robot locks one of two resources at the last moment: the goal releases the second resource."""
     _goal(bench, "G", "cup plate")
     bench.memory._pending.clear()
     document = {"_id": "resource-cup", "locked": True, "locked-by": "me"}

@@ -28,7 +28,7 @@ FILES = (
 class RobmemBench(MemoryBench):
     """A robot that shares the facts below ``/shared``.
 
-    :param me: its identity; empty for none.
+    :param me: identity of the robot; empty for none.
     """
 
     def __init__(self, me: str = "me") -> None:
@@ -40,7 +40,7 @@ class RobmemBench(MemoryBench):
         self.settle()
 
     def settle(self, seconds: float = 1.0) -> None:
-        """Let time pass, and run until nothing comes from the robot memory any more."""
+        """Let time pass, and run until the robot memory has delivered everything."""
         self.clock.time_us += round(seconds * 1_000_000)
         super().settle()
 
@@ -58,7 +58,7 @@ class RobmemBench(MemoryBench):
         return self.clock.now_us() // 1000
 
     def receive(self, kind: str, fact_id: str, ms: int, **fields: object) -> None:
-        """Let an event come for a document that some robot wrote, or deleted, at a time."""
+        """Deliver an event for a document that a robot wrote, or deleted, at a time."""
         event: Document = {"operationType": kind, "documentKey": {"_id": fact_id}, "clusterTime": Date(ms)}
         if kind != "delete":
             document = {"type": "INT", "is-list": "FALSE", "value": 1, "source": "other", **fields}

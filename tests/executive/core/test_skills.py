@@ -41,13 +41,13 @@ class Skills:
         return "" if action == "unmappable" else f"{action}{{}}"
 
     def loop(self, seconds: float = 0.1, loops: int = 1) -> None:
-        """Let the executive think and the skiller act, for some loops."""
+        """Run loops of the executive and the skiller."""
         for _ in range(loops):
             self.bench.tick(seconds)
             self.seen = self.skiller.loop(self.seen)
 
     def tell(self, seconds: float = 0.1, **fields: Value) -> None:
-        """Write the skiller's interface, and let the executive see it."""
+        """Write the skiller's interface, and run the executive."""
         self.skiller.write(**fields)
         self.bench.tick(seconds)
 
@@ -63,7 +63,7 @@ class Skills:
         assert self.control() == (TRUE, FALSE)
 
     def action(self, number: int = 1, name: str = "say", **slots: str) -> None:
-        """Make an action that is due."""
+        """Make a due action."""
         more = " ".join(f"({slot.replace('_', '-')} {value})" for slot, value in slots.items())
         self.env.assert_string(
             f"(plan-action (id {number}) (goal-id G) (plan-id P) (action-name {name})"
@@ -81,7 +81,7 @@ class Skills:
 
 @pytest.fixture
 def skills() -> Skills:
-    """A skiller that takes a loop for a skill."""
+    """A skiller whose skills take one loop."""
     return Skills()
 
 
@@ -116,7 +116,7 @@ def test_silent_refusal_of_control_repeats_request() -> None:
 def test_lost_control_fails_action(
     skills: Skills, loops: int, controller: str, msgid: int, status: str
 ) -> None:
-    """Whether its skill was only sent (1) or runs (2). The thief's skill may have any id."""
+    """Loop 1: the skill is sent; loop 2: the skill runs. The thief's skill may have any id."""
     skills.skiller.duration = 100
     skills.acquire()
     skills.action()
@@ -158,7 +158,7 @@ def test_final_status_counts_without_controller(skills: Skills, loops: int, stat
 
 @pytest.mark.parametrize("loops", [1, 2])
 def test_foreign_control_fails_call_without_control(skills: Skills, loops: int) -> None:
-    """Taken up (2) at once; before (1), the skiller may yet refuse it: the time-out tells."""
+    """Fails at once when the skill runs (2); before (1), the skiller may yet refuse the call."""
     skills.skiller.duration = 100
     skills.env.eval("(skill-call say (create$) (create$))")
     skills.loop(loops=loops)
@@ -191,7 +191,7 @@ def test_call_without_mapping_fails(skills: Skills) -> None:
 
 
 def test_calls_with_equal_message_ids_have_different_ids(skills: Skills) -> None:
-    """Each reading instance counts its messages from 1: the calls were taken for one."""
+    """Each reading instance counts its messages from 1: two calls with one id were mixed up."""
     first = skills.env.eval('(skill-call say (create$) (create$) "Two")')
     skills.skiller.sent.clear()
     second = skills.env.eval('(skill-call say (create$) (create$) "Three")')
@@ -244,7 +244,7 @@ def test_skiller_executes_one_action_at_a_time(skills: Skills) -> None:
 
 @pytest.mark.parametrize("msgid", [0, 2])
 def test_inactive_skiller_fails_running_action(skills: Skills, msgid: int) -> None:
-    """With the id of another message, or of this call (then the skill is over, too)."""
+    """With the id of another message, or of this call, whose skill has then ended, too."""
     skills.acquire()
     skills.action()
     skills.loop(loops=2)

@@ -1,8 +1,8 @@
-"""World model and domain of the built-in core are kept the same, no matter which of them changes.
+"""World model and domain of the built-in core follow each other's changes.
 
 The table of events is that of the compatibility page on the behaviour of the CX core, section 6.4. Everything
-that modifies facts is done in both ways there are: as an agent's file does (the fact gets a new index) and as
-the core does (the index stays).
+that modifies facts is done in two ways: as an agent's file does (the fact gets a new index) and as the core
+does (the index stays).
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ MODIFYING = pytest.mark.parametrize("bench", ["agent", "core"], indirect=True)
 
 
 class SyncBench(Bench):
-    """The world model, the domain, and somebody who changes them.
+    """The world model, the domain, and operations that change them.
 
-    :param who: ``agent`` or ``core``, who modifies in their ways.
+    :param who: ``agent`` or ``core``: the way of modification.
     """
 
     def __init__(self, who: str, folder: Path) -> None:
@@ -87,7 +87,7 @@ class SyncBench(Bench):
         self.drop("wm-fact", f'(eq ?f:id "{fact_id}")')
 
     def keep(self, fact_id: str) -> None:
-        """Let the wm-fact stay when its domain-fact goes."""
+        """Keep the wm-fact after the retraction of its domain-fact."""
         self.env.call("wm-sync-set-wm-fact-retract", fact_id, FALSE)
 
     def atoms(self) -> list[str]:
@@ -167,7 +167,7 @@ def test_late_predicate_is_synchronised(bench: SyncBench) -> None:
 
 
 def test_order_of_arguments_is_irrelevant(bench: SyncBench) -> None:
-    """A wm-fact names its arguments. (The original core goes by their order, and loses the fact.)"""
+    """A wm-fact names its arguments. (The original core uses their order, and loses the fact.)"""
     bench.wm("/domain/fact/at?place=P-2&robot=R-1")
     assert bench.atoms() == ["at R-1 P-2"]
     bench.not_domain("at R-1 P-2")
@@ -198,7 +198,7 @@ _OPERATIONS = st.lists(
 
 @pytest.mark.parametrize("who", ["agent", "core"])
 def test_random_changes_end_consistent(who: str, tmp_path_factory: pytest.TempPathFactory) -> None:
-    """What the wm-facts claim and what the domain has is the same after each run."""
+    """After each run, wm-facts and domain have the same content."""
     folder = tmp_path_factory.mktemp("any")
 
     @settings(max_examples=many(25, 10), deadline=None)
@@ -226,7 +226,7 @@ def _apply(bench: SyncBench, operation: str, word: str, fact_id: str) -> None:
     elif operation == "not_domain":
         bench.env.eval(f"(do-for-all-facts ((?f domain-fact)) (member$ {word} ?f:param-values) (retract ?f))")
     elif operation == "wm" and fact_id not in bench.known():
-        bench.wm(fact_id)  # with a run: a new fact counts as true, whatever its value is by then
+        bench.wm(fact_id)  # with a run: a new fact counts as true, whatever its value
     elif operation in ("wm_true", "wm_false"):
         bench.env.call("agent-set", fact_id, Symbol(operation[3:].upper()))
     elif operation == "not_wm":
@@ -235,10 +235,10 @@ def _apply(bench: SyncBench, operation: str, word: str, fact_id: str) -> None:
         bench.env.call("wm-sync-set-wm-fact-retract", fact_id, Symbol(str(operation == "drop_keep").upper()))
 
 
-# --- what the original's own tests expect -----------------------------------------------------------------
+# --- expectations of the original's tests -------------------------------------------------------------------
 
 
-# --- other paths ------------------------------------------------------------------------------------------
+# --- remapped paths -----------------------------------------------------------------------------------------
 
 
 def test_id_prefixes_name_predicates(bench: SyncBench) -> None:
@@ -325,7 +325,7 @@ def test_list_is_written_once_for_all_objects(objects: SyncBench) -> None:
 
 @MODIFYING
 def test_replaced_list_replaces_objects(objects: SyncBench) -> None:
-    """The original core drops what is new if something else is missing."""
+    """The original core drops new objects if a listed object is missing."""
     objects.wm_becomes(TEXTS, "b", "c", "d")
     assert objects.objects() == {"b", "c", "d"}
     assert objects.known()[TEXTS] == "b c d"

@@ -1,6 +1,6 @@
-"""A row for each function of Fawkes' features: a call with its result, and one that goes wrong.
+"""A row for each function of Fawkes' features: a valid call with its result, and an invalid call.
 
-The calls are the actions of a deffunction; what they return is what the last of them returns. Text in single
+The calls are the actions of a deffunction; the result is that of the last action. Text in single
 quotes becomes a CLIPS string, quotes and all. ``@DIR@`` is a folder of the test, ``@PORT@`` and ``@OTHER@``
 are free ports.
 """
@@ -17,11 +17,11 @@ ENDS = "ends"
 """As the result of a call that ends the right-hand side."""
 
 TOO_MANY = "too many"
-"""For functions that know no mistake: CLIPS refuses a call with more arguments than there are."""
+"""For functions without invalid arguments: CLIPS refuses a call with too many arguments."""
 
 
 class AnyOf:
-    """Equal to each value of a type; of addresses, to those of something."""
+    """Equal to each value of a type; of addresses, to the addresses of one kind."""
 
     def __init__(self, kind: type) -> None:
         self.kind = kind
@@ -40,13 +40,13 @@ class AnyOf:
 class Row:
     """A function.
 
-    :param good: a call that works and logs no warning.
-    :param result: what it returns.
-    :param bad: a call that does not work, or :data:`TOO_MANY`.
-    :param failure: what that returns.
-    :param told: part of the warning or error in the log; empty when it is silent.
-    :param store: ``slow`` when the robot memory does not answer while the bad call is made, ``away`` when it
-        cannot be reached.
+    :param good: valid call without a warning in the log.
+    :param result: result of the valid call.
+    :param bad: invalid call, or :data:`TOO_MANY`.
+    :param failure: result of the invalid call.
+    :param told: part of the warning or error in the log; empty for a silent function.
+    :param store: state of the robot memory during the bad call: ``slow`` without answers, ``away`` without
+        connection.
     :param first: actions before the good call, a loop earlier.
     """
 

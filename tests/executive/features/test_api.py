@@ -1,4 +1,4 @@
-"""Name by name: what Fawkes' CLIPS features offer is there, with the arguments it takes."""
+"""The functions, templates and rules of Fawkes' CLIPS features exist, with their arguments."""
 
 from __future__ import annotations
 

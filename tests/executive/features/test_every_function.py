@@ -1,4 +1,4 @@
-"""Each function of Fawkes' features: a call with its result, and a mistake with what comes of it.
+"""Each function of Fawkes' features: a valid call with its result, and an invalid call.
 
 The number and types of the arguments are those of ``test_api.py``.
 """
@@ -67,7 +67,7 @@ ROWS: dict[str, Row] = {
 FEATURES = ("blackboard", "pddl-parser", "tf", "navgraph")
 
 ELSEWHERE = {"skill-call-ext"}
-"""Of Fawkes' plug-in clips-agent, which is older than the executive and has an environment of its own."""
+"""Functions of Fawkes' plug-in clips-agent, which precedes the executive with a separate environment."""
 
 DUMPS = {"robmem-dump-collection", "robmem-restore-collection"}
 """The functions that write and read files of mongodump."""
@@ -93,7 +93,7 @@ message Late { enum CompType { COMP_ID = 77; MSG_TYPE = 1; } }
 
 
 class Spare(Feature):
-    """A feature that nobody has asked for yet."""
+    """A feature without a request."""
 
     name = "spare"
 
@@ -102,7 +102,7 @@ class Spare(Feature):
 
 
 class World:
-    """An executive with all features, and what they need."""
+    """An executive with all features and their services."""
 
     def __init__(self, bus, folder):
         (folder / "interfaces").mkdir()
@@ -154,7 +154,7 @@ class World:
             self.env.eval(f'(blackboard-open-{way} "RowInterface" "{uid}")')
 
     def call(self, body):
-        """Return what the last of some actions returns."""
+        """Return the result of the last action."""
         ports = {name: str(free_port(socket.SOCK_DGRAM)) for name in ("@PORT@", "@OTHER@")}
         for name, value in {"@DIR@": str(self.folder), **ports}.items():
             body = body.replace(name, value)

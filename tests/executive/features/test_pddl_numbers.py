@@ -1,4 +1,4 @@
-"""Numbers of a domain in the core: conditions on them, and what actions change."""
+"""Numbers of a domain in the core: conditions and effects."""
 
 from __future__ import annotations
 

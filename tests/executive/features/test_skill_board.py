@@ -18,7 +18,7 @@ from tests.executive.core.core_bench import StoppedClock
 
 @dataclass
 class FakeAction:
-    """An action, as a skill board knows it."""
+    """An action of a skill board."""
 
     number: int
     skill: str
@@ -37,7 +37,7 @@ class FakeAction:
 
 @dataclass(frozen=True)
 class FakeExecutor:
-    """An executor, as a skill board knows it."""
+    """An executor of a skill board."""
 
     id: str
     agent: str
@@ -82,7 +82,7 @@ class FakeSkills:
 
 
 class Rig:
-    """An environment with the feature, and the files that a test wants."""
+    """An environment with the feature and files."""
 
     def __init__(self):
         self.clock = StoppedClock()

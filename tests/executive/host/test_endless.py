@@ -1,4 +1,4 @@
-"""Rules that have no end are named; rules that have much to do are not taken for such."""
+"""Endless rules are named; long finite runs are no endless rules."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from tests.support import share
 
 FIRINGS = 6_000
 MANY = 300
-"""Rules of the largest ring: a window has more firings than two rounds of it."""
+"""Rules of the largest ring: a window has more firings than two rounds of the ring."""
 
 
 def step(name: str, fact: str, then: str, more: str = "") -> str:
-    """Return a rule that takes a fact and asserts another one."""
+    """Return a rule that replaces a fact by a new fact."""
     return f"(defrule {name} {more} ?f <- {fact} => (retract ?f) (assert {then}))"
 
 
 def ring(size: int) -> list[str]:
-    """Return rules of which each makes the next one fire, and the last one the first."""
+    """Return rules of which each activates the next rule, and the last rule activates the first."""
     return [step(f"r{n:03}", f"(x r{n})", f"(x r{(n + 1) % size})") for n in range(size)]
 
 
@@ -191,7 +191,7 @@ def test_endless_ring_is_ended_and_named(env, log, impatient, rules, facts, name
 
 
 def test_limited_run_is_not_endless(env, log, impatient):
-    """To name the rules of a ring takes long: a shutdown would do it after each chunk of firings."""
+    """The search for the rules of a ring takes long: a shutdown would search after each chunk of firings."""
     build(env, ring(3), ["(x r0)"])
     assert env.run(3 * FIRINGS) == 3 * FIRINGS
     assert env.faults == []
@@ -209,7 +209,7 @@ def test_long_finite_run_is_not_endless(env, log, impatient, rules, facts, firin
 
 
 def test_growing_facts_end_at_limit_of_firings(env, monkeypatch):
-    """A limit remains for rules that pile up what they fire for, faster than they fire."""
+    """A limit remains for rules that make activations faster than they fire."""
     monkeypatch.setattr(endless, "MAX_FIRINGS", FIRINGS)
     env.eval("(set-strategy breadth)")
     env.build("(defrule grow ?f <- (x ?n) => (retract ?f) (assert (x (* 2 ?n)) (x (+ 1 (* 2 ?n)))))")

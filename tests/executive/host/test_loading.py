@@ -1,4 +1,4 @@
-"""Loading files: what is broken is reported with file and line, what is not is defined."""
+"""Loading of files: broken constructs are reported with file and line, valid constructs are defined."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_rewritten_modify_keeps_line_numbers(env, clp):
 
 
 def test_missing_parenthesis_in_batch_file_is_found(env, clp, log):
-    """Fawkes' skills.clp lacks one, and the rules behind it are silently lost there."""
+    """Fawkes' skills.clp lacks a parenthesis, and Fawkes silently loses the rules behind the gap."""
     path = clp(
         "(deffunction before () 1)\n(defrule open\n (x)\n =>\n (assert (y))\n(deffunction lost () 2)\n"
     )

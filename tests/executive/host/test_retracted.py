@@ -1,4 +1,4 @@
-"""Slots that are read after their fact is gone. tests/executive/clips630 holds it against CLIPS 6.30."""
+"""Slots that rules read after retraction. tests/executive/clips630 compares them with CLIPS 6.30."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""PDDL as people write it: many ways to say the same, and what is not supported, by its name."""
+"""Equivalent spellings in PDDL, and names of unsupported parts."""
 
 from __future__ import annotations
 

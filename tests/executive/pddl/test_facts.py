@@ -1,4 +1,4 @@
-"""The facts: the same, in the same order, with the same ids as those of Fawkes."""
+"""Facts of a domain equal those of Fawkes in content, order and ids."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The tables of the grammar are those that lark makes of it."""
+"""The tables of the parser equal lark's tables of the grammar."""
 
 from __future__ import annotations
 

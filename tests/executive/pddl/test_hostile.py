@@ -1,4 +1,4 @@
-"""Texts that are large or odd: read in little time, or one error with its line."""
+"""Large or odd texts are read in little time, or are one error with its line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is printed parses to the same, for generated domains."""
+"""Printed formulas and domains parse to the same values."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ TYPES = st.lists(NAMES, max_size=2).map(tuple)
 
 
 def regroup(groups: list[TypedNames]) -> TypedList:
-    """Only the last group may be untyped: the names of another one would take the next group's type."""
+    """Only the last group may be untyped: earlier untyped names would get the next group's type."""
     return tuple(g if g.types or g is groups[-1] else TypedNames(g.names, ("t",)) for g in groups)
 
 

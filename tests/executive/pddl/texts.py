@@ -41,5 +41,5 @@ def domain(
 def action(
     condition: str = "(ready)", effect: str = "(ready)", parameters: str = "?r - robot ?p - place"
 ) -> str:
-    """Return the text of an action ``go``, each of its parts on a line of its own."""
+    """Return the text of an action ``go``, each part on a separate line."""
     return f"(:action go\n:parameters ({parameters})\n:precondition {condition}\n:effect {effect})"

@@ -1,4 +1,4 @@
-"""A constant of a domain is one wherever terms are shown, whatever it is called."""
+"""A constant of a domain stays a constant in all terms, whatever its name."""
 
 from __future__ import annotations
 

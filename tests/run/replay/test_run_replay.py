@@ -1,4 +1,4 @@
-"""``run --replay``: it decides the same in the recorded environment, or says what differs."""
+"""``run --replay``: the agent repeats its decisions in the recorded environment, or differences are shown."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ SCENARIOS = ROOT / "scenarios"
 TRACES = SHARED / "traces" / "test-scenario"
 RUNS = ("skiller-1", "skiller-2", "simulator-1")
 FILES = (("bblogger", "fawkes.log"), ("fawkes.log",), ("bblogger-repaired", "trace.txt"))
-"""What a recording of Fawkes is read from."""
+"""The files of a recording of Fawkes."""
 
 
 def replay(*runs: Path, order: str = "total", **options: Any) -> Any:
@@ -46,7 +46,7 @@ def replay(*runs: Path, order: str = "total", **options: Any) -> Any:
 
 
 def rewrite(path: Path, change: Callable[[Event], Event | None], name: str = "changed.mcap") -> Path:
-    """Copy a recording with its events changed, or left out."""
+    """Copy a recording with changed events, or without some events."""
     run = open_run(path)
     with McapWriter(path.with_name(name)) as writer:
         writer.describe(run.metadata())
@@ -177,7 +177,7 @@ def test_replay_of_failed_run_has_status_0(tmp_path: Path) -> None:
     assert result.goals == recorded.goals
 
 
-# -- what differs
+# -- differences
 
 
 def test_different_skill_string_is_reported_with_expected_string(mini: Path) -> None:
@@ -296,7 +296,7 @@ def test_command_prints_json(mini: Path, capsys: pytest.CaptureFixture[str]) -> 
 
 
 def test_recording_does_not_choose_foreign_scenario(mini: Path) -> None:
-    """It names a scenario of this machine; only those that come with cxbridge are started so."""
+    """The recording names a scenario of this machine; only shipped scenarios are started by such a name."""
     with pytest.raises(TraceError, match="which a recording must not start"):
         run_scenario(RunOptions(replay=(mini,)))
 

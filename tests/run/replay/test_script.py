@@ -1,4 +1,4 @@
-"""From a Skiller's writes to the commands that it got."""
+"""The script of a Skiller: its commands, from its writes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Interfaces that somebody else wrote: the executive sees them when it saw them, as they were."""
+"""Interfaces of sensors: the executive of a replay gets the recorded values in the recorded loops."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def agent(more: str = SENSE) -> str:
 
 
 def record(folder: Path) -> Path:
-    """Record a run in which somebody opens a door, a tenth a loop."""
+    """Record a run with a door that opens by a tenth per loop."""
     write_scenario(folder, agent=agent())
     options = RunOptions(scenario=folder, trace=folder / "run.mcap", trace_level="facts")
     with Run(options) as assembly:

@@ -1,4 +1,4 @@
-"""Copies of facts that are made in pieces, while rules go on changing them."""
+"""Copies of facts in pieces, during changes by rules."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def test_copy_holds_all_facts_that_remain(changes):
                     env.assert_string(f"(box (id {number}) (size 1))")
                 else:
                     env.eval(f"(modify {index} (size changed-{number}))")
-            env.eval("(create$)")  # CLIPS frees what nobody holds
+            env.eval("(create$)")  # CLIPS frees values without holders
         there = [index for index, _, _ in env.facts("box")]
         assert sorted(row.index for row in copier.copy.rows) == sorted(there)
     finally:

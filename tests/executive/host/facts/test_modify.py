@@ -1,4 +1,4 @@
-"""`modify` as CLIPS 6.30 does it."""
+"""`modify` behaves as in CLIPS 6.30."""
 
 from __future__ import annotations
 
