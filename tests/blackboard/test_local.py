@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
 import logging
-from uuid import UUID
 
 import pytest
 
@@ -18,13 +16,6 @@ from tests.blackboard.samples import SampleInterface, SampleRegistry
 @pytest.fixture
 def board() -> LocalBlackBoard:
     return LocalBlackBoard(SampleRegistry(), VirtualClock())
-
-
-def test_instances_get_serials_in_order():
-    numbers = itertools.count(1)
-    board = LocalBlackBoard(SampleRegistry(), VirtualClock(), serials=lambda: UUID(int=next(numbers)))
-    serials = [board.open_for_reading(SampleInterface, "a").serial.int for _ in range(3)]
-    assert serials == [1, 2, 3]
 
 
 def test_board_refuses_instance_of_another_board(board):
@@ -52,16 +43,6 @@ def test_wrong_definition_is_not_reported_as_unknown_type(tmp_path):
     with pytest.raises(InterfaceDefinitionError) as caught:
         board.open_for_reading("WrongInterface", "a")
     assert caught.value.file == str(tmp_path / "WrongInterface.xml")
-
-
-def test_shipped_types_open_by_name():
-    board = LocalBlackBoard(InterfaceRegistry(), VirtualClock())
-    writer = board.open_for_writing("SkillerInterface", "Skiller")
-    reader = board.open_for_reading("SkillerInterface", "Skiller")
-    assert reader.msgq_enqueue(reader.create_message("StopExecMessage")) == 1
-    assert writer.msgq_size() == 1
-    with pytest.raises(errors.UnknownTypeError, match="SkillerInterface"):
-        board.open_for_reading("SkilerInterface", "Skiller")
 
 
 def test_number_of_destroyed_interface_is_not_reused(board):
