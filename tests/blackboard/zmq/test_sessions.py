@@ -218,9 +218,6 @@ def test_last_write_without_server_is_published_after_restart(served):
 def test_write_lost_with_session_is_sent_again(served):
     reader = served.client().open_for_reading(SampleInterface, "a")
     writer = served.client().open_for_writing(SampleInterface, "a")
-    writer.count = 1
-    writer.write()
-    eventually(reader.read)
     requests = served.server._requests
 
     def lose_write(session, _frame):
