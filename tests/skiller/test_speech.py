@@ -130,7 +130,7 @@ def test_failed_text_is_logged_and_next_text_spoken(monkeypatch: pytest.MonkeyPa
     assert (spoken, voice.is_done()) == (["bad", "good"], True)
 
 
-def test_order_of_another_client_with_same_id_does_not_end_skill():
+def test_equal_order_id_of_another_client_does_not_end_skill():
     """The end of the first text ended the skill before its own text began."""
     rig, voice = Rig(), SlowVoice()
     rig.add(SpeechSynthWriter(rig.board, rig.clock, rig.bus, voice=voice))

@@ -82,7 +82,7 @@ def test_command_is_executed_in_loop_of_reading(service):
         assert not skill_board.running
 
 
-def test_settings_have_the_types_of_the_configuration(service):
+def test_settings_have_types_of_configuration(service):
     skill_board, _ = service(
         BASE + "          times: 3\n          hands: [left, right]\n          fast: on\n          how: 0.5\n"
     )

@@ -242,6 +242,6 @@ def test_memory_bomb_fails_skill_string(tmp_path: Path, text: str):
     assert rig.status == "S_FINAL"
 
 
-def test_unbounded_recursion_fails_the_skill_string(rig: Rig):
+def test_unbounded_recursion_fails_skill_string(rig: Rig):
     rig.exec("local function f() return 1 + f() end; f()")
     assert "stack overflow" in rig.state.error

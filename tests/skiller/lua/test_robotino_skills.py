@@ -124,7 +124,7 @@ def test_reset_gripper_fails_without_frames(rig: Rig):
     assert "attempt to index local 'gripper_rel' (a nil value)" in rig.state.error
 
 
-def test_discard_opens_the_gripper_and_resets_it(rig: Rig):
+def test_discard_opens_and_resets_gripper(rig: Rig):
     gripper = Gripper(rig)
     rig.loop()
     run(rig, "discard{}")

@@ -154,7 +154,7 @@ def draws(estimator: LookupEstimator, text: str, times: int = 200) -> Counter[An
     return Counter(estimator.decide(parse_skill_call(text)) for _ in range(times))
 
 
-def test_lookup_draws_from_executions_with_the_same_arguments():
+def test_lookup_draws_from_executions_with_same_arguments():
     estimator = LookupEstimator(PICKS)
     assert set(draws(estimator, 'pick{what="cup", from="A"}')) == {Outcome(2.0)}
     assert set(draws(estimator, 'pick{what="cup"}')) == {Outcome(2.0), Outcome(4.0)}

@@ -349,7 +349,7 @@ def test_later_robot_restores_shared_facts(world: World) -> None:
 # --- robot-memory-sync ------------------------------------------------------------------------------------
 
 
-def test_the_domain_is_in_the_robot_memory(world: World) -> None:
+def test_domain_is_in_robot_memory(world: World) -> None:
     robot = world.robot("R1")
     robot.fact("(domain-object (name bob) (type person))")
     robot.fact("(domain-fact (name said) (param-values bob hello))")
