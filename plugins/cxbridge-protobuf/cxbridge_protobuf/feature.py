@@ -63,6 +63,7 @@ class ProtobufState:
         self._handles = itertools.count(_FIRST_HANDLE)
 
     def define(self) -> None:
+        """Define the functions ``pb-...`` in the environment."""
         # CLIPS' codes for the types of arguments: the default (*: any type), then a code for each argument
         # (e: external address, sy: symbol or string, l: integer)
         message_only, message_and_field = "*;e", "*;e;sy"
@@ -149,6 +150,7 @@ class ProtobufState:
         return self.format_message(message)
 
     def format_message(self, message: Any) -> str:
+        """Return the text of a message for ``pb-tostring``."""
         return str(message)
 
     # --- fields -----------------------------------------------------------------------------------------

@@ -77,7 +77,7 @@ class MessageTypes:
     def register(self, full_name: str) -> None:
         """Register a type, so that frames with its numbers are accepted.
 
-        :raises ProtobufError: if the type is unknown or has no numbers, or a registered type has its numbers.
+        :raises ProtobufError: if the type is unknown or has no numbers, or another type has the same numbers.
         """
         message_class = self._find_class(full_name)
         component, type_ = message_numbers(message_class.DESCRIPTOR)
@@ -97,7 +97,7 @@ class MessageTypes:
     def parse(self, frame: Frame) -> Message:
         """Return the message of a frame.
 
-        :raises ProtobufError: if its type is not registered or parsing fails.
+        :raises ProtobufError: if the type of the message is not registered, or parsing fails.
         """
         message_class = self._class_by_numbers.get((frame.component, frame.type))
         if message_class is None:
@@ -138,7 +138,7 @@ def message_numbers(descriptor: Any) -> tuple[int, int]:
 def make_frame(protobuf_message: Message) -> Frame:
     """Return the frame of a message.
 
-    :raises ProtobufError: if its type has no numbers or required fields are missing.
+    :raises ProtobufError: if the type of the message has no numbers, or required fields are missing.
     """
     component, type_ = message_numbers(protobuf_message.DESCRIPTOR)
     try:

@@ -19,7 +19,8 @@ BELT_MIDDLE_S: Final = 1.538
 BELT_END_S: Final = 2.656
 DELIVERY_S: Final = (3.746, 4.746, 3.983)  # by the number of the gate, which counts from 1
 
-# gets the name of a machine, the changed sensor (`BUSY`, `READY`, `SLIDE-COUNTER`), and its value
+# gets the name of a machine, the changed sensor, and its value: a truth value of `BUSY` or `READY`, or the
+# number of bases of `SLIDE-COUNTER`
 ReportSensor = Callable[[str, str, int], None]
 
 

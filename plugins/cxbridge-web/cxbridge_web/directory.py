@@ -12,10 +12,7 @@ from cxbridge_web.extensions import blackboard, clips, status
 
 
 def make_directory() -> Directory:
-    """Return all endpoints.
-
-    Each module of ``fawkes/`` contributes its ``ENDPOINTS``.
-    """
+    """Return all endpoints; of endpoints with the same path, those of Fawkes come first."""
     infos = pkgutil.iter_modules(cxbridge_web.fawkes.__path__)
     modules = [import_module(f"{cxbridge_web.fawkes.__name__}.{info.name}") for info in infos]
     fawkes_endpoints = [endpoint for module in modules for endpoint in getattr(module, "ENDPOINTS", ())]

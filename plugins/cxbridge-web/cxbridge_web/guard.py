@@ -33,7 +33,7 @@ _SECURITY_HEADERS: Final = (
 
 
 class Guard:
-    """Forwards allowed requests to an application and answers the rest.
+    """Forwards allowed requests to an application, and answers preflight and rejected requests.
 
     :param app: the guarded application.
     """

@@ -54,7 +54,7 @@ class GameWatch:
         # the start of the production, or of the run before the production; and the end of the last loop
         self._begin_us = self._last_us = clock.now_us()
         self._states: Mapping[str, str] = {}  # of the machines after the last loop
-        self._use_us: dict[str, Counter[str]] = {}  # by machine and state
+        self._state_us: dict[str, Counter[str]] = {}  # the time of each state, by machine
 
     def record(self) -> None:
         """Record the current state, after each loop."""
@@ -62,11 +62,11 @@ class GameWatch:
             return
         now_us, last_phase = self._clock.now_us(), self._phase
         for name, state in self._states.items():
-            self._use_us.setdefault(name, Counter())[state] += now_us - self._last_us
+            self._state_us.setdefault(name, Counter())[state] += now_us - self._last_us
         self._phase, self._states, self._last_us = self._judge.phase, dict(self._judge.machine_states), now_us
         if self._phase == PRODUCTION != last_phase:
             self._begin_us = now_us
-            self._use_us.clear()
+            self._state_us.clear()
 
     def seconds_at(self, time_us: int) -> float:
         """Return the seconds from the start of the production, or of the run before the production."""
@@ -77,9 +77,9 @@ class GameWatch:
         """The duration of the production so far."""
         return self.seconds_at(self._last_us)
 
-    def machine_use(self) -> dict[str, dict[str, float]]:
-        """Return the seconds that each machine was in each state of the production, the longest first."""
+    def machine_seconds(self) -> dict[str, dict[str, float]]:
+        """Return the seconds that each machine was in each state in the production, the longest first."""
         return {
-            name: {state: round(us / MICROSECONDS, 1) for state, us in use.most_common()}
-            for name, use in sorted(self._use_us.items())
+            name: {state: round(us / MICROSECONDS, 1) for state, us in counter.most_common()}
+            for name, counter in sorted(self._state_us.items())
         }

@@ -78,7 +78,7 @@ def play_game(
             seed=seed,
             wall_seconds=round(time.perf_counter() - start_s, 3),
             robots=summarize_work(history, find_robots(assembly.agents), assembly.clock.now_us(), game_watch),
-            machines=game_watch.machine_use(),
+            machines=game_watch.machine_seconds(),
             faults=(*((verdict.reason,) if verdict.status == FAULT else ()), *judge.faults),
             undefined=tuple(
                 str(diagnostic)

@@ -61,14 +61,14 @@ class ScenarioGame:
         :param console: a sink for log lines.
         :param attach: called with each agent before the game.
         """
-        file = self.world or find_world(source_of(self.run_options).config_file().parent)
-        world = NOTHING_FAILS if file is None else read_world(file)
+        world_file = self.world or find_world(source_of(self.run_options).config_file().parent)
+        world_model = NOTHING_FAILS if world_file is None else read_world(world_file)
         # a file, since a run takes changes of its configuration only from files
         with tempfile.TemporaryDirectory(prefix="cxbridge-game-") as folder:
             overlay = Path(folder) / "game.yaml"
             overlay.write_text(yaml.safe_dump(self._referee_values(seed)))
             options = replace(self.run_options, config=(*_list_overlays(self.run_options), overlay))
-            return play_game(options, seed, world, PublishedGame, console=console, attach=attach)
+            return play_game(options, seed, world_model, PublishedGame, console=console, attach=attach)
 
     def _referee_values(self, seed: int) -> dict[str, int | float]:
         """Return the referee's configuration values for this game."""

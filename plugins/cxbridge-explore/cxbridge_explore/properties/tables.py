@@ -24,7 +24,7 @@ class FactTables:
     def __init__(self, env: ClipsEnvironment) -> None:
         self.env = env
         self._facts: dict[str, list[Slots]] = {}
-        self._changes: dict[str, list[ChangeFlag]] = {}
+        self._change_flags: dict[str, list[ChangeFlag]] = {}
 
     @property
     def name(self) -> str:
@@ -36,31 +36,31 @@ class FactTables:
         """Whether the agent is loaded."""
         return next(self.env.facts("executive-initialized"), None) is not None
 
-    def follow(self, template: str, changes: ChangeFlag | None = None) -> None:
+    def follow(self, template: str, change_flag: ChangeFlag | None = None) -> None:
         """Cache the facts of a deftemplate until they change. Facts of other deftemplates are read each time.
 
-        :param changes: records the changes.
+        :param change_flag: records the changes.
         """
-        if template not in self._changes:
-            self._changes[template] = []
+        if template not in self._change_flags:
+            self._change_flags[template] = []
             self.env.watcher.follow(template, self._handle_change, ())
             self.env.watcher.follow_retractions(template, self._handle_change, ())
-        if changes is not None:
-            self._changes[template].append(changes)
+        if change_flag is not None:
+            self._change_flags[template].append(change_flag)
 
     def _handle_change(self, template: str, _slots: Mapping[str, str]) -> None:
         self._facts.pop(template, None)
-        for changes in self._changes[template]:
-            changes.is_pending = True
+        for change_flag in self._change_flags[template]:
+            change_flag.is_pending = True
 
     def facts(self, template: str) -> Sequence[Slots]:
         """Return the facts of a deftemplate."""
-        rows = self._facts.get(template)
-        if rows is None:
-            rows = [slots for _, _, slots in self.env.facts(template)]
-            if template in self._changes:
-                self._facts[template] = rows
-        return rows
+        facts = self._facts.get(template)
+        if facts is None:
+            facts = [slots for _, _, slots in self.env.facts(template)]
+            if template in self._change_flags:
+                self._facts[template] = facts
+        return facts
 
     def printed_facts(self, template: str) -> Sequence[Mapping[str, str]]:
         """Return the facts of a deftemplate, with the values as CLIPS prints them."""

@@ -8,7 +8,7 @@ from collections import Counter
 from cxbridge.events import Event, GoalTransition
 from cxbridge_explore.sweep.rows import RunRow, SweepJob
 from cxbridge_explore.worldmodel.reading import read_world
-from cxbridge_explore.worlds.points import Chooser
+from cxbridge_explore.worlds.points import USUAL, Chooser
 from cxbridge_explore.worlds.run import WorldRun
 
 
@@ -39,13 +39,13 @@ def play_seed(job: SweepJob, seed: int, chooser: Chooser) -> RunRow:
     """
     start_s = time.process_time()
     goal_counter = GoalCounter()
-    world = None if job.world is None else read_world(job.world)
-    with WorldRun(job.options, chooser, world) as run:
+    world_model = None if job.world is None else read_world(job.world)
+    with WorldRun(job.options, chooser, world_model) as run:
         run.assembly.bus.subscribe(goal_counter, GoalTransition)
         result = run.play()
         call_count = len(run.skill_results)
     verdict = result.verdict
-    unusual_choices = [choice for choice in result.choices if choice.option_index]
+    unusual_choices = [choice for choice in result.choices if choice.option_index != USUAL]
     return RunRow(
         seed,
         verdict.word,

@@ -103,7 +103,7 @@ class WorldRun(Closing):
         self._is_started = False
         self._loss_reason = ""
         self._world_model = read_scenario_world(options) if world is None else world
-        self._kills: list[KillChoices] = []
+        self._kill_choices: list[KillChoices] = []
         with ExitStack() as stack:
             self.assembly = make_assembly(options, self._make_additions())
             stack.enter_context(self.assembly)
@@ -115,7 +115,7 @@ class WorldRun(Closing):
                 self.joined(agent)
             if isinstance(self.assembly, Team):
                 self.assembly.watchers.append(self)
-                self._kills = [
+                self._kill_choices = [
                     KillChoices(kill, self.assembly, self.choices) for kill in self._world_model.kills
                 ]
             self._checks, self._stuck_watch = AgentChecks(self.assembly.agents), StuckWatch(self.assembly)
@@ -164,8 +164,8 @@ class WorldRun(Closing):
         """Apply the events between two loops."""
         for agent_world in self._agent_worlds.values():
             agent_world.apply_events()
-        for kill in self._kills:
-            kill.apply()
+        for kill_choices in self._kill_choices:
+            kill_choices.apply()
 
     def state(self) -> tuple[Hashable, ...] | None:
         """Return the state on which the next events of Skillers depend, besides interfaces.
@@ -195,7 +195,7 @@ class WorldRun(Closing):
     @property
     def awaits_restart(self) -> bool:
         """Whether a killed agent will restart."""
-        return any(kill.awaits_restart for kill in self._kills)
+        return any(kill_choices.awaits_restart for kill_choices in self._kill_choices)
 
     def start(self) -> None:
         """Load the agents once, without choices.
@@ -272,27 +272,27 @@ class AgentWorld(Closing):
             }
             for loss in world.messages:
                 stack.enter_context(MessageChoices(loss, agent.board, choices, prefix))
-            sensed = [
+            sensed_choices = [
                 SensedChoices(value, agent, writers[value.uid], choices, prefix) for value in world.sensed
             ]
-            self._absences = [
+            self._absence_choices = [
                 AbsenceChoices(absence, agent, script, choices, prefix) for absence in world.absences
             ]
             # The order of the choices is part of the path of a run, and must not change.
-            self._apply_functions: tuple[Callable[[], None], ...] = (
-                *(value.apply for value in sensed),
-                *(absence.apply for absence in self._absences),
+            self._event_choices: tuple[SensedChoices | AbsenceChoices, ...] = (
+                *sensed_choices,
+                *self._absence_choices,
             )
             self._stack = stack.pop_all()
 
     def _record_call(self, performer: str) -> None:
-        for absence in self._absences:
-            absence.record_call(performer)
+        for absence_choices in self._absence_choices:
+            absence_choices.record_call(performer)
 
     def apply_events(self) -> None:
         """Apply the events between two loops."""
-        for apply_event in self._apply_functions:
-            apply_event()
+        for event_choices in self._event_choices:
+            event_choices.apply()
 
     def close(self) -> None:
         self._stack.close()

@@ -44,6 +44,7 @@ class SensedChoices:
         self._subject = f"{prefix}{sensed.uid}.{sensed.field_name}"
         self._times = list(sensed.times_s)
         self._has_skill_ended = False
+        # the first value is the usual value, and each further value is a fault
         self._options = tuple(
             Option(text, faults=int(number > 0), weight=weight)
             for number, (text, weight) in enumerate(sensed.values)
