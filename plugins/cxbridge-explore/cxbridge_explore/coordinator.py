@@ -264,7 +264,7 @@ class Coordinator(Closing):
             self.graph.record_end(edge, Leaf("crashed", reason, seconds=0.0, is_given_up=True))
 
     def _restart_loader(self) -> None:
-        """Restart the loader if it has died."""
+        """Restart a loader that has died."""
         if not forking.has_ended(self._loader_pid):
             return
         self._loader_pid = 0

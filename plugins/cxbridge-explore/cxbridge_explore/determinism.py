@@ -75,7 +75,7 @@ class UsualRun:
         return records
 
     def close(self) -> None:
-        """Kill the run if it is still active."""
+        """Kill a run that is still active."""
         self._process.kill()
         self._process.join()
         self._receiving.close()

@@ -19,7 +19,7 @@ from cxbridge_explore.worlds.points import USUAL, Choice, ChoicePath, ChoicePoin
 
 ROOT_EDGE: Final = (-1, USUAL)  # the edge on which each run starts
 
-# The outcome of a run with an invalid scenario; it ends the exploration.
+# The outcome of a run with an invalid scenario; such a run ends the exploration.
 BAD_INPUT: Final = "bad input"
 
 # The outcome of a run whose choice points differ from those of an earlier run on the same path.
@@ -51,9 +51,9 @@ class Leaf(Struct, frozen=True):
 class GraphNode(Struct):
     """A choice point in a state.
 
-    :param point: the choice point as the first run saw it.
-    :param edge: the edge on which the first run reached the point.
-    :param faults: the number of faults of the first run up to the point.
+    :param point: the choice point of the first run that reached the state.
+    :param edge: the edge on which that run reached the point.
+    :param faults: the number of faults of that run up to the point.
     """
 
     point: ChoicePoint

@@ -1,4 +1,4 @@
-"""Processes of multiprocessing without the working directory on their path, as its files may be untrusted."""
+"""Processes of multiprocessing without the working directory on their path: its files may be untrusted."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def safe_spawn_context() -> Iterator[SpawnContext]:
 
 
 def start_safe_process(target: Callable[..., None], *arguments: object) -> BaseProcess:
-    """Start a process without the working directory on its path, which ends with this process.
+    """Start a process without the working directory on its path.
 
-    The child processes of the process have the user's path again.
+    The new process ends with the calling process, and its child processes have the user's path again.
     """
     setting = os.environ.get(_SAFE_PATH_VARIABLE)
     with safe_spawn_context() as context:
@@ -69,7 +69,7 @@ def describe_exit(status: int | None) -> str:
 
 
 def _restore_setting(setting: str | None) -> None:
-    """Restore the user's value of the environment variable; None if it was not set."""
+    """Restore the user's value of the environment variable; None for an unset variable."""
     os.environ.pop(_SAFE_PATH_VARIABLE, None)
     if setting is not None:
         os.environ[_SAFE_PATH_VARIABLE] = setting

@@ -38,7 +38,7 @@ class ReceivedMessage:
     :param link_id: the id of the connection or of the peer.
     :param host: the address of the sender; empty for messages to a client.
     :param arrival_us: the time of the arrival in microseconds.
-    :param message: the message; None if it is invalid.
+    :param message: the message; None for an invalid message.
     :param problem: the reason why the message is invalid.
     """
 
@@ -108,7 +108,7 @@ class Inbox:
         """Whether reading should pause; if true, the next :meth:`drain` reports that the inbox was full."""
         with self._lock:
             is_full = self._message_count >= MAX_MESSAGES or self._byte_count >= _MAX_BYTES
-            # recorded, since a caller that sees a full inbox pauses, and the next drain must resume it
+            # recorded, since a caller pauses at a full inbox, and must resume after the next drain
             self._was_full |= is_full
             return is_full
 

@@ -143,7 +143,7 @@ class LocalConnections:
 
     # -- peers
 
-    def create_peer(self, address: str, send_port: int, recv_port: int, secret: str, cipher: str) -> int:  # noqa: ARG002 - all hosts are one
+    def create_peer(self, address: str, send_port: int, recv_port: int, secret: str, cipher: str) -> int:  # noqa: ARG002 - all peers have one host
         """Create a peer and return its id; 0 if ``send_port`` is below 1.
 
         :param recv_port: the receiving port; below 1 for the same port as ``send_port``.

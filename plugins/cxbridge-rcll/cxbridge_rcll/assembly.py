@@ -163,7 +163,7 @@ class GameSetup:
         """
 
         def make_interfaces(context: Run) -> Component:
-            # a function returns the graph, which is loaded at its first use: an agent may have none
+            # a function, since the first use loads the graph, and an agent may have no graph
             stations = StationNodes(self.world.geometry, lambda: context.navgraph) if self.is_team else None
             return RobotInterfaces(context, self.world, prefixes, stations)
 

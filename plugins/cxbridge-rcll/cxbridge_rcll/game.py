@@ -119,7 +119,7 @@ class LeagueGame(LeagueSettings):
         )
 
     def _make_world_model(self) -> WorldModel:
-        """Return the failures of skills: those of ``world``, or with the probability ``failures``."""
+        """Return the failures of skills: from the file ``world``, or with the probability ``failures``."""
         if self.world is not None:
             return read_world(self.world)
         if not self.failures:

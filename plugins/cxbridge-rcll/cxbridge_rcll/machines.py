@@ -34,7 +34,7 @@ class BeltPosition(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A task of a machine, which does its tasks one after another.
+    """A task of a machine. A machine does one task after another.
 
     :param seconds: the duration after the start.
     :param sources: the positions of which one must have a workpiece, the preferred position first; empty if
@@ -82,7 +82,7 @@ class Machine:
 
     def move(self, goal: BeltPosition) -> None:
         """Move a workpiece on the belt, as soon as the belt has a workpiece."""
-        # a workpiece in the middle arrives first, since it is the closest to either end
+        # a workpiece in the middle arrives first, since the middle is close to both ends
         sources = tuple(position for position in (_MIDDLE, _INPUT, _OUTPUT) if position is not goal)
         self.add_task(Task(BELT_MIDDLE_S if goal is _MIDDLE else BELT_END_S, sources, goal))
 

@@ -104,7 +104,7 @@ def can_place(candidate: Placement, placements: Collection[Placement], width: in
 
 
 def _blocked_zones(width: int) -> set[tuple[int, int]]:
-    """Return the zones in which no machine may be: the entrance of the robots and the zone before it."""
+    """Return the zones in which no machine may be: the robots' entrance, and the zone before the entrance."""
     return _insertion_zones(width) | {(width - 2, 2)}
 
 

@@ -44,7 +44,7 @@ class Refbox(Struct, frozen=True):
 
     @property
     def message_folder(self) -> Path:
-        """The folder with message definitions; it is empty if the clone lacks its submodules."""
+        """The folder with message definitions; empty in a clone without submodules."""
         return self.folder / MESSAGES_FOLDER
 
     def load_configuration(self, *overlays: Path) -> Configuration:

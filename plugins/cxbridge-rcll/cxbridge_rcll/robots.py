@@ -196,7 +196,7 @@ def make_robot_executor(world: RobotWorld) -> type[RobotExecutor]:
 
 
 class RobotInterfaces(Component):
-    """Writes the interfaces of the robots, except those of the Skillers.
+    """Writes the interfaces of the robots, except the interfaces of the Skillers.
 
     :param prefixes: the prefix of the interface ids by robot name. On the blackboard of the robot the prefix
         is empty; on further blackboards it is the prefix that bbsync, a plugin of Fawkes, adds to the ids.

@@ -60,8 +60,8 @@ def read_score(env: ClipsEnvironment) -> Score:
                 round(slots["game-time"], 3),
             )
             for slots in _read_facts(env, "product-processed")
-            # only a confirmed product at the delivery station (DS) counts, and only if it has an order: the
-            # order 0 stands for none
+            # only a confirmed product at the delivery station (DS) counts, and only a product with an order:
+            # the number 0 means no order
             if slots["mtype"] == "DS" and slots["confirmed"] == "TRUE" and slots["order"]
         ),
         key=lambda delivery: delivery.game_time,

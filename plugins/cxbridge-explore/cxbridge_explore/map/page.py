@@ -26,7 +26,7 @@ def write_page(
 ) -> None:
     """Write the page.
 
-    :param coverage: the coverage of the agent; None while it is unknown.
+    :param coverage: the coverage of the agent; None during the exploration.
     :param command: the command that reproduces the page, to show on the page.
     :param pages: the addresses of the pages of runs, by the numbers of their rows.
     :param stories: for each violated property, the ``story`` of its counterexample, a sentence, and the

@@ -57,7 +57,7 @@ class RowFile(Closing):
         return complete_bytes
 
     def find_earlier_rows(self, agent: str) -> dict[int, RunRow]:
-        """Return the rows that the file had when it was opened, by seed."""
+        """Return the rows of an agent from earlier sweeps, by seed."""
         return self._rows.get(agent, {})
 
     def add(self, agent: str, row: RunRow) -> None:

@@ -47,7 +47,7 @@ class Section:
 
     @property
     def mark(self) -> Mark:
-        """The place of the map in the file, which is that of its first value."""
+        """The place of the first value of the map in the file."""
         return self._find_mark(self._path)
 
     def _find_mark(self, path: str) -> Mark:

@@ -209,7 +209,7 @@ class WorldRun(Closing):
             self._checks.check_loaded_files()
 
     def play(self) -> WorldResult:
-        """Play the run to its end, or until it cannot continue.
+        """Play the run until its end, or until the run cannot continue.
 
         :raises CxbridgeError: if an agent is broken.
         """

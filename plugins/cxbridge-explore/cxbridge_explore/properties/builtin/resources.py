@@ -20,7 +20,7 @@ def _find_acquired_resources(tables: FactTables) -> Iterator[tuple[str, str]]:
 
 
 class ResourceHolderMonitor(Monitor):
-    """Checks that no resource has two holders at a time, which may be goals of one agent or of two agents."""
+    """Checks that no resource has two holders at a time: goals of one agent, or of two agents."""
 
     templates = (_GOAL,)
 
