@@ -307,10 +307,11 @@ class RunHistory:
     def _handle_fact(self, event: FactChange) -> None:
         if event.asserted and event.template == PLAN_ACTION:
             with suppress(FactSyntaxError):  # a recording may contain any text
-                self._record_assignment(event.env, *read_assignment(parse_fact(event.text)[1]))
+                _template, slots = parse_fact(event.text)
+                self._record_assignment(event.env, *read_assignment(slots))
         elif event.asserted and event.template == _SKILLER:
             with suppress(FactSyntaxError):  # a recording may contain any text
-                slots = parse_fact(event.text)[1]
+                _template, slots = parse_fact(event.text)
                 self._record_error(unquote(slots.get("id", "")), unquote(slots.get("error", "")))
 
     def _record_assignment(self, env: str, key: ActionKey, assignment: ActionAssignment) -> None:

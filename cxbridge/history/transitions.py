@@ -159,7 +159,7 @@ class TransitionTracker:
         """
         retracted_goal, self._last_retracted = self._last_retracted, ""
         if event.asserted and event.template in TRACKED_TEMPLATES:
-            slots = parse_fact(event.text)[1]
+            _template, slots = parse_fact(event.text)
             if retracted_goal and (event.template != "goal" or slots.get("id") != retracted_goal):
                 # not a `modify`, which would assert a fact of the same goal next
                 self._goals.retire(retracted_goal, is_final=True)
@@ -171,7 +171,7 @@ class TransitionTracker:
             with suppress(FactSyntaxError):
                 self.track_assertion(event.time_us, *parse_fact(event.text))
         elif not event.asserted and event.template in RELEASING_TEMPLATES:
-            slots = parse_fact(event.text)[1]
+            _template, slots = parse_fact(event.text)
             self.record_retraction(event.template, slots)
             self._last_retracted = slots.get("id", "") if event.template == "goal" else ""
         return None

@@ -165,7 +165,7 @@ class WriteForwarder(Listener, Observer):
                 if followed_interface.instance.has_writer or followed_interface.instance.num_readers > 1:
                     return
                 self._close(key)
-            if self._board.list(escape_glob(key[0]), escape_glob(key[1])):
+            if self._board.list(*map(escape_glob, key)):
                 self._open(*key, is_later=True)
 
     def _close(self, key: InterfaceKey) -> None:

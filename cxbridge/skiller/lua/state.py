@@ -91,7 +91,7 @@ class LuaState:
         raise SkillError(f"cannot load skill space '{space}': {text}", file=file, line=line)
 
     def call(self, name: str, *args: Any) -> tuple[Any, ...]:
-        """Call a function of the runner. Without memory for the call, return False and the error."""
+        """Call a function of the runner; return at least two values: after a failure, False and the error."""
         # the calls of one step share a limit of additional memory, because copying and freeing large data
         # takes long; the clean-up after an exceeded limit gets more
         if name in _STEPS:

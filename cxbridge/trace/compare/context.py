@@ -57,8 +57,8 @@ def read_contexts(
             contexts[position].lines.append(event_line(number, event, start_us))
         if number in contexts:
             lines = [
-                event_line(*numbered_event, start_us, here=numbered_event[0] == number)
-                for numbered_event in recent
+                event_line(recent_number, recent_event, start_us, here=recent_number == number)
+                for recent_number, recent_event in recent
             ]
             contexts[number] = DifferenceContext(
                 lines, [describe_event(rule) for rule in rules], [*goal_lines(goals)]

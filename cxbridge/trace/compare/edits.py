@@ -14,13 +14,24 @@ from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from operator import attrgetter, itemgetter
-from typing import Final, TypeAlias
+from typing import Final, NamedTuple, TypeAlias
 
 from cxbridge.trace.compare.align import MISSING, align, pop_equal_pairs
 from cxbridge.trace.compare.model import DifferenceKind
 
-SortKey: TypeAlias = tuple[int, int, int]
-"""The number of pairs before a state, the state's run, 0 or 1, and the state's index in the run."""
+
+class SortKey(NamedTuple):
+    """The position of a state in a common order of the states of both runs.
+
+    :param pair_count: the number of pairs before the state.
+    :param run_index: the run of the state, 0 or 1.
+    :param state_index: the index of the state in the run.
+    """
+
+    pair_count: int
+    run_index: int
+    state_index: int
+
 
 StateProperty: TypeAlias = Callable[[int, int], Hashable]
 """Gets a run, 0 or 1, and an index; returns a property of the state."""
@@ -34,7 +45,6 @@ class Edit:
     """A difference between two sequences.
 
     :param indices: the indices in both sequences; -1: the run has no such state.
-    :param sort_key: the position in a common order of the states of both runs.
     :param count: the number of consecutive states.
     :param is_whole_goal: whether the edit contains all states of a goal that only one run has.
     """
@@ -49,7 +59,7 @@ class Edit:
     def is_later_in_b(self) -> bool:
         """Whether a moved state comes later in B than in A."""
         # the sort key is that of the earlier position
-        return self.sort_key[1] == 0
+        return self.sort_key.run_index == 0
 
 
 class Alignment:
@@ -72,7 +82,7 @@ class Alignment:
 
     def preceding_index(self, run_index: int, edit: Edit) -> int:
         """Return the index of a run's last paired state before a state of the other run only, or -1."""
-        pair_count = edit.sort_key[0]
+        pair_count = edit.sort_key.pair_count
         return self.pairs[pair_count - 1][run_index] if pair_count else MISSING
 
     def has_ended(self, run_index: int, edit: Edit) -> bool:
@@ -134,7 +144,7 @@ class Alignment:
 
     def _make_sort_key(self, run_index: int, index: int) -> SortKey:
         """Return the sort key of a state; between two pairs, states of A precede those of B."""
-        return bisect_left(self.pairs, index, key=itemgetter(run_index)), run_index, index
+        return SortKey(bisect_left(self.pairs, index, key=itemgetter(run_index)), run_index, index)
 
 
 def pair_sort_key(number: int) -> SortKey:
@@ -142,7 +152,7 @@ def pair_sort_key(number: int) -> SortKey:
 
     :param number: the number of the pair, from 0.
     """
-    return number, len(ONE_SIDED_KINDS), 0
+    return SortKey(number, len(ONE_SIDED_KINDS), 0)
 
 
 def _join_consecutive(edits: Iterable[Edit]) -> list[Edit]:

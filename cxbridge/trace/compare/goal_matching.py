@@ -54,11 +54,11 @@ class GoalMatch:
         while stack:
             path, siblings_a, siblings_b = stack.pop()
             goals_a, goals_b = list(siblings_a), list(siblings_b)
-            for pair in self._pop_pairs(goals_a, goals_b):
-                self.pairs.append(pair)
-                label = self._make_label(path, pair[0])
-                self.labels.update(dict.fromkeys(pair, label))
-                stack.append((label, pair[0].children, pair[1].children))
+            for goal_a, goal_b in self._pop_pairs(goals_a, goals_b):
+                self.pairs.append((goal_a, goal_b))
+                label = self._make_label(path, goal_a)
+                self.labels[goal_a] = self.labels[goal_b] = label
+                stack.append((label, goal_a.children, goal_b.children))
             for unmatched_goals, goals in zip(self.unmatched_goals, (goals_a, goals_b), strict=True):
                 unmatched_goals.extend(goals)
                 self.labels.update({goal: self._make_label(path, goal) for goal in goals})

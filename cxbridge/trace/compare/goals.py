@@ -127,10 +127,10 @@ class GoalForest:
             if isinstance(event, GoalTransition):
                 self._add_goal_transition(event)
             elif isinstance(event, PlanActionTransition):
-                state = (event.action_id, event.action, event.state)
+                action = (event.action_id, event.action)
                 goal = self._find_or_add_goal(event.env, event.goal)
-                self._add_step(goal, Thread(intern(event.plan)), state, event)
-                self._add_details(goal, event.plan, event, state[:2])
+                self._add_step(goal, Thread(intern(event.plan)), (*action, event.state), event)
+                self._add_details(goal, event.plan, event, action)
             else:
                 self.skillers.add(event, self.count)
             self.count += 1

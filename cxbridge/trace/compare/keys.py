@@ -272,7 +272,8 @@ def describe_subject(event: Event) -> str:
 
 def find_changed_parts(key_a: NamedKey, key_b: NamedKey) -> list[str]:
     """Return the nouns of the parts in which two events of the same kind differ."""
-    form = _FORMS_BY_KIND[key_a[0][0]]
+    (kind, *_), _names = key_a
+    form = _FORMS_BY_KIND[kind]
     nouns = (*(noun for noun, _ in form.parts), *(noun for noun, _ in form.details))
     parts = zip(nouns, _parts_with_names(*key_a), _parts_with_names(*key_b), strict=True)
     return [noun for noun, part_a, part_b in parts if part_a != part_b]

@@ -75,15 +75,15 @@ def _describe_goal(goal: Goal) -> str:
 
 def _pair_steps(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Iterator[StepPair]:
     """Yield the transitions of all goals and plans, paired, and their details."""
-    for pair in match.pairs:
-        for thread in pair[0].threads | pair[1].threads:
+    for goal_a, goal_b in match.pairs:
+        for thread in goal_a.threads | goal_b.threads:
             steps_a, steps_b = (
                 _label_errors(goal, forest, match)
                 if thread == GOAL_TRANSITIONS
                 else goal.threads.get(thread, ())
-                for goal, forest in zip(pair, forests, strict=True)
+                for goal, forest in zip((goal_a, goal_b), forests, strict=True)
             )
-            subject = _describe_thread(match, pair[0], thread)
+            subject = _describe_thread(match, goal_a, thread)
             if not thread.has_details:
                 yield StepPair(subject, "transition", (steps_a, steps_b))
                 continue
@@ -169,8 +169,8 @@ def compare_counts(a: Iterable[Event], b: Iterable[Event], view: View) -> Compar
     runs = _EventCounts(a), _EventCounts(b)
     differences = []
     for text in runs[0].counts | runs[1].counts:
-        counts = [run.counts[text] for run in runs]
-        if counts[0] != counts[1]:
+        times_a, times_b = (run.counts[text] for run in runs)
+        if times_a != times_b:
             side_a, side_b = (Side(run.last_position.get(text), f"{run.counts[text]} times") for run in runs)
             differences.append(
                 Difference(
@@ -179,7 +179,7 @@ def compare_counts(a: Iterable[Event], b: Iterable[Event], view: View) -> Compar
                     side_a,
                     side_b,
                     DifferenceKind.COUNT,
-                    abs(counts[0] - counts[1]),
+                    abs(times_a - times_b),
                 )
             )
     count_a, count_b = (run.counts.total() for run in runs)

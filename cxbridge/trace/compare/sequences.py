@@ -85,11 +85,12 @@ class StepPair:
             yield from self._find_late_steps(alignment, time_check)
 
     def _find_late_steps(self, alignment: Alignment, time_check: TimeCheck) -> Iterator[Difference]:
-        for pair in alignment.pairs:
-            step_a, step_b = (steps[index] for steps, index in zip(self.steps, pair, strict=True))
+        steps_a, steps_b = self.steps
+        for index_a, index_b in alignment.pairs:
+            step_a, step_b = steps_a[index_a], steps_b[index_b]
             lag_s = time_check.measure_exceeding_lag_s(self.subject, step_a.time_us, step_b.time_us)
             if lag_s is not None:
-                description = f"its {self.noun} number {pair[0] + 1}: {describe_lag(lag_s)}"
+                description = f"its {self.noun} number {index_a + 1}: {describe_lag(lag_s)}"
                 yield Difference(
                     description, self.subject, _make_side(step_a), _make_side(step_b), DifferenceKind.TIME
                 )

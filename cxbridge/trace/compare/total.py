@@ -209,10 +209,12 @@ class _Divergence:
 
     def _find_owner(self, run_index: int, index: int) -> int | None:
         """Return the name of the event's goal if only one run has the goal, else None."""
-        names = self._find_thread(run_index, index)[1]
-        if not names or 0 <= names[0] < self._shared_name_count or names[0] in self._paired_names:
+        _parts, names = self._find_thread(run_index, index)
+        if not names:
             return None
-        return names[0]
+        goal_name = names[0]
+        is_shared = 0 <= goal_name < self._shared_name_count or goal_name in self._paired_names
+        return None if is_shared else goal_name
 
     def _drop_repeated_details(self, edits: Iterable[Edit]) -> Iterator[Edit]:
         """Yield edits without repetitions of a detail that differs in all events of a goal or plan-action."""

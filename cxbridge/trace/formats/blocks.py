@@ -97,13 +97,13 @@ def _make_converter(
 ) -> _FieldConverter | None:
     """Return a function from the elements of a block to a field's value; None if one element is the value."""
     if field.is_string:
-        return lambda raw: decode_text(raw[start])
+        return lambda elements: decode_text(elements[start])
     names = {item.value: item.name for item in field.enum.items} if field.enum else {}
     if field.length is None:
-        return (lambda raw: names.get(raw[start], raw[start])) if field.is_enum else None
+        return (lambda elements: names.get(elements[start], elements[start])) if field.is_enum else None
     if field.is_enum:
-        return lambda raw: [names.get(value, value) for value in raw[start:end]]
-    return lambda raw: list(raw[start:end])
+        return lambda elements: [names.get(value, value) for value in elements[start:end]]
+    return lambda elements: list(elements[start:end])
 
 
 # By the identity of schemas, because comparing schemas takes longer than decoding; a decoder keeps its schema
