@@ -26,9 +26,9 @@ from cxbridge_ros2.transports.dds import DdsNode
 from cxbridge_ros2.transports.dds.services import write_data
 from ros2_tests.clients import ParameterClient
 from ros2_tests.conftest import poll_until, wait_until
-from ros2_tests.drawn import MessageGenerator
 from ros2_tests.hub import Side
 from ros2_tests.peer import PACKAGES
+from ros2_tests.random_messages import MessageGenerator
 from ros2_tests.test_managed import wait_for_answer
 from tests.daemon.test_daemon import running
 

@@ -21,8 +21,8 @@ from cxbridge_ros2.messages import Codec
 from cxbridge_ros2.names import parse_type
 from fuzz import ros2 as fuzzed
 from ros2_tests.conftest import HERE, make_ros_python_command, needs_ros
-from ros2_tests.drawn import MessageGenerator
 from ros2_tests.peer import PACKAGES
+from ros2_tests.random_messages import MessageGenerator
 from tests.support import many
 
 DEFINITIONS = Definitions([PACKAGES], environment={})

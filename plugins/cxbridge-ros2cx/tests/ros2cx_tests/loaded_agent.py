@@ -22,7 +22,7 @@ KINDS = ("defrule", "deftemplate", "deffunction", "defglobal", "deffacts")
 
 
 @dataclass
-class Inside:
+class LoadedAgent:
     """The files, functions and constructs of a run.
 
     :param files: the CLIPS files in load order, and whether each file is a batch.
@@ -35,29 +35,29 @@ class Inside:
     constructs: dict[str, frozenset[str]] = field(default_factory=dict)
 
 
-def look_inside(
+def load_agent(
     spec: str, config: Path | None = None, look: Callable[[ClipsEnvironment], None] = lambda _env: None
-) -> Inside:
+) -> LoadedAgent:
     """Run a spec until the agent is loaded."""
-    inside = Inside()
+    loaded = LoadedAgent()
 
     def record_source(event: Event) -> None:
         assert isinstance(event, SourceRead)
         if event.role == "clips":
-            inside.files.append((Path(event.name), event.details["how"] == "batch"))
+            loaded.files.append((Path(event.name), event.details["how"] == "batch"))
         elif event.role == "function":
-            inside.functions[event.name] = int(event.details["minimum"]), int(event.details["maximum"])
+            loaded.functions[event.name] = int(event.details["minimum"]), int(event.details["maximum"])
 
     def attach(agent: Run) -> None:
         env = agent.executive.env
-        inside.files += [(file, False) for file in env.loader.files]  # files of the library
+        loaded.files += [(file, False) for file in env.loader.files]  # files of the library
         agent.bus.subscribe(record_source, SourceRead)
         loops = iter(range(LOOPS))
 
         def step() -> None:
-            if next(loops, None) is None and not inside.constructs:
+            if next(loops, None) is None and not loaded.constructs:
                 for kind in KINDS:
-                    inside.constructs[kind] = find_names(env, kind)
+                    loaded.constructs[kind] = find_names(env, kind)
                 look(env)
                 agent.loop.stop()
 
@@ -66,8 +66,8 @@ def look_inside(
     run_scenario(
         options_from_keywords(None, ros2cx=ROS2CX_DIR, spec=spec, config=config, timeout=40.0), None, attach
     )
-    assert inside.constructs, "the agent was not loaded"
-    return inside
+    assert loaded.constructs, "the agent was not loaded"
+    return loaded
 
 
 def find_names(env: ClipsEnvironment, kind: str) -> frozenset[str]:

@@ -10,7 +10,7 @@ from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE
-from ros2cx_tests.inside import KINDS, Inside, find_names, look_inside
+from ros2cx_tests.loaded_agent import KINDS, LoadedAgent, find_names, load_agent
 from tests.executive.clips630.engines import execute, needs_clips630
 from tests.support import ROS2CX_DIR, needs_ros2cx
 
@@ -60,11 +60,11 @@ def make_stub(name: str, minimum: int, maximum: int) -> str:
     return f"(deffunction {name} ({' '.join(words)}{' $?more' if maximum > minimum else ''}) FALSE)"
 
 
-def find_original_constructs(inside: Inside, folder: Path) -> dict[str, frozenset[str]]:
+def find_original_constructs(agent: LoadedAgent, folder: Path) -> dict[str, frozenset[str]]:
     """Return the names of constructs in CLIPS 6.30 after the same load of the same files."""
-    host = {"now": (0, 0), "now-systime": (0, 0), "ff-feature-request": (1, 1), **inside.functions}
+    host = {"now": (0, 0), "now-systime": (0, 0), "ff-feature-request": (1, 1), **agent.functions}
     commands = [f'(build "{make_stub(name, *arity)}")' for name, arity in host.items()]
-    commands += [f'({"batch*" if batch else "load*"} "{file}")' for file, batch in inside.files]
+    commands += [f'({"batch*" if batch else "load*"} "{file}")' for file, batch in agent.files]
     commands += [
         f'(progn (printout t crlf "@{kind} ") (printout t (get-{kind}-list MAIN) crlf))' for kind in KINDS
     ]
@@ -87,39 +87,39 @@ def make_relative(file: Path) -> str:
     return str(file).rpartition("/clips/")[2]
 
 
-def check_constructs(inside: Inside, folder: Path) -> None:
-    original = find_original_constructs(inside, folder)
+def check_constructs(agent: LoadedAgent, folder: Path) -> None:
+    original = find_original_constructs(agent, folder)
     for kind in KINDS:
-        ours = inside.constructs[kind]
+        ours = agent.constructs[kind]
         assert original[kind] - ours == frozenset(), kind
         if kind not in EXTENDED_KINDS:
             assert ours - original[kind] <= HOST_CONSTRUCTS, kind
     refused = {
         make_relative(file): names
-        for file, _ in inside.files
+        for file, _ in agent.files
         if (names := {name for kind, name in find_names_in_text(file) if name not in original[kind]})
     }
     assert refused == {
-        file: REFUSED[file] for file in map(make_relative, dict(inside.files)) if file in REFUSED
+        file: REFUSED[file] for file in map(make_relative, dict(agent.files)) if file in REFUSED
     }
     functions = {name for names in refused.values() for name in names} - original["deffunction"]
-    assert functions & inside.constructs["deffunction"] == frozenset()
+    assert functions & agent.constructs["deffunction"] == frozenset()
 
 
 def test_all_original_files_define_same_constructs(tmp_path: Path) -> None:
     """The environment loads the files of specs and all remaining files, without facts."""
     assert ROS2CX_DIR is not None
-    inside = look_inside("test")
-    inside.functions |= look_inside("test-nav2").functions
-    loaded = {file.resolve() for file, _ in inside.files}
+    agent = load_agent("test")
+    agent.functions |= load_agent("test-nav2").functions
+    loaded = {file.resolve() for file, _ in agent.files}
     unloaded = [file for file in sorted(ROS2CX_DIR.rglob("src/**/*.clp")) if file.resolve() not in loaded]
     assert len(unloaded) > 20
-    inside.files += [(file, False) for file in unloaded]
+    agent.files += [(file, False) for file in unloaded]
     env = ClipsEnvironment("executive", EventBus(VirtualClock()))
-    for name, arity in (("ff-feature-request", (1, 1)), *inside.functions.items()):
+    for name, arity in (("ff-feature-request", (1, 1)), *agent.functions.items()):
         env.define(name, lambda *_arguments: FALSE, *arity)
-    for file, batch in inside.files:
+    for file, batch in agent.files:
         (env.batch if batch else env.load)(file)
-    inside.constructs = {kind: find_names(env, kind) for kind in KINDS}
+    agent.constructs = {kind: find_names(env, kind) for kind in KINDS}
     env.destroy()
-    check_constructs(inside, tmp_path)
+    check_constructs(agent, tmp_path)

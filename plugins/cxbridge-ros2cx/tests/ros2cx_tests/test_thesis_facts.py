@@ -8,7 +8,7 @@ from pathlib import Path
 
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol
-from ros2cx_tests.inside import look_inside
+from ros2cx_tests.loaded_agent import load_agent
 from tests.support import ROS2CX_DIR, needs_ros2cx
 
 ORDERED = {"ff-feature", "ff-feature-loaded", "executive-init", "executive-finalize", "time"}
@@ -59,7 +59,7 @@ def test_all_original_functions_are_defined(tmp_path: Path) -> None:
     def inspect(env: ClipsEnvironment) -> None:
         defined.update(env.udfs.names)
 
-    look_inside("test-nav2", look=inspect)
+    load_agent("test-nav2", look=inspect)
     blackboard_names = {name for name in names if name.startswith("blackboard-")}
     assert {name for name in names if name not in defined} == blackboard_names
     assert blackboard_names <= set(blackboard_functions(tmp_path))
@@ -89,5 +89,5 @@ def test_original_facts_have_templates_with_slots() -> None:
             ):
                 missing.add(relation)
 
-    look_inside("test-nav2", look=inspect)
+    load_agent("test-nav2", look=inspect)
     assert missing == TEST_FACTS
