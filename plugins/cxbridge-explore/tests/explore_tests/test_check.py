@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.run import RunOptions
 from cxbridge_studio.check.run import check
-from studio_tests.check.test_check import agent
+from studio_tests.check.test_check import write_agent
 from tests.support import ROOT, needs_plugin
 
 
@@ -24,7 +24,7 @@ from tests.support import ROOT, needs_plugin
     ],
 )
 def test_a_wrong_world(tmp_path, world, line, message):
-    (found,) = check(RunOptions(scenario=agent(tmp_path, world_yaml=world)))
+    (found,) = check(RunOptions(scenario=write_agent(tmp_path, world_yaml=world)))
     assert (found.code.name, found.place.file) == ("CX121", str(tmp_path / "world.yaml"))
     assert found.place.line == line
     assert message in found.message
@@ -40,14 +40,16 @@ def test_a_wrong_world(tmp_path, world, line, message):
     ],
 )
 def test_a_wrong_property(tmp_path, properties, line, message):
-    (found,) = check(RunOptions(scenario=agent(tmp_path, properties_yaml=properties)))
+    (found,) = check(RunOptions(scenario=write_agent(tmp_path, properties_yaml=properties)))
     assert (found.code.name, found.place.file) == ("CX122", str(tmp_path / "properties.yaml"))
     assert found.place.line == line
     assert message in found.message
 
 
 def test_right_files_beside_a_scenario(tmp_path):
-    folder = agent(tmp_path, world_yaml="skills:\n  - name: say\n    hangs: 0.1\n", properties_yaml="[]\n")
+    folder = write_agent(
+        tmp_path, world_yaml="skills:\n  - name: say\n    hangs: 0.1\n", properties_yaml="[]\n"
+    )
     assert check(RunOptions(scenario=folder)) == []
 
 

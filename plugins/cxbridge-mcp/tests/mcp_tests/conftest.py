@@ -18,7 +18,7 @@ from tests.run.mini import AGENT, write_scenario
 
 
 class Assistant:
-    """A client of a server."""
+    """A client of `cxbridge mcp` with synchronous calls."""
 
     def __init__(self, portal: BlockingPortal, client: Client) -> None:
         self._portal = portal
@@ -27,8 +27,8 @@ class Assistant:
     def tools(self) -> dict[str, Tool]:
         return {tool.name: tool for tool in self._portal.call(self._client.list_tools).tools}
 
-    def ask(self, tool: str, **arguments: Any) -> Any:
-        """Return the answer of a tool."""
+    def call_tool(self, tool: str, **arguments: Any) -> Any:
+        """Return the result of a tool."""
         result = self._portal.call(self._client.call_tool, tool, arguments)
         assert not result.is_error, result.content
         structured = result.structured_content
@@ -38,7 +38,7 @@ class Assistant:
             return content.text
         return structured["result"] if structured.keys() == {"result"} else structured
 
-    def refusal(self, tool: str, **arguments: Any) -> str:
+    def get_tool_error(self, tool: str, **arguments: Any) -> str:
         """Return the error of a tool."""
         result = self._portal.call(self._client.call_tool, tool, arguments)
         assert result.is_error, result.content
@@ -48,7 +48,7 @@ class Assistant:
 
 
 @contextmanager
-def assisting(*arguments: object) -> Iterator[Assistant]:
+def start_assistant(*arguments: object) -> Iterator[Assistant]:
     """Start a server and its client."""
     command = ["-m", "cxbridge", "mcp", *map(str, arguments)]
     server = stdio_client(StdioServerParameters(command=sys.executable, args=command))
@@ -58,13 +58,13 @@ def assisting(*arguments: object) -> Iterator[Assistant]:
 
 @pytest.fixture(scope="session")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with two recordings, a text, an agent, and an agent with a mistake."""
+    """A folder with two recordings, a text file, a correct agent and a broken agent."""
     folder = tmp_path_factory.mktemp("home")
     cx.run("test-scenario", trace=folder / "a.mcap", trace_level="facts", timeout=60.0)
     agent = write_scenario(folder / "mini", agent=f"{AGENT}(defrule silent (goal (class OTHER)) =>)")
     cx.run(agent, trace=folder / "mini.mcap", trace_level="facts", timeout=60.0)
     (folder / "notes.txt").write_text("no recording")
-    (folder / "link.mcap").symlink_to("a.mcap")  # not listed
+    (folder / "link.mcap").symlink_to("a.mcap")  # links are not listed
     (folder / "broken").mkdir()
     (folder / "broken" / "scenario.yaml").write_text(
         "clips-executive:\n  spec: b\n  specs:\n    b:\n      init:\n        stage-3:\n"
@@ -74,7 +74,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def looker(home: Path) -> Iterator[Assistant]:
+def assistant(home: Path) -> Iterator[Assistant]:
     """An assistant without rights and without a daemon."""
-    with assisting(home, "--connect", f"ipc://{home}/none") as assistant:
+    with start_assistant(home, "--connect", f"ipc://{home}/none") as assistant:
         yield assistant

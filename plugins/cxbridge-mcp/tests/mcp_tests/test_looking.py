@@ -1,4 +1,4 @@
-"""An assistant's view of scenarios and recordings; further tools need --allow."""
+"""The tools without --allow: scenarios and recordings."""
 
 from __future__ import annotations
 
@@ -9,52 +9,54 @@ from cxbridge.daemon.operations.table import verbs
 from cxbridge.rights import Right
 
 
-def test_all_tools_look(looker):
-    tools = looker.tools()
+def test_all_tools_are_read_only_and_described(assistant):
+    tools = assistant.tools()
     assert not {"run", "explore"} & tools.keys()
     assert [name for name, tool in tools.items() if not tool.annotations.read_only_hint] == []
     assert [name for name, tool in tools.items() if not tool.description] == []
 
 
-def test_scenarios_and_recordings(looker):
-    scenarios = looker.ask("list_scenarios")
+def test_scenarios_and_recordings_are_listed(assistant):
+    scenarios = assistant.call_tool("list_scenarios")
     assert {"test-scenario", "broken"} <= set(scenarios)
-    recordings = {each["path"]: each["format"] for each in looker.ask("list_recordings")}
+    recordings = {row["path"]: row["format"] for row in assistant.call_tool("list_recordings")}
     assert recordings == {"a.mcap": "mcap", "mini.mcap": "mcap"}
 
 
-def test_the_goal_tree(looker):
-    answer = looker.ask("goal_tree", recording="a.mcap")
+def test_goal_tree_has_status_and_goals(assistant):
+    answer = assistant.call_tool("goal_tree", recording="a.mcap")
     assert (answer["status"], answer["goals"]) == (0, 20)
     assert answer["tree"].startswith("RUN-ONE-TESTGOAL-PARENT-gen32 (TESTGOAL-PARENT): RETRACTED COMPLETED\n")
 
 
-def test_why_a_goal_failed_and_a_rule_did_not_fire(looker):
-    failed = looker.ask("why_in_recording", recording="a.mcap", name="ALWAYS-FAIL#1")
+def test_why_explains_failed_goal_and_silent_rule(assistant):
+    failed = assistant.call_tool("why_in_recording", recording="a.mcap", name="ALWAYS-FAIL#1")
     assert "FAILED" in failed.splitlines()[0]
     assert "rule talk-player-fail set gen25 to FAILED" in failed
-    silent = looker.ask("why_in_recording", recording="mini.mcap", name="silent")
+    silent = assistant.call_tool("why_in_recording", recording="mini.mcap", name="silent")
     assert silent.startswith("rule silent has not fired: condition 1 (goal (class OTHER)) has no match")
-    assert "did you mean TALK?" in looker.refusal("why_in_recording", recording="a.mcap", name="TALKK")
+    assert "did you mean TALK?" in assistant.get_tool_error(
+        "why_in_recording", recording="a.mcap", name="TALKK"
+    )
 
 
-def test_two_recordings_are_compared(looker, home):
-    answer = looker.ask("compare_recordings", first="a.mcap", second="a.mcap", order="total")
+def test_recordings_are_compared(assistant, home):
+    answer = assistant.call_tool("compare_recordings", first="a.mcap", second="a.mcap", order="total")
     assert (answer["same"], answer["transitions"], answer["differences"]) == (True, [293, 293], [])
     shortened = home / "b.transitions"
     assert invoke(["trace", "convert", str(home / "a.mcap"), str(shortened), "--to", "transitions"]) == 0
     try:
         shortened.write_text("\n".join(shortened.read_text().splitlines()[:-5]) + "\n")
-        answer = looker.ask("compare_recordings", first="a.mcap", second="b.transitions")
+        answer = assistant.call_tool("compare_recordings", first="a.mcap", second="b.transitions")
     finally:
         shortened.unlink()
     assert not answer["same"]
     assert answer["differences"][0].keys() == {"what", "subject", "first", "second"}
 
 
-def test_an_agent_is_checked(looker):
-    assert looker.ask("check_agent", scenario="test-scenario") == "no findings"
-    assert "nowhere.clp" in looker.ask("check_agent", scenario="broken")
+def test_agents_are_checked(assistant):
+    assert assistant.call_tool("check_agent", scenario="test-scenario") == "no findings"
+    assert "nowhere.clp" in assistant.call_tool("check_agent", scenario="broken")
 
 
 @pytest.mark.parametrize("path", ["../secret", "/etc/passwd", "link/etc/passwd"])
@@ -67,26 +69,26 @@ def test_an_agent_is_checked(looker):
         ("check_agent", "scenario"),
     ],
 )
-def test_no_file_elsewhere_is_seen(tool, name, path, looker, home):
+def test_files_outside_folder_are_refused(tool, name, path, assistant, home):
     link = home / "link"
     link.symlink_to("/")
-    rest = {"why_in_recording": {"name": "x"}, "compare_recordings": {"second": "a.mcap"}}.get(tool, {})
+    arguments = {"why_in_recording": {"name": "x"}, "compare_recordings": {"second": "a.mcap"}}.get(tool, {})
     try:
-        said = looker.refusal(tool, **{name: path}, **rest)
+        error = assistant.get_tool_error(tool, **{name: path}, **arguments)
     finally:
         link.unlink()
-    assert "outside the folders of this server" in said
+    assert "outside the folders of this server" in error
 
 
-def test_what_changes_anything_is_refused_before_a_daemon_is_asked(looker):
+def test_changing_operations_are_refused_without_daemon(assistant):
     changing = [name for name, right in verbs().items() if right is not Right.LOOK]
     assert {"assert", "env-eval", "component-change"} <= set(changing)
     for name in changing:
-        said = looker.refusal("ask_daemon", operation=name)
-        assert f"the operation {name} is not allowed" in said
-        assert f"cxbridge mcp --allow {name}" in said
-    assert "there is no operation" in looker.refusal("ask_daemon", operation="asert")
+        error = assistant.get_tool_error("ask_daemon", operation=name)
+        assert f"the operation {name} is not allowed" in error
+        assert f"cxbridge mcp --allow {name}" in error
+    assert "there is no operation" in assistant.get_tool_error("ask_daemon", operation="asert")
 
 
-def test_a_daemon_that_is_not_there(looker):
-    assert "no blackboard replies" in looker.refusal("daemon_status")
+def test_absent_daemon_is_reported(assistant):
+    assert "no blackboard replies" in assistant.get_tool_error("daemon_status")

@@ -1,4 +1,4 @@
-"""The layout of CLIPS text: only white space changes, and a second time nothing."""
+"""The layout of CLIPS text changes white space only, and is stable."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cxbridge.clipstext.syntax import TOKEN
 from cxbridge_studio.agent.layout import indent_clips
 from tests.support import FAWKES_DIR, ROBOTINO_DIR, ROOT, needs_fawkes, needs_robotino
 
-WRITTEN = """\
+UNFORMATTED = """\
 (deftemplate cup   "A cup."
    (slot colour
    (type SYMBOL))   ; of the cup \t
@@ -37,7 +37,7 @@ WRITTEN = """\
 )
 """
 
-LAID_OUT = """\
+FORMATTED = """\
 (deftemplate cup   "A cup."
   (slot colour
     (type SYMBOL))   ; of the cup
@@ -61,35 +61,35 @@ LAID_OUT = """\
 """
 
 
-def tokens(text: str) -> list[str]:
-    """The words of a text, its comments without blanks at their ends."""
-    found = []
+def split_tokens(text: str) -> list[str]:
+    """Return the tokens of a text, with comments without trailing blanks."""
+    result = []
     for match in TOKEN.finditer(text.replace("\r\n", "\n")):
         token = match.group()
         if match.lastgroup != "blank" or token.startswith(";"):
-            found.append(token.rstrip(" \t\r\f\v") if match.lastgroup == "blank" else token)
+            result.append(token.rstrip(" \t\r\f\v") if match.lastgroup == "blank" else token)
         elif set(token) - set(" \t\n\r\f\v"):
-            found.append(token)
-    return found
+            result.append(token)
+    return result
 
 
-def check(text: str) -> None:
-    once = indent_clips(text)
-    assert tokens(once) == tokens(text)
-    assert indent_clips(once) == once
+def check_layout(text: str) -> None:
+    formatted = indent_clips(text)
+    assert split_tokens(formatted) == split_tokens(text)
+    assert indent_clips(formatted) == formatted
 
 
-def test_lines_are_indented_by_their_parentheses():
-    assert indent_clips(WRITTEN) == LAID_OUT
-    check(WRITTEN)
+def test_parentheses_determine_indentation():
+    assert indent_clips(UNFORMATTED) == FORMATTED
+    check_layout(UNFORMATTED)
 
 
 @pytest.mark.parametrize("text", ["(defrule a (b)\n   (c", '(a "b\n )', "(a))\n  (b)", ")(", "   )"])
-def test_a_text_that_does_not_close_stays(text):
+def test_unbalanced_text_is_unchanged(text):
     assert indent_clips(text) == text
 
 
-def test_line_ends_stay_what_they_are():
+def test_line_ends_are_unchanged():
     assert indent_clips("(a\r\n(b))\r\n") == "(a\r\n  (b))\r\n"
     assert indent_clips("") == ""
     assert indent_clips("\n\n (a)") == "(a)\n"
@@ -122,7 +122,7 @@ WORDS = st.sampled_from(
 
 
 @st.composite
-def balanced(draw: st.DrawFn) -> str:
+def balanced_texts(draw: st.DrawFn) -> str:
     inner = st.recursive(
         WORDS.filter(lambda word: word not in "()"),
         lambda children: st.lists(children, max_size=6).map(lambda items: "(" + " ".join(items) + ")"),
@@ -130,12 +130,12 @@ def balanced(draw: st.DrawFn) -> str:
     return "\n".join(draw(st.lists(inner, max_size=5)))
 
 
-@given(balanced())
-def test_a_balanced_text_keeps_its_words_and_a_second_time_nothing_changes(text):
-    check(text)
+@given(balanced_texts())
+def test_layout_of_balanced_text_keeps_tokens_and_is_stable(text):
+    check_layout(text)
 
 
-def test_a_line_that_its_author_has_indented_by_two_columns_stays():
+def test_line_indented_by_two_columns_is_unchanged():
     """Long names would move the slots of a nested fact far to the right."""
     text = "(assert (plan-action (id 1) (action-name go)\n          (param-names to)))\n"
     assert indent_clips(text) == text
@@ -143,7 +143,7 @@ def test_a_line_that_its_author_has_indented_by_two_columns_stays():
     assert moved == text.replace("          (param", "                     (param")
 
 
-def test_the_clips_texts_of_the_manual_the_scenarios_and_the_templates_are_laid_out():
+def test_texts_of_manual_scenarios_and_templates_are_laid_out():
     files = [*ROOT.glob("scenarios/**/*.clp"), *ROOT.glob("templates/**/*.clp*")]
     texts = [(file, file.read_text("utf-8")) for file in files]
     for page in sorted(ROOT.glob("docs/**/*.md")):
@@ -158,10 +158,10 @@ def test_the_clips_texts_of_the_manual_the_scenarios_and_the_templates_are_laid_
 
 @needs_fawkes
 @needs_robotino
-def test_all_files_of_fawkes_and_of_the_rcll_agent():
+def test_layout_of_fawkes_and_rcll_files_is_stable():
     assert FAWKES_DIR is not None
     assert ROBOTINO_DIR is not None
     paths = [*FAWKES_DIR.rglob("*.clp"), *ROBOTINO_DIR.rglob("*.clp")]
     assert len(paths) > 150
     for path in paths:
-        check(path.read_bytes().decode("utf-8", "surrogateescape"))
+        check_layout(path.read_bytes().decode("utf-8", "surrogateescape"))

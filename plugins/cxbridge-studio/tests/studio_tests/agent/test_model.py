@@ -1,4 +1,4 @@
-"""The model of an agent: names with their places, in whole files and in broken ones."""
+"""The model of an agent has the names in whole and broken files, with their places."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ CLIPS = """\
 """
 
 
-def model_of(**files: str) -> AgentModel:
+def make_model(**files: str) -> AgentModel:
     model = AgentModel()
     for name, text in files.items():
         model.update("/agent/" + name.replace("__", "."), text)
     return model
 
 
-def mentions(text: str) -> list[tuple[str, str, str, str]]:
-    model = model_of(a__clp=text)
+def list_mentions(text: str) -> list[tuple[str, str, str, str]]:
+    model = make_model(a__clp=text)
     (file,) = model.files
     for mention in file.mentions:
         assert text[mention.start : mention.end].strip("$?*") == mention.name.text
     return [(m.name.kind.value, m.name.text, m.name.owner, m.use.value) for m in file.mentions]
 
 
-def test_a_template_its_slots_and_globals():
-    assert mentions(CLIPS)[:9] == [
+def test_mentions_of_templates_slots_and_globals():
+    assert list_mentions(CLIPS)[:9] == [
         ("template", "cup", "", "defined"),
         ("slot", "colour", "cup", "defined"),
         ("slot", "owners", "cup", "defined"),
@@ -55,9 +55,9 @@ def test_a_template_its_slots_and_globals():
     ]
 
 
-def test_what_a_rule_does_with_names():
-    found = mentions(CLIPS[CLIPS.index("(defrule") :])
-    assert found[:8] == [
+def test_mentions_in_rule_have_uses():
+    mentions = list_mentions(CLIPS[CLIPS.index("(defrule") :])
+    assert mentions[:8] == [
         ("rule", "take", "", "defined"),
         ("template", "cup", "", "matched"),
         ("slot", "colour", "cup", "matched"),
@@ -76,8 +76,8 @@ def test_what_a_rule_does_with_names():
         ("template", "goal", "", "queried"),
         ("slot", "class", "goal", "queried"),  # ?g:class
         ("function", "wash", "", "called"),
-    } <= set(found)
-    assert ("function", "and", "", "called") not in found
+    } <= set(mentions)
+    assert ("function", "and", "", "called") not in mentions
 
 
 @pytest.mark.parametrize(
@@ -90,16 +90,16 @@ def test_what_a_rule_does_with_names():
         ('(defrule a => (build "\n(defrule b =>)"))(defrule d =>)', [("a", True), ("d", True)]),
         (")))\n(defrule d =>)", [("d", True)]),
     ],
-    ids=["parenthesis", "quote", "one too many", "at the end", "in a string", "at the start"],
+    ids=["parenthesis", "quote", "extra parenthesis", "at the end", "in a string", "at the start"],
 )
-def test_a_mistake_loses_no_other_construct(text, expected):
-    (file,) = model_of(a__clp=text).files
+def test_broken_construct_does_not_hide_next_constructs(text, expected):
+    (file,) = make_model(a__clp=text).files
     found = [(p.piece.name.text, p.piece.is_closed) for p in file.pieces if p.piece.name is not None]
     assert found == expected
 
 
-def test_only_what_changed_is_read_again():
-    model = model_of(a__clp=CLIPS)
+def test_update_reads_only_changed_constructs():
+    model = make_model(a__clp=CLIPS)
     (before,) = model.files
     after = model.update("/agent/a.clp", ";; moved\n" + CLIPS.replace("alice", "carol"))
     assert after is not None
@@ -120,8 +120,8 @@ DOMAIN = """\
 """
 
 
-def test_a_domain():
-    model = model_of(d__pddl=DOMAIN)
+def test_names_of_domain():
+    model = make_model(d__pddl=DOMAIN)
     (file,) = model.files
     for mention in file.mentions:
         assert DOMAIN[mention.start : mention.end] == mention.name.text
@@ -138,17 +138,17 @@ def test_a_domain():
 
 
 @pytest.mark.parametrize(
-    "wrong",
+    "text",
     [DOMAIN.replace("(at ?what SHELF))", "(at ?what SHELF)"), DOMAIN.replace("- cup) ;", "- cup)) ;")],
     ids=["open", "closed twice"],
 )
-def test_a_broken_domain_still_has_its_actions(wrong):
-    model = model_of(d__pddl=wrong)
+def test_broken_domain_has_actions(text):
+    model = make_model(d__pddl=text)
     (file,) = model.files
     assert file.problem is not None
     assert model.find_names(NameKind.ACTION, Use.DEFINED) == {"pour", "drink"}
     for mention in file.mentions:
-        assert wrong[mention.start : mention.end] == mention.name.text
+        assert text[mention.start : mention.end] == mention.name.text
 
 
 YAML = """\
@@ -170,8 +170,8 @@ clips-executive:
 """
 
 
-def test_a_configuration():
-    model = model_of(s__yaml=YAML)
+def test_names_of_configuration():
+    model = make_model(s__yaml=YAML)
     (file,) = model.files
     for mention in file.mentions:
         assert YAML[mention.start : mention.end] == mention.name.text
@@ -196,7 +196,7 @@ def test_a_configuration():
 
 
 @needs_fawkes
-def test_each_file_of_fawkes_has_one_defect_at_most():
+def test_fawkes_files_have_one_unclosed_construct():
     assert FAWKES_DIR is not None
     model = AgentModel()
     for path in sorted(FAWKES_DIR.glob("src/plugins/**/*.clp")):
@@ -211,7 +211,7 @@ def test_each_file_of_fawkes_has_one_defect_at_most():
 
 
 @needs_robotino
-def test_every_rule_of_the_rcll_agent_is_seen():
+def test_model_has_all_rules_of_rcll_agent():
     assert ROBOTINO_DIR is not None
     for path in sorted(ROBOTINO_DIR.glob("src/clips-specs/**/*.clp")):
         model = AgentModel()
@@ -224,8 +224,8 @@ def test_every_rule_of_the_rcll_agent_is_seen():
         assert len(list(model.find_definitions_of_kind(NameKind.RULE))) == len(rows), path
 
 
-def test_a_call_in_an_ordered_fact_looks_like_a_slot_and_is_a_call():
+def test_calls_in_ordered_fact_are_found():
     text = "(deftemplate cup (slot wash))\n(defrule r => (assert (total (wash 1)) (cup (wash 2))) (wash 3))\n"
-    model = model_of(a__clp="(deffunction wash (?x) ?x)\n" + text)
+    model = make_model(a__clp="(deffunction wash (?x) ?x)\n" + text)
     calls = [file.text[mention.start : mention.end + 2] for file, mention in model.find_calls("wash")]
     assert sorted(calls) == ["wash 1", "wash 3"]

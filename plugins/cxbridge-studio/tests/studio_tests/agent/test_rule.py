@@ -16,23 +16,23 @@ from cxbridge_studio.agent.rule import parse_rule
 from tests.support import many
 
 
-def first(text: str) -> PatternCE:
-    """The first pattern of a condition."""
+def parse_first_pattern(text: str) -> PatternCE:
+    """Return the first pattern of a condition."""
     pattern = parse_rule(f"(defrule r {text} =>)").ces[0]
     assert isinstance(pattern, PatternCE)
     return pattern
 
 
-def test_a_rule_with_everything():
-    found = parse_rule(
+def test_rule_is_parsed():
+    rule = parse_rule(
         '(defrule MAIN::r "what => for" ; comment => (\n (declare (salience (+ 1 ?*s*)) (auto-focus TRUE))\n'
         " ?f <- (a (x ?x&~?y|3)) (and (b) (c)) (logical (d)) (not (e)) (test (> ?x 1))"
         " (or ?g <- (f) (and (g) (h))) => (assert (i)))"
     )
-    assert found.rule == "r"
-    assert found.salience == "(+ 1 ?*s*)"
-    assert found.globals == {"s"}
-    assert [type(ce) for ce in found.ces] == [
+    assert rule.rule == "r"
+    assert rule.salience == "(+ 1 ?*s*)"
+    assert rule.globals == {"s"}
+    assert [type(ce) for ce in rule.ces] == [
         PatternCE,
         PatternCE,
         PatternCE,
@@ -41,33 +41,34 @@ def test_a_rule_with_everything():
         condition.TestCE,
         GroupCE,
     ]
-    branches = found.ces[-1]
+    branches = rule.ces[-1]
     assert isinstance(branches, GroupCE)
     assert [branch.text for branch in branches.items] == ["?g <- (f)", "(and (g) (h))"]
 
 
-def test_one_part_and_what_it_needs():
-    pattern = first("(a (x ?x&c) (y ?y) (z ?z&:(> ?z ?x)&~?w))")
+def test_restricted_text_has_parts_that_bind_variables():
+    pattern = parse_first_pattern("(a (x ?x&c) (y ?y) (z ?z&:(> ?z ?x)&~?w))")
     foreign = frozenset("w")
     assert [pattern.restricted_text(part, foreign) for part in pattern.parts] == [
         "(a (x ?x&c))",
         "(a (y ?y))",
         "(a (x ?x) (z ?z&:(> ?z ?x)&~?w))",
     ]
-    assert first("(a (x ?x|c))").bound_variables == frozenset()  # the field is compared with the value of ?x
+    # ?x|c compares the field with the value of ?x
+    assert parse_first_pattern("(a (x ?x|c))").bound_variables == frozenset()
     assert [part.label for part in pattern.restrictive_parts(foreign)] == ["x", "z"]
     assert [part.label for part in pattern.restrictive_parts(frozenset("y"))] == ["x", "y", "z"]
 
 
-def test_parts_of_an_ordered_fact_are_its_fields():
-    pattern = first("(o ?x b ?x)")
+def test_parts_of_ordered_fact_are_fields():
+    pattern = parse_first_pattern("(o ?x b ?x)")
     assert [part.label for part in pattern.restrictive_parts(frozenset())] == ["field 2", "field 3"]
     assert pattern.restricted_text(pattern.parts[1], frozenset()) == "(o ? b ?)"
     assert pattern.restricted_text(pattern.parts[2], frozenset()) == "(o ?x ? ?x)"
 
 
 @pytest.mark.parametrize("text", ["", "x", "(defrule)", "(defrule r", "(defrule r (a))", "(deffacts r (a))"])
-def test_what_is_no_rule(text):
+def test_text_without_rule_is_refused(text):
     with pytest.raises(ClipsError):
         parse_rule(text)
 
@@ -78,7 +79,7 @@ PIECES = st.lists(st.sampled_from([*WORDS.split(" "), " ", "\n", "(deftemplate t
 
 @settings(max_examples=many(500, 125), deadline=None)
 @given(PIECES.map("".join))
-def test_any_text_is_read_without_a_fault(text):
+def test_arbitrary_text_is_read_without_fault(text):
     for node in read(text):
         assert text[node.start : node.end] == node.text
     one_line(text)
@@ -88,12 +89,11 @@ def test_any_text_is_read_without_a_fault(text):
         parse_rule(f"(defrule r {text} =>)")
 
 
-def test_depth_is_no_matter():
+def test_deep_nesting_is_an_error():
     assert one_line(read("(" * 5000 + ")" * 5000)[0].text).startswith("((((")
     with pytest.raises(ClipsError, match="nested too deep"):
         parse_rule(f"(defrule r {'(and ' * 5000}{')' * 5000} =>)")
 
 
-def test_an_arrow_without_a_pattern():
-    """A property found it: `?f <-` before a word is not a pattern."""
+def test_arrow_before_word_is_no_pattern():
     assert parse_rule("(defrule r ?f <- a =>)").ces == ()

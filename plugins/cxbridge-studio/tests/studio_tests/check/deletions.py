@@ -1,7 +1,7 @@
-"""All closing parentheses of the shipped scenarios, deleted in turn: is the list named that is open?
+"""The deletion of each closing parenthesis in the shipped scenarios: does the check name the open list?
 
-``python -m studio_tests.check.deletions`` prints the figure. Of adjacent
-parentheses it makes no difference which one is deleted: any of the lists that they close is right.
+``python -m studio_tests.check.deletions`` prints the figure. Adjacent parentheses are equivalent: any of
+the lists that they close is right.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ SCENARIOS = scenarios_of_installed_plugins()
 class Deletion:
     """A construct without one parenthesis.
 
-    :param count: how many parentheses there were side by side.
-    :param right: where the lists begin that these closed.
+    :param count: the number of adjacent parentheses.
+    :param right: the starts of the lists that the adjacent parentheses close.
     """
 
     text: str
@@ -34,8 +34,8 @@ class Deletion:
     right: frozenset[int]
 
 
-def deletions(part: TopLevelList) -> Iterator[Deletion]:
-    """Yield a construct without each of its parentheses."""
+def make_deletions(part: TopLevelList) -> Iterator[Deletion]:
+    """Yield the construct without each of its closing parentheses."""
     opened: list[int] = []
     runs: list[dict[int, int]] = []
     for match in PARENTHESIS.finditer(blank(part.text)):
@@ -53,9 +53,9 @@ def deletions(part: TopLevelList) -> Iterator[Deletion]:
 
 @dataclass
 class Figure:
-    """How often the right list was named.
+    """The number of deletions after which the check names a right list.
 
-    :param innermost: how often the innermost list that a reader has open at the end would be right.
+    :param innermost: the number of deletions after which the innermost open list is right.
     """
 
     total: int = 0
@@ -70,9 +70,9 @@ class Figure:
         self.innermost += (find_open_lists(deletion.text)[-1] in deletion.right) * deletion.count
 
 
-def figure(scenarios: list[Path]) -> Figure:
-    """Return the figure of some scenarios."""
-    found = Figure()
+def compute_figure(scenarios: list[Path]) -> Figure:
+    """Return the figure of scenarios."""
+    result = Figure()
     for scenario in scenarios:
         slots: dict[str, set[str]] = {}
         for name in find_agent_names(RunOptions(scenario=scenario)):
@@ -80,12 +80,12 @@ def figure(scenarios: list[Path]) -> Figure:
                 slots |= agent.slots
         for path in sorted(scenario.glob("*.clp")):
             for part in split_top_level_lists(path.read_text()):
-                for deletion in deletions(part):
-                    found.add(deletion, slots)
-    return found
+                for deletion in make_deletions(part):
+                    result.add(deletion, slots)
+    return result
 
 
 if __name__ == "__main__":
-    result = figure(SCENARIOS)
+    result = compute_figure(SCENARIOS)
     sys.stdout.write(f"{result.total} deletions, the right list named: {result.right / result.total:.1%}\n")
     sys.stdout.write(f"the innermost open list would be: {result.innermost / result.total:.1%}\n")

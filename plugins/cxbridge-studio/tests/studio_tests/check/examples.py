@@ -21,7 +21,7 @@ _SECTION = re.compile(r"^## (?P<title>.+?)\n(?P<body>.*?)(?=^## |\Z)", re.MULTIL
 class Example:
     """A section of the page.
 
-    :param files: the files that are written over those of the agent that is fine.
+    :param files: the files that replace files of the correct agent.
     :param output: the output of the check.
     """
 
@@ -30,28 +30,28 @@ class Example:
     output: str
 
 
-def examples() -> list[Example]:
-    """Return the sections of the page; the first one has the agent that is fine."""
-    found = []
+def load_examples() -> list[Example]:
+    """Return the sections of the page; the first section has the correct agent."""
+    result = []
     for section in _SECTION.finditer(PAGE.read_text()):
         fences = list(_FENCE.finditer(section["body"]))
         files = {fence["file"]: fence["text"] for fence in fences if fence["file"]}
         output = "".join(fence["text"] for fence in fences if fence["language"] == "text")
-        found.append(Example(section["title"], files, output))
-    return found
+        result.append(Example(section["title"], files, output))
+    return result
 
 
-def output_of(files: dict[str, str], folder: Path, *, portable: bool = False) -> str:
-    """Return the output of the check for an agent, with names of files as the page has them.
+def run_check(files: dict[str, str], folder: Path, *, portable: bool = False) -> str:
+    """Return the output of the check for an agent, with the file names of the page.
 
-    :param portable: whether what Fawkes does not take is found, too.
+    :param portable: whether the check includes portability.
     """
     (folder / "lua").mkdir()
     for name, text in files.items():
         path = folder / name
         path.parent.mkdir(exist_ok=True, parents=True)
         path.write_text(text)
-    alone = folder / PROGRAM
-    scenario = alone if PROGRAM in files else folder
+    program = folder / PROGRAM
+    scenario = program if PROGRAM in files else folder
     findings = check(RunOptions(scenario=scenario, skill_dirs=(folder / "lua",)), portable=portable)
-    return "".join(f"{each}\n" for each in findings).replace(f"{folder}/", "")
+    return "".join(f"{finding}\n" for finding in findings).replace(f"{folder}/", "")

@@ -1,8 +1,8 @@
-"""Findings on trees that we did not write, each judged by hand.
+"""Findings in Fawkes and fawkes-robotino, each judged by hand.
 
-A finding is judged by a search for its name in all files that the spec loads, texts and comments
-included. It is right when the agent is wrong there: nothing but its own construct, or a comment, has the name
-in that role. The judgements are in judged.txt.
+A judgement searches all files that the spec loads, texts and comments included, for the name of the finding.
+A finding is right if only its own construct, or a comment, has the name in that role. judged.txt has the
+judgements.
 
 FAWKES_DIR and ROBOTINO_DIR name the trees: Fawkes at 649cec08, fawkes-robotino at c3c517ac.
 """
@@ -27,11 +27,11 @@ _TABLE: Final = Path(__file__).with_suffix(".txt")
 
 
 @dataclass(frozen=True)
-class Judged:
-    """A finding that was judged.
+class Judgement:
+    """The judgement of a finding.
 
-    :param place: name of the file, and line.
-    :param reason: a name first, where the finding has one; or the mistake in the agent.
+    :param place: the file name and the line.
+    :param reason: begins with the name in the finding, or is the mistake in the agent.
     """
 
     spec: str
@@ -41,16 +41,16 @@ class Judged:
     reason: str
 
 
-def judged() -> list[Judged]:
-    """Return the table."""
+def load_judgements() -> list[Judgement]:
+    """Return the rows of the table."""
     rows = (line.split(maxsplit=4) for line in _TABLE.read_text().splitlines()[1:])
-    return [Judged(spec, code, place, word == RIGHT, why) for spec, code, place, word, why in rows]
+    return [Judgement(spec, code, place, word == RIGHT, reason) for spec, code, place, word, reason in rows]
 
 
-SPECS: Final = tuple(dict.fromkeys(each.spec for each in judged()))
+SPECS: Final = tuple(dict.fromkeys(row.spec for row in load_judgements()))
 
 
-def found(spec: str) -> list[Finding]:
+def check_spec(spec: str) -> list[Finding]:
     """Return the findings of the check in an agent of Fawkes or of the RoboCup Logistics League."""
     assert FAWKES_DIR is not None
     if not spec.startswith("rcll"):
@@ -75,21 +75,25 @@ def found(spec: str) -> list[Finding]:
         )
 
 
-def places(findings: list[Finding]) -> Iterator[tuple[str, str]]:
-    """Yield code and place of findings, as the table has them."""
-    for each in findings:
-        yield each.code.name, f"{Path(each.place.file).name}:{each.place.line}"
+def list_places(findings: list[Finding]) -> Iterator[tuple[str, str]]:
+    """Yield the code and the place of each finding, as in the table."""
+    for finding in findings:
+        yield finding.code.name, f"{Path(finding.place.file).name}:{finding.place.line}"
 
 
 def main() -> None:
-    """Print the findings in each agent and the share of right ones; unjudged ones count as wrong."""
-    right = {(each.spec, each.code, each.place) for each in judged() if each.is_right}
-    total = good = 0
+    """Print the numbers of findings and right findings of each agent; unjudged findings are wrong."""
+    right = {
+        (judgement.spec, judgement.code, judgement.place)
+        for judgement in load_judgements()
+        if judgement.is_right
+    }
+    total = right_count = 0
     for spec in SPECS:
-        keys = [(spec, *key) for key in places(found(spec))]
-        total, good = total + len(keys), good + sum(key in right for key in keys)
+        keys = [(spec, *key) for key in list_places(check_spec(spec))]
+        total, right_count = total + len(keys), right_count + sum(key in right for key in keys)
         sys.stdout.write(f"{spec}: {len(keys)} findings, {sum(key in right for key in keys)} right\n")
-    sys.stdout.write(f"all: {total} findings, {good} right\n")
+    sys.stdout.write(f"all: {total} findings, {right_count} right\n")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Slots and values in changes of facts: wrong ones are found, and of what may be right nothing is said."""
+"""Findings about slots and values in changes of facts."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ import pytest
 
 from cxbridge.run import RunOptions
 from cxbridge_studio.check.run import check
-from studio_tests.check.test_check import agent
+from studio_tests.check.test_check import write_agent
 
 TEMPLATES = (
     "(deftemplate lamp (slot state (allowed-values ON OFF)) (multislot tags) (slot a))\n(deffacts l (lamp))\n"
 )
 
 
-def findings(folder, clips):
-    return check(RunOptions(scenario=agent(folder, TEMPLATES + clips)))
+def check_clips(folder, clips):
+    return check(RunOptions(scenario=write_agent(folder, TEMPLATES + clips)))
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def findings(folder, clips):
         ("(defrule r ?g <- (goal (class X)) => (modify ?g (mode FINISHD)))", "CX211", "FINISHED"),
         ("(defrule r ?g <- (goal (class X)) => (modify ?g (mode FINISHED) (outcome DONE)))", "CX211", "DONE"),
         ("(defrule r ?p <- (plan-action (id 1)) => (modify ?p (state PENDNG)))", "CX211", "PENDING"),
-        # another variable of that name is shadowed, and is back behind the query
+        # the query shadows ?l; after the query, ?l is the lamp
         (
             "(defrule r ?l <- (lamp) => (do-for-fact ((?l thing)) TRUE (modify ?l (a 1))) (modify ?l (b 1)))",
             "CX210",
@@ -59,9 +59,9 @@ def findings(folder, clips):
         ),
     ],
 )
-def test_what_no_fact_of_the_deftemplate_can_have(tmp_path, clips, code, word):
-    found = [each for each in findings(tmp_path, clips) if each.code.name in ("CX210", "CX211")]
-    assert [each.code.name for each in found] == [code]
+def test_impossible_slot_or_value_is_found(tmp_path, clips, code, word):
+    found = [finding for finding in check_clips(tmp_path, clips) if finding.code.name in ("CX210", "CX211")]
+    assert [finding.code.name for finding in found] == [code]
     assert word in f"{found[0].message} {found[0].hint}"
     assert found[0].place.line == 4
 
@@ -84,5 +84,7 @@ def test_what_no_fact_of_the_deftemplate_can_have(tmp_path, clips, code, word):
         "(defrule r ?x <- (word 1) => (modify ?x (b 1)))",
     ],
 )
-def test_what_may_be_right(tmp_path, clips):
-    assert [each for each in findings(tmp_path, clips) if each.code.name in ("CX210", "CX211")] == []
+def test_possible_slot_or_value_has_no_finding(tmp_path, clips):
+    assert [
+        finding for finding in check_clips(tmp_path, clips) if finding.code.name in ("CX210", "CX211")
+    ] == []

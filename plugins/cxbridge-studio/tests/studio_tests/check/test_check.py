@@ -1,4 +1,4 @@
-"""Mistakes of an agent are found without running it: each once, at its place, and nothing else."""
+"""The check finds each mistake of an agent once, at its place, without a run."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ DOMAIN = (
 AGENT = "(deftemplate thing (slot a) (slot b)) (deffacts things (thing (a 1))) (defrule look (thing) =>)\n"
 
 
-def agent(folder: Path, clips: str = "", **files: str) -> Path:
-    """Write an agent without mistakes but for the given ones."""
+def write_agent(folder: Path, clips: str = "", **files: str) -> Path:
+    """Write a correct agent with additional CLIPS text and files."""
     texts = {
         "scenario_yaml": SPEC,
         "people_clp": DOMAIN_CLP,
@@ -57,15 +57,15 @@ def agent(folder: Path, clips: str = "", **files: str) -> Path:
     return folder
 
 
-def found(folder: Path) -> list[tuple[str, str, int, int]]:
+def list_findings(folder: Path) -> list[tuple[str, str, int, int]]:
     return [
-        (each.code.name, Path(each.place.file).name, each.place.line, each.place.column)
-        for each in check(RunOptions(scenario=folder))
+        (finding.code.name, Path(finding.place.file).name, finding.place.line, finding.place.column)
+        for finding in check(RunOptions(scenario=folder))
     ]
 
 
 @pytest.mark.parametrize("name", share(SCENARIOS, 4))
-def test_the_shipped_scenarios_are_fine(name):
+def test_shipped_scenarios_have_no_findings(name):
     findings = check(RunOptions(scenario=Path(name)))
     assert findings == [], format_text(findings)
 
@@ -100,67 +100,71 @@ def test_the_shipped_scenarios_are_fine(name):
     ),
     ids=lambda value: value if isinstance(value, str) and value.startswith("(") else "",
 )
-def test_a_construct_that_clips_drops(tmp_path, clips, code, column, message):
-    findings = check(RunOptions(scenario=agent(tmp_path, clips)))
-    assert [(each.code.name, each.place.line, each.place.column) for each in findings] == [(code, 2, column)]
+def test_refused_construct_has_one_finding(tmp_path, clips, code, column, message):
+    findings = check(RunOptions(scenario=write_agent(tmp_path, clips)))
+    assert [(finding.code.name, finding.place.line, finding.place.column) for finding in findings] == [
+        (code, 2, column)
+    ]
     assert message in findings[0].message
 
 
-def test_a_parenthesis_that_never_closes_is_one_finding(tmp_path):
+def test_unclosed_parenthesis_has_one_finding(tmp_path):
     clips = (
         "(defrule one (thing (a 1) => (halt))\n\n(deffunction two () 2)\n(defrule three (thing) => (two))\n"
     )
-    (one,) = check(RunOptions(scenario=agent(tmp_path, clips)))
-    assert (one.code.name, one.place.line) == ("CX201", 2)
-    assert one.message == ("defrule one never closes: its list (thing is open")
-    assert one.hint == "a ) is missing before line 4; defrule begins in line 2"
+    (finding,) = check(RunOptions(scenario=write_agent(tmp_path, clips)))
+    assert (finding.code.name, finding.place.line) == ("CX201", 2)
+    assert finding.message == ("defrule one never closes: its list (thing is open")
+    assert finding.hint == "a ) is missing before line 4; defrule begins in line 2"
 
 
-def test_what_follows_from_a_mistake_is_no_second_finding(tmp_path):
+def test_consequence_of_mistake_has_no_finding(tmp_path):
     clips = "(deffunction two () (fooo))\n(defrule three (thing) => (two))\n"
-    (one,) = check(RunOptions(scenario=agent(tmp_path, clips)))
-    assert (one.code.name, one.place.line, one.message) == (
+    (finding,) = check(RunOptions(scenario=write_agent(tmp_path, clips)))
+    assert (finding.code.name, finding.place.line, finding.message) == (
         "CX204",
         2,
         "deffunction two: there is no function 'fooo'",
     )
 
 
-def test_a_function_that_is_defined_later_is_named(tmp_path):
+def test_hint_names_file_that_defines_function_later(tmp_path):
     scenario = SPEC.replace("agent.clp]", "agent.clp, later.clp]")
-    agent(
+    write_agent(
         tmp_path, "(defrule r (thing) => (late))", scenario_yaml=scenario, later_clp="(deffunction late () 1)"
     )
-    (one,) = check(RunOptions(scenario=tmp_path))
-    assert one.hint == "later.clp defines it, and is loaded later: load it earlier"
+    (finding,) = check(RunOptions(scenario=tmp_path))
+    assert finding.hint == "later.clp defines it, and is loaded later: load it earlier"
 
 
 @needs_plugin("robot-memory")
-def test_a_function_of_a_feature_that_nobody_requests_is_named(tmp_path):
-    (one,) = check(RunOptions(scenario=agent(tmp_path, "(defrule r (thing) => (robmem-query a b))")))
-    assert one.code.name == "CX204"
-    assert one.hint == "it is a function of the feature robot_memory: request it in stage-1 of the spec"
+def test_hint_names_feature_of_unknown_function(tmp_path):
+    (finding,) = check(
+        RunOptions(scenario=write_agent(tmp_path, "(defrule r (thing) => (robmem-query a b))"))
+    )
+    assert finding.code.name == "CX204"
+    assert finding.hint == "it is a function of the feature robot_memory: request it in stage-1 of the spec"
 
 
-def test_a_comment_with_a_reason_silences(tmp_path):
+def test_comment_with_reason_silences_finding(tmp_path):
     broken = "(defrule r (thing (c 1)) => (halt))"
-    assert found(agent(tmp_path, f"; cx-check: ignore CX203 known\n{broken}")) == []
-    assert found(agent(tmp_path, f"; cx-check: ignore CX203\n{broken}")) != []  # no reason
-    assert found(agent(tmp_path, f"; cx-check: ignore CX204 another\n{broken}")) != []
+    assert list_findings(write_agent(tmp_path, f"; cx-check: ignore CX203 known\n{broken}")) == []
+    assert list_findings(write_agent(tmp_path, f"; cx-check: ignore CX203\n{broken}")) != []  # no reason
+    assert list_findings(write_agent(tmp_path, f"; cx-check: ignore CX204 another\n{broken}")) != []
 
 
 @pytest.mark.parametrize("target", ["arm.py:Arms", "none.py:Arm", "arm"])
-def test_an_executor_that_does_not_load_has_a_place(tmp_path, target):
+def test_finding_about_broken_executor_has_place(tmp_path, target):
     board = f'skill-board: {{agents: {{r1: {{executors: {{arm: {{class: "{target}"}}}}}}}}}}\n'
-    folder = agent(tmp_path, scenario_yaml=SPEC + board)
+    folder = write_agent(tmp_path, scenario_yaml=SPEC + board)
     (folder / "arm.py").write_text("class Arm: pass\n")
-    ((code, file, line, _),) = found(folder)
+    ((code, file, line, _),) = list_findings(folder)
     assert code == "CX411"
     assert (file, line) in {("scenario.yaml", 14), ("arm.py", 1), ("none.py", 0)}
 
 
-def test_the_formats(tmp_path):
-    findings = check(RunOptions(scenario=agent(tmp_path, "(defrule r (thing (c 1)) => (halt))")))
+def test_formats_of_findings(tmp_path):
+    findings = check(RunOptions(scenario=write_agent(tmp_path, "(defrule r (thing (c 1)) => (halt))")))
     file = str(tmp_path / "agent.clp")
     assert json.loads(FORMATS["json"](findings)) == [
         {
@@ -199,13 +203,13 @@ GOAL = """
         ("(defrule x ?g <- (goal (class WALK) (mode EXPANDED)) => (modify ?g (mode COMMITTED)))", False),
     ],
 )
-def test_a_goal_class_that_a_rule_expands_or_not(tmp_path, rule, is_expanded):
-    codes = [each[0] for each in found(agent(tmp_path, GOAL + rule))]
+def test_goal_class_without_expanding_rule_is_found(tmp_path, rule, is_expanded):
+    codes = [finding[0] for finding in list_findings(write_agent(tmp_path, GOAL + rule))]
     assert ("CX505" in codes) is not is_expanded
 
 
 SUB_TYPE = """
-(defrule make (thing) => {made})
+(defrule make (thing) => {action})
 (defrule select ?g <- (goal (id G) (mode FORMULATED)) => (modify ?g (mode SELECTED)))
 (defrule expand ?g <- (goal (id G) (mode SELECTED)) => (modify ?g (mode EXPANDED)))
 """
@@ -214,29 +218,31 @@ FILES = sub_types.find_core_files(BUILTIN_CX)
 
 
 @pytest.mark.parametrize(("sub_type", "file"), share(FILES.items(), 2))
-def test_a_sub_type_whose_file_is_not_loaded(tmp_path, sub_type, file):
-    clips = SUB_TYPE.format(made=f"(assert (goal (id G) (class WALK) (sub-type {sub_type})))")
-    folder = agent(tmp_path, clips)
+def test_sub_type_without_loaded_file_is_found(tmp_path, sub_type, file):
+    clips = SUB_TYPE.format(action=f"(assert (goal (id G) (class WALK) (sub-type {sub_type})))")
+    folder = write_agent(tmp_path, clips)
     (finding,) = check(RunOptions(scenario=folder))
     assert (finding.code.name, finding.place.line, finding.place.column) == ("CX508", 3, 34)
     assert finding.message == f"no rule handles goals of the sub-type {sub_type}"
     assert finding.hint == f"add {file} to the files of the spec"
-    others = sorted({*FILES.values()} - {file})
-    agent(folder, clips, scenario_yaml=SPEC.replace("agent.clp", f"{', '.join(others)}, agent.clp"))
-    assert [each[0] for each in found(folder)] == ["CX508"]
-    agent(folder, clips, scenario_yaml=SPEC.replace("agent.clp", f"{file}, agent.clp"))
-    assert found(folder) == []
+    other_files = sorted({*FILES.values()} - {file})
+    write_agent(
+        folder, clips, scenario_yaml=SPEC.replace("agent.clp", f"{', '.join(other_files)}, agent.clp")
+    )
+    assert [finding_row[0] for finding_row in list_findings(folder)] == ["CX508"]
+    write_agent(folder, clips, scenario_yaml=SPEC.replace("agent.clp", f"{file}, agent.clp"))
+    assert list_findings(folder) == []
 
 
 @pytest.mark.parametrize("name", share(MAKERS, 3))
-def test_a_function_of_the_core_gives_a_sub_type_whose_file_is_not_loaded(tmp_path, name):
-    clips = SUB_TYPE.format(made=f"({name} WALK NONE (assert (goal (id G) (class RUN))))")
+def test_sub_type_of_core_function_without_loaded_file_is_found(tmp_path, name):
+    clips = SUB_TYPE.format(action=f"({name} WALK NONE (assert (goal (id G) (class RUN))))")
     spec = SPEC.replace("agent.clp", "goal-tree.clp, agent.clp")
-    (finding,) = check(RunOptions(scenario=agent(tmp_path, clips, scenario_yaml=spec)))
+    (finding,) = check(RunOptions(scenario=write_agent(tmp_path, clips, scenario_yaml=spec)))
     assert (finding.code.name, finding.place.column) == ("CX508", 26)
     loaded = finding.hint.split()[1]
-    agent(tmp_path, clips, scenario_yaml=spec.replace("goal-tree.clp", f"goal-tree.clp, {loaded}"))
-    assert found(tmp_path) == []
+    write_agent(tmp_path, clips, scenario_yaml=spec.replace("goal-tree.clp", f"goal-tree.clp, {loaded}"))
+    assert list_findings(tmp_path) == []
 
 
 @pytest.mark.parametrize(
@@ -254,10 +260,10 @@ def test_a_function_of_the_core_gives_a_sub_type_whose_file_is_not_loaded(tmp_pa
         ("nil", "?g <- (goal (class RUN) (mode EXPANDED))"),
     ],
 )
-def test_a_sub_type_that_a_rule_of_the_agent_handles(tmp_path, sub_type, rule):
-    clips = SUB_TYPE.format(made=f"(assert (goal (id G) (class WALK) (sub-type {sub_type})))")
+def test_sub_type_handled_by_agent_has_no_finding(tmp_path, sub_type, rule):
+    clips = SUB_TYPE.format(action=f"(assert (goal (id G) (class WALK) (sub-type {sub_type})))")
     clips += f"(defrule commit {rule} => (modify ?g (mode COMMITTED)))"
-    assert "CX508" not in [each[0] for each in found(agent(tmp_path, clips))]
+    assert "CX508" not in [finding[0] for finding in list_findings(write_agent(tmp_path, clips))]
 
 
 STEPS = """
@@ -280,10 +286,10 @@ STEPS = """
         4,
     ),
 )
-def test_an_action_that_a_function_of_the_agent_plans(tmp_path, call, code):
+def test_action_planned_by_function_is_checked(tmp_path, call, code):
     used = f"{call} (step greet a) (named greet who b)"
     clips = f"(defglobal ?*names* = (create$))\n{STEPS}(defrule plan (thing) => {used})"
-    codes = [each[0] for each in found(agent(tmp_path, clips))]
+    codes = [finding[0] for finding in list_findings(write_agent(tmp_path, clips))]
     assert codes == [code] * (code is not None)
 
 
@@ -306,31 +312,35 @@ MODULES = """\
 """
 
 
-def test_modules_and_objects_are_fine(tmp_path):
-    assert found(agent(tmp_path, MODULES)) == []
+def test_modules_and_objects_have_no_findings(tmp_path):
+    assert list_findings(write_agent(tmp_path, MODULES)) == []
 
 
-def test_a_file_after_one_that_ends_in_a_module_is_of_main(tmp_path):
+def test_each_file_begins_in_main_module(tmp_path):
     module = '(defmodule ALONE) (deffunction ALONE::more () (load* "more.clp")) (defrule ALONE::r => (more))'
-    folder = agent(tmp_path, module, more_clp="")
+    folder = write_agent(tmp_path, module, more_clp="")
     (folder / "scenario.yaml").write_text(SPEC.replace("agent.clp", "agent.clp, last.clp"))
     (folder / "last.clp").write_text("(defrule last (wm-fact (key a)) => (assert (wm-fact (key a))))")
-    assert found(folder) == []
+    assert list_findings(folder) == []
 
 
-def test_a_mistake_in_a_module_is_found_in_that_file_alone(tmp_path):
+def test_mistake_in_module_is_found_in_its_file(tmp_path):
     clips = MODULES + "(defrule ALONE::wrong ?t <- (thing (c 1)) => (modify ?t (d 2)))"
-    assert {(code, name) for code, name, *_ in found(agent(tmp_path, clips))} == {("CX210", "agent.clp")}
+    assert {(code, name) for code, name, *_ in list_findings(write_agent(tmp_path, clips))} == {
+        ("CX210", "agent.clp")
+    }
 
 
-def test_functions_that_are_declared_before_they_call_each_other(tmp_path):
+def test_forward_declared_functions_have_no_finding(tmp_path):
     declared = "(deffunction odd (?n))(deffunction even (?n) (odd ?n))"
     used = "(deffunction odd (?n) (even ?n))(defrule r => (printout t (even 2)))"
-    assert found(agent(tmp_path, declared + used)) == []
-    again = "(deffunction odd (?n) 1)"
-    assert [code for code, *_ in found(agent(tmp_path, declared + used + again))] == ["CX208"]
-    twice = "(deffunction odd (?n) ?n)(deffunction even (?n) (odd ?n))"
-    assert [code for code, *_ in found(agent(tmp_path, twice + used))] == ["CX208"]
+    assert list_findings(write_agent(tmp_path, declared + used)) == []
+    redefinition = "(deffunction odd (?n) 1)"
+    assert [code for code, *_ in list_findings(write_agent(tmp_path, declared + used + redefinition))] == [
+        "CX208"
+    ]
+    definitions = "(deffunction odd (?n) ?n)(deffunction even (?n) (odd ?n))"
+    assert [code for code, *_ in list_findings(write_agent(tmp_path, definitions + used))] == ["CX208"]
 
 
 @pytest.mark.parametrize(
@@ -342,8 +352,8 @@ def test_functions_that_are_declared_before_they_call_each_other(tmp_path):
         ("(deffacts f (pair 1 2)) (defrule r (pair ?x) => (assert (pair ?x 3)))", "1 field", "(pair ? ?)"),
     ],
 )
-def test_a_pattern_that_no_fact_can_match(tmp_path, clips, message, hint):
-    (finding,) = check(RunOptions(scenario=agent(tmp_path, clips)))
+def test_pattern_without_possible_fact_is_found(tmp_path, clips, message, hint):
+    (finding,) = check(RunOptions(scenario=write_agent(tmp_path, clips)))
     assert finding.code.name == "CX501"
     assert message in finding.message
     assert hint in finding.hint
@@ -358,24 +368,24 @@ def test_a_pattern_that_no_fact_can_match(tmp_path, clips, message, hint):
         '(defrule r (pair ?) => (load-facts "pairs.txt"))',
     ],
 )
-def test_a_pattern_that_a_fact_may_match(tmp_path, clips):
-    assert found(agent(tmp_path, clips)) == []
+def test_pattern_with_possible_fact_has_no_finding(tmp_path, clips):
+    assert list_findings(write_agent(tmp_path, clips)) == []
 
 
-def test_one_file_is_checked_as_a_part_of_the_agent_around_it(tmp_path):
-    folder = agent(
+def test_file_is_checked_as_part_of_agent(tmp_path):
+    folder = write_agent(
         tmp_path, "(defrule r (thing (c 1)) => (halt))", people_clp=DOMAIN_CLP + "(deffacts f (no))"
     )
-    assert [code for code, *_ in found(folder / "agent.clp")] == ["CX203"]
-    assert [code for code, *_ in found(folder / "people.clp")] == ["CX502"]
+    assert [code for code, *_ in list_findings(folder / "agent.clp")] == ["CX203"]
+    assert [code for code, *_ in list_findings(folder / "people.clp")] == ["CX502"]
 
 
-def test_one_file_alone(tmp_path):
+def test_file_without_agent_is_checked(tmp_path):
     file = tmp_path / "program.clp"
     file.write_text(MODULES)
-    assert found(file) == []
+    assert list_findings(file) == []
     file.write_text("(defrule begin => (foo))")
-    assert [code for code, *_ in found(file)] == ["CX204"]
+    assert [code for code, *_ in list_findings(file)] == ["CX204"]
 
 
 PROGRAM = {
@@ -389,60 +399,60 @@ PROGRAM = {
     ),
     "cases/one.clp": "(batch* main.clp)\nanswer\n",
 }
-"""A program that CLIPS executes with ``batch``: it loads files of its folder, or of a folder around it."""
+"""A program for the CLIPS command ``batch``, which loads files of its folder and of the parent folder."""
 
 
 @pytest.mark.parametrize("name", ["main.clp", "cases/one.clp"])
-def test_a_program_of_commands(tmp_path, name):
-    for each, text in PROGRAM.items():
-        (tmp_path / each).parent.mkdir(exist_ok=True)
-        (tmp_path / each).write_text(text)
-    assert found(tmp_path / name) == []
+def test_files_loaded_by_program_are_checked(tmp_path, name):
+    for path, text in PROGRAM.items():
+        (tmp_path / path).parent.mkdir(exist_ok=True)
+        (tmp_path / path).write_text(text)
+    assert list_findings(tmp_path / name) == []
     (tmp_path / "parts" / "b.clp").write_text(PROGRAM["parts/b.clp"].replace("(name a)", "(nam a)"))
-    assert found(tmp_path / name) == [("CX203", "b.clp", 1, 28)]
+    assert list_findings(tmp_path / name) == [("CX203", "b.clp", 1, 28)]
     (tmp_path / "parts" / "b.clp").unlink()
-    assert {code for code, *_ in found(tmp_path / name)} == {"CX102"}
+    assert {code for code, *_ in list_findings(tmp_path / name)} == {"CX102"}
 
 
-def test_a_program_whose_facts_have_names_of_the_core(tmp_path):
+def test_facts_with_core_names_are_found(tmp_path):
     clips = "(deffacts wanted (goal at 1 2)) (defrule r (goal at ?x ?y) => (halt))"
     file = tmp_path / "program.clp"
     file.write_text(clips)
-    assert [code for code, *_ in found(file)] == ["CX212"]
-    findings = check(RunOptions(scenario=agent(tmp_path, clips)))
-    assert {each.code.name for each in findings} == {"CX209"}
-    assert all("'goal' has slots" in each.message and "core" in each.hint for each in findings)
+    assert [code for code, *_ in list_findings(file)] == ["CX212"]
+    findings = check(RunOptions(scenario=write_agent(tmp_path, clips)))
+    assert {finding.code.name for finding in findings} == {"CX209"}
+    assert all("'goal' has slots" in finding.message and "core" in finding.hint for finding in findings)
 
 
-def test_a_skill_of_another_skill_space_does_not_count(tmp_path):
-    """Two spaces have a skill of one name: the arguments are those of the agent's own."""
+def test_arguments_of_skill_are_checked_in_its_skill_space(tmp_path):
+    """Two skill spaces have skills with the same name and different arguments."""
     for space, argument in (("mine", "words"), ("other", "text")):
         (tmp_path / "lua" / space).mkdir(parents=True)
         (tmp_path / "lua" / f"{space}.lua").write_text(f'skillenv.use_skill("skills.{space}.say")\n')
         (tmp_path / "lua" / space / "say.lua").write_text(
             f'module(..., skillenv.module_init)\nname = "say"\ndocumentation = [==[@param {argument} it]==]\n'
         )
-    folder = agent(tmp_path, scenario_yaml=SPEC + "skiller: {skillspace: mine}\n")
+    folder = write_agent(tmp_path, scenario_yaml=SPEC + "skiller: {skillspace: mine}\n")
     (finding,) = check(RunOptions(scenario=folder, skill_dirs=(tmp_path / "lua",)))
     assert (finding.code.name, finding.hint) == ("CX413", "it has: words")
-    folder = agent(tmp_path, scenario_yaml=SPEC + "skiller: {skillspace: other}\n")
+    folder = write_agent(tmp_path, scenario_yaml=SPEC + "skiller: {skillspace: other}\n")
     assert check(RunOptions(scenario=folder, skill_dirs=(tmp_path / "lua",))) == []
 
 
 @pytest.mark.parametrize(
-    ("clips", "word", "near"),
+    ("clips", "word", "hint"),
     [
         ("(deffacts f (mode (is ONN)))", "ONN", "did you mean ON? it can be: OFF, ON"),
         ("(defrule r (mode (is ?x&OFF|ONN)) => (halt))", "ONN", "did you mean ON? it can be: OFF, ON"),
         ("(defrule r (thing) => (assert (mode (is middle))))", "middle", "it can be: OFF, ON"),
     ],
 )
-def test_a_value_that_clips_refuses(tmp_path, clips, word, near):
+def test_refused_value_is_found_with_hint(tmp_path, clips, word, hint):
     template = "(deftemplate mode (slot is (allowed-values ON OFF)))"
-    finding = check(RunOptions(scenario=agent(tmp_path, template + clips)))[0]
+    finding = check(RunOptions(scenario=write_agent(tmp_path, template + clips)))[0]
     assert finding.code.name == "CX209"
     assert finding.message.endswith(f"the slot 'is' of 'mode' cannot be {word}")
-    assert finding.hint == near
+    assert finding.hint == hint
 
 
 PLANNER = (
@@ -459,19 +469,19 @@ PLANNER = (
         ("(and (met Ana))", "unknown object 'Ana'"),
     ],
 )
-def test_the_names_in_a_goal_of_a_planner(tmp_path, formula, message):
+def test_unknown_names_in_planner_goal_are_found(tmp_path, formula, message):
     objects = "(deffacts o (domain-object (name Anna)) (domain-object (name Bob)))"
     clips = f'{objects}(defrule r (thing) => (planner-plan A "{formula}"))'
-    findings = check(RunOptions(scenario=agent(tmp_path, clips, people_clp=PLANNER)))
-    assert [(each.code.name, message in each.message) for each in findings] == (
+    findings = check(RunOptions(scenario=write_agent(tmp_path, clips, people_clp=PLANNER)))
+    assert [(finding.code.name, message in finding.message) for finding in findings] == (
         [("CX309", True)] if message else []
     )
 
 
-def test_an_action_without_executor_that_a_planner_may_plan(tmp_path):
+def test_plannable_action_without_executor_is_found(tmp_path):
     domain = DOMAIN.replace("(:action", "(:action wave :parameters (?who) :effect (met ?who)) (:action", 1)
     clips = '(defrule r (thing) => (planner-plan A "(met Anna)"))'
-    folder = agent(tmp_path, clips, people_clp=PLANNER, domain_pddl=domain)
+    folder = write_agent(tmp_path, clips, people_clp=PLANNER, domain_pddl=domain)
     (finding,) = check(RunOptions(scenario=folder))
     assert finding.code.name == "CX404"
     assert "'wave', which a planner may plan" in finding.message
@@ -514,15 +524,15 @@ DRIVE = "float32 far\n---\nstring reason\n---\nfloat32 left\ngeometry_msgs/Pose 
         3,
     ),
 )
-def test_the_types_and_fields_of_skills_of_ros(tmp_path, kind, name, field, message):
+def test_unknown_types_and_fields_of_ros_skills_are_found(tmp_path, kind, name, field, message):
     pytest.importorskip("rosbags", reason="the extra 'ros2' is not installed")
     package = tmp_path / "ros" / "robots"
     (package / "action").mkdir(parents=True)
     (package / "package.xml").write_text("<package><name>robots</name></package>")
     (package / "action" / "Drive.action").write_text(DRIVE)
-    folder = agent(tmp_path, scenario_yaml=SPEC + ROS.format(kind=kind, name=name, field=field))
+    folder = write_agent(tmp_path, scenario_yaml=SPEC + ROS.format(kind=kind, name=name, field=field))
     findings = check(RunOptions(scenario=folder))
-    assert [(each.code.name, message in each.message) for each in findings] == (
+    assert [(finding.code.name, message in finding.message) for finding in findings] == (
         [("CX415", True)] if message else []
     )
 
@@ -538,13 +548,15 @@ def test_the_types_and_fields_of_skills_of_ros(tmp_path, kind, name, field, mess
         ("x = 1; goto(x)", False),  # a Skiller of Fawkes evaluates Lua
     ],
 )
-def test_a_template_that_never_makes_a_skill_string_is_found_in_its_line(tmp_path, template, is_wrong):
-    folder = agent(tmp_path, scenario_yaml=SPEC.replace("greet: say{text=?(who)s}", f"greet: '{template}'"))
-    places = [(finding[1], finding[2]) for finding in found(folder) if finding[0] == "CX405"]
+def test_invalid_skill_template_is_found_in_its_line(tmp_path, template, is_wrong):
+    folder = write_agent(
+        tmp_path, scenario_yaml=SPEC.replace("greet: say{text=?(who)s}", f"greet: '{template}'")
+    )
+    places = [(finding[1], finding[2]) for finding in list_findings(folder) if finding[0] == "CX405"]
     assert places == ([("scenario.yaml", 7)] if is_wrong else [])
 
 
-def test_a_run_that_fails_names_the_mistakes_that_clips_does_not_notice_at_the_start(tmp_path, capsys):
+def test_failed_run_names_findings_of_check(tmp_path, capsys):
     agent_text = mini.AGENT.replace("(mode DISPATCHED)", "(mod DISPATCHED)")
     assert (
         invoke(["run", str(mini.write_scenario(tmp_path, agent=agent_text)), "--timeout", "5"]) == TIMED_OUT
@@ -552,22 +564,24 @@ def test_a_run_that_fails_names_the_mistakes_that_clips_does_not_notice_at_the_s
     assert "error CX210: defrule mini-dispatch: the deftemplate 'goal'" in capsys.readouterr().err
 
 
-def test_a_misspelt_action_mapping_is_reported_once(tmp_path):
+def test_misspelt_action_mapping_is_reported_once(tmp_path):
     scenario = SPEC.replace("action-mapping:", "action-maping:")
     scenario = scenario.replace("- name: pddl-parser", "- name: pddl-parser\n          - name: planner")
     plan = '(defrule plan (executive-init) => (planner-plan A "(met ann)"))'
-    assert [finding[0] for finding in found(agent(tmp_path, plan, scenario_yaml=scenario))] == ["CX117"]
+    assert [finding[0] for finding in list_findings(write_agent(tmp_path, plan, scenario_yaml=scenario))] == [
+        "CX117"
+    ]
 
 
-def test_the_command_names_all_files_from_the_working_directory(tmp_path, monkeypatch, capsys):
-    agent(tmp_path, ") junk", scenario_yaml=SPEC.replace("say{", "sya{"))
+def test_command_names_files_relative_to_working_directory(tmp_path, monkeypatch, capsys):
+    write_agent(tmp_path, ") junk", scenario_yaml=SPEC.replace("say{", "sya{"))
     monkeypatch.chdir(tmp_path)
     assert invoke(["check", "."]) == 1
     lines = [line for line in capsys.readouterr().out.splitlines() if " error CX" in line]
     assert [line.partition(":")[0] for line in lines] == ["scenario.yaml", "agent.clp"]
 
 
-def test_a_folder_named_scenario_yaml_is_named(tmp_path, capsys):
+def test_folder_named_scenario_yaml_is_reported(tmp_path, capsys):
     (tmp_path / "scenario.yaml").mkdir()
     assert invoke(["run", str(tmp_path)]) == BAD_INPUT
     assert f"{tmp_path / 'scenario.yaml'}: the folder has no configuration file" in capsys.readouterr().err

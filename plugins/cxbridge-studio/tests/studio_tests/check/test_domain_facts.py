@@ -1,12 +1,12 @@
-"""Facts that rules assert, and that the domain cannot have."""
+"""Asserted facts that the domain cannot have."""
 
 from __future__ import annotations
 
 import pytest
 
-from studio_tests.check.examples import examples, output_of
+from studio_tests.check.examples import load_examples, run_check
 
-FINE = examples()[0].files
+FINE = load_examples()[0].files
 KNOW = "(defrule know (executive-init) => (assert (domain-object (name ann)) {0}))"
 WRONG = {
     "(domain-fact (name mett) (param-values ann))": "no domain has a predicate 'mett'",
@@ -27,17 +27,17 @@ RIGHT = (
 )
 
 
-def findings(facts: str, folder) -> list[str]:
+def list_findings(facts: str, folder) -> list[str]:
     text = f"{FINE['agent.clp']}{KNOW.format(facts)}\n"
-    return [line for line in output_of(FINE | {"agent.clp": text}, folder).splitlines() if "CX316" in line]
+    return [line for line in run_check(FINE | {"agent.clp": text}, folder).splitlines() if "CX316" in line]
 
 
 @pytest.mark.parametrize(("facts", "message"), WRONG.items())
-def test_a_wrong_fact_is_found(facts, message, tmp_path):
-    (line,) = findings(facts, tmp_path)
+def test_impossible_fact_is_found(facts, message, tmp_path):
+    (line,) = list_findings(facts, tmp_path)
     assert line.endswith(message)
 
 
 @pytest.mark.parametrize("facts", RIGHT)
-def test_a_right_or_computed_fact_has_no_finding(facts, tmp_path):
-    assert findings(facts, tmp_path) == []
+def test_possible_or_computed_fact_has_no_finding(facts, tmp_path):
+    assert list_findings(facts, tmp_path) == []

@@ -1,4 +1,4 @@
-"""Absurd parts of a domain."""
+"""Doubtful parts of domains."""
 
 from __future__ import annotations
 
@@ -22,19 +22,20 @@ DOMAIN = """\
 """
 
 
-def found(text: str, *made: str) -> list[tuple[Code, int, str]]:
+def find_doubts(text: str, *asserted: str) -> list[tuple[Code, int, str]]:
     return [
-        (kind, at.line, message) for kind, message, at in doubts.find_domain_doubts(parse_domain(text), made)
+        (kind, at.line, message)
+        for kind, message, at in doubts.find_domain_doubts(parse_domain(text), asserted)
     ]
 
 
-def test_a_domain_that_means_what_it_says() -> None:
-    assert found(DOMAIN, "ripe") == []
+def test_sensible_domain_has_no_doubts() -> None:
+    assert find_doubts(DOMAIN, "ripe") == []
     assert list(doubts.find_domain_doubts(parse_domain(DOMAIN))) == []
 
 
-def test_a_predicate_that_nothing_makes_and_the_actions_that_wait_for_it() -> None:
-    assert found(DOMAIN) == [
+def test_never_true_predicate_and_its_actions_are_doubtful() -> None:
+    assert find_doubts(DOMAIN) == [
         (
             doubts.FALSE_PREDICATE,
             3,
@@ -62,26 +63,26 @@ def test_a_predicate_that_nothing_makes_and_the_actions_that_wait_for_it() -> No
         ("(not (full ?b)))\n)", "(and (full old) (not (full ?b))))\n)", False),
     ],
 )
-def test_an_action_that_takes_its_effect_back(old: str, new: str, is_doubtful: bool) -> None:
+def test_action_that_undoes_its_effect_is_doubtful(old: str, new: str, is_doubtful: bool) -> None:
     text = DOMAIN.replace("(full ?b - basket)", "(full ?b - object)").replace(old, new)
     assert text != DOMAIN
-    assert [kind for kind, _, _ in found(text, "ripe")] == [doubts.UNDONE_EFFECT] * is_doubtful
+    assert [kind for kind, _, _ in find_doubts(text, "ripe")] == [doubts.UNDONE_EFFECT] * is_doubtful
 
 
-def test_at_different_times_an_effect_may_be_taken_back() -> None:
+def test_effect_may_be_undone_at_later_time() -> None:
     timed = """(define (domain d) (:predicates (free)) (:durative-action go :parameters ()
       :duration (= ?duration 2) :effect (and (at start (not (free))) (at end (free)))))"""
-    assert found(timed) == []
-    assert [kind for kind, _, _ in found(timed.replace("at end", "at start"))] == [doubts.UNDONE_EFFECT]
+    assert find_doubts(timed) == []
+    assert [kind for kind, _, _ in find_doubts(timed.replace("at end", "at start"))] == [doubts.UNDONE_EFFECT]
 
 
-def test_an_object_of_no_type() -> None:
+def test_object_without_type_is_doubtful() -> None:
     text = DOMAIN.replace("(:constants old - tree)", "(:constants old - tree young)")
-    assert found(text, "ripe") == [(doubts.UNTYPED_OBJECT, 2, "young has no type: no action takes it")]
-    assert found(text.replace("(?b - basket) :effect", "(?b) :effect"), "ripe") == []
+    assert find_doubts(text, "ripe") == [(doubts.UNTYPED_OBJECT, 2, "young has no type: no action takes it")]
+    assert find_doubts(text.replace("(?b - basket) :effect", "(?b) :effect"), "ripe") == []
 
 
-def test_goals_that_no_action_achieves() -> None:
+def test_goal_without_achieving_action_is_doubtful() -> None:
     goal = parse_formula("(and (ripe old) (picked old) (or (ripe old)) (not (ripe old)) (unknown))")
     domain = parse_domain(DOMAIN)
     assert [doubt.message for doubt in doubts.find_goal_doubts(domain, goal, ())] == [

@@ -1,4 +1,4 @@
-"""The skills of an executor, read from the text of its class; nothing of it is executed."""
+"""The check reads the skills of an executor from the text of its class, without execution."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ KNOWN = {
 COMPUTED = {
     "an expression": f"class Wave(SkillExecutor):\n    skills = tuple(['wave'])\n{EXECUTE}",
     "by settings": f"class Wave(SkillExecutor):\n    def skills_with(cls, settings): pass\n{EXECUTE}",
-    "a base elsewhere": "from cxbridge.skiller.navigation import Move\nclass Wave(Move): pass\n",
+    "an imported base": "from cxbridge.skiller.navigation import Move\nclass Wave(Move): pass\n",
     "imported": "from cxbridge.skiller.navigation import Move as Wave\n",
-    "made of itself": "class Wave(Wave): pass\n",
+    "its own base": "class Wave(Wave): pass\n",
 }
 WRONG = {
     "no such class": f"class Wav(SkillExecutor):\n    skills = ('wave',)\n{EXECUTE}",
@@ -31,7 +31,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("text", KNOWN.values(), ids=KNOWN)
-def test_skills_are_those_of_the_class(tmp_path, text):
+def test_parsed_skills_equal_skills_of_class(tmp_path, text):
     (tmp_path / "arm.py").write_text(HEAD + text)
     skills = parse_skills("arm.py:Wave", tmp_path)
     assert skills == tuple(load_executor("arm.py:Wave", tmp_path).skills)
@@ -39,13 +39,13 @@ def test_skills_are_those_of_the_class(tmp_path, text):
 
 @pytest.mark.parametrize("text", COMPUTED.values(), ids=COMPUTED)
 def test_computed_skills_are_unknown(tmp_path, text):
-    (tmp_path / "arm.py").write_text(f"{HEAD}raise SystemExit('it was imported')\n{text}")
+    (tmp_path / "arm.py").write_text(f"{HEAD}raise SystemExit('the module was imported')\n{text}")
     assert parse_skills("arm.py:Wave", tmp_path) is None
     assert parse_skills("arm:Wave", tmp_path) is None
 
 
 @pytest.mark.parametrize("text", WRONG.values(), ids=WRONG)
-def test_a_wrong_class_is_refused_as_by_a_run(tmp_path, text):
+def test_invalid_class_is_refused_like_in_run(tmp_path, text):
     (tmp_path / "arm.py").write_text(HEAD + text)
     for read in (parse_skills, load_executor):
         with pytest.raises(SkillError):

@@ -1,4 +1,4 @@
-"""The keys that the check knows are those of the manual, on both sides."""
+"""The keys of the check equal the keys of the manual."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ LISTED = [
 ]
 
 
-def test_the_check_knows_each_key_of_the_page() -> None:
+def test_check_knows_each_key_of_page() -> None:
     assert LISTED
     assert [key for key in LISTED if find_unknown_name(key) is not None] == []
 
 
 def _covers(listed: tuple[str, ...], key: tuple[str, ...]) -> bool:
-    """Whether a key of the page is this one, or is below it where the check takes all."""
+    """Whether the keys are equal, or the check accepts all keys at this place."""
     for a, b in zip(listed, key, strict=False):
         if "..." in (a, b):
             return True
@@ -30,11 +30,11 @@ def _covers(listed: tuple[str, ...], key: tuple[str, ...]) -> bool:
     return len(listed) == len(key)
 
 
-def test_the_page_lists_each_key_of_the_check() -> None:
+def test_page_lists_each_key_of_check() -> None:
     assert [key for key in list_known_keys() if not any(_covers(listed, key) for listed in LISTED)] == []
 
 
-def test_a_misspelt_part_of_each_key_is_found_where_it_is() -> None:
+def test_misspelt_part_of_each_key_is_found_at_its_place() -> None:
     paths = [
         (*key[:index], f"{part}x")
         for key in list_known_keys()
@@ -43,4 +43,4 @@ def test_a_misspelt_part_of_each_key_is_found_where_it_is() -> None:
     ]
     assert len(paths) > 100
     found = {path: find_unknown_name(path) for path in paths}
-    assert {path: where for path, where in found.items() if where is None or where[0] != len(path) - 1} == {}
+    assert {path: place for path, place in found.items() if place is None or place[0] != len(path) - 1} == {}

@@ -1,4 +1,4 @@
-"""Mistakes in the text of a Lua skill: those with which a run does not start, or fails at a call."""
+"""Mistakes in the text of a Lua skill that prevent a run or the call of a method."""
 
 from __future__ import annotations
 
@@ -54,47 +54,47 @@ COMPUTED = {
 }
 
 
-def mistakes(text: str) -> list[tuple[int, str]]:
+def find_mistakes(text: str) -> list[tuple[int, str]]:
     schema = default_registry().schema
     found = [*find_load_mistakes(text, schema), *find_unknown_methods(text, schema)]
     return [(text.count("\n", 0, offset) + 1, hint) for offset, _, hint in found]
 
 
-def test_a_skill_without_mistakes_has_no_finding():
-    assert mistakes(SKILL) == []
+def test_correct_skill_has_no_finding():
+    assert find_mistakes(SKILL) == []
 
 
 @pytest.mark.parametrize(
     "path", sorted(shipped_dir("luaskills").rglob("*/*.lua")), ids=lambda path: path.stem
 )
-def test_the_shipped_skills_have_no_finding(path):
-    assert mistakes(path.read_text()) == []
+def test_shipped_skills_have_no_findings(path):
+    assert find_mistakes(path.read_text()) == []
 
 
 @pytest.mark.parametrize(("good", "bad", "line", "hint"), BROKEN.values(), ids=BROKEN)
-def test_a_misspelt_name_is_found_at_its_line(good, bad, line, hint):
+def test_misspelt_name_is_found_at_its_line(good, bad, line, hint):
     assert SKILL.count(good) == 1
-    ((found_line, found_hint),) = mistakes(SKILL.replace(good, bad))
+    ((found_line, found_hint),) = find_mistakes(SKILL.replace(good, bad))
     assert (found_line, hint in found_hint) == (line, True)
 
 
 @pytest.mark.parametrize(("good", "bad", "line"), UNKNOWN.values(), ids=UNKNOWN)
-def test_an_unknown_method_is_found_at_its_line(good, bad, line):
-    assert [found_line for found_line, _ in mistakes(SKILL.replace(good, bad))] == [line]
+def test_unknown_method_is_found_at_its_line(good, bad, line):
+    assert [found_line for found_line, _ in find_mistakes(SKILL.replace(good, bad))] == [line]
 
 
 @pytest.mark.parametrize(("good", "bad"), COMPUTED.values(), ids=COMPUTED)
-def test_a_computed_name_has_no_finding(good, bad):
+def test_computed_name_has_no_finding(good, bad):
     assert good in SKILL
-    assert mistakes(SKILL.replace(good, bad)) == []
+    assert find_mistakes(SKILL.replace(good, bad)) == []
 
 
-def test_an_empty_file_is_said_to_be_empty():
+def test_empty_file_is_reported():
     ((_, message, _),) = find_load_mistakes("-- nothing yet\n")
     assert message == "the file is empty, so there is no skill"
 
 
-def test_the_engine_does_not_say_that_an_empty_file_is_absent(tmp_path):
+def test_engine_reports_empty_file(tmp_path):
     (tmp_path / "mine.lua").write_text('module(..., package.seeall)\nskillenv.use_skill("skills.empty")\n')
     (tmp_path / "empty.lua").write_text("")
     bus = EventBus(VirtualClock())
@@ -103,7 +103,7 @@ def test_the_engine_does_not_say_that_an_empty_file_is_absent(tmp_path):
         make_lua_skiller(board, bus.clock, bus, folders=[tmp_path], space="mine")
 
 
-def test_the_methods_of_interfaces_are_those_of_the_engine():
+def test_interface_methods_equal_methods_of_engine():
     text = Path(engine.__file__).with_name("interfaces.lua").read_text()
     methods = set(re.findall(r"function (?:methods|class):(\w+)", text)) | {"msgq_enqueue_copy"}
     (questions,) = re.findall(r"for _, question in ipairs \{(.*?)\}", text, re.DOTALL)

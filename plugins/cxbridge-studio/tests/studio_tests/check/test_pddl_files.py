@@ -20,18 +20,20 @@ PROBLEM = """(define (problem p) (:domain quay) (:objects anna - ship c1 - crane
 """
 
 
-def findings(folder: Path, name: str, *, domain: str = DOMAIN, problem: str = PROBLEM) -> list[str]:
+def check_file(folder: Path, name: str, *, domain: str = DOMAIN, problem: str = PROBLEM) -> list[str]:
     (folder / "quay.pddl").write_text(domain)
     (folder / "p.pddl").write_text(problem)
-    found = check(RunOptions(scenario=folder / name))
-    return [f"{Path(each.place.file).name}:{each.place.line} {each.code.name}" for each in found]
+    findings = check(RunOptions(scenario=folder / name))
+    return [
+        f"{Path(finding.place.file).name}:{finding.place.line} {finding.code.name}" for finding in findings
+    ]
 
 
-def test_a_domain(tmp_path: Path) -> None:
-    assert findings(tmp_path, "quay.pddl") == ["quay.pddl:2 CX310"]
+def test_domain_file_is_checked(tmp_path: Path) -> None:
+    assert check_file(tmp_path, "quay.pddl") == ["quay.pddl:2 CX310"]
     typed = DOMAIN.replace("(:types", "(:requirements :typing) (:types")
-    assert findings(tmp_path, "quay.pddl", domain=typed) == []
-    assert findings(tmp_path, "quay.pddl", domain=typed.replace("(idle ?c))", "(idel ?c))")) == [
+    assert check_file(tmp_path, "quay.pddl", domain=typed) == []
+    assert check_file(tmp_path, "quay.pddl", domain=typed.replace("(idle ?c))", "(idel ?c))")) == [
         "quay.pddl:4 CX301"
     ]
 
@@ -48,6 +50,8 @@ def test_a_domain(tmp_path: Path) -> None:
         ("quay", "dock", ["p.pddl:0 CX302"]),
     ],
 )
-def test_a_problem_with_the_domain_beside_it(tmp_path: Path, old: str, new: str, expected: list[str]) -> None:
-    found = findings(tmp_path, "p.pddl", problem=PROBLEM.replace(old, new) if old else PROBLEM)
-    assert found == expected
+def test_problem_is_checked_with_domain_in_its_folder(
+    tmp_path: Path, old: str, new: str, expected: list[str]
+) -> None:
+    findings = check_file(tmp_path, "p.pddl", problem=PROBLEM.replace(old, new) if old else PROBLEM)
+    assert findings == expected

@@ -1,4 +1,4 @@
-"""Plug-ins add checks: the example of docs/plugins.md."""
+"""The check of the example plug-in in docs/plugins.md."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ def greeter(tmp_path, monkeypatch):
     forget("greeter")
 
 
-def test_a_check_of_a_plug_in(greeter, tmp_path):
+def test_check_of_plugin_has_code_and_finding(greeter, tmp_path):
     folder = write_scenario(tmp_path / "s")
     assert "GR1" in load_codes()
     assert check(RunOptions(scenario=folder), errors_only=True) == []
     with (folder / "scenario.yaml").open("a") as file:
         file.write('greeting: ""\n')
-    (found,) = check(RunOptions(scenario=folder), errors_only=True)
-    assert (found.code.name, found.place.file) == ("GR1", str(folder / "scenario.yaml"))
+    (finding,) = check(RunOptions(scenario=folder), errors_only=True)
+    assert (finding.code.name, finding.place.file) == ("GR1", str(folder / "scenario.yaml"))

@@ -1,4 +1,4 @@
-"""``check --portable`` finds what CLIPS 6.30 refuses, and nothing in the agents of the recordings."""
+"""``check --portable`` finds constructs that CLIPS 6.30 refuses."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 from cxbridge.run import RunOptions
 from cxbridge_studio.check.run import check
-from studio_tests.check.test_check import agent
+from studio_tests.check.test_check import write_agent
 from tests.executive.clips630.engines import PROGRAM, needs_clips630
 from tests.support import FAWKES_DIR, share
 
@@ -18,18 +18,18 @@ TEMPLATE = "(deftemplate thing (slot a) (slot b))\n"
 ERROR = re.compile(r"\[[A-Z]+\d+\](?! WARNING)")
 
 
-def portable(options: RunOptions) -> list[str]:
-    """Return the codes of what Fawkes does not take."""
-    codes = (each.code.name for each in check(options, portable=True))
+def list_portable_codes(options: RunOptions) -> list[str]:
+    """Return the codes of findings about portability."""
+    codes = (finding.code.name for finding in check(options, portable=True))
     return [code for code in codes if code.startswith("CX6")]
 
 
-def refuses(file: Path) -> bool:
+def clips630_refuses(file: Path) -> bool:
     """Whether CLIPS 6.30 refuses a construct of a file."""
     commands = f'(load "{file}")\n(exit)\n'
     assert PROGRAM is not None
-    said = subprocess.run([PROGRAM], input=commands, capture_output=True, text=True, check=True).stdout
-    return ERROR.search(said) is not None
+    output = subprocess.run([PROGRAM], input=commands, capture_output=True, text=True, check=True).stdout
+    return ERROR.search(output) is not None
 
 
 @needs_clips630
@@ -55,13 +55,15 @@ def refuses(file: Path) -> bool:
         5,
     ),
 )
-def test_what_clips_6_30_refuses(tmp_path, clips, code):
+def test_constructs_refused_by_clips_6_30_are_found(tmp_path, clips, code):
     file = tmp_path / "alone.clp"
     file.write_text(TEMPLATE + clips)
-    assert refuses(file) is bool(code)
-    folder = agent(tmp_path, clips)
-    assert portable(RunOptions(scenario=folder)) == ([code] if code else [])
-    assert not [each for each in check(RunOptions(scenario=folder)) if each.code.name.startswith("CX6")]
+    assert clips630_refuses(file) is bool(code)
+    folder = write_agent(tmp_path, clips)
+    assert list_portable_codes(RunOptions(scenario=folder)) == ([code] if code else [])
+    assert not [
+        finding for finding in check(RunOptions(scenario=folder)) if finding.code.name.startswith("CX6")
+    ]
 
 
 @pytest.mark.parametrize(
@@ -72,13 +74,13 @@ def test_what_clips_6_30_refuses(tmp_path, clips, code):
         ("(:requirements :strips) (:predicates (met ?w)) (:functions (n))", ""),
     ],
 )
-def test_a_domain_that_the_parser_of_fawkes_refuses(tmp_path, domain, code):
+def test_domain_refused_by_fawkes_is_found(tmp_path, domain, code):
     action = "(:action greet :parameters (?who) :precondition (met ?who) :effect (met ?who))"
-    folder = agent(tmp_path, domain_pddl=f"(define (domain d) {domain} {action})\n")
-    assert portable(RunOptions(scenario=folder)) == ([code] if code else [])
+    folder = write_agent(tmp_path, domain_pddl=f"(define (domain d) {domain} {action})\n")
+    assert list_portable_codes(RunOptions(scenario=folder)) == ([code] if code else [])
 
 
 @pytest.mark.skipif(FAWKES_DIR is None, reason="FAWKES_DIR is not set")
 @pytest.mark.parametrize("spec", ["test", "test-pddl"])
-def test_the_agents_of_the_recordings(spec):
-    assert portable(RunOptions(fawkes_dir=FAWKES_DIR, spec=spec)) == []
+def test_agents_of_recordings_have_no_findings(spec):
+    assert list_portable_codes(RunOptions(fawkes_dir=FAWKES_DIR, spec=spec)) == []

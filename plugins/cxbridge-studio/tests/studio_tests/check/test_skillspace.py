@@ -1,4 +1,4 @@
-"""The skills of a skill space, read from the texts of its files: those that the engine loads."""
+"""The check reads the skills of a skill space from the texts of its files."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ fsm:add_transitions{{{{"A", "FINAL", cond = true}}}}
 """
 HEAD = 'require("fawkes.modinit")\nmodule(..., fawkes.modinit.register_all)\n'
 KNOWN = {
-    "one by one": 'skillenv.use_skill("skills.a")\nskillenv.use_skill("skills.b")\n',
+    "separate calls": 'skillenv.use_skill("skills.a")\nskillenv.use_skill("skills.b")\n',
     "a loop": 'for _, each in ipairs {"a", "b"} do skillenv.use_skill("skills." .. each) end\n',
     "comments": """-- skillenv.use_skill("skills.c")
         --[[ use_skill("x") ]] skillenv.use_skill("skills.a")
@@ -35,10 +35,10 @@ KNOWN = {
         for _, x in ipairs({"a"}) do skillenv.use_skill("skills." .. x) end""",
 }
 COMPUTED = {
-    "one of two": 'local x = "skills.b"\nskillenv.use_skill("skills.a")\nskillenv.use_skill(x)\n',
+    "a computed second name": 'local x = "skills.b"\nskillenv.use_skill("skills.a")\nskillenv.use_skill(x)\n',
     "a name": 'local x = "skills.a"\nskillenv.use_skill(x)\n',
     "a condition": 'skillenv.use_skill("skills." .. (config and "a" or "b"))\n',
-    "another name": 'local use = skillenv.use_skill\nuse("skills.a")\n',
+    "a function in a variable": 'local use = skillenv.use_skill\nuse("skills.a")\n',
     "nothing": "",
 }
 WRONG = {
@@ -61,7 +61,7 @@ def _folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def loaded(space: str, folder: Path) -> frozenset[str]:
+def load_skill_names(space: str, folder: Path) -> frozenset[str]:
     """Return the skills that the engine loads."""
     bus = EventBus(VirtualClock())
     board = LocalBlackBoard(default_registry(), bus.clock, bus)
@@ -70,33 +70,33 @@ def loaded(space: str, folder: Path) -> frozenset[str]:
 
 
 @pytest.mark.parametrize("text", KNOWN.values(), ids=KNOWN)
-def test_the_skills_are_those_that_the_engine_loads(folder, text):
+def test_found_skills_equal_skills_of_engine(folder, text):
     (folder / "mine.lua").write_text(HEAD + text)
-    found = find_space_skills("mine", [folder], LuaCompiler())
-    assert found
-    assert found.keys() == loaded("mine", folder)
-    assert all(path.is_file() for path in found.values())
+    skills = find_space_skills("mine", [folder], LuaCompiler())
+    assert skills
+    assert skills.keys() == load_skill_names("mine", folder)
+    assert all(path.is_file() for path in skills.values())
 
 
 @pytest.mark.parametrize("space", ["test", "mobile"])
-def test_the_shipped_spaces(space):
+def test_skills_of_shipped_spaces_equal_skills_of_engine(space):
     folder = ROOT / "luaskills"
-    found = find_space_skills(space, [folder], LuaCompiler())
-    assert found is not None
-    assert found.keys() == loaded(space, folder)
+    skills = find_space_skills(space, [folder], LuaCompiler())
+    assert skills is not None
+    assert skills.keys() == load_skill_names(space, folder)
 
 
 @pytest.mark.parametrize("text", COMPUTED.values(), ids=COMPUTED)
-def test_what_is_computed_is_not_known(folder, text):
+def test_computed_skills_are_unknown(folder, text):
     (folder / "mine.lua").write_text(HEAD + text)
     assert find_space_skills("mine", [folder], LuaCompiler()) is None
 
 
 @pytest.mark.parametrize("text", WRONG.values(), ids=WRONG)
-def test_what_the_engine_refuses_is_refused(folder, text):
+def test_space_refused_by_engine_is_refused(folder, text):
     (folder / "mine.lua").write_text(HEAD + text)
-    with pytest.raises(SkillError) as refused:
+    with pytest.raises(SkillError) as caught:
         find_space_skills("mine", [folder], LuaCompiler())
-    assert refused.value.file is not None
+    assert caught.value.file is not None
     with pytest.raises(SkillError):
-        loaded("mine", folder)
+        load_skill_names("mine", folder)

@@ -1,4 +1,4 @@
-"""``cxbridge monitor``: mistakes are reported before there is a screen."""
+"""The command ``cxbridge monitor`` reports mistakes before the screen opens."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import pytest
 from cxbridge.cli.main import invoke
 
 
-def test_without_textual_it_is_said(monkeypatch, capsys):
+def test_missing_textual_is_an_error_with_package(monkeypatch, capsys):
     monkeypatch.delitem(sys.modules, "cxbridge_studio.monitor.screen", raising=False)
     monkeypatch.setitem(sys.modules, "textual", None)
     assert invoke(["monitor"]) == 2
     assert "cxbridge-studio" in capsys.readouterr().err
 
 
-def test_what_is_no_recording_is_one_error(tmp_path, capsys):
+def test_invalid_recording_is_an_error(tmp_path, capsys):
     pytest.importorskip("textual")
     path = tmp_path / "a.txt"
     path.write_text("hello\n")

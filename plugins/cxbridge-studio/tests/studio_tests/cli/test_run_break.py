@@ -1,4 +1,4 @@
-"""`cxbridge run --break`: commands from a pipe."""
+"""The command `cxbridge run --break` with debugger commands from a pipe."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _run(folder, monkeypatch, capsys):
     return run
 
 
-def test_it_stops_answers_and_goes_on(run):
+def test_run_stops_at_breakpoint_answers_and_continues(run):
     status, out, _ = run(["goal:MINI:DISPATCHED", "rule:mini-evaluate"], "goals", "b", "c", "agenda", "c")
     assert status == 0
     assert "stopped at goal G (MINI) is DISPATCHED (breakpoint 1)\n  fired last: mini-dispatch; next: " in out
@@ -43,7 +43,7 @@ def test_it_stops_answers_and_goes_on(run):
     assert "     0 mini-evaluate: f-" in out
 
 
-def test_an_edit_changes_what_becomes_of_the_goal(run):
+def test_edited_fact_changes_outcome_of_goal(run):
     status, out, _ = run(
         ["rule:mini-evaluate"], "facts plan", "assert (not-there 1 2)", "facts not-there", "c"
     )
@@ -59,7 +59,7 @@ def test_an_edit_changes_what_becomes_of_the_goal(run):
     assert "G ended FAILED" in out
 
 
-def test_stepping(run):
+def test_steps_stop_after_their_unit(run):
     status, out, _ = run(["goal:MINI:SELECTED"], "d 1", "s", "s rule", "s transition", "s loop", "c")
     assert status == 0
     reasons = [line.split(": ", 1)[1] for line in out.splitlines() if " s: stopped " in line]
@@ -71,7 +71,7 @@ def test_stepping(run):
     assert len(reasons) == 5
 
 
-def test_mistakes_are_told_and_it_waits_for_the_next_command(run):
+def test_invalid_commands_are_errors_and_run_waits(run):
     status, out, _ = run(
         ["goal:MINI:SELECTED"],
         "fly",
@@ -92,41 +92,41 @@ def test_mistakes_are_told_and_it_waits_for_the_next_command(run):
     assert "modify INDEX (SLOT VALUE)..." in out
 
 
-def test_at_the_end_of_the_pipe_it_goes_on(run):
+def test_run_continues_at_end_of_pipe(run):
     status, out, _ = run(["rule:*"])
     assert status == 0
     assert out.count(": stopped ") == 1
 
 
-def test_q_ends_the_run(run):
+def test_quit_command_ends_run(run):
     status, out, error = run(["goal:MINI:SELECTED"], "q")
     assert status == 130
-    assert "failed" not in error  # no rule fires any more
+    assert "failed" not in error  # no rule fires after the end
     assert "every root goal" not in out
 
 
-def test_with_json_stdout_is_the_result_alone(run):
+def test_json_output_has_only_result_on_stdout(run):
     status, out, error = run(["goal:MINI:SELECTED"], "c", options=["--json"])
     assert status == 0
     assert out.startswith("{")
     assert "stopped at goal G" in error
 
 
-def test_what_is_no_breakpoint_is_an_error_before_anything_runs(run):
+def test_invalid_breakpoint_is_an_error_before_run(run):
     status, out, error = run(["fly"])
     assert (status, out) == (2, "")
     assert "'fly' is not a breakpoint" in error
 
 
-def test_lines_come_whole_and_end_when_it_is_enough():
+def test_command_lines_are_whole_and_end_on_request():
     inlet, outlet = os.pipe()
     with os.fdopen(inlet) as stream:
         lines = CommandLines(stream)
         assert not lines.is_terminal
         os.write(outlet, b"one\n two ")
         assert lines.next(lambda: False) == "one"
-        asked = iter((False, True))
-        assert lines.next(lambda: next(asked)) is None
+        answers = iter((False, True))
+        assert lines.next(lambda: next(answers)) is None
         os.write(outlet, b"2\nthree")
         os.close(outlet)
         assert [lines.next(lambda: False) for _ in range(3)] == ["two 2", "three", None]
@@ -140,21 +140,21 @@ def test_lines_come_whole_and_end_when_it_is_enough():
         ("skill:sya", "there is no skill 'sya'", "did you mean say?"),
     ],
 )
-def test_a_breakpoint_that_nothing_can_reach_is_an_error_at_once(run, spec, message, hint):
+def test_unreachable_breakpoint_is_an_error_at_start(run, spec, message, hint):
     status, out, error = run(["rule:mini-begin", spec], "c", options=["--quiet"])
     assert status == 2
     assert f"error: breakpoint {spec}: {message}\n  hint: {hint}" in error
     assert "every root goal" not in out
 
 
-def test_a_breakpoint_that_was_not_reached_is_reported_at_the_end(run):
+def test_unreached_breakpoint_is_reported_at_end(run):
     status, out, _ = run(["goal:MIMI", "goal:MINI:SELECTED", "goal:MUMU"], "d 3", "c")
     assert status == 0
     assert out.count("never") == out.count("\nbreakpoint 1 (goal:MIMI) was never reached\n") == 1
     assert "never" not in run(["goal:MINI:SELECTED", "goal:MIMI"], "q")[1]
 
 
-def test_without_stdin_it_goes_on(folder, monkeypatch, capsys):
-    monkeypatch.setattr("sys.stdin", None)  # as after <&-
+def test_run_continues_without_stdin(folder, monkeypatch, capsys):
+    monkeypatch.setattr("sys.stdin", None)  # like `<&-` in a shell
     assert invoke(["run", str(folder), "--break", "goal:MINI:SELECTED"]) == 0
     assert ": stopped at goal G" in capsys.readouterr().out

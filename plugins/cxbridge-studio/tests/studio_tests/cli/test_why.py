@@ -1,4 +1,4 @@
-"""`cxbridge why` as a person calls it."""
+"""The command `cxbridge why`."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def _mini(tmp_path):
     return str(write_scenario(tmp_path / "mini"))
 
 
-def ask(capsys, *words):
+def run_why(capsys, *words):
     status = invoke(["why", *words])
-    done = capsys.readouterr()
-    return status, done.out, done.err
+    captured = capsys.readouterr()
+    return status, captured.out, captured.err
 
 
-def test_a_rule_of_a_scenario_at_a_time(mini, capsys):
-    status, out, _ = ask(capsys, "mini-evaluate", mini, "--at", "0.5")
+def test_rule_is_explained_at_time_of_run(mini, capsys):
+    status, out, _ = run_why(capsys, "mini-evaluate", mini, "--at", "0.5")
     assert status == 0
     assert "rule mini-evaluate (" in out
     assert "mini.clp:23)" in out
@@ -34,46 +34,46 @@ def test_a_rule_of_a_scenario_at_a_time(mini, capsys):
     assert "mode is DISPATCHED, wanted FINISHED" in out
 
 
-def test_a_rule_at_the_end(mini, capsys):
-    status, out, _ = ask(capsys, "mini-evaluate", mini, "--json")
-    told = json.loads(out)
+def test_rule_is_explained_at_end_of_run(mini, capsys):
+    status, out, _ = run_why(capsys, "mini-evaluate", mini, "--json")
+    answer = json.loads(out)
     assert status == 0
-    assert told["fired"] == 1
-    assert told["where"].startswith("mini at its end, ")
-    assert told["elements"][0]["joined"] == {"number": 0, "more": False}
+    assert answer["fired"] == 1
+    assert answer["where"].startswith("mini at its end, ")
+    assert answer["elements"][0]["joined"] == {"number": 0, "more": False}
 
 
-def test_a_rule_that_fired_during_the_initialisation(mini, capsys):
-    out = ask(capsys, "executive-init-start", mini, "--at", "0.5")[1]
+def test_rule_fired_in_initialisation_has_time_of_firing(mini, capsys):
+    out = run_why(capsys, "executive-init-start", mini, "--at", "0.5")[1]
     assert "It has fired once at 0.000 s" in out
     assert "Its condition matches in one way, and it has fired for it" in out
 
 
-def test_a_goal_that_waits_and_one_that_is_over(mini, capsys):
-    assert 'action 1 act("hello") of G has been RUNNING since' in ask(capsys, "G", mini, "--at", "0.5")[1]
-    status, out, _ = ask(capsys, "goal", "MINI", mini)
+def test_waiting_and_finished_goals_are_explained(mini, capsys):
+    assert 'action 1 act("hello") of G has been RUNNING since' in run_why(capsys, "G", mini, "--at", "0.5")[1]
+    status, out, _ = run_why(capsys, "goal", "MINI", mini)
     assert status == 0
     assert "G (MINI) COMPLETED at" in out
     assert "1 of 1 actions are done" in out
 
 
-def test_rule_and_goal_as_the_first_word_decide(mini, capsys):
-    assert ask(capsys, "rule", "G", mini)[2] == ("cxbridge: error: there is no rule 'G'\n")
-    assert "there is no goal 'mini-begin'" in ask(capsys, "goal", "mini-begin", mini)[2]
+def test_first_word_restricts_name_to_rule_or_goal(mini, capsys):
+    assert run_why(capsys, "rule", "G", mini)[2] == ("cxbridge: error: there is no rule 'G'\n")
+    assert "there is no goal 'mini-begin'" in run_why(capsys, "goal", "mini-begin", mini)[2]
 
 
-@pytest.mark.parametrize("whose", ["attached", "named"])
-def test_a_recording_is_like_the_run(whose, mini, tmp_path, capsys):
+@pytest.mark.parametrize("source", ["attached", "named"])
+def test_explanation_of_recording_equals_explanation_of_run(source, mini, tmp_path, capsys):
     recording = str(tmp_path / "run.mcap")
     assert invoke(["run", mini, "--trace", recording, "--trace-level", "facts"]) == 0
     capsys.readouterr()
-    live = ask(capsys, "mini-retract", mini, "--at", "0.5")[1]
-    scenario = [mini] if whose == "named" else []
-    recorded = ask(capsys, "mini-retract", *scenario, "--run", recording, "--at", "0.5")[1]
+    live = run_why(capsys, "mini-retract", mini, "--at", "0.5")[1]
+    scenario = [mini] if source == "named" else []
+    recorded = run_why(capsys, "mini-retract", *scenario, "--run", recording, "--at", "0.5")[1]
     assert live.split("\n\n", 2)[2:] == recorded.split("\n\n", 2)[2:]
 
 
-def test_a_recording_that_ends_or_is_damaged_anywhere(mini, tmp_path, capsys):
+def test_damaged_recording_is_explained_or_an_error(mini, tmp_path, capsys):
     recording = tmp_path / "run.mcap"
     assert invoke(["run", mini, "--trace", str(recording), "--trace-level", "facts"]) == 0
     data = recording.read_bytes()
@@ -83,7 +83,7 @@ def test_a_recording_that_ends_or_is_damaged_anywhere(mini, tmp_path, capsys):
         recording.write_bytes(damaged)
         for name in ("mini-retract", "G"):
             capsys.readouterr()
-            status, out, err = ask(capsys, name, "--run", str(recording))
+            status, out, err = run_why(capsys, name, "--run", str(recording))
             assert (status, bool(out), "cxbridge: error: " in err) in ((0, True, False), (2, False, True))
 
 
@@ -100,8 +100,8 @@ def test_a_recording_that_ends_or_is_damaged_anywhere(mini, tmp_path, capsys):
         (["mini-begi", "SCENARIO"], "there is neither a rule nor a goal 'mini-begi'"),
     ],
 )
-def test_bad_input_is_one_error(words, message, mini, capsys):
-    status, out, err = ask(capsys, *(mini if word == "SCENARIO" else word for word in words))
+def test_bad_input_is_a_single_error(words, message, mini, capsys):
+    status, out, err = run_why(capsys, *(mini if word == "SCENARIO" else word for word in words))
     assert status == 2
     assert out == ""
     assert message in err
@@ -110,10 +110,10 @@ def test_bad_input_is_one_error(words, message, mini, capsys):
 
 @needs_shared
 @needs_fawkes
-def test_a_log_of_fawkes_with_the_checkout_for_its_rules(capsys):
+def test_rule_of_fawkes_log_is_explained_with_checkout(capsys):
     assert FAWKES_DIR is not None
     options = ["--run", str(LOG), "--fawkes-dir", str(FAWKES_DIR), "--spec", "test", "--at", "4"]
-    status, out, _ = ask(capsys, "try-all-goal-commit", *options)
+    status, out, _ = run_why(capsys, "try-all-goal-commit", *options)
     assert status == 0
     assert "goals/try-all.clp:51)" in out
     assert ">         1      0                  0  ?gf <- (goal (id ?id) (type ACHIEVE)" in out
@@ -122,8 +122,8 @@ def test_a_log_of_fawkes_with_the_checkout_for_its_rules(capsys):
 
 @needs_shared
 @needs_fawkes
-def test_rules_of_a_log_match_in_as_many_ways_as_fired(capsys):
-    """Just before a recorded firing the facts of the log, as copied, make that firing's match."""
+def test_match_before_recorded_firing_equals_firing(capsys):
+    """Just before a recorded firing, the copied facts of the log have the match of the firing."""
     assert FAWKES_DIR is not None
     from cxbridge.events import RuleFired
     from cxbridge.trace.formats.registry import open_run
@@ -144,14 +144,13 @@ def test_rules_of_a_log_match_in_as_many_ways_as_fired(capsys):
         str(at),
         "--json",
     ]
-    status, out, _ = ask(capsys, event.rule, *options)
+    status, out, _ = run_why(capsys, event.rule, *options)
     assert status == 0
     assert event.basis in json.loads(out)["bases"]
 
 
-def test_rules_of_a_whole_agent_and_the_core(monkeypatch):
-    """Every fourth rule of a scenario during its run: each is explained, and as CLIPS counts."""
-    # in this process: that there are many is the matter here
+def test_matches_of_every_fourth_rule_equal_counts_of_clips(monkeypatch):
+    # in this process, because a sandbox for each rule would take long
     monkeypatch.setattr("cxbridge_studio.explain.rules.report.diagnose_in_sandbox", diagnose)
     from cxbridge.run import RunOptions
     from cxbridge_studio.explain.rules.report import explain_rule, format_report, to_json
@@ -168,14 +167,15 @@ def test_rules_of_a_whole_agent_and_the_core(monkeypatch):
             assert list(format_report(story))
             json.dumps(to_json(story))
             assert story.snapshot is not None
-            simple = all(
-                not each.text.startswith(("(test", "(or", "(not (and")) for each in story.diagnosis.elements
+            has_simple_elements = all(
+                not element.text.startswith(("(test", "(or", "(not (and"))
+                for element in story.diagnosis.elements
             )
-            whole = [
+            clips_counts = [
                 line
                 for line in story.snapshot.clips_counts
                 if line.startswith(f"CEs 1 - {len(story.diagnosis.elements)}:")
             ]
-            if simple and whole:
-                ours = story.diagnosis.matches.number if story.diagnosis.matches else 0
-                assert whole == [f"CEs 1 - {len(story.diagnosis.elements)}: {ours}"], rule
+            if has_simple_elements and clips_counts:
+                count = story.diagnosis.matches.number if story.diagnosis.matches else 0
+                assert clips_counts == [f"CEs 1 - {len(story.diagnosis.elements)}: {count}"], rule

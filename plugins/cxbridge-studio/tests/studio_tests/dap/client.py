@@ -1,4 +1,4 @@
-"""A minimal client of the debug adapter protocol: requests in order, events in the order of arrival."""
+"""A minimal client of the debug adapter protocol."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PATIENCE_S = 60.0
 
 
 class Client:
-    """A debug adapter in a child process, and its messages. A context manager."""
+    """A debug adapter in a child process, with its messages; a context manager."""
 
     def __init__(self, cwd: Path, *, wait_s: float = PATIENCE_S) -> None:
         self._process, self._stdin, self._stdout, self._stderr = nursery().begin(["dap"], folder=cwd)
@@ -59,21 +59,21 @@ class Client:
         return message
 
     def send_bytes(self, data: bytes) -> None:
-        """Send anything."""
+        """Send bytes without a header."""
         self._stdin.write(data)
         self._stdin.flush()
 
     def end(self) -> int:
-        """Send nothing any more; returns the exit status."""
+        """Close the input of the adapter; return the exit status."""
         self._stdin.close()
         return self._process.wait(self._wait_s)
 
     def wait(self) -> int:
-        """Wait for its end; returns the exit status."""
+        """Wait for the end of the adapter; return the exit status."""
         return self._process.wait(self._wait_s)
 
     def send(self, command: str, **arguments: Any) -> int:
-        """Send a request; returns its number."""
+        """Send a request; return its number."""
         return self._send(command, arguments)
 
     def _send(self, command: str, arguments: Any) -> int:
@@ -84,92 +84,98 @@ class Client:
         self.send_bytes(b"Content-Length: %d\r\n\r\n" % len(body) + body)
         return self._seq
 
-    def answer(self, command: str, **arguments: Any) -> dict[str, Any]:
-        """Send a request; returns the whole answer."""
-        return self._answer_to(self.send(command, **arguments))
+    def get_response(self, command: str, **arguments: Any) -> dict[str, Any]:
+        """Send a request; return the response."""
+        return self._get_response_to(self.send(command, **arguments))
 
-    def answers(self, requests: Iterable[tuple[str, Any]]) -> list[dict[str, Any]]:
-        """Send requests with any arguments, all at once; returns the answers."""
-        return [self._answer_to(number) for number in [self._send(*each) for each in requests]]
+    def get_responses(self, requests: Iterable[tuple[str, Any]]) -> list[dict[str, Any]]:
+        """Send all requests, then return their responses."""
+        return [self._get_response_to(number) for number in [self._send(*each) for each in requests]]
 
-    def _answer_to(self, number: int) -> dict[str, Any]:
+    def _get_response_to(self, number: int) -> dict[str, Any]:
         while (message := self._next())["type"] != "response":
             self.events.append(message)
         assert message["request_seq"] == number
         return message
 
-    def ask(self, command: str, **arguments: Any) -> Any:
-        """Send a request; returns the body of its answer."""
-        answer = self.answer(command, **arguments)
-        assert answer["success"], answer
-        return answer.get("body")
+    def request(self, command: str, **arguments: Any) -> Any:
+        """Send a request that must succeed; return the body of its response."""
+        response = self.get_response(command, **arguments)
+        assert response["success"], response
+        return response.get("body")
 
-    def event(self, name: str, fits: Callable[[dict[str, Any]], bool] = lambda _body: True) -> dict[str, Any]:
-        """Return the body of the next event of that name; further events are dropped."""
-        while not fits(body := self.event_of(name).get("body") or {}):
+    def wait_for_event(
+        self, name: str, condition: Callable[[dict[str, Any]], bool] = lambda _body: True
+    ) -> dict[str, Any]:
+        """Return the body of the next event with a name and a condition; drop earlier events."""
+        while not condition(body := self.wait_for_events(name).get("body") or {}):
             pass
         return body
 
-    def event_of(self, *names: str) -> dict[str, Any]:
-        """Return the next event of these names; further events are dropped."""
-        while (found := self.events.pop(0) if self.events else self._next())["event"] not in names:
+    def wait_for_events(self, *names: str) -> dict[str, Any]:
+        """Return the next event with one of the names; drop earlier events."""
+        while (event := self.events.pop(0) if self.events else self._next())["event"] not in names:
             pass
-        return found
+        return event
 
-    # -- what most tests do
+    # -- sequences of requests
 
     def launch(self, **arguments: Any) -> Any:
-        """Begin a session, up to the event ``initialized``; returns the capabilities."""
-        known = self.ask("initialize", adapterID="cxbridge", linesStartAt1=True, columnsStartAt1=True)
-        self.ask("launch", **arguments)
-        self.event("initialized")
-        return known
+        """Begin a session, up to the event ``initialized``; return the capabilities."""
+        capabilities = self.request(
+            "initialize", adapterID="cxbridge", linesStartAt1=True, columnsStartAt1=True
+        )
+        self.request("launch", **arguments)
+        self.wait_for_event("initialized")
+        return capabilities
 
-    def break_at(self, file: Path, *lines: int, **more: Any) -> Any:
+    def set_line_breakpoints(self, file: Path, *lines: int, **options: Any) -> Any:
         """Set breakpoints in a file."""
-        wanted = [{"line": line, **more} for line in lines]
-        return self.ask("setBreakpoints", source={"path": str(file)}, breakpoints=wanted)["breakpoints"]
+        breakpoints = [{"line": line, **options} for line in lines]
+        return self.request("setBreakpoints", source={"path": str(file)}, breakpoints=breakpoints)[
+            "breakpoints"
+        ]
 
-    def break_on(self, *names: str, **more: Any) -> Any:
+    def set_named_breakpoints(self, *names: str, **options: Any) -> Any:
         """Set breakpoints by name."""
-        wanted = [{"name": name, **more} for name in names]
-        return self.ask("setFunctionBreakpoints", breakpoints=wanted)["breakpoints"]
+        breakpoints = [{"name": name, **options} for name in names]
+        return self.request("setFunctionBreakpoints", breakpoints=breakpoints)["breakpoints"]
 
-    def begin(self) -> None:
-        """Let it run."""
-        self.ask("configurationDone")
+    def start_run(self) -> None:
+        """Start the run."""
+        self.request("configurationDone")
 
-    def stopped(self) -> dict[str, Any]:
-        """Wait until it stops."""
-        return self.event("stopped")
+    def wait_for_stop(self) -> dict[str, Any]:
+        """Wait for the stop of the run."""
+        return self.wait_for_event("stopped")
 
-    def stop_at(self, file: Path, line: int) -> dict[str, Any]:
-        """Launch the test scenario, and run it to a line."""
+    def launch_to_line(self, file: Path, line: int) -> dict[str, Any]:
+        """Launch the test scenario, and run to a line."""
         self.launch(scenario="test-scenario")
-        self.break_at(file, line)
-        self.begin()
-        return self.stopped()
+        self.set_line_breakpoints(file, line)
+        self.start_run()
+        return self.wait_for_stop()
 
-    def go(self, command: str = "continue") -> dict[str, Any]:
-        """Continue, and wait for the stop."""
-        self.ask(command, threadId=1)
-        return self.stopped()
+    def resume(self, command: str = "continue") -> dict[str, Any]:
+        """Continue or step, and wait for the next stop."""
+        self.request(command, threadId=1)
+        return self.wait_for_stop()
 
-    def stack(self) -> Any:
-        """Return the stack."""
-        return self.ask("stackTrace", threadId=1)["stackFrames"]
+    def get_stack(self) -> Any:
+        """Return the stack frames."""
+        return self.request("stackTrace", threadId=1)["stackFrames"]
 
-    def scope(self, name: str, frame: int = 1) -> Any:
-        """Return the number of a scope's variables."""
-        scopes = self.ask("scopes", frameId=frame)["scopes"]
+    def get_scope(self, name: str, frame: int = 1) -> Any:
+        """Return the reference of the variables of a scope."""
+        scopes = self.request("scopes", frameId=frame)["scopes"]
         return next(scope["variablesReference"] for scope in scopes if scope["name"] == name)
 
-    def below(self, reference: int) -> dict[str, dict[str, Any]]:
-        """Return variables by their names."""
-        found = self.ask("variables", variablesReference=reference)["variables"]
-        return {item["name"]: item for item in found}
+    def get_variables(self, reference: int) -> dict[str, dict[str, Any]]:
+        """Return the variables of a reference by their names."""
+        variables = self.request("variables", variablesReference=reference)["variables"]
+        return {item["name"]: item for item in variables}
 
     def evaluate(self, expression: str, context: str = "repl") -> Any:
-        """Evaluate an expression, or return its mistake."""
-        answer = self.answer("evaluate", expression=expression, frameId=1, context=context)
-        return answer["body"]["result"] if answer["success"] else answer["message"]
+        """Return the value of an expression, or the error message."""
+        response = self.get_response("evaluate", expression=expression, frameId=1, context=context)
+        return response["body"]["result"] if response["success"] else response["message"]

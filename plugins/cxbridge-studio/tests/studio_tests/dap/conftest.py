@@ -1,4 +1,4 @@
-"""The debug adapter in a process."""
+"""A client with a debug adapter in a child process."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ LEAVES = SCENARIO / "talk-leaves.clp"
 
 @pytest.fixture
 def client():
-    with Client(ROOT) as made:
-        yield made
+    with Client(ROOT) as client:
+        yield client
 
 
-def line_of(file, text):
-    """The number of the first line with a text."""
+def find_line(file, text):
+    """Return the number of the first line with a text."""
     return 1 + next(n for n, line in enumerate(file.read_text().splitlines()) if text in line)

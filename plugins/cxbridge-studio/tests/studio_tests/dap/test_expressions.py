@@ -1,4 +1,4 @@
-"""The variables of rules, by their facts, and expressions with them."""
+"""The variables of matched rules, and expressions with these variables."""
 
 from __future__ import annotations
 
@@ -30,23 +30,23 @@ def _env():
     env.destroy()
 
 
-def fact(env, index):
+def find_fact(env, index):
     pointer = env.maker.find_fact(index)
     text = env.watcher.fact_text(pointer)
     return FactChange(0, "executive", True, index, text[1:].split(" ")[0].rstrip(")"), text)
 
 
-def bound(env, rule, *facts):
+def find_all_bindings(env, rule, *facts):
     env.build(f"(defrule r {rule} =>)")
     for each in facts:
         env.assert_string(each)
-    found = []
+    bindings = []
     for _, name, basis in read_activations(env):
         assert name == "r"
-        found.append(
-            find_bindings(take_snapshot(env, "r", max_facts=0), basis, lambda index: fact(env, index))
+        bindings.append(
+            find_bindings(take_snapshot(env, "r", max_facts=0), basis, lambda index: find_fact(env, index))
         )
-    return found
+    return bindings
 
 
 GOALS = ("(goal (id g1) (mode A) (params x 1))", "(goal (id g2) (mode B) (params))", "(level 3)")
@@ -65,26 +65,26 @@ GOALS = ("(goal (id g1) (mode A) (params x 1))", "(goal (id g2) (mode B) (params
         ("(logical (level ?n) (goal (id ?id) (mode A)))", {"n": 3, "id": Symbol("g1")}),
         ("(level ?n) (or (goal (id ?id) (mode C)) (goal (id ?id) (mode B)))", {"n": 3, "id": Symbol("g2")}),
         ("(level ?n&:(> (twice ?n) 5))", {"n": 3}),
-        ("(level ?n&:(only-here ?n))", {"n": 3}),  # which no other environment has
+        ("(level ?n&:(only-here ?n))", {"n": 3}),  # a function of this environment only
         ("(goal (id ?a&g1)) (goal (id ?b&~?a))", {"a": Symbol("g1"), "b": Symbol("g2")}),
         ("(not (goal (mode C)))", {}),
     ],
 )
-def test_the_variables_of_a_condition(env, rule, expected):
-    assert bound(env, rule, *GOALS) == [expected]
+def test_variables_of_condition_are_bound(env, rule, expected):
+    assert find_all_bindings(env, rule, *GOALS) == [expected]
 
 
-def test_of_facts_that_match_both_ways_those_that_fired_it(env):
-    found = bound(env, "?a <- (goal) ?b <- (goal)", *GOALS)
-    pairs = {(each["a"].index, each["b"].index) for each in found}
+def test_bindings_follow_order_of_facts_in_match(env):
+    bindings = find_all_bindings(env, "?a <- (goal) ?b <- (goal)", *GOALS)
+    pairs = {(binding["a"].index, binding["b"].index) for binding in bindings}
     assert pairs == {(1, 1), (1, 2), (2, 1), (2, 2)}
 
 
-def test_a_fact_that_is_not_known_any_more(env):
+def test_unknown_fact_of_match_is_an_error(env):
     env.build("(defrule r (level ?n) =>)")
-    bare = take_snapshot(env, "r", max_facts=0)
+    snapshot = take_snapshot(env, "r", max_facts=0)
     with pytest.raises(ClipsError, match="is no longer known"):
-        find_bindings(bare, "f-1", lambda _index: None)
+        find_bindings(snapshot, "f-1", lambda _index: None)
 
 
 KNOWN = {
@@ -116,5 +116,5 @@ KNOWN = {
         ("(foreach ?x ?m (f ?x ?s))", '(foreach ?x (create$ 1 b "c") (f ?x abc))'),
     ],
 )
-def test_variables_in_expressions(text, expected):
+def test_variables_in_expression_become_values(text, expected):
     assert expand_variables(text, KNOWN) == expected

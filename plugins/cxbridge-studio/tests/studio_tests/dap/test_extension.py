@@ -1,4 +1,4 @@
-"""The extension of VS Code: the files that it names exist. Its grammar is tested by `make editor`."""
+"""The manifest of the extension of VS Code. `make editor` tests the grammar."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from tests.support import ROOT
 
 FOLDER = ROOT / "editors" / "vscode"
 MANIFEST = json.loads((FOLDER / "package.json").read_text())
-OF_ADAPTER = {"stopOnEntry", "stopInRules", "cwd"}
+ADAPTER_OPTIONS = {"stopOnEntry", "stopInRules", "cwd"}
 
 
-def test_its_version_and_licence_are_ours():
+def test_version_and_licence_equal_those_of_cxbridge():
     assert MANIFEST["version"] == __version__
     assert MANIFEST["license"] == "GPL-2.0-or-later"
 
 
-def test_the_files_that_it_names_are_there():
+def test_named_files_exist():
     contributes = MANIFEST["contributes"]
     named = [MANIFEST["main"]]
     named += [each["configuration"] for each in contributes["languages"]]
@@ -28,17 +28,17 @@ def test_the_files_that_it_names_are_there():
     assert [name for name in named if not (FOLDER / name).is_file()] == []
 
 
-def test_a_launch_configuration_has_options_of_run():
+def test_launch_configuration_has_options_of_run():
     (debugger,) = MANIFEST["contributes"]["debuggers"]
     properties = debugger["configurationAttributes"]["launch"]["properties"]
-    names = properties.keys() - OF_ADAPTER
-    snake = {re.sub("[A-Z]", lambda found: f"_{found[0].lower()}", name) for name in names}
+    names = properties.keys() - ADAPTER_OPTIONS
+    snake = {re.sub("[A-Z]", lambda match: f"_{match[0].lower()}", name) for name in names}
     assert snake - RunOptions.__dataclass_fields__.keys() == set()
     page = (ROOT / "docs" / "editors.md").read_text()
-    assert [name for name in OF_ADAPTER if f"`{name}`" not in page] == []
+    assert [name for name in ADAPTER_OPTIONS if f"`{name}`" not in page] == []
 
 
-def test_it_starts_commands_that_there_are():
+def test_extension_starts_dap_and_lsp():
     program = (FOLDER / "extension.js").read_text()
     assert set(re.findall(r'\["(\w+)"\]', program)) == {"dap", "lsp"}
     assert "dap" in [row.name for row in top_level_rows()]

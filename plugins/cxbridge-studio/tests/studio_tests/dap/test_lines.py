@@ -1,4 +1,4 @@
-"""The meanings of a file's lines, and the calls that stop within right-hand sides."""
+"""Breakpoints at lines, and the calls that stop a run within right-hand sides."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ RULES = list(find_rules(TEXT))
         (1, "first", 0),  # a comment: the next rule
         (6, "first", 0),  # a condition: the rule
         (8, "first", 8),
-        (10, "first", 9),  # then: the action that it belongs to
+        (10, "first", 9),  # then: the action around it
         (11, "first", 11),
         (16, "first", 15),
         (17, "second", 0),
@@ -58,31 +58,31 @@ RULES = list(find_rules(TEXT))
         (19, "second", 0),  # nothing on its right-hand side
     ],
 )
-def test_where_a_breakpoint_on_a_line_stops(line, rule, action_line):
+def test_breakpoint_on_line_stops_at_rule_or_action(line, rule, action_line):
     found_rule, found_line = find_stop_line(RULES, line)
     assert (found_rule.name, found_line) == (rule, action_line)
     assert find_stop_line(RULES, line, includes_actions=False) == (found_rule, 0)
 
 
-def test_a_line_after_the_last_rule_is_an_error():
+def test_line_after_last_rule_is_an_error():
     with pytest.raises(CxbridgeError, match="no rule begins at this line or below"):
         find_stop_line(RULES, 20)
 
 
-def test_only_variables_that_have_a_value_for_sure():
+def test_names_of_action_always_have_values():
     names = {action.line: action.names for action in RULES[0].actions}
     assert names[8] == ("a", "x")
-    assert names[11] == ("a", "x", "y")  # not ?gone, which is of the not
+    assert names[11] == ("a", "x", "y")  # ?gone belongs to the not
     assert names[14] == ("a", "x", "y", "z")
-    assert names[15] == ("a", "x", "y")  # ?z perhaps
+    assert names[15] == ("a", "x", "y")  # ?z has a value in one branch only
 
 
-def test_a_variable_of_one_branch_of_or_has_no_value_for_sure():
+def test_variable_of_one_branch_of_or_is_no_name():
     rule = next(find_rules("(defrule r (or (a ?x ?y) (b ?x)) (exists (c ?z)) => (f))"))
     assert rule.actions[0].names == ("x",)
 
 
-ALL_RIGHTS = """
+ALL_ACTIONS = """
 (deftemplate goal (slot id) (multislot params))
 (defrule all
   ?go <- (go $?rest)
@@ -106,13 +106,13 @@ ALL_RIGHTS = """
 
 
 @contextmanager
-def environment(tmp_path, *, with_probes=True):
-    """Load the rule of all kinds of actions, with facts for it; yield environment, debugger and probes."""
+def make_environment(tmp_path, *, with_probes=True):
+    """Load a rule with all kinds of actions, and its facts; yield environment, debugger and probes."""
     env = ClipsEnvironment("executive", EventBus(VirtualClock()))
     debugger = Debugger(env)
     probes = Probes(env, debugger) if with_probes else None
     file = tmp_path / "file.clp"
-    file.write_text(ALL_RIGHTS)
+    file.write_text(ALL_ACTIONS)
     env.load(file)
     assert [str(each) for each in env.loader.diagnostics] == []
     env.assert_string("(goal (id g1))")
@@ -121,30 +121,30 @@ def environment(tmp_path, *, with_probes=True):
     env.destroy()
 
 
-def test_rules_do_the_same_with_the_calls_in_them(tmp_path):
-    found = []
+def test_probes_do_not_change_results_of_rule(tmp_path):
+    results = []
     for with_probes in (False, True):
-        with environment(tmp_path, with_probes=with_probes) as (env, _, _):
+        with make_environment(tmp_path, with_probes=with_probes) as (env, _, _):
             env.run()
-            found.append([slots["implied"] for _, _, slots in env.facts("result")])
-    assert found[0] == found[1] != []
+            results.append([slots["implied"] for _, _, slots in env.facts("result")])
+    assert results[0] == results[1] != []
 
 
-def test_it_stops_at_every_action_with_the_variables_there(tmp_path):
-    seen = []
+def test_line_steps_stop_at_each_action_with_variables(tmp_path):
+    stops = []
 
     def note(stop):
-        seen.append((stop.line, dict(probes.values)))
+        stops.append((stop.line, dict(probes.values)))
         debugger.step("line")
 
-    with environment(tmp_path) as (_, debugger, probes):
+    with make_environment(tmp_path) as (_, debugger, probes):
         debugger.on_stop = note
         debugger.step("line")
         debugger.run()
         assert probes.values is None
-    by_line = dict(seen)
-    assert [line for line, _ in seen[:4]] == [7, 8, 9, 9]
-    assert [line for line, _ in seen].count(10) == 1 + 3  # the loop, and its body, three times
+    by_line = dict(stops)
+    assert [line for line, _ in stops[:4]] == [7, 8, 9, 9]
+    assert [line for line, _ in stops].count(10) == 1 + 3  # the loop, and three times the body
     assert by_line[11]["i"] == 3
     assert by_line[13]["each"] == "c"
     assert str(by_line[15]["g"]).startswith("<Fact-")
@@ -161,21 +161,21 @@ FILES = sorted(
 )
 
 
-def test_no_line_of_any_file_moves(tmp_path):
+def test_probes_keep_lines_of_definitions(tmp_path):
     changed = 0
-    with environment(tmp_path) as (_, _, probes):
+    with make_environment(tmp_path) as (_, _, probes):
         for file in FILES:
             text = file.read_bytes().decode("utf-8", "surrogateescape")
-            made = probes.rewrite(str(file), text)
-            assert [(d.kind, d.name, d.line) for d in definitions(made)] == [
+            rewritten = probes.rewrite(str(file), text)
+            assert [(d.kind, d.name, d.line) for d in definitions(rewritten)] == [
                 (d.kind, d.name, d.line) for d in definitions(text)
             ]
-            changed += made != text
+            changed += rewritten != text
     assert changed > 20
 
 
-def test_an_error_while_it_is_stopped_ends_the_run_and_is_kept(tmp_path):
-    with environment(tmp_path) as (env, debugger, probes):
+def test_error_during_stop_ends_run_and_is_stored(tmp_path):
+    with make_environment(tmp_path) as (env, debugger, probes):
         debugger.on_stop = Mock(side_effect=KeyboardInterrupt)
         debugger.step("line")
         debugger.run()

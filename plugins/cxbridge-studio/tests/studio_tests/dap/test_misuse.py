@@ -1,25 +1,25 @@
-"""Clients that end the session in each phase."""
+"""A disconnection of the client in each phase of the session."""
 
 from __future__ import annotations
 
 import pytest
 
-from studio_tests.dap.conftest import GOALS, line_of
+from studio_tests.dap.conftest import GOALS, find_line
 
-GOES_ON = line_of(GOALS, "(defrule talk-root-goes-on")
+ROOT_RULE_LINE = find_line(GOALS, "(defrule talk-root-goes-on")
 
 
-@pytest.mark.parametrize("when", ["before launch", "before it begins", "stopped", "running"])
-def test_a_client_that_disconnects(client, when):
-    if when == "before launch":
-        client.ask("initialize", adapterID="cxbridge")
+@pytest.mark.parametrize("phase", ["before launch", "before start", "stopped", "running"])
+def test_adapter_ends_after_disconnection(client, phase):
+    if phase == "before launch":
+        client.request("initialize", adapterID="cxbridge")
     else:
         client.launch(scenario="test-scenario")
-        client.break_at(GOALS, *([GOES_ON] if when == "stopped" else []))
-    if when in ("stopped", "running"):
-        client.begin()
-    if when == "stopped":
-        client.stopped()
+        client.set_line_breakpoints(GOALS, *([ROOT_RULE_LINE] if phase == "stopped" else []))
+    if phase in ("stopped", "running"):
+        client.start_run()
+    if phase == "stopped":
+        client.wait_for_stop()
     client.send("disconnect")
     assert client.end() == 0
     assert "Traceback" not in client.stderr

@@ -1,4 +1,4 @@
-"""Each request with wrong arguments, and in each wrong phase: each is an error."""
+"""Each request with wrong arguments, and in each wrong phase, is an error."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import pytest
 from cxbridge_studio.dap.adapter import Adapter
 from cxbridge_studio.dap.wire import Wire
 from studio_tests.dap.client import Client
-from studio_tests.dap.conftest import GOALS, line_of
+from studio_tests.dap.conftest import GOALS, find_line
 from tests.support import ROOT
 
-GOES_ON = line_of(GOALS, "(defrule talk-root-goes-on")
+ROOT_RULE_LINE = find_line(GOALS, "(defrule talk-root-goes-on")
 THREAD = {"threadId": 1}
 VALID: dict[str, dict[str, Any]] = {
     "initialize": {},
@@ -35,17 +35,17 @@ VALID: dict[str, dict[str, Any]] = {
 """The required arguments of each request."""
 
 
-def everywhere(client, phase):
+def enter_phase(client, phase):
     """Bring a session into a phase."""
     if phase == "ready":
-        client.ask("initialize", adapterID="cxbridge")
+        client.request("initialize", adapterID="cxbridge")
     elif phase == "stopped":
-        client.stop_at(GOALS, GOES_ON)
+        client.launch_to_line(GOALS, ROOT_RULE_LINE)
     elif phase != "new":
         client.launch(scenario="test-scenario", **({"clock": "real"} if phase == "running" else {}))
     if phase in ("running", "over"):
-        client.begin()
-        client.event("thread" if phase == "running" else "terminated")
+        client.start_run()
+        client.wait_for_event("thread" if phase == "running" else "terminated")
 
 
 PHASES = ["new", "ready", "launched", "running", "stopped", "over"]
@@ -60,48 +60,50 @@ ALLOWED = {
     "running": AFTER_LAUNCH | {"pause"},
     "stopped": AFTER_LAUNCH
     | {"stackTrace", "scopes", "variables", "setVariable", "evaluate", "stepInTargets"}
-    # continuing ends the stop; see test_run.py
+    # these end the stop; see test_run.py
     | {"continue", "next", "stepIn", "stepOut"},
     "over": AFTER_LAUNCH,
 }
 
 
 @pytest.mark.parametrize("phase", PHASES)
-def test_requests_in_another_phase(client, phase):
+def test_requests_are_invalid_in_wrong_phase(client, phase):
     assert {*VALID, "disconnect"} == Adapter(Wire(BytesIO(), BytesIO()))._handlers.keys()
-    everywhere(client, phase)
+    enter_phase(client, phase)
     requests = [(name, arguments) for name, arguments in VALID.items() if name not in ALLOWED[phase]]
     requests += [("fly", {})]
-    for request, answer in zip(requests, client.answers(requests), strict=True):
-        assert not answer["success"], request
-        assert any(why in answer["message"] for why in ("is invalid now", "no request 'fly'")), answer
+    for request, response in zip(requests, client.get_responses(requests), strict=True):
+        assert not response["success"], request
+        assert any(reason in response["message"] for reason in ("is invalid now", "no request 'fly'")), (
+            response
+        )
     for command in sorted(ALLOWED[phase] & SETTINGS):
-        client.ask(command, **VALID[command])
+        client.request(command, **VALID[command])
 
 
-def test_wrong_arguments(client):
-    everywhere(client, "stopped")
+def test_wrong_arguments_are_errors(client):
+    enter_phase(client, "stopped")
     requests: list[tuple[str, Any]] = []
-    for command, arguments in VALID.items():  # at the end `terminate`, which ends the run in any case
+    for command, arguments in VALID.items():  # `terminate` is last, because it always ends the run
         requests.append((command, 3))
         for name, value in arguments.items() if command != "launch" else ():
-            others = {other: arguments[other] for other in arguments if other != name}
-            requests += [(command, others), (command, {**others, name: "x" if value == 1 else 3})]
-    for request, answer in zip(requests, client.answers(requests), strict=True):
-        assert not answer["success"], request
-        assert answer["message"].startswith("the arguments are invalid: "), answer
+            rest = {key: arguments[key] for key in arguments if key != name}
+            requests += [(command, rest), (command, {**rest, name: "x" if value == 1 else 3})]
+    for request, response in zip(requests, client.get_responses(requests), strict=True):
+        assert not response["success"], request
+        assert response["message"].startswith("the arguments are invalid: "), response
 
 
 @pytest.mark.parametrize("number", [0, 2])
-def test_unknown_threads(stopped, number):
+def test_unknown_thread_is_an_error(stopped_client, number):
     for command in ("stackTrace", "continue", "stepIn", "next", "stepOut"):
-        assert f"no thread {number}" in stopped.answer(command, threadId=number)["message"]
+        assert f"no thread {number}" in stopped_client.get_response(command, threadId=number)["message"]
 
 
 @pytest.fixture(scope="module")
-def stopped():
+def stopped_client():
     with Client(ROOT) as client:
-        everywhere(client, "stopped")
+        enter_phase(client, "stopped")
         yield client
 
 
@@ -123,17 +125,17 @@ def stopped():
         ("evaluate", {"expression": "(+ 1"}, ""),
     ],
 )
-def test_references_that_there_are_not(stopped, command, arguments, message):
-    answer = stopped.answer(command, **arguments)
-    assert not answer["success"], answer
-    assert message in answer["message"]
-    assert "fault" not in answer["message"]
+def test_unknown_references_are_errors(stopped_client, command, arguments, message):
+    response = stopped_client.get_response(command, **arguments)
+    assert not response["success"], response
+    assert message in response["message"]
+    assert "fault" not in response["message"]
 
 
-def test_a_launch_with_an_invalid_flag(client):
-    client.ask("initialize", adapterID="cxbridge")
-    answer = client.answer("launch", scenario="test-scenario", stopOnEntry="false")
-    assert answer["message"] == "the arguments are invalid: Expected `bool`, got `str` - at `$.stopOnEntry`"
+def test_launch_with_invalid_flag_is_an_error(client):
+    client.request("initialize", adapterID="cxbridge")
+    response = client.get_response("launch", scenario="test-scenario", stopOnEntry="false")
+    assert response["message"] == "the arguments are invalid: Expected `bool`, got `str` - at `$.stopOnEntry`"
 
 
 NAMES = {
@@ -149,26 +151,26 @@ NAMES = {
 }
 
 
-def test_breakpoints_with_names_that_there_are_not(client):
+def test_breakpoints_with_unknown_names_are_unverified(client):
     client.launch(scenario="test-scenario", stopOnEntry=True)
-    before = client.break_on(*NAMES)
-    client.break_at(GOALS, GOES_ON)
-    client.begin()
-    client.stopped()
-    client.go()
-    told = [event["body"]["breakpoint"] for event in client.log if event.get("event") == "breakpoint"]
-    late = {each["id"]: each for each in told}
+    before = client.set_named_breakpoints(*NAMES)
+    client.set_line_breakpoints(GOALS, ROOT_RULE_LINE)
+    client.start_run()
+    client.wait_for_stop()
+    client.resume()
+    changes = [event["body"]["breakpoint"] for event in client.log if event.get("event") == "breakpoint"]
+    changes_by_id = {each["id"]: each for each in changes}
     for first, (name, hint) in zip(before, NAMES.items(), strict=True):
-        shown = late.get(first["id"], first)
-        assert (shown["verified"], hint in shown["message"]) == (False, True), (name, shown)
-    again = client.break_on(*NAMES, "goal:TALK", "rule:talk-*")
-    assert [each["verified"] for each in again] == [False] * len(NAMES) + [True, True]
-    assert all(hint in each["message"] for each, hint in zip(again, NAMES.values(), strict=False))
+        breakpoint_ = changes_by_id.get(first["id"], first)
+        assert (breakpoint_["verified"], hint in breakpoint_["message"]) == (False, True), (name, breakpoint_)
+    after_start = client.set_named_breakpoints(*NAMES, "goal:TALK", "rule:talk-*")
+    assert [each["verified"] for each in after_start] == [False] * len(NAMES) + [True, True]
+    assert all(hint in each["message"] for each, hint in zip(after_start, NAMES.values(), strict=False))
 
 
-def test_a_condition_and_a_count_beside_the_name(client):
+def test_named_breakpoint_has_condition_and_count(client):
     client.launch(scenario="test-scenario")
-    count, spaced, condition = client.ask(
+    count, spaced, condition = client.request(
         "setFunctionBreakpoints",
         breakpoints=[
             {"name": "goal:TALK", "hitCondition": "often"},
@@ -177,5 +179,5 @@ def test_a_condition_and_a_count_beside_the_name(client):
         ],
     )["breakpoints"]
     assert [each["verified"] for each in (count, spaced, condition)] == [False, True, True]
-    client.begin()
-    assert client.stopped()["hitBreakpointIds"] == [spaced["id"]]
+    client.start_run()
+    assert client.wait_for_stop()["hitBreakpointIds"] == [spaced["id"]]

@@ -1,7 +1,7 @@
-"""Drives VS Code in a browser (code-server) with our extension: a typo, its fix, a breakpoint in a rule.
+"""Drives code-server in a browser with the extension: a typo, its fix, and a breakpoint in a rule.
 
 ``CODE_SERVER=/path/to/code-server python -m studio_tests.dap.vscode`` makes the pictures of docs/editors.md;
-``make editor`` packs the extension before.
+``make editor`` must pack the extension before.
 """
 
 from __future__ import annotations
@@ -43,22 +43,22 @@ Shoot = Callable[[str], object]
 """Takes a picture with a name."""
 
 
-def program() -> Path | None:
-    """Return code-server as the environment names it; None without one."""
+def find_code_server() -> Path | None:
+    """Return the path in CODE_SERVER, or None if there is no such file."""
     path = Path(os.environ.get("CODE_SERVER", ""))
     return path if path.is_file() else None
 
 
 @contextmanager
 def code_server(code: Path, folder: Path, settings: Mapping[str, object]) -> Iterator[str]:
-    """Serve a copy of the test scenario; give the address of the page."""
+    """Serve a copy of the test scenario; yield the address of the page."""
     changed = {name.replace("__", "."): value for name, value in settings.items()}
     agent = folder / "agent"
     shutil.copytree(ROOT / "scenarios" / "test-scenario", agent)
     data = folder / "data"
-    for rule_position in ("User", "Machine"):  # programs are settings of the machine
-        (data / rule_position).mkdir(parents=True)
-        (data / rule_position / "settings.json").write_text(json.dumps({**_SETTINGS, **changed}))
+    for level in ("User", "Machine"):  # programs are settings of the machine
+        (data / level).mkdir(parents=True)
+        (data / level / "settings.json").write_text(json.dumps({**_SETTINGS, **changed}))
     command = [*([shutil.which("node") or "node"] if code.suffix == ".js" else []), str(code)]
     command += ["--config", str(folder / "config.yaml"), "--user-data-dir", str(data)]
     command += ["--extensions-dir", str(folder / "extensions")]
@@ -74,9 +74,9 @@ def code_server(code: Path, folder: Path, settings: Mapping[str, object]) -> Ite
 
 
 def _address(lines: Iterable[str] | None) -> str:
-    """Return the address that the server says it listens on."""
-    found = (re.search(r"server listening on (http://\S+)", line) for line in lines or ())
-    return next(match[1] for match in found if match)
+    """Return the address in the output of the server."""
+    matches = (re.search(r"server listening on (http://\S+)", line) for line in lines or ())
+    return next(match[1] for match in matches if match)
 
 
 def tour(page: Any, address: str, shoot: Shoot) -> None:
@@ -90,7 +90,7 @@ def tour(page: Any, address: str, shoot: Shoot) -> None:
     shoot("vscode-mistake")
     page.keyboard.press("Escape")
     page.wait_for_selector(".marker-widget", state="detached")
-    _go_to(page, text, _SLOT, len("(mode"))
+    _move_cursor(page, text, _SLOT, len("(mode"))
     for _ in "od":
         page.keyboard.press("Backspace")
     page.keyboard.press("Control+Space")
@@ -99,7 +99,7 @@ def tour(page: Any, address: str, shoot: Shoot) -> None:
     page.keyboard.press("Enter")
     page.wait_for_selector(".squiggly-error", state="detached")
     page.keyboard.press("Control+s")
-    _go_to(page, text, _RULE, 0)
+    _move_cursor(page, text, _RULE, 0)
     page.keyboard.press("F9")
     page.wait_for_selector(".codicon-debug-breakpoint")
     page.keyboard.press("F5")
@@ -118,9 +118,9 @@ def open_file(page: Any, address: str) -> None:
     page.locator(".editor-instance .view-line").first.click()
 
 
-def _go_to(page: Any, text: str, wanted: str, inside: int) -> None:
-    """Place the cursor by "Go to Line": a number of characters behind the start of a text."""
-    offset = text.index(wanted) + inside
+def _move_cursor(page: Any, text: str, target: str, offset_in_target: int) -> None:
+    """Move the cursor by "Go to Line" to a number of characters behind the start of a text."""
+    offset = text.index(target) + offset_in_target
     line, column = text.count("\n", 0, offset) + 1, offset - text.rfind("\n", 0, offset)
     page.keyboard.press("Control+g")
     page.wait_for_selector(".quick-input-widget input", state="visible")
@@ -130,16 +130,16 @@ def _go_to(page: Any, text: str, wanted: str, inside: int) -> None:
 
 
 def _type_slot(page: Any, text: str, name: str) -> None:
-    _go_to(page, text, _SLOT, len("(mode"))
+    _move_cursor(page, text, _SLOT, len("(mode"))
     for _ in "mode":
         page.keyboard.press("Backspace")
     page.keyboard.type(name)
 
 
-def visit(code: Path, walk: Callable[[Any, str], object], **settings: object) -> None:
-    """Serve VS Code, and give its page and address to a function.
+def visit(code: Path, action: Callable[[Any, str], object], **settings: object) -> None:
+    """Serve VS Code, and call a function with the page and the address.
 
-    :param settings: laid over those of the machine; ``__`` in a name is a dot.
+    :param settings: overlay the settings of the machine; ``__`` in a name is a dot.
     """
     from playwright.sync_api import sync_playwright
 
@@ -149,13 +149,13 @@ def visit(code: Path, walk: Callable[[Any, str], object], **settings: object) ->
         sync_playwright() as playwright,
     ):
         browser = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
-        walk(browser.new_page(viewport={"width": 1000, "height": 640}, reduced_motion="reduce"), address)
+        action(browser.new_page(viewport={"width": 1000, "height": 640}, reduced_motion="reduce"), address)
         browser.close()
 
 
 def main() -> int:
     """Make the pictures."""
-    code = program()
+    code = find_code_server()
     if code is None:
         sys.stderr.write("CODE_SERVER must name code-server\n")
         return 2

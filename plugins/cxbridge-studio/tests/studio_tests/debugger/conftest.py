@@ -1,4 +1,4 @@
-"""The fixtures of the executive's tests."""
+"""The fixtures of the tests of the executive."""
 
 from tests.executive.conftest import bus, clp, env, log
 

@@ -1,4 +1,4 @@
-"""How often a breakpoint must be reached, and what it logs in place of a stop."""
+"""Hit counts and log messages of breakpoints."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from cxbridge_studio.debugger.debugger import Debugger
         'skill:say{text="a log b"}:S_FINAL if (f)',
     ],
 )
-def test_the_text_of_a_breakpoint_is_read_again(spec):
+def test_parsed_breakpoint_has_same_text(spec):
     assert str(parse_breakpoint(spec)) == spec
 
 
 @pytest.mark.parametrize("hits", ["0", "x", "%0"])
-def test_what_is_no_count(hits):
+def test_invalid_hit_count_is_an_error(hits):
     with pytest.raises(ExecutiveError, match="is not a hit count"):
         parse_breakpoint(f"rule:a hit {hits}")
 
@@ -45,7 +45,7 @@ def test_what_is_no_count(hits):
         ("", [1, 2, 3, 4, 5, 6]),
     ],
 )
-def test_when_it_is_due(hits, due):
+def test_breakpoint_is_due_at_its_counts(hits, due):
     breakpoint_ = parse_breakpoint("rule:a" + (f" hit {hits}" if hits else ""))
     assert [number for number in range(1, 7) if breakpoint_.is_due(number)] == due
 
@@ -59,7 +59,7 @@ def _env():
     env.destroy()
 
 
-def test_it_stops_the_third_time(env):
+def test_breakpoint_stops_at_its_hit_count(env):
     debugger = Debugger(env)
     debugger.add("rule:count hit 3")
     debugger.run()
@@ -68,12 +68,12 @@ def test_it_stops_the_third_time(env):
     assert debugger.run() == 3
 
 
-def test_it_logs_and_does_not_stop(env):
-    said = []
-    env.bus.subscribe(lambda event: said.append(event.text), LogLine)
+def test_log_breakpoint_does_not_stop(env):
+    lines = []
+    env.bus.subscribe(lambda event: lines.append(event.text), LogLine)
     debugger = Debugger(env)
     debugger.add(
         'rule:count if (any-factp ((?f count)) (= 1 (mod (nth$ 1 ?f:implied) 2))) log "{(+ 1 2)} {(x)}"'
     )
     assert debugger.run() == 5
-    assert [line[:8] for line in said] == ["3 {(x): "] * 2
+    assert [line[:8] for line in lines] == ["3 {(x): "] * 2

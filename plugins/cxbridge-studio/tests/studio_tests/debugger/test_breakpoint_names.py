@@ -1,4 +1,4 @@
-"""Breakpoints that nothing can ever reach, on an environment of a few rules."""
+"""Breakpoints with names that the agent does not have."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _names(env):
 
 
 @pytest.mark.parametrize(
-    ("spec", "what", "hint"),
+    ("spec", "message", "hint"),
     [
         ("rule:say-helo", "there is no rule 'say-helo'", "did you mean say-hello?"),
         ("after:SAY-HELLO", "there is no rule 'SAY-HELLO'", "did you mean say-hello?"),
@@ -55,11 +55,11 @@ def _names(env):
         ("skill:say{*}:s_failed", "skills have no status 's_failed'", "did you mean S_FAILED?"),
     ],
 )
-def test_mistakes(names, spec, what, hint):
+def test_unknown_name_is_an_error_with_hint(names, spec, message, hint):
     with pytest.raises(ExecutiveError) as caught:
         names.check(parse_breakpoint(spec))
     assert (caught.value.message, caught.value.hint) == (
-        f"breakpoint {spec.replace('::', ':*:')}: {what}",
+        f"breakpoint {spec.replace('::', ':*:')}: {message}",
         hint,
     )
 
@@ -68,40 +68,40 @@ def test_mistakes(names, spec, what, hint):
     "spec",
     [
         *("rule:say-hello", "rule:say-*", "before:*", "after:[s]ay-goodbye", "rule:**"),
-        *("goal:*", "goal:NOBODY", "goal:TALK:FIN*", "goal:TALK:FINISHED:FAILED", "goal:TALK::*"),
+        *("goal:*", "goal:UNKNOWN", "goal:TALK:FIN*", "goal:TALK:FINISHED:FAILED", "goal:TALK::*"),
         *("action:anything", "action:anything:[PR]*", "action:*:FAILED"),
         *("skill:say", "skill:sa*", "skill:say{*", 'skill:say{text="a:b"}', "skill:*text*:S_FINAL"),
         *("skill:say(*):S_*", "skill:pick-up", "skill:?oto", "skill:say {*"),
     ],
 )
-def test_no_mistakes(names, spec):
+def test_possible_name_is_accepted(names, spec):
     names.check(parse_breakpoint(spec))
 
 
-def test_nothing_is_known_of_skills_elsewhere(env, names):
+def test_skill_names_are_not_checked_without_skills(env, names):
     AgentNames(env).check(parse_breakpoint("skill:zebra"))
 
 
-def test_all_may_pass_until_the_agent_is_initialised(env):
+def test_names_are_checked_after_initialisation_of_agent(env):
     debugger = Debugger(env)
-    told = []
-    debugger.names.on_mistakes = lambda mistakes: told.append([str(item) for item, _ in mistakes])
+    reports = []
+    debugger.names.on_mistakes = lambda mistakes: reports.append([str(item) for item, _ in mistakes])
     debugger.add("rule:say-helo")
     debugger.add("rule:say-hello")
     debugger.add("goal:TALK:FINISHD")
     debugger.run()
-    assert told == []
+    assert reports == []
     env.assert_string("(executive-initialized)")
     debugger.run()
     debugger.run()
-    assert told == [["rule:say-helo", "goal:TALK:FINISHD"]]
+    assert reports == [["rule:say-helo", "goal:TALK:FINISHD"]]
     with pytest.raises(ExecutiveError, match="no rule 'say-helo'"):
         debugger.add("rule:say-helo")
     assert len(debugger.breakpoints) == 3
     assert debugger.add("rule:say-helo", checked=False).number == 4
 
 
-def test_rules_of_all_modules_count(env, names):
+def test_rules_of_all_modules_are_known(env, names):
     env.build("(defmodule PLANS)")
     env.build("(defrule PLANS::plan-it (x) =>)")
     names.check(parse_breakpoint("rule:plan-it"))

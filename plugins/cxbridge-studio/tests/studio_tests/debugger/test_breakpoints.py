@@ -1,4 +1,4 @@
-"""How breakpoints are written, and what they match."""
+"""The text form of breakpoints, and the events that breakpoints match."""
 
 from __future__ import annotations
 
@@ -40,19 +40,19 @@ SAID = SkillStatus(0, "executive", "Skiller", 'say{text="a:b"}', 7, "S_FAILED")
         ("rule:*", FAILED, False),
     ],
 )
-def test_the_transitions_of_a_breakpoint(spec, event, is_match):
+def test_breakpoint_matches_transitions(spec, event, is_match):
     assert parse_breakpoint(spec).matches_transition(event) is is_match
 
 
-def test_a_condition_follows_if():
-    made = parse_breakpoint("rule:goal-* if (> ?*n* 3)")
-    assert (made.kind, made.name, made.condition) == ("before", "goal-*", "(> ?*n* 3)")
-    assert made.matches_rule("goal-x")
-    assert not made.matches_rule("a-goal-x")
+def test_condition_follows_if():
+    breakpoint_ = parse_breakpoint("rule:goal-* if (> ?*n* 3)")
+    assert (breakpoint_.kind, breakpoint_.name, breakpoint_.condition) == ("before", "goal-*", "(> ?*n* 3)")
+    assert breakpoint_.matches_rule("goal-x")
+    assert not breakpoint_.matches_rule("a-goal-x")
 
 
 @pytest.mark.parametrize("spec", ["", "goal", "goal:", "nothing:x", "rule:a:b", "goal:a:b:c:d", ":x", "rule"])
-def test_what_is_no_breakpoint_is_one_clear_error(spec):
+def test_invalid_breakpoint_is_an_error_with_hint(spec):
     with pytest.raises(ExecutiveError) as caught:
         parse_breakpoint(spec)
     assert "rule:NAME" in str(caught.value.hint)
@@ -64,18 +64,18 @@ WORDS = st.text("abcXYZ-_*?{}=\" '", min_size=1).filter(
 
 
 @given(st.sampled_from(["before", "after", "goal", "action", "skill"]), WORDS, st.booleans(), st.booleans())
-def test_a_breakpoint_reads_as_it_is_written(kind, name, with_state, with_condition):
-    made = Breakpoint(
+def test_written_breakpoint_is_parsed_to_equal_breakpoint(kind, name, with_state, with_condition):
+    breakpoint_ = Breakpoint(
         0,
         kind,
         name,
         "S_FINAL" if with_state and kind not in ("before", "after") else "*",
         condition="(a) if (b)" if with_condition else "",
     )
-    assert parse_breakpoint(str(made)) == made
+    assert parse_breakpoint(str(breakpoint_)) == breakpoint_
 
 
-def test_transitions_are_told_in_one_line():
+def test_transition_is_described_in_a_line():
     assert describe_transition(FAILED) == "goal gen5 (TALK) is FINISHED FAILED, error: no voice"
     assert describe_transition(MOVED) == "action move (gen5/P/1) is RUNNING"
     assert describe_transition(SAID) == 'skill say{text="a:b"} of Skiller is S_FAILED'

@@ -1,4 +1,4 @@
-"""The debugger in a whole run: it stops, and a run that was stopped decides as one that was not."""
+"""The debugger stops runs without a change of their decisions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cxbridge_studio.debugger.debugger import debugger_of
 from tests.run.mini import write_scenario
 
 
-def play(folder, specs, on_stop=None, steps=""):
+def run_debugged(folder, specs, on_stop=None, steps=""):
     """Run the small scenario; return its events and the reasons of the stops."""
     events: list[Event] = []
     reasons: list[str] = []
@@ -21,11 +21,11 @@ def play(folder, specs, on_stop=None, steps=""):
         assembly.bus.subscribe(events.append, RuleFired, *TRANSITION_TYPES)
         debugger = debugger_of(assembly.executive)
 
-        def stopped(stop):
+        def continue_run(stop):
             reasons.append(stop.reason)
             debugger.step(steps) if steps else debugger.go_on()
 
-        debugger.on_stop = on_stop or stopped
+        debugger.on_stop = on_stop or continue_run
         for spec in specs:
             debugger.add(spec)
         assembly.start()
@@ -44,11 +44,13 @@ def _folder(tmp_path_factory):
 
 @pytest.fixture(name="undisturbed", scope="module")
 def _undisturbed(folder):
-    return play(folder, [])[0]
+    return run_debugged(folder, [])[0]
 
 
-def test_it_stops_at_goals_actions_and_skills(folder, undisturbed):
-    events, reasons = play(folder, ["goal:MINI:DISPATCHED", "action:act:FINAL", "skill:say*:S_RUNNING"])
+def test_run_stops_at_goals_actions_and_skills(folder, undisturbed):
+    events, reasons = run_debugged(
+        folder, ["goal:MINI:DISPATCHED", "action:act:FINAL", "skill:say*:S_RUNNING"]
+    )
     assert reasons == [
         "at goal G (MINI) is DISPATCHED",
         'at skill say{text="hello", wait=true} of Skiller is S_RUNNING',
@@ -58,14 +60,14 @@ def test_it_stops_at_goals_actions_and_skills(folder, undisturbed):
 
 
 @pytest.mark.parametrize("specs", [["rule:*"], ["after:mini-*", "rule:mini-*"], ["goal:*", "rule:nothing"]])
-def test_a_run_that_was_stopped_decides_as_one_that_was_not(folder, undisturbed, specs):
-    events, reasons = play(folder, specs)
+def test_stopped_run_has_events_of_undisturbed_run(folder, undisturbed, specs):
+    events, reasons = run_debugged(folder, specs)
     assert len(reasons) > 5
     assert events == undisturbed
 
 
-@pytest.mark.parametrize("what", ["rule", "loop", "transition"])
-def test_stepping_through_a_run(folder, undisturbed, what):
-    events, reasons = play(folder, ["goal:MINI:FORMULATED"], steps=what)
+@pytest.mark.parametrize("unit", ["rule", "loop", "transition"])
+def test_stepped_run_has_events_of_undisturbed_run(folder, undisturbed, unit):
+    events, reasons = run_debugged(folder, ["goal:MINI:FORMULATED"], steps=unit)
     assert len(reasons) > 10
     assert events == undisturbed

@@ -1,4 +1,4 @@
-"""The debugger on an environment of a few rules."""
+"""The debugger in an environment with a few rules."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def _debugger(env):
     return Debugger(env)
 
 
-def fired(env):
-    """The rules that fire from now on."""
+def watch_rules(env):
+    """Return a list that gets the number and the name of each rule that fires."""
     rules = []
     env.bus.subscribe(lambda event: rules.append((event.number, event.rule)), RuleFired)
     env.watcher.rules.set((), on=True)
@@ -57,30 +57,30 @@ def fired(env):
     return rules
 
 
-def stands(debugger):
+def is_stopped(debugger):
     return debugger.stopped is not None
 
 
-def has(env, relation):
+def has_fact(env, relation):
     return any(True for _ in env.facts(relation))
 
 
-def test_before_a_rule(env, debugger):
-    rules = fired(env)
+def test_breakpoint_stops_before_rule(env, debugger):
+    rules = watch_rules(env)
     debugger.add("rule:tw*")
     env.assert_string("(one)")
     assert debugger.run() == 1
     stop = debugger.stopped
     assert (stop.kind, stop.reason, stop.breakpoint) == ("before", "before rule two", 1)
     assert (stop.rule, stop.next_rule, stop.fired, stop.loop) == ("one", "two", 1, 1)
-    assert debugger.run() == 0  # it stands
+    assert debugger.run() == 0  # the rules are stopped
     debugger.go_on()
     assert debugger.run() == 2
-    assert not stands(debugger)
+    assert not is_stopped(debugger)
     assert rules == [(1, "one"), (2, "two"), (3, "three")]  # numbered as in one run
 
 
-def test_after_a_rule_and_before_the_next(env, debugger):
+def test_breakpoints_stop_after_rule_and_before_next_rule(env, debugger):
     debugger.add("after:one")
     debugger.add("before:two")
     env.assert_string("(one)")
@@ -92,11 +92,11 @@ def test_after_a_rule_and_before_the_next(env, debugger):
     assert reasons == ["after rule one", "before rule two"]
 
 
-def test_at_a_transition_after_the_rule_that_made_it(env, debugger):
+def test_breakpoint_stops_after_rule_of_transition(env, debugger):
     debugger.add("goal:TALK:FINISHED")
     env.assert_string("(tell a SELECTED)")
     debugger.run()
-    assert not stands(debugger)
+    assert not is_stopped(debugger)
     env.assert_string("(tell b FINISHED)")
     debugger.run()
     stop = debugger.stopped
@@ -104,18 +104,18 @@ def test_at_a_transition_after_the_rule_that_made_it(env, debugger):
     assert (stop.event.goal, stop.next_rule) == ("b", "")
 
 
-def test_the_rest_of_the_agenda_waits_at_a_transition(env, debugger):
+def test_rules_of_agenda_wait_at_transition(env, debugger):
     debugger.add("goal:*")
     env.assert_string("(tell a SELECTED)")
     assert debugger.run() == 1
     assert debugger.stopped.next_rule == "heard"
-    assert not has(env, "done")
+    assert not has_fact(env, "done")
     debugger.go_on()
     assert debugger.run() == 1
-    assert has(env, "done")
+    assert has_fact(env, "done")
 
 
-def test_a_right_hand_side_that_fails_at_a_transition_stops_too(env, debugger):
+def test_breakpoint_stops_at_transition_of_failed_rule(env, debugger):
     env.build(
         "(defrule bad (bad) => (tell-goal x SELECTED) (assert (one)) (str-cat (nth$ 1 (create$ a)) (/ 1 0)))"
     )
@@ -126,30 +126,30 @@ def test_a_right_hand_side_that_fails_at_a_transition_stops_too(env, debugger):
     assert debugger.stopped.rule == "bad"
 
 
-def test_a_skill_is_told_when_its_status_changes(env, debugger):
+def test_skill_breakpoint_stops_at_changed_status(env, debugger):
     debugger.add("skill:say*:S_FINAL")
     for status in ("S_FINAL", "S_FINAL", "S_RUNNING", "S_FINAL"):
         env.assert_string(f"(skill {status})")
         debugger.run()
         if status == "S_RUNNING":
-            assert not stands(debugger)  # the first one only tells how things stand
+            assert not is_stopped(debugger)  # the first event has the initial status
     assert debugger.stopped.event.status == "S_FINAL"
     assert debugger.stopped.loop == 4
 
 
-def test_a_condition(env, debugger):
+def test_condition_of_breakpoint_is_evaluated(env, debugger):
     env.build("(defglobal ?*n* = 0)")
     debugger.add("after:* if (> ?*n* 0)")
     env.assert_string("(one)")
     debugger.run()
-    assert not stands(debugger)
+    assert not is_stopped(debugger)
     env.eval("(bind ?*n* 1)")
     env.assert_string("(tell a SELECTED)")
     debugger.run()
     assert debugger.stopped.reason == "after rule told"
 
 
-def test_a_condition_that_fails_stops_and_says_so(env, debugger):
+def test_breakpoint_with_failed_condition_stops(env, debugger):
     debugger.add("rule:one if (nothing)")
     env.assert_string("(one)")
     debugger.run()
@@ -157,34 +157,34 @@ def test_a_condition_that_fails_stops_and_says_so(env, debugger):
     debugger.remove(1)
     debugger.go_on()
     debugger.run()
-    assert has(env, "done")
+    assert has_fact(env, "done")
 
 
-def test_step_rules_over_the_end_of_a_loop(env, debugger):
+def test_rule_step_continues_in_next_loop(env, debugger):
     debugger.step("rule")
     env.assert_string("(one)")
-    seen = []
+    rules = []
     for _ in range(3):
         debugger.run()
-        seen.append((debugger.stopped.rule, debugger.stopped.next_rule))
+        rules.append((debugger.stopped.rule, debugger.stopped.next_rule))
         debugger.step("rule")
-    assert seen == [("one", "two"), ("two", "three"), ("three", "")]
+    assert rules == [("one", "two"), ("two", "three"), ("three", "")]
     assert debugger.run() == 0  # the end of the loop
-    assert not stands(debugger)
+    assert not is_stopped(debugger)
     env.assert_string("(tell a SELECTED)")
     debugger.run()
     assert (debugger.stopped.rule, debugger.stopped.loop) == ("told", 2)
 
 
-def test_a_step_ends_when_the_rules_continue(env, debugger):
+def test_continue_ends_step(env, debugger):
     debugger.step("rule")
     debugger.go_on()
     env.assert_string("(one)")
     assert debugger.run() == 3
-    assert not stands(debugger)
+    assert not is_stopped(debugger)
 
 
-def test_step_a_transition(env, debugger):
+def test_transition_step_stops_at_next_transition(env, debugger):
     debugger.step("transition")
     env.assert_string("(tell a SELECTED)")
     env.assert_string("(one)")
@@ -195,7 +195,7 @@ def test_step_a_transition(env, debugger):
         debugger.step("year")
 
 
-def test_halt_of_the_agent_ends_the_loop_while_rules_are_watched(env, debugger):
+def test_halt_ends_debugged_loop(env, debugger):
     env.build("(defrule stops (declare (salience 10)) (stops) => (halt))")
     debugger.add("rule:never")
     env.assert_string("(one)")
@@ -207,7 +207,7 @@ def test_halt_of_the_agent_ends_the_loop_while_rules_are_watched(env, debugger):
 @pytest.mark.parametrize(
     "actions", ["(halt) (tell-goal g1 FINISHED)", "(tell-goal g1 FINISHED) (halt)"], ids=["before", "after"]
 )
-def test_halt_beside_a_transition_that_stops_is_not_lost(env, debugger, actions):
+def test_halt_of_rule_with_transition_ends_loop(env, debugger, actions):
     env.build(f"(defrule both (declare (salience 10)) (both) => {actions})")
     debugger.add("goal:g1")
     env.assert_string("(one)")
@@ -220,7 +220,7 @@ def test_halt_beside_a_transition_that_stops_is_not_lost(env, debugger, actions)
     assert debugger.run() == 3
 
 
-def test_rules_that_go_round_in_circles_end_while_they_are_watched(env, debugger, monkeypatch):
+def test_endless_rules_end_in_debugger(env, debugger, monkeypatch):
     monkeypatch.setattr("cxbridge.executive.host.endless.MAX_FIRINGS", 50)
     env.build("(defrule circle ?f <- (circle ?n) => (retract ?f) (assert (circle (+ ?n 1))))")
     debugger.add("rule:never")
@@ -230,7 +230,7 @@ def test_rules_that_go_round_in_circles_end_while_they_are_watched(env, debugger
     assert env.is_ended
 
 
-def test_a_line_printed_by_two_rules_stays_one(env, debugger):
+def test_line_printed_by_two_rules_is_a_single_line(env, debugger):
     lines = []
     env.output.redirect(lambda _level, text: lines.append(text))
     env.build('(defrule say1 (say) => (printout t "a") (assert (say2)))')
@@ -242,37 +242,37 @@ def test_a_line_printed_by_two_rules_stays_one(env, debugger):
 
 
 @pytest.mark.parametrize("text", CRASHING_TEXTS.values(), ids=CRASHING_TEXTS)
-def test_a_text_of_a_client_does_not_crash_the_parser(env, text):
-    """A fact that was asserted over HTTP ended the daemon."""
+def test_hostile_fact_text_does_not_crash_parser(env, text):
+    """Such a fact, asserted over HTTP, ended the daemon."""
     with pytest.raises(ClipsError, match="CLIPS cannot read this text"):
         assert_text(env, text)
     assert env.eval("(+ 1 2)") == 3
 
 
-def test_an_edit_may_make_a_transition_and_does_not_stop(env, debugger):
+def test_transition_between_loops_does_not_stop(env, debugger):
     debugger.add("goal:*")
     env.eval("(tell-goal a FINISHED)")
     assert debugger.run() == 0
-    assert not stands(debugger)
+    assert not is_stopped(debugger)
 
 
-def test_other_threads_may_use_it(env, debugger):
+def test_second_thread_edits_facts_and_continues(env, debugger):
     debugger.add("before:one")
     env.assert_string("(one)")
     debugger.run()
 
-    def edit_and_go_on():
+    def edit_and_continue():
         with env.lock:
             assert_text(env, "(two)")
         debugger.go_on()
 
-    helper = threading.Thread(target=edit_and_go_on)
+    helper = threading.Thread(target=edit_and_continue)
     helper.start()
     helper.join(15)
     assert debugger.run() == 3
 
 
-def test_removing_all_breakpoints_while_stopped_finishes_the_loop(env, debugger):
+def test_loop_ends_after_removal_of_all_breakpoints(env, debugger):
     debugger.add("before:two")
     env.assert_string("(one)")
     debugger.run()

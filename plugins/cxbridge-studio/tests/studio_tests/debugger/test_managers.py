@@ -1,4 +1,4 @@
-"""The managers of the thesis' chapter 4 as operations: from Python, the command line and over HTTP."""
+"""The managers of chapter 4 of the thesis as operations of Python, the command line and HTTP."""
 
 from __future__ import annotations
 
@@ -23,96 +23,98 @@ class RefusedError(Exception):
     """An operation was refused."""
 
 
-class Way:
-    """One way to the managers: each operation under one name."""
+class Access:
+    """An access to the managers: calls operations by name."""
 
-    def __init__(self, ask: Callable[..., Any]) -> None:
-        self.ask = ask
+    def __init__(self, call: Callable[..., Any]) -> None:
+        self.call = call
 
     def environments(self, feature: str) -> list[str]:
-        """The environments that have a feature."""
-        found = next(info for info in self.ask("feature-list") if info["name"] == feature)
+        """Return the environments with a feature."""
+        found = next(info for info in self.call("feature-list") if info["name"] == feature)
         return list(found["environments"])
 
     def state(self, component: str) -> tuple[str, str]:
-        found = next(row for row in self.ask("component-list") if row["name"] == component)
+        found = next(row for row in self.call("component-list") if row["name"] == component)
         return found["state"], found["reason"]
 
     def value(self, expression: str, env: str = "lab") -> str:
-        return str(self.ask("env-eval", env=env, expression=expression)["text"])
+        return str(self.call("env-eval", env=env, expression=expression)["text"])
 
 
-def over_python(daemon: Any, board: Any) -> Way:
-    def ask(verb: str, **arguments: Any) -> Any:
+def access_python(daemon: Any, board: Any) -> Access:
+    def call(verb: str, **arguments: Any) -> Any:
         try:
             return request(board, verb, WAIT_S, **arguments)
         except CxbridgeError as error:
             raise RefusedError(str(error)) from error
 
-    return Way(ask)
+    return Access(call)
 
 
-def over_cli(daemon: Any, capsys: pytest.CaptureFixture[str]) -> Way:
-    def ask(verb: str, **given: Any) -> Any:
-        words, as_json = COMMANDS[verb](given)
+def access_cli(daemon: Any, capsys: pytest.CaptureFixture[str]) -> Access:
+    def call(verb: str, **arguments: Any) -> Any:
+        words, as_json = COMMANDS[verb](arguments)
         status = invoke([*words, *(["--json"] if as_json else []), "--connect", daemon.endpoints[0]])
         out, err = capsys.readouterr()
         if status:
             raise RefusedError(err)
         return json.loads(out) if as_json else None
 
-    return Way(ask)
+    return Access(call)
 
 
 COMMANDS: dict[str, Callable[[dict[str, Any]], tuple[list[str], bool]]] = {
-    "env-create": lambda given: (["env", "create", given["env"]], False),
-    "env-destroy": lambda given: (["env", "destroy", given["env"]], False),
-    "env-list": lambda _given: (["env", "list"], True),
-    "env-eval": lambda given: (["env", "eval", given["env"], given["expression"]], True),
-    "env-feature": lambda given: (["env", "feature", given["env"], given["feature"]], False),
-    "feature-list": lambda _given: (["env", "features"], True),
-    "component-list": lambda _given: (["daemon", "component"], True),
-    "component-change": lambda given: (
-        ["daemon", "component", given["component"], given["transition"]],
+    "env-create": lambda arguments: (["env", "create", arguments["env"]], False),
+    "env-destroy": lambda arguments: (["env", "destroy", arguments["env"]], False),
+    "env-list": lambda _arguments: (["env", "list"], True),
+    "env-eval": lambda arguments: (["env", "eval", arguments["env"], arguments["expression"]], True),
+    "env-feature": lambda arguments: (["env", "feature", arguments["env"], arguments["feature"]], False),
+    "feature-list": lambda _arguments: (["env", "features"], True),
+    "component-list": lambda _arguments: (["daemon", "component"], True),
+    "component-change": lambda arguments: (
+        ["daemon", "component", arguments["component"], arguments["transition"]],
         False,
     ),
 }
 
 
-def over_rest(daemon: Any) -> Way:
-    def ask(verb: str, **given: Any) -> Any:
-        method, path, body = REQUESTS[verb](given)
+def access_rest(daemon: Any) -> Access:
+    def call(verb: str, **arguments: Any) -> Any:
+        method, path, body = REQUESTS[verb](arguments)
         status, text = rest(daemon, method, f"/cxbridge{path}", body)
         if status != 200:
             raise RefusedError(text)
         found = json.loads(text)
         rows = found if isinstance(found, list) else [found]
-        plain = [{name: row[name] for name in row if name not in ("kind", "apiVersion")} for row in rows]
-        return plain if isinstance(found, list) else plain[0]
+        rows_without_kind = [
+            {name: row[name] for name in row if name not in ("kind", "apiVersion")} for row in rows
+        ]
+        return rows_without_kind if isinstance(found, list) else rows_without_kind[0]
 
-    return Way(ask)
+    return Access(call)
 
 
 REQUESTS: dict[str, Callable[[dict[str, Any]], tuple[str, str, Any]]] = {
-    "env-create": lambda given: ("POST", "/environments", {"name": given["env"]}),
-    "env-destroy": lambda given: ("DELETE", f"/environments/{given['env']}", None),
-    "env-list": lambda _given: ("GET", "/environments", None),
-    "env-eval": lambda given: (
+    "env-create": lambda arguments: ("POST", "/environments", {"name": arguments["env"]}),
+    "env-destroy": lambda arguments: ("DELETE", f"/environments/{arguments['env']}", None),
+    "env-list": lambda _arguments: ("GET", "/environments", None),
+    "env-eval": lambda arguments: (
         "POST",
-        f"/environments/{given['env']}/eval",
-        {"expression": given["expression"]},
+        f"/environments/{arguments['env']}/eval",
+        {"expression": arguments["expression"]},
     ),
-    "env-feature": lambda given: (
+    "env-feature": lambda arguments: (
         "POST",
-        f"/environments/{given['env']}/features",
-        {"feature": given["feature"]},
+        f"/environments/{arguments['env']}/features",
+        {"feature": arguments["feature"]},
     ),
-    "feature-list": lambda _given: ("GET", "/features", None),
-    "component-list": lambda _given: ("GET", "/components", None),
-    "component-change": lambda given: (
+    "feature-list": lambda _arguments: ("GET", "/features", None),
+    "component-list": lambda _arguments: ("GET", "/components", None),
+    "component-change": lambda arguments: (
         "PUT",
-        f"/components/{given['component']}",
-        {"transition": given["transition"]},
+        f"/components/{arguments['component']}",
+        {"transition": arguments["transition"]},
     ),
 }
 
@@ -129,70 +131,70 @@ def _served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Any, lis
         yield daemon, lines
 
 
-@pytest.fixture(name="way", params=["python", "cli", pytest.param("rest", marks=needs_plugin("web"))])
+@pytest.fixture(name="access", params=["python", "cli", pytest.param("rest", marks=needs_plugin("web"))])
 def _way(
     request: pytest.FixtureRequest, served: tuple[Any, list[str]], capsys: pytest.CaptureFixture[str]
-) -> Iterator[Way]:
+) -> Iterator[Access]:
     daemon, _ = served
     if request.param == "python":
         with connected(daemon) as board:
-            yield over_python(daemon, board)
+            yield access_python(daemon, board)
     else:
-        yield over_rest(daemon) if request.param == "rest" else over_cli(daemon, capsys)
+        yield access_rest(daemon) if request.param == "rest" else access_cli(daemon, capsys)
 
 
 @pytest.fixture(name="lab")
-def _lab(way: Way) -> Iterator[Way]:
-    """A way with an environment ``lab``."""
-    way.ask("env-create", env="lab")
-    yield way
-    if "lab" in [info["name"] for info in way.ask("env-list")]:
-        way.ask("env-destroy", env="lab")
+def _lab(access: Access) -> Iterator[Access]:
+    """An access with an environment ``lab``."""
+    access.call("env-create", env="lab")
+    yield access
+    if "lab" in [info["name"] for info in access.call("env-list")]:
+        access.call("env-destroy", env="lab")
 
 
-def test_environments_are_created_and_destroyed(way: Way) -> None:
-    way.ask("env-create", env="other")
+def test_environments_are_created_and_destroyed(access: Access) -> None:
+    access.call("env-create", env="other")
     with pytest.raises(RefusedError, match="already exists"):
-        way.ask("env-create", env="other")
-    way.ask("env-destroy", env="other")
+        access.call("env-create", env="other")
+    access.call("env-destroy", env="other")
     with pytest.raises(RefusedError, match="other"):
-        way.ask("env-destroy", env="other")
-    assert [info["name"] for info in way.ask("env-list")] == ["executive"]
+        access.call("env-destroy", env="other")
+    assert [info["name"] for info in access.call("env-list")] == ["executive"]
 
 
-def test_an_environment_gets_a_feature(lab: Way) -> None:
+def test_environment_gets_feature(lab: Access) -> None:
     assert lab.environments("navgraph") == []
-    lab.ask("env-feature", env="lab", feature="navgraph")
+    lab.call("env-feature", env="lab", feature="navgraph")
     assert lab.environments("navgraph") == ["lab"]
     with pytest.raises(RefusedError, match="nope"):
-        lab.ask("env-feature", env="lab", feature="nope")
+        lab.call("env-feature", env="lab", feature="nope")
 
 
-def test_a_component_is_taken_through_its_life(way: Way) -> None:
-    """The original's change_state and get_state of each node."""
-    assert way.state("executive") == ("ACTIVE", "")
-    way.ask("component-change", component="executive", transition="deactivate")
-    assert way.state("executive") == ("INACTIVE", "deactivate on request")
+def test_component_changes_state_in_its_lifecycle(access: Access) -> None:
+    """The original has the services change_state and get_state of each node."""
+    assert access.state("executive") == ("ACTIVE", "")
+    access.call("component-change", component="executive", transition="deactivate")
+    assert access.state("executive") == ("INACTIVE", "deactivate on request")
     with pytest.raises(RefusedError, match="it is inactive, expected unconfigured"):
-        way.ask("component-change", component="executive", transition="configure")
-    way.ask("component-change", component="executive", transition="cleanup")
+        access.call("component-change", component="executive", transition="configure")
+    access.call("component-change", component="executive", transition="cleanup")
     with pytest.raises(RefusedError, match="it is unconfigured"):
-        way.ask("component-change", component="executive", transition="activate")
+        access.call("component-change", component="executive", transition="activate")
     with pytest.raises(RefusedError, match="executive"):
-        way.ask("env-list")
-    way.ask("component-change", component="executive", transition="configure")
-    way.ask("component-change", component="executive", transition="activate")
-    assert way.state("executive") == ("ACTIVE", "")
-    for component, transition, what in (
+        access.call("env-list")
+    access.call("component-change", component="executive", transition="configure")
+    access.call("component-change", component="executive", transition="activate")
+    assert access.state("executive") == ("ACTIVE", "")
+    for component, transition, message in (
         ("nope", "activate", "nope"),
         ("executive", "dance", "no transition 'dance'"),
         ("blackboard", "deactivate", "no component 'blackboard' to change"),
     ):
-        with pytest.raises(RefusedError, match=what):
-            way.ask("component-change", component=component, transition=transition)
+        with pytest.raises(RefusedError, match=message):
+            access.call("component-change", component=component, transition=transition)
 
 
-def test_every_operation_has_all_ways() -> None:
+def test_each_operation_has_command_and_http_request() -> None:
     beginnings = ("env-feature", "feature-", "component-")
     assert {verb for verb in verbs() if verb.startswith(beginnings)} <= set(COMMANDS)
     assert set(REQUESTS) == set(COMMANDS)

@@ -1,4 +1,4 @@
-"""A daemon's debugger and environments, over its blackboard."""
+"""The debugger and the environments of a daemon, over its blackboard."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ PING = """
 def _daemon(tmp_path):
     scenario = write_scenario(tmp_path / "mini", agent=PING)
     settings = (("fawkes/enable", False), ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]))
-    with running(config=scenario, settings=settings) as (made, _, _):
-        yield made
+    with running(config=scenario, settings=settings) as (daemon, _, _):
+        yield daemon
 
 
 @pytest.fixture(name="board")
@@ -41,14 +41,14 @@ def _ask(board):
     return lambda verb, **arguments: request(board, verb, WAIT_S, **arguments)
 
 
-def relations(ask, name):
+def list_facts(ask, name):
     try:
         return [text for _, text in ask("facts", env="executive", template=name)]
     except CxbridgeError:
         return []
 
 
-def test_it_stops_at_a_breakpoint_while_the_rest_goes_on(daemon, board, ask):
+def test_daemon_loop_continues_while_rules_are_stopped(daemon, board, ask):
     assert ask("break-add", specs=["rule:pong"]) == [{"number": 1, "spec": "rule:pong"}]
     ask("assert", env="executive", fact="(ping 1)")
     assert until(lambda: ask("where") is not None)
@@ -56,7 +56,7 @@ def test_it_stops_at_a_breakpoint_while_the_rest_goes_on(daemon, board, ask):
     assert (where["reason"], where["rule"], where["next_rule"]) == ("before rule pong", "ping", "pong")
     loops = daemon.loop.cycle_count
     assert until(lambda: daemon.loop.cycle_count > loops + 2)
-    assert relations(ask, "done") == []
+    assert list_facts(ask, "done") == []
     assert read_status(board)["state"] == "RUNNING"
     index = ask("facts", env="executive", template="pong")[0][0]
     assert ask("agenda", env="executive", limit=1) == [[0, "pong", f"f-{index}"]]
@@ -64,11 +64,11 @@ def test_it_stops_at_a_breakpoint_while_the_rest_goes_on(daemon, board, ask):
     ask("assert", env="executive", fact="(pong 2)")
     ask("break-remove", numbers=[1])
     assert send_command(board, "Resume", WAIT_S)
-    assert until(lambda: relations(ask, "done") == ["(done 2)"])
+    assert until(lambda: list_facts(ask, "done") == ["(done 2)"])
     assert ask("where") is None
 
 
-def test_steps(board, ask):
+def test_steps_stop_after_rule_and_loop(board, ask):
     ask("break-add", specs=["after:ping"])
     ask("assert", env="executive", fact="(ping 1)")
     assert until(lambda: ask("where") is not None)
@@ -84,18 +84,18 @@ def test_steps(board, ask):
         step(board, "year", WAIT_S)
 
 
-def test_breakpoints_that_a_reset_makes_wrong_are_in_the_log(daemon, board, ask, tmp_path):
+def test_breakpoints_invalid_after_reset_are_logged(daemon, board, ask, tmp_path):
     ask("break-add", specs=["rule:pong", "goal:X:FINISHED"])
     write_scenario(tmp_path / "mini", agent=PING.replace("pong", "pang"))
     lines = []
     daemon.bus.subscribe(lambda event: lines.append(event.text), LogLine)
     assert send_command(board, "Reset", WAIT_S)
-    said = "breakpoint rule:pong: there is no rule 'pong' hint: did you mean ping or pang?"
-    assert until(lambda: any(line.startswith(said) for line in lines))
+    message = "breakpoint rule:pong: there is no rule 'pong' hint: did you mean ping or pang?"
+    assert until(lambda: any(line.startswith(message) for line in lines))
     assert [item["spec"] for item in ask("break-list")] == ["rule:pong", "goal:X:FINISHED"]
 
 
-def test_bytes_that_are_no_text_do_no_harm(daemon, ask, capsys):
+def test_invalid_utf_8_in_fact_is_shown(daemon, ask, capsys):
     ask("break-add", specs=["goal:*"])
     ask("assert", env="executive", fact='(make "bad\udcff")')
     assert until(lambda: ask("where") is not None)
@@ -105,26 +105,26 @@ def test_bytes_that_are_no_text_do_no_harm(daemon, ask, capsys):
     assert '(make "bad' in capsys.readouterr().out
 
 
-def test_what_cannot_be_done_is_one_clear_error(ask):
-    for wrong, verb, arguments in (
+def test_invalid_requests_are_errors(ask):
+    for message, verb, arguments in (
         ("the request 'fly' is unknown", "fly", {}),
         ("arguments of facts are wrong", "facts", {}),
         ("arguments of facts are wrong", "facts", {"env": "executive", "limit": float("inf")}),
         ("no CLIPS environment 'x'", "facts", {"env": "x"}),
         ("no deftemplate 'x'", "facts", {"env": "executive", "template": "x"}),
         ("is not a breakpoint", "break-add", {"specs": ["fly"]}),
-        ("no rule 'pon'", "break-add", {"specs": ["rule:pong", "rule:pon"]}),  # none of them then
+        ("no rule 'pon'", "break-add", {"specs": ["rule:pong", "rule:pon"]}),  # no breakpoint is added
         ("no mode 'FINISHD'", "break-add", {"specs": ["goal:MADE:FINISHD"]}),
         ("no skill 'sya'", "break-add", {"specs": ["skill:sya"]}),
         ("does not assert", "assert", {"env": "executive", "fact": "x"}),
         ("are too long", "assert", {"env": "executive", "fact": "x" * 9000}),
     ):
-        with pytest.raises(CxbridgeError, match=wrong):
+        with pytest.raises(CxbridgeError, match=message):
             ask(verb, **arguments)
     assert ask("break-list") == []
 
 
-def test_an_answer_that_does_not_fit_is_refused(ask):
+def test_reply_above_size_limit_is_an_error(ask):
     for number in range(200):
         ask("assert", env="executive", fact=f'(long {number} "{"x" * 4000}")')
         if number % 70 == 69:
@@ -134,7 +134,7 @@ def test_an_answer_that_does_not_fit_is_refused(ask):
     assert len(ask("facts", env="executive", template="long", limit=10)) == 10
 
 
-def test_without_an_executive_it_is_said(tmp_path):
+def test_daemon_without_executive_refuses_requests(tmp_path):
     settings = (("fawkes/enable", False), ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]))
     with running(settings=settings) as (daemon, _, _), connected(daemon) as board:
         with pytest.raises(CxbridgeError, match="this daemon has no executive"):
@@ -148,7 +148,7 @@ def test_without_an_executive_it_is_said(tmp_path):
     assert NoAnswerError("x").exit_status == 3
 
 
-def test_the_commands(daemon, ask, tmp_path, capsys):
+def test_commands_debug_and_edit_daemon(daemon, ask, tmp_path, capsys):
     def cli(*words):
         status = invoke([*words, "--connect", daemon.endpoints[0]])
         return status, *capsys.readouterr()
@@ -160,9 +160,9 @@ def test_the_commands(daemon, ask, tmp_path, capsys):
     _, out, _ = cli("daemon", "break", "list")
     assert out == "1  rule:pong\nstopped before rule pong (breakpoint 1)\n  fired last: ping; next: pong\n"
     assert json.loads(cli("daemon", "break", "list", "--json")[1])["stopped"]["kind"] == "before"
-    told = json.loads(cli("daemon", "status", "--json")[1])
-    assert told["stopped"] == "before rule pong"
-    assert (told["stop"]["breakpoint"], told["stop"]["next_rule"]) == (1, "pong")
+    status_json = json.loads(cli("daemon", "status", "--json")[1])
+    assert status_json["stopped"] == "before rule pong"
+    assert (status_json["stop"]["breakpoint"], status_json["stop"]["next_rule"]) == (1, "pong")
     _, out, _ = cli("daemon", "status")
     assert "\nrules are stopped before rule pong\n  breakpoint 1; fired last: ping; next: pong\n" in out
     status, out, _ = cli("env", "agenda", "executive")
@@ -195,7 +195,7 @@ def test_the_commands(daemon, ask, tmp_path, capsys):
     assert ", agenda 0, log info, watch facts\n" in cli("env", "list")[1]
 
 
-def test_what_a_client_sends_looks_like_no_line_of_the_log():
+def test_log_excerpt_of_request_is_escaped():
     assert (
         daemon_requests._log_excerpt("{}\nE Daemon: on fire\x1b[2J") == r"{}\u000aE Daemon: on fire\u001b[2J"
     )
