@@ -94,8 +94,8 @@ def test_mentions_in_rule_have_uses():
 )
 def test_broken_construct_does_not_hide_next_constructs(text, expected):
     (file,) = make_model(a__clp=text).files
-    found = [(p.piece.name.text, p.piece.is_closed) for p in file.pieces if p.piece.name is not None]
-    assert found == expected
+    names = [(p.piece.name.text, p.piece.is_closed) for p in file.pieces if p.piece.name is not None]
+    assert names == expected
 
 
 def test_update_reads_only_changed_constructs():

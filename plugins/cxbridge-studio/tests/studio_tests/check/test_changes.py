@@ -60,10 +60,12 @@ def check_clips(folder, clips):
     ],
 )
 def test_impossible_slot_or_value_is_found(tmp_path, clips, code, word):
-    found = [finding for finding in check_clips(tmp_path, clips) if finding.code.name in ("CX210", "CX211")]
-    assert [finding.code.name for finding in found] == [code]
-    assert word in f"{found[0].message} {found[0].hint}"
-    assert found[0].place.line == 4
+    findings = [
+        finding for finding in check_clips(tmp_path, clips) if finding.code.name in ("CX210", "CX211")
+    ]
+    assert [finding.code.name for finding in findings] == [code]
+    assert word in f"{findings[0].message} {findings[0].hint}"
+    assert findings[0].place.line == 4
 
 
 @pytest.mark.parametrize(

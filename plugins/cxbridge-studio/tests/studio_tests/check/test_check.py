@@ -213,7 +213,7 @@ SUB_TYPE = """
 (defrule select ?g <- (goal (id G) (mode FORMULATED)) => (modify ?g (mode SELECTED)))
 (defrule expand ?g <- (goal (id G) (mode SELECTED)) => (modify ?g (mode EXPANDED)))
 """
-MAKERS = [each.name for each in definitions(TREES) if each.name.startswith("goal-tree-assert-")]
+MAKERS = [finding.name for finding in definitions(TREES) if finding.name.startswith("goal-tree-assert-")]
 FILES = sub_types.find_core_files(BUILTIN_CX)
 
 

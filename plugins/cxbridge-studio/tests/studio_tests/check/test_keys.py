@@ -42,5 +42,5 @@ def test_misspelt_part_of_each_key_is_found_at_its_place() -> None:
         if part.islower()
     ]
     assert len(paths) > 100
-    found = {path: find_unknown_name(path) for path in paths}
-    assert {path: place for path, place in found.items() if place is None or place[0] != len(path) - 1} == {}
+    places = {path: find_unknown_name(path) for path in paths}
+    assert {path: place for path, place in places.items() if place is None or place[0] != len(path) - 1} == {}

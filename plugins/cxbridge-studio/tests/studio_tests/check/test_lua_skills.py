@@ -56,8 +56,8 @@ COMPUTED = {
 
 def find_mistakes(text: str) -> list[tuple[int, str]]:
     schema = default_registry().schema
-    found = [*find_load_mistakes(text, schema), *find_unknown_methods(text, schema)]
-    return [(text.count("\n", 0, offset) + 1, hint) for offset, _, hint in found]
+    mistakes = [*find_load_mistakes(text, schema), *find_unknown_methods(text, schema)]
+    return [(text.count("\n", 0, offset) + 1, hint) for offset, _, hint in mistakes]
 
 
 def test_correct_skill_has_no_finding():

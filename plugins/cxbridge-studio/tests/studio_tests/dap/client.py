@@ -90,7 +90,7 @@ class Client:
 
     def get_responses(self, requests: Iterable[tuple[str, Any]]) -> list[dict[str, Any]]:
         """Send all requests, then return their responses."""
-        return [self._get_response_to(number) for number in [self._send(*each) for each in requests]]
+        return [self._get_response_to(number) for number in [self._send(*request) for request in requests]]
 
     def _get_response_to(self, number: int) -> dict[str, Any]:
         while (message := self._next())["type"] != "response":

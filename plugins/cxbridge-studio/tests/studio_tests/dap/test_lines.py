@@ -114,7 +114,7 @@ def make_environment(tmp_path, *, with_probes=True):
     file = tmp_path / "file.clp"
     file.write_text(ALL_ACTIONS)
     env.load(file)
-    assert [str(each) for each in env.loader.diagnostics] == []
+    assert [str(diagnostic) for diagnostic in env.loader.diagnostics] == []
     env.assert_string("(goal (id g1))")
     env.assert_string("(go a b c)")
     yield env, debugger, probes

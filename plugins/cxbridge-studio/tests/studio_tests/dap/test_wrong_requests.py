@@ -87,8 +87,8 @@ def test_wrong_arguments_are_errors(client):
     for command, arguments in VALID.items():  # `terminate` is last, because it always ends the run
         requests.append((command, 3))
         for name, value in arguments.items() if command != "launch" else ():
-            rest = {key: arguments[key] for key in arguments if key != name}
-            requests += [(command, rest), (command, {**rest, name: "x" if value == 1 else 3})]
+            remaining = {key: arguments[key] for key in arguments if key != name}
+            requests += [(command, remaining), (command, {**remaining, name: "x" if value == 1 else 3})]
     for request, response in zip(requests, client.get_responses(requests), strict=True):
         assert not response["success"], request
         assert response["message"].startswith("the arguments are invalid: "), response
@@ -159,13 +159,13 @@ def test_breakpoints_with_unknown_names_are_unverified(client):
     client.wait_for_stop()
     client.resume()
     changes = [event["body"]["breakpoint"] for event in client.log if event.get("event") == "breakpoint"]
-    changes_by_id = {each["id"]: each for each in changes}
+    changes_by_id = {row["id"]: row for row in changes}
     for first, (name, hint) in zip(before, NAMES.items(), strict=True):
         breakpoint_ = changes_by_id.get(first["id"], first)
         assert (breakpoint_["verified"], hint in breakpoint_["message"]) == (False, True), (name, breakpoint_)
     after_start = client.set_named_breakpoints(*NAMES, "goal:TALK", "rule:talk-*")
-    assert [each["verified"] for each in after_start] == [False] * len(NAMES) + [True, True]
-    assert all(hint in each["message"] for each, hint in zip(after_start, NAMES.values(), strict=False))
+    assert [row["verified"] for row in after_start] == [False] * len(NAMES) + [True, True]
+    assert all(hint in row["message"] for row, hint in zip(after_start, NAMES.values(), strict=False))
 
 
 def test_named_breakpoint_has_condition_and_count(client):
@@ -178,6 +178,6 @@ def test_named_breakpoint_has_condition_and_count(client):
             {"name": "goal:TALK:FINISHED", "condition": "FALSE"},
         ],
     )["breakpoints"]
-    assert [each["verified"] for each in (count, spaced, condition)] == [False, True, True]
+    assert [row["verified"] for row in (count, spaced, condition)] == [False, True, True]
     client.start_run()
     assert client.wait_for_stop()["hitBreakpointIds"] == [spaced["id"]]

@@ -80,7 +80,7 @@ def _address(lines: Iterable[str] | None) -> str:
 
 
 def tour(page: Any, address: str, shoot: Shoot) -> None:
-    """Make a typo, mend it by completion, stop at a breakpoint, and end the run."""
+    """Make a typo, fix the typo by completion, stop at a breakpoint, and end the run."""
     open_file(page, address)
     text = (ROOT / "scenarios" / "test-scenario" / FILE).read_text()
     _type_slot(page, text, "mood")

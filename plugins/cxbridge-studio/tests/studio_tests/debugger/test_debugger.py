@@ -77,7 +77,7 @@ def test_breakpoint_stops_before_rule(env, debugger):
     debugger.go_on()
     assert debugger.run() == 2
     assert not is_stopped(debugger)
-    assert rules == [(1, "one"), (2, "two"), (3, "three")]  # numbered as in one run
+    assert rules == [(1, "one"), (2, "two"), (3, "three")]  # numbered like in a run without a stop
 
 
 def test_breakpoints_stop_after_rule_and_before_next_rule(env, debugger):

@@ -31,12 +31,12 @@ class Access:
 
     def environments(self, feature: str) -> list[str]:
         """Return the environments with a feature."""
-        found = next(info for info in self.call("feature-list") if info["name"] == feature)
-        return list(found["environments"])
+        row = next(info for info in self.call("feature-list") if info["name"] == feature)
+        return list(row["environments"])
 
     def state(self, component: str) -> tuple[str, str]:
-        found = next(row for row in self.call("component-list") if row["name"] == component)
-        return found["state"], found["reason"]
+        row = next(row for row in self.call("component-list") if row["name"] == component)
+        return row["state"], row["reason"]
 
     def value(self, expression: str, env: str = "lab") -> str:
         return str(self.call("env-eval", env=env, expression=expression)["text"])
@@ -85,12 +85,12 @@ def access_rest(daemon: Any) -> Access:
         status, text = rest(daemon, method, f"/cxbridge{path}", body)
         if status != 200:
             raise RefusedError(text)
-        found = json.loads(text)
-        rows = found if isinstance(found, list) else [found]
+        document = json.loads(text)
+        rows = document if isinstance(document, list) else [document]
         rows_without_kind = [
             {name: row[name] for name in row if name not in ("kind", "apiVersion")} for row in rows
         ]
-        return rows_without_kind if isinstance(found, list) else rows_without_kind[0]
+        return rows_without_kind if isinstance(document, list) else rows_without_kind[0]
 
     return Access(call)
 

@@ -1,4 +1,4 @@
-"""An environment is built again from what was recorded."""
+"""Environments from recorded sources."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from tests.support import ROOT
 
 
 @pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    """The test scenario, recorded with its rules."""
+def recorded_run(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """The recorded test scenario, with the sources of its rules."""
     path = tmp_path_factory.mktemp("run") / "run.mcap"
     run_scenario(RunOptions(scenario=ROOT / "scenarios" / "test-scenario", trace=path, trace_level="rules"))
     return open_run(path)
 
 
-def build_again(run: Run, folder: Path) -> ClipsEnvironment:
-    """Build the executive's environment from nothing but a recording."""
+def rebuild_environment(run: Run, folder: Path) -> ClipsEnvironment:
+    """Return the environment of the executive, from the recording only."""
     env = ClipsEnvironment("again", EventBus(VirtualClock()))
     for source in find_building_steps(run, "executive"):
         data, details = source.data, source.details
         if source.role == "function":
-            most = int(details["maximum"])
-            env.define(source.name, lambda *_: None, int(details["minimum"]), most, details["types"])
+            maximum = int(details["maximum"])
+            env.define(source.name, lambda *_: None, int(details["minimum"]), maximum, details["types"])
         elif source.role == "construct":
             assert data is not None
             env.build(data.decode())
@@ -45,31 +45,38 @@ def build_again(run: Run, folder: Path) -> ClipsEnvironment:
     return env
 
 
-def test_an_environment_can_be_built_again(recorded: Run, tmp_path: Path) -> None:
-    env = build_again(recorded, tmp_path)
+def test_environment_is_rebuilt_from_recording(recorded_run: Run, tmp_path: Path) -> None:
+    env = rebuild_environment(recorded_run, tmp_path)
     rules = env.eval("(get-defrule-list *)")
     assert isinstance(rules, tuple)
-    fired = {event.rule for event in recorded if isinstance(event, RuleFired)}
+    fired = {event.rule for event in recorded_run if isinstance(event, RuleFired)}
     assert len(fired) > 90
     assert fired <= {str(rule).removeprefix("MAIN::") for rule in rules}
     assert env.loader.diagnostics == []
-    settings = [dict(source.details) for source in run_sources(recorded, "settings")]
+    settings = [dict(source.details) for source in run_sources(recorded_run, "settings")]
     assert settings == [{"strategy": "depth", "salience": "when-defined", "duplicates": "FALSE"}] * 2
     env.destroy()
 
 
-def test_what_a_file_has_loaded_comes_before_it(tmp_path: Path) -> None:
-    def told(name: str, within: str = "") -> SourceRead:
+def test_loaded_file_comes_before_loading_file(tmp_path: Path) -> None:
+    def make_source(name: str, within: str = "") -> SourceRead:
         return SourceRead(1, "clips", "e", name, name.encode(), {"within": within})
 
     with McapWriter(tmp_path / "run.mcap") as writer:
-        for event in (told("a"), told("b"), told("c", "b"), told("d", "c"), told("e", "b"), told("f")):
+        for event in (
+            make_source("a"),
+            make_source("b"),
+            make_source("c", "b"),
+            make_source("d", "c"),
+            make_source("e", "b"),
+            make_source("f"),
+        ):
             writer.write(event)
     steps = find_building_steps(open_run(tmp_path / "run.mcap"), "e")
     assert [source.name for source in steps] == ["a", "d", "c", "e", "b", "f"]
 
 
-def test_the_steps_of_a_time_are_those_of_the_last_environment_by_then(tmp_path: Path) -> None:
+def test_steps_until_time_belong_to_last_environment(tmp_path: Path) -> None:
     with McapWriter(tmp_path / "run.mcap") as writer:
         for time_us, role in enumerate(["environment", "clips", "environment", "clips"]):
             writer.write(SourceRead(time_us, role, "e", f"{role}-{time_us}", None, {}))

@@ -1,4 +1,4 @@
-"""Environments made for looking have the functions that somebody has given a reason for, and no other."""
+"""Isolated environments have only the functions in the table of allowed functions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol
 from cxbridge_studio.explain.rules.isolated import ALLOWED_FUNCTIONS, IsolatedEnvironment
 
-REACH_OUT = """
+FUNCTIONS_WITH_EFFECTS = """
 system open close read readline read-number get-char unget-char put-char remove rename rewind seek
 tell flush with-open-file chdir fetch toss print-region get-region load load* batch batch* bload
 bsave save load-facts save-facts bload-facts bsave-facts load-instances save-instances
@@ -21,11 +21,11 @@ eval build funcall assert-string str-assert check-syntax assert retract modify d
 make-instance send call new apropos clear reset run halt watch unwatch seed set-locale
 operating-system profile timer cx-modify cx-is-file facts rules agenda undefrule
 """
-"""What nothing may do that looks; beside all that is not in the list of what it may."""
+"""Functions that a look must not call."""
 
 
-def built_in() -> set[str]:
-    """Every function that a CLIPS environment has when it is made, by CLIPS' own list."""
+def list_built_in_functions() -> set[str]:
+    """Return the functions of a new CLIPS environment, from the list of CLIPS."""
     env = lib.CreateEnvironment()
     try:
         value = ffi.new("CLIPSValue *")
@@ -37,51 +37,53 @@ def built_in() -> set[str]:
 
 
 @pytest.fixture
-def looking():
+def isolated_env():
     env = IsolatedEnvironment("look", EventBus(VirtualClock()))
     yield env
     env.destroy()
 
 
-def test_every_function_is_allowed_with_a_reason_or_gone(looking):
-    usual = ClipsEnvironment("usual", EventBus(VirtualClock()))
+def test_each_function_is_allowed_or_removed(isolated_env):
+    plain_env = ClipsEnvironment("plain", EventBus(VirtualClock()))
     try:
-        of_shims = {str(name) for name in usual.call("get-function-list")}
+        plain_functions = {str(name) for name in plain_env.call("get-function-list")}
     finally:
-        usual.destroy()
-    there = built_in() | of_shims
-    assert len(there) > 400
-    assert set(ALLOWED_FUNCTIONS) <= there, "a reason for something that does not exist"
-    assert looking.removed_functions == there - set(ALLOWED_FUNCTIONS) - (built_in() - of_shims)
-    for name in sorted(there - set(ALLOWED_FUNCTIONS)):
+        plain_env.destroy()
+    all_functions = list_built_in_functions() | plain_functions
+    assert len(all_functions) > 400
+    assert set(ALLOWED_FUNCTIONS) <= all_functions, "an allowed function does not exist"
+    assert isolated_env.removed_functions == all_functions - set(ALLOWED_FUNCTIONS) - (
+        list_built_in_functions() - plain_functions
+    )
+    for name in sorted(all_functions - set(ALLOWED_FUNCTIONS)):
         if not name.startswith("("):
-            message = said(looking, f"({name})")
+            message = get_error(isolated_env, f"({name})")
             assert "Missing function declaration" in message, (name, message)
 
 
-def said(env: ClipsEnvironment, expression: str) -> str:
-    """What CLIPS says against an expression."""
+def get_error(env: ClipsEnvironment, expression: str) -> str:
+    """Return the error message of CLIPS for an expression."""
     with pytest.raises(ClipsError) as caught:
         env.eval(expression)
     return caught.value.message
 
 
-@pytest.mark.parametrize("name", REACH_OUT.split())
-def test_nothing_that_reaches_out_is_allowed(name):
+@pytest.mark.parametrize("name", FUNCTIONS_WITH_EFFECTS.split())
+def test_function_with_effects_is_not_allowed(name):
     assert name not in ALLOWED_FUNCTIONS
 
 
-def test_what_is_left_still_works(looking):
-    """What is removed is looked up by CLIPS' parser for nothing that is left."""
-    looking.build("(deftemplate robot (slot name (default ?DERIVE)) (multislot seen))")
-    looking.build("(defglobal ?*limit* = 3)")
-    looking.build(
+def test_constructs_work_with_remaining_functions(isolated_env):
+    """The parser of CLIPS looks up functions by name: no construct may need a removed function."""
+    isolated_env.build("(deftemplate robot (slot name (default ?DERIVE)) (multislot seen))")
+    isolated_env.build("(defglobal ?*limit* = 3)")
+    isolated_env.build(
         "(deffunction about (?x $?rest) (bind ?n 0) (progn$ (?r ?rest) (bind ?n (+ ?n ?r-index)))"
         " (foreach ?r ?rest (bind ?n (+ ?n ?r))) (loop-for-count (?i 1 3) do (bind ?n (+ ?n ?i)))"
         " (while (< ?n 100) do (bind ?n (+ ?n 50))) (if (> ?n 1) then (printout t ?n crlf))"
         ' (switch ?x (case a then (return ?n)) (default (return (str-cat ?n "-" ?x)))))'
     )
-    looking.assert_string('(robot (name r) (seen 1 2 "three"))')
+    isolated_env.assert_string('(robot (name r) (seen 1 2 "three"))')
     values = {
         "(about a 1 2 3)": 118,
         "(about b 1)": "108-b",
@@ -91,16 +93,16 @@ def test_what_is_left_still_works(looking):
         "(create$ (expand$ (create$ a b)) (sort > 1 3 2))": (Symbol("a"), Symbol("b"), 1, 2, 3),
         '(length "four")': 4,
     }
-    assert {expression: looking.eval(expression) for expression in values} == values
-    looking.build(
+    assert {expression: isolated_env.eval(expression) for expression in values} == values
+    isolated_env.build(
         "(defrule r (robot (name ?n&:(neq ?n x)) (seen $? 2 $?)) (test (> ?*limit* 2)) (not (y)) =>)"
     )
-    assert looking.has_activations(1)
+    assert isolated_env.has_activations(1)
 
 
-def test_a_function_without_end_is_guarded(looking):
-    looking.build("(deffunction f (?x) (+ 1 (f ?x)))")
+def test_endless_recursion_is_an_error(isolated_env):
+    isolated_env.build("(deffunction f (?x) (+ 1 (f ?x)))")
     with pytest.raises(ClipsError):
-        looking.eval("(f 1)")
+        isolated_env.eval("(f 1)")
     with pytest.raises(ClipsError, match="CLIPS cannot read this text"):
-        looking.build(f"(deffunction g () {'(+ 1 ' * 2_000}1{')' * 2_000})")
+        isolated_env.build(f"(deffunction g () {'(+ 1 ' * 2_000}1{')' * 2_000})")

@@ -1,4 +1,4 @@
-"""The preconditions of recorded actions."""
+"""Preconditions of recorded actions."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from tests.executive.problem.test_terms import NAMES
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_constant_in_an_explanation(name: str):
+def test_ground_predicate_has_constant(name: str):
     predicate = {"predicate": "at", "param-names": "x c", "param-constants": f"nil {name}"}
     assert ground_predicate(predicate, {"x": "r1", "c": "wrong"}) == ("at", "r1", name)
 
 
-def test_the_parts_of_a_recorded_precondition_are_looked_at_once():
+def test_parts_of_precondition_are_visited_once():
     facts = {"pddl-formula": LADDER, "pddl-predicate": [LEAF], "domain-fact": []}
     assert Preconditions(facts.__getitem__).describe_blame("go", {}) == ["(at) is false"]

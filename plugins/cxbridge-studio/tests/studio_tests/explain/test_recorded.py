@@ -1,4 +1,4 @@
-"""A recording at a time: the facts of that time, rules of the attached files."""
+"""The evidence of a recording at a time: the facts of the time, and the rules of the attached files."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ EVENTS = (
 )
 
 
-def joined(at, rule="drive", events=EVENTS):
+def count_joins(at, rule="drive", events=EVENTS):
     story = explain_rule(RecordedEvidence(ListRun(events, FILES), at, None), rule)
     assert story.diagnosis is not None
-    return [each.joined.number if each.joined else None for each in story.diagnosis.elements], story
+    return [element.joined.number if element.joined else None for element in story.diagnosis.elements], story
 
 
-def test_the_facts_are_those_of_the_time():
-    assert joined(1.5)[0] == [0, None, None]
-    assert joined(2.5)[0] == [1, 0, None]
-    assert joined(3.5)[0] == [1, 1, 0]
-    assert joined(4.5)[0] == [1, 1, 1]
+def test_joins_use_facts_of_the_time():
+    assert count_joins(1.5)[0] == [0, None, None]
+    assert count_joins(2.5)[0] == [1, 0, None]
+    assert count_joins(3.5)[0] == [1, 1, 0]
+    assert count_joins(4.5)[0] == [1, 1, 1]
 
 
-def test_what_is_told_of_them():
-    story = joined(1.5)[1]
+def test_story_has_nearest_fact_position_and_notes():
+    story = count_joins(1.5)[1]
     assert story.diagnosis is not None
     assert story.diagnosis.failure is not None
     (miss,) = story.diagnosis.failure.near
@@ -51,17 +51,17 @@ def test_what_is_told_of_them():
     assert "no fact of 'time' was recorded: there was none, or it was not watched" in story.notes
 
 
-def test_firings_tell_what_became_of_a_match():
-    before, after = joined(4.5, events=(fired(0, "old"), *EVENTS))[1], joined(None)[1]
+def test_verdict_states_whether_match_fired():
+    before, after = count_joins(4.5, events=(fired(0, "old"), *EVENTS))[1], count_joins(None)[1]
     assert "it had not fired for 1 of them, first f-4,f-3" in to_json(before)["verdict"]
     assert "it has fired for it" in to_json(after)["verdict"]
     assert to_json(after)["last_fired"] == {"seconds": 5.0, "facts": "f-4,f-3"}
 
 
-def test_of_two_rules_of_one_name_the_later_counts():
-    found = joined(None, "old")[1].diagnosis
-    assert found is not None
-    assert found.elements[0].text == "(y)"
+def test_later_rule_replaces_earlier_rule_with_its_name():
+    diagnosis = count_joins(None, "old")[1].diagnosis
+    assert diagnosis is not None
+    assert diagnosis.elements[0].text == "(y)"
 
 
 @pytest.mark.parametrize(
@@ -71,27 +71,27 @@ def test_of_two_rules_of_one_name_the_later_counts():
         (ListRun(EVENTS), "this recording contains no CLIPS files", "name the scenario"),
     ],
 )
-def test_a_recording_that_cannot_tell_says_what_to_record(run, message, hint):
+def test_recording_without_events_or_files_is_an_error(run, message, hint):
     with pytest.raises(TraceError) as caught:
         explain(RecordedEvidence(run, None, None), "drive")
     assert message in caught.value.message
     assert hint is None or hint in str(caught.value.hint)
 
 
-def test_without_facts_it_says_what_is_known_and_what_to_record():
+def test_verdict_without_facts_names_level_to_record():
     answer = explain(RecordedEvidence(ListRun([fired(1, "drive")], FILES), None, None), "drive")
     assert answer.data["fired"] == 1
     assert "whether its condition matches is unknown" in answer.data["verdict"]
     assert "record with --trace-level facts" in answer.data["verdict"]
 
 
-def test_an_unknown_environment():
+def test_unknown_environment_is_an_error_with_names():
     with pytest.raises(TraceError, match="no CLIPS environment 'agent'") as caught:
         RecordedEvidence(ListRun(EVENTS), None, "agent")
     assert caught.value.hint == "there are: executive"
 
 
-def test_a_name_that_is_no_goal_where_the_rules_are_not_known():
+def test_unknown_name_without_rules_is_an_error():
     with pytest.raises(TraceError) as caught:
         explain(RecordedEvidence(ListRun(EVENTS), None, None), "drive")
     assert caught.value.message.startswith(

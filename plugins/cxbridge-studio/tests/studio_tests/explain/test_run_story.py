@@ -1,4 +1,4 @@
-"""The story of a run, of a plan-action and of a fact: runs of a few events."""
+"""Explanations of runs, of plan-actions and of facts."""
 
 from __future__ import annotations
 
@@ -8,65 +8,70 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import InterfaceWrite, PlanActionTransition
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.recorded import RecordedEvidence
-from studio_tests.explain.test_goal_story import FAILED, started
+from studio_tests.explain.test_goal_story import FAILED, start_goal
 from tests.history.runs import ENV, ListRun, action, fact, fired, goal, skill, us
 
 
-def told(events, kind: str, name: str = "", at: float | None = None, texts=None, **ending: str):
+def explain_events(events, kind: str, name: str = "", at: float | None = None, texts=None, **ending: str):
     run = ListRun(events, texts)
     run.metadata = lambda: ending  # type: ignore[method-assign]
     return explain(RecordedEvidence(run, at, None), name, kind)
 
 
-def test_a_run_that_failed_begins_with_the_reason():
-    story = told(FAILED, "run").data
+def test_headline_of_failed_run_is_the_reason():
+    story = explain_events(FAILED, "run").data
     assert story["headline"] == (
         "top1 (TOP) FAILED at 3.300 s, error: SUB-GOAL-FAILED talk1: talk1 (TALK) FAILED at 3.200 s: "
         'action 10 say failed at 3.100 s: probably skill say{text="hi"} of Skiller ended S_FAILED: no speaker'
     )
-    assert [each["text"] for each in story["wanted"]] == ["top1 (TOP), with 1 sub-goal: FAILED"]
+    assert [entry["text"] for entry in story["wanted"]] == ["top1 (TOP), with 1 sub-goal: FAILED"]
     assert story["now"] == []
     assert story["unknown"] == [
         "facts, and why rules did not fire, are unknown: record with --trace-level facts"
     ]
 
 
-def test_a_run_that_works_names_the_skill():
-    story = told(FAILED, "run", at=2.5).data
+def test_headline_of_active_run_names_skill():
+    story = explain_events(FAILED, "run", at=2.5).data
     assert story["headline"].startswith("top1 (TOP) is under way: Skiller executes say{")
     assert story["wrong"] == []
 
 
-def test_a_run_that_waits_says_for_what():
-    story = told(started(0, "a1"), "run").data
+def test_headline_of_waiting_run_names_open_goal():
+    story = explain_events(start_goal(0, "a1"), "run").data
     assert (
         story["headline"]
         == "a1 (A) has been DISPATCHED since 0.000 s, and waits for its actions and sub-goals"
     )
-    assert [each["text"] for each in story["wrong"]] == [story["headline"]]
+    assert [entry["text"] for entry in story["wrong"]] == [story["headline"]]
 
 
-def test_a_recording_of_interfaces_alone_names_what_records_goals():
+def test_recording_without_goals_names_option_that_records_goals():
     events = [InterfaceWrite(us(at), "RobotinoSensorInterface::Robotino", {}) for at in (0, 1)]
-    story = told(events, "run").data
+    story = explain_events(events, "run").data
     assert story["headline"] == "nothing is known about goals: the recording has no events of an executive"
     assert [text.split(";")[0] for text in story["unknown"]] == [
         "goals and rules: record a run or a daemon with --trace"
     ]
-    assert told([*events, *started(2, "a1")], "run", at=1.5).data["headline"] == "no goal has been formulated"
+    assert (
+        explain_events([*events, *start_goal(2, "a1")], "run", at=1.5).data["headline"]
+        == "no goal has been formulated"
+    )
 
 
-def test_a_moment_after_the_end_is_named():
+def test_time_after_end_of_recording_has_note():
     events = [*FAILED, fact(3.29999, 5, "(a)")]
     for kind, name in (("run", ""), ("goal", "talk1"), ("action", "talk1/10"), ("fact", "f-5")):
-        assert not told(events, kind, name, at=3.3).data["notes"]
-        explanation = told(events, kind, name, at=9999)
+        assert not explain_events(events, kind, name, at=3.3).data["notes"]
+        explanation = explain_events(events, kind, name, at=9999)
         assert explanation.lines[-1] == "note: the recording ends at 3.300 s, before --at 9999"
         assert list(explanation.data["notes"]) == ["the recording ends at 3.300 s, before --at 9999"]
 
 
-def test_the_end_by_the_time_limit_names_the_open_goals():
-    story = told(started(0, "a1"), "run", status="3", reason="not over: a1 is DISPATCHED after 120 s").data
+def test_end_by_time_limit_names_open_goals():
+    story = explain_events(
+        start_goal(0, "a1"), "run", status="3", reason="not over: a1 is DISPATCHED after 120 s"
+    ).data
     assert (
         story["wrong"][0]["text"]
         == "the time limit of 120 s ended the run, and goals are open: a1 is DISPATCHED"
@@ -88,7 +93,7 @@ FACTS = [
     fact(0, 2, "(goal (id c1) (class C) (mode RETRACTED))"),
     fact(0, 3, "(robot (name r1) (goal c1))"),
 ]
-WAITING = [*started(0, "top1"), *started(0, "b1", "top1", modes=("FORMULATED", "SELECTED"))]
+WAITING = [*start_goal(0, "top1"), *start_goal(0, "b1", "top1", modes=("FORMULATED", "SELECTED"))]
 WAITS = (
     "b1 (B) has been SELECTED since 0.000 s: "
     "rule plan has not fired: condition 2 (robot (goal ?id)) has no match: goal is c1 in f-3, wanted b1: "
@@ -97,17 +102,17 @@ WAITS = (
 )
 
 
-def test_a_goal_waits_for_a_rule_and_the_rules_that_make_its_missing_fact():
-    done = [*started(0, "c1"), goal(0, "c1", "RETRACTED", "COMPLETED")]
-    story = told([*done, *WAITING, *FACTS], "run", texts=RULES)
+def test_waiting_goal_names_rules_for_missing_fact():
+    done = [*start_goal(0, "c1"), goal(0, "c1", "RETRACTED", "COMPLETED")]
+    story = explain_events([*done, *WAITING, *FACTS], "run", texts=RULES)
     assert (
         story.data["headline"]
         == f"{WAITS}: no other rule sets the slot goal of robot to nil in its own actions"
     )
     assert ": c1 (C) COMPLETED at 0.000 s" in "\n".join(story.lines)
-    frees = "(defrule free (gone (name ?name)) ?r <- (robot (name ?name)) => (modify ?r (goal nil)))"
-    texts = {"agent.clp": f"{RULES['agent.clp']}(deftemplate gone (slot name)){frees}"}
-    assert told([*WAITING, *FACTS], "run", texts=texts).data["headline"] == (
+    rule = "(defrule free (gone (name ?name)) ?r <- (robot (name ?name)) => (modify ?r (goal nil)))"
+    texts = {"agent.clp": f"{RULES['agent.clp']}(deftemplate gone (slot name)){rule}"}
+    assert explain_events([*WAITING, *FACTS], "run", texts=texts).data["headline"] == (
         f"{WAITS}: rule free has not fired: condition 1 (gone (name ?name)) has no match: "
         "there is no fact of 'gone'"
     )
@@ -130,11 +135,11 @@ DOMAIN = [
 ]
 
 
-def test_a_blocked_action_comes_before_goals_that_wait_for_a_rule():
+def test_blocked_action_comes_before_waiting_goals():
     atom = "(domain-fact (name at) (param-values r1 dock))"
     blocked = [
         fired(0, "plan-moves"),
-        *started(0, "d1", "top1"),
+        *start_goal(0, "d1", "top1"),
         PlanActionTransition(us(1), ENV, "1", "d1", "d1-PLAN", "move", "FORMULATED", "(r1 dock lab)"),
         PlanActionTransition(us(1), ENV, "2", "d1", "d1-PLAN", "look", "FORMULATED", "(r1 dock)"),
         fact(1, 4, atom),
@@ -144,7 +149,7 @@ def test_a_blocked_action_comes_before_goals_that_wait_for_a_rule():
         PlanActionTransition(us(2), ENV, "2", "d1", "d1-PLAN", "look", "PENDING", "(r1 dock)"),
         *DOMAIN,
     ]
-    story = told([*WAITING, *FACTS, *blocked], "run", texts=RULES).data
+    story = explain_events([*WAITING, *FACTS, *blocked], "run", texts=RULES).data
     assert story["headline"] == (
         "action 2 look(r1 dock) of d1 has been PENDING since 2.000 s: its precondition does not hold: "
         "(at r1 dock) is false, made false at 2.000 s by the effect of action 1 move(r1 dock lab) of d1"
@@ -155,37 +160,39 @@ def test_a_blocked_action_comes_before_goals_that_wait_for_a_rule():
     assert second["because"][0]["text"].startswith("rule plan has not fired")
 
 
-def test_failures_that_were_overcome_are_a_part_of_their_own():
+def test_overcome_failures_are_in_separate_part():
     events = [
-        *started(0, "top1"),
-        *started(0, "b1", "top1"),
+        *start_goal(0, "top1"),
+        *start_goal(0, "b1", "top1"),
         goal(1, "b1", "FINISHED", "FAILED", parent="top1"),
         goal(2, "top1", "FINISHED", "COMPLETED"),
     ]
-    story = told(events, "run").data
+    story = explain_events(events, "run").data
     assert story["headline"] == "top1 (TOP) COMPLETED at 2.000 s"
     assert story["overcome"] == [{"text": "b1 (B) FAILED at 1.000 s", "because": []}]
 
 
-def test_of_many_goals_the_first_are_told():
+def test_list_of_many_goals_is_truncated():
     events = [event for number in range(20) for event in (goal(0, f"a{number}", "FORMULATED"),)]
-    story = told(events, "run")
+    story = explain_events(events, "run")
     assert len(story.data["wanted"]) == 12
     assert story.data["wanted"][-1]["text"] == "and 9 more"
     assert "  and 9 more" in story.lines
 
 
-def test_an_action_answers_why():
-    failed = told(FAILED, "action", "talk1/10").data
+def test_action_is_explained():
+    failed = explain_events(FAILED, "action", "talk1/10").data
     assert failed["headline"].endswith("ended S_FAILED: no speaker")
     assert [moment["text"] for moment in failed["actions"][0]["moments"]][-1] == "FAILED"
-    waiting = told([*started(0, "a1"), action(1, "a1", 2, "go", "PENDING")], "action", "a1/go").data
+    waiting = explain_events(
+        [*start_goal(0, "a1"), action(1, "a1", 2, "go", "PENDING")], "action", "a1/go"
+    ).data
     assert waiting["headline"].startswith("action 2 go of a1 has been PENDING since 1.000 s")
     with pytest.raises(CxbridgeError, match="no plan-action 'a1/3'"):
-        told(started(0, "a1"), "action", "a1/3")
+        explain_events(start_goal(0, "a1"), "action", "a1/3")
 
 
-def test_a_fact_names_the_rules_that_asserted_and_retracted_it():
+def test_fact_names_rules_of_assertion_and_retraction():
     events = [
         fact(0, 4, "(note (n 1))"),
         fired(1, "count"),
@@ -195,14 +202,14 @@ def test_a_fact_names_the_rules_that_asserted_and_retracted_it():
         fact(2, 5, "(note (n 2))", asserted=False),
         skill(3, "x{}", "S_RUNNING"),
     ]
-    story = told(events, "fact", "f-5")
+    story = explain_events(events, "fact", "f-5")
     assert (
         story.data["headline"] == "f-5 was asserted at 1.000 s, instead of f-4: rule count fired just before"
     )
     assert story.lines[-1] == "it was retracted at 2.000 s: rule forget fired just before"
-    assert "no rule is known" in told(events, "fact", "4").lines[0]
+    assert "no rule is known" in explain_events(events, "fact", "4").lines[0]
     with pytest.raises(CxbridgeError, match="no fact f-9"):
-        told(events, "fact", "f-9")
+        explain_events(events, "fact", "f-9")
     with pytest.raises(CxbridgeError) as caught:
-        told(started(0, "a1"), "fact", "f-1")
+        explain_events(start_goal(0, "a1"), "fact", "f-1")
     assert caught.value.hint == "record with --trace-level facts"

@@ -1,4 +1,4 @@
-"""Rules that set a slot are found in each way in which a rule can set one."""
+"""The search for rules that set a slot."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ OTHER_RULES = {
 
 
 @pytest.mark.parametrize("name", RULES)
-def test_a_rule_that_sets_the_slot(name):
+def test_rule_that_sets_slot_is_found(name):
     assert find_setting_rules({"a": f"(defrule a {RULES[name]})"}, "robot", "goal", ["nil"]) == ["a"]
 
 
 @pytest.mark.parametrize("name", OTHER_RULES)
-def test_a_rule_that_does_not_set_the_slot(name):
+def test_rule_that_does_not_set_slot_is_not_found(name):
     assert find_setting_rules({"a": f"(defrule a {OTHER_RULES[name]})"}, "robot", "goal", ["nil"]) == []
 
 
-def test_a_rule_with_an_unknown_value_counts_if_no_rule_has_the_value():
+def test_rule_with_unknown_value_is_found_without_better_rule():
     texts = {"a": "(defrule a ?r <- (robot) (x ?n) => (modify ?r (goal ?n)))"}
     assert find_setting_rules(texts, "robot", "goal", ["nil"]) == ["a"]
     texts["b"] = "(defrule b ?r <- (robot) => (modify ?r (goal nil)))"

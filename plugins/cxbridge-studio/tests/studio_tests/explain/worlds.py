@@ -1,4 +1,4 @@
-"""Environments as small as the question."""
+"""Small environments for diagnoses."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ TEMPLATES = (
 
 
 @contextmanager
-def world(*texts: str) -> Iterator[ClipsEnvironment]:
-    """Yield an environment with the templates above, constructs, and facts."""
+def make_world(*texts: str) -> Iterator[ClipsEnvironment]:
+    """Yield an environment with the templates above, and with constructs and facts."""
     env = ClipsEnvironment("world", EventBus(VirtualClock()))
     try:
         for text in (*TEMPLATES, *texts):
@@ -33,15 +33,15 @@ def world(*texts: str) -> Iterator[ClipsEnvironment]:
         env.destroy()
 
 
-def diagnosis_of(rule: str, *texts: str) -> Diagnosis:
-    """Diagnose a rule, written from its condition on, in such a world."""
-    with world(*texts, f"(defrule it {rule} =>)") as env:
+def diagnose_rule(rule: str, *texts: str) -> Diagnosis:
+    """Return the diagnosis of a rule, which is given from its condition on."""
+    with make_world(*texts, f"(defrule it {rule} =>)") as env:
         return diagnose(take_snapshot(env, "it"))
 
 
-def numbers(found: Diagnosis) -> list[tuple[int | None, int | None]]:
-    """Return the columns alone and joined."""
+def list_counts(diagnosis: Diagnosis) -> list[tuple[int | None, int | None]]:
+    """Return the counts alone and joined of each element."""
     return [
-        (each.alone.number if each.alone else None, each.joined.number if each.joined else None)
-        for each in found.elements
+        (element.alone.number if element.alone else None, element.joined.number if element.joined else None)
+        for element in diagnosis.elements
     ]

@@ -1,4 +1,4 @@
-"""The monitor and `why` show each goal once, whatever is its parent."""
+"""The monitor and `why` show each goal once in each shape of goal trees."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from tests.history.runs import ListRun
 from tests.history.test_forest import SHAPES, events
 
 
-def of_monitor(shape: dict[str, str]) -> list[str]:
-    rows = [GoalRow("env", each, "C", above, "SELECTED", "", "word") for each, above in shape.items()]
+def show_in_monitor(shape: dict[str, str]) -> list[str]:
+    rows = [GoalRow("env", goal, "C", parent, "SELECTED", "", "word") for goal, parent in shape.items()]
     return [row.id for row in filter_goals(rows, "word")]
 
 
-def of_explanations(shape: dict[str, str]) -> list[str]:
+def show_in_explanations(shape: dict[str, str]) -> list[str]:
     evidence = RecordedEvidence(ListRun(events(shape)), None, None)
-    few = list(shape)[:: max(1, len(shape) // 5)]
-    for each in few:
-        assert explain(evidence, each, "goal").lines
+    sample = list(shape)[:: max(1, len(shape) // 5)]
+    for goal in sample:
+        assert explain(evidence, goal, "goal").lines
     return list(shape)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("view", [of_monitor, of_explanations], ids=lambda view: view.__name__)
-def test_each_goal_is_shown_once_whatever_is_its_parent(view, shape: str) -> None:
+@pytest.mark.parametrize("view", [show_in_monitor, show_in_explanations], ids=lambda view: view.__name__)
+def test_each_goal_of_shape_is_shown_once(view, shape: str) -> None:
     assert sorted(view(SHAPES[shape])) == sorted(SHAPES[shape])

@@ -1,4 +1,4 @@
-"""`why` has the same skill for each action as the history of a run, with Skillers and with a skill board."""
+"""`why` and the history of a run have the same skill for an action."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from tests.history import test_board_linking as board
 from tests.history.runs import ENV, ListRun, goal
 
 
-def test_why_names_the_reason():
+def test_why_names_failed_skill_of_action():
     run = board.run_of_robots((0, 1, 2), (3.0, 5.0, 8.0))
     evidence = RecordedEvidence(
         ListRun([*run.events, goal(9, "g0", "FINISHED", "FAILED", "ACTION-FAILED")]), None, ENV

@@ -1,7 +1,7 @@
-"""Looking at a program executes nothing of it: no function of its CLIPS files, none of its Python and Lua.
+"""A look at a program executes no function of its CLIPS files, and no Python or Lua.
 
-The program is hostile in each kind of construct with each kind of effect. A run of it shows that its traps
-work; then each command that only looks is called in a folder that is full of traps, too.
+The program has a trap in each kind of construct with each kind of effect. A run shows that the traps work.
+Then each command that only looks is called in a folder with further traps.
 """
 
 from __future__ import annotations
@@ -53,13 +53,13 @@ CONSTRUCTS = {
     "defmessage-handler": """(defclass K{n} (is-a USER) (role concrete))
         (defmessage-handler K{n} init after () {call}) (defglobal ?*k{n}* = (make-instance of K{n}))""",
 }
-"""Where a construct has an expression."""
+"""The places of expressions in constructs."""
 
 COMMANDS_OF_FILES = {"command": "{call}", "bind": "(bind ?x {call})"}
-"""Where a file that is batched has one."""
+"""The places of expressions in batch files."""
 
 DORMANT = {"deffacts", "definstances"}
-"""Evaluated when the environment is reset: no run of an agent does that."""
+"""Constructs that only a reset of the environment evaluates; runs of agents do not reset."""
 
 EFFECTS = {
     "system": '(system "touch {mark}")',
@@ -112,8 +112,8 @@ class Wave(SkillExecutor):
 LUA = 'module(..., skillenv.module_init)\nname = "evil"\nerror("ran-lua")\n'
 
 
-def traps() -> Iterator[tuple[str, str, str, str]]:
-    """Yield each kind of place with each effect: the place, the effect, a name, and the text."""
+def make_traps() -> Iterator[tuple[str, str, str, str]]:
+    """Yield place, effect, name and text of each trap."""
     for place, template in (CONSTRUCTS | COMMANDS_OF_FILES).items():
         for effect, call in EFFECTS.items():
             name = f"{place}-{effect}".replace("*", "-star")
@@ -125,7 +125,8 @@ def write_program(folder: Path) -> Path:
     """Write the hostile program."""
     (folder / "lua" / "skills").mkdir(parents=True)
     files = []
-    for place, _, name, text in traps():  # a file each: CLIPS loses its place in one that loads another
+    # separate files, because CLIPS loses its place in a file that loads a file
+    for place, _, name, text in make_traps():
         (folder / f"{name}.clp").write_text(f"{text}\n")
         files.append(f"{'BATCH|' if place in COMMANDS_OF_FILES else ''}{name}.clp")
     (folder / "scenario.yaml").write_text(SCENARIO.replace("FILES", ", ".join(files)))
@@ -135,13 +136,13 @@ def write_program(folder: Path) -> Path:
     return folder
 
 
-def write_bait(folder: Path) -> Path:
-    """Write what the effects work on, and modules and a plug-in that Python finds in the current folder."""
-    for _, _, name, _ in traps():
+def write_targets(folder: Path) -> Path:
+    """Write the files that the effects change, and modules and a plug-in for Python in the current folder."""
+    for _, _, name, _ in make_traps():
         (folder / f"to-rename-{name}").touch()
         (folder / f"to-remove-{name}").touch()
         (folder / f"to-load-{name}.clp").write_text(f'(defglobal ?*l{name}* = (system "touch ran-{name}"))\n')
-    for module in (*shadowed(), "evilmodule"):
+    for module in (*list_foreign_modules(), "evilmodule"):
         (folder / f"{module}.py").write_text(PYTHON.format(mark=f"ran-module-{module}"))
     metadata = folder / "evil-1.0.dist-info"
     metadata.mkdir()
@@ -151,23 +152,23 @@ def write_bait(folder: Path) -> Path:
 
 
 @cache
-def shadowed() -> list[str]:
-    """Return the modules of other packages that ours import."""
+def list_foreign_modules() -> list[str]:
+    """Return the modules of foreign packages that cxbridge imports."""
     imports = re.compile(r"^ *(?:from|import) (\w+)", re.MULTILINE)
-    found = {name for text in own_texts().values() for name in imports.findall(text)}
+    found = {name for text in read_modules().values() for name in imports.findall(text)}
     return sorted(found & packages_distributions().keys() - {"cxbridge"})
 
 
 @cache
-def own_texts() -> dict[str, str]:
-    """Return the texts of our modules by their paths in the package."""
+def read_modules() -> dict[str, str]:
+    """Return the texts of the modules of cxbridge by their paths in the package."""
     return {short_path(file): file.read_text() for file in module_files().values()}
 
 
-def sprung(folder: Path) -> set[str]:
-    """Return which traps have gone off in a folder, by the names of the traps."""
+def find_sprung_traps(folder: Path) -> set[str]:
+    """Return the names of the traps that left a mark in a folder."""
     found = {file.name.removeprefix("ran-") for file in folder.rglob("ran-*")}
-    removed = (name for _, effect, name, _ in traps() if effect == "remove")
+    removed = (name for _, effect, name, _ in make_traps() if effect == "remove")
     return found | {name for name in removed if not (folder / f"to-remove-{name}").exists()}
 
 
@@ -178,19 +179,19 @@ def _program(tmp_path_factory) -> Path:
 
 @pytest.fixture(name="run", scope="module")
 def _run(program, tmp_path_factory) -> Path:
-    """A folder in which the program ran, with a recording."""
-    folder = write_bait(tmp_path_factory.mktemp("run"))
+    """A folder in which the program has run, with the recording."""
+    folder = write_targets(tmp_path_factory.mktemp("run"))
     command = [PROGRAM, "run", program, "--lenient", "--skiller", "simulator", "--timeout", "1"]
     trace = ["--trace", folder / RECORDING, "--trace-level", "facts"]
     subprocess.run([*map(str, [*command, *trace])], cwd=folder, capture_output=True, timeout=120, check=False)
     return folder
 
 
-def test_the_traps_work(run):
-    found = sprung(run)
-    live = {(place, effect) for place, effect, name, _ in traps() if name in found}
-    assert {place for place, _ in live} == (CONSTRUCTS | COMMANDS_OF_FILES).keys() - DORMANT
-    assert {effect for _, effect in live} == EFFECTS.keys()
+def test_traps_spring_in_run(run):
+    found = find_sprung_traps(run)
+    live_traps = {(place, effect) for place, effect, name, _ in make_traps() if name in found}
+    assert {place for place, _ in live_traps} == (CONSTRUCTS | COMMANDS_OF_FILES).keys() - DORMANT
+    assert {effect for _, effect in live_traps} == EFFECTS.keys()
     assert "executor" in found
 
 
@@ -202,8 +203,8 @@ LOOKS = {
     ],
     "coverage": [["coverage", "RUN"], ["coverage", "RUN", "--scenario", "PROGRAM", "--core"]],
     "format": [["format", "--check", "PROGRAM"]],
-    "lsp": [],  # asked below
-    "monitor": [],  # of a recording as view, of a daemon a client
+    "lsp": [],  # tested below
+    "monitor": [],  # like view for a recording, and a client for a daemon
     "trace cat": [["trace", "cat", "RUN"]],
     "trace convert": [["trace", "convert", "RUN", "OUT/run.txt", "--to", "transitions"]],
     "trace diff": [["trace", "diff", "RUN", "RUN", "--level", "facts"]],
@@ -214,7 +215,7 @@ LOOKS = {
     "trace report": [["trace", "report", "RUN", "-o", "OUT/report.html"]],
     "trace rules": [["trace", "rules", "RUN"]],
     "trace transitions": [["trace", "transitions", "RUN"]],
-    "view": [],  # asked below
+    "view": [],  # tested below
     "why": [
         ["why", "rule", "qdefrule-actions-system", "--run", "RUN"],
         ["why", "rule", "rdefrule-test-system", "PROGRAM", "--run", "RUN"],
@@ -222,7 +223,7 @@ LOOKS = {
         ["why", "goal", "NONE", "PROGRAM", "--run", "RUN"],
     ],
 }
-"""The commands that look, and how each is called here."""
+"""The commands that look, with calls."""
 
 NO_LOOKS = {
     "runs a program, or a part of one": (
@@ -230,27 +231,29 @@ NO_LOOKS = {
         *("skill executor", "skill board", "trace record", "trace replay", "ros2 terminal"),
     ),
     "asks a daemon, or a blackboard": ("daemon", "env", "bb", "skill", "mcp"),
-    "has no program to look at": ("new", "interface", "ros2 package", "doctor", "keys"),
+    "reads no program": ("new", "interface", "ros2 package", "doctor", "keys"),
 }
-"""All other commands, or their groups."""
+"""The remaining commands, or their groups."""
 
 
-def test_each_command_looks_or_not():
-    others = [words for names in NO_LOOKS.values() for words in names]
+def test_each_command_is_in_one_table():
+    names_without_look = [words for names in NO_LOOKS.values() for words in names]
     for words in map(" ".join, COMMANDS):
-        assert (words in LOOKS) is not any(f"{words} ".startswith(f"{name} ") for name in others), words
+        assert (words in LOOKS) is not any(
+            f"{words} ".startswith(f"{name} ") for name in names_without_look
+        ), words
     assert LOOKS.keys() <= set(map(" ".join, COMMANDS))
 
 
-@pytest.fixture(name="here")
-def _here(tmp_path) -> Path:
-    """A folder full of traps, to look from."""
-    (tmp_path / "here").mkdir()
-    return write_bait(tmp_path / "here")
+@pytest.fixture(name="trap_folder")
+def _trap_folder(tmp_path) -> Path:
+    """The folder with traps in which the looks are called."""
+    (tmp_path / "trap_folder").mkdir()
+    return write_targets(tmp_path / "trap_folder")
 
 
-def alone(folder: Path) -> Path:
-    """Write a hostile file without a scenario; it has a name of the core, so it is taken for a program."""
+def write_single_file(folder: Path) -> Path:
+    """Write a hostile file without a scenario; a template name of the core makes the file a program."""
     file = folder / "alone.clp"
     trap = '(deftemplate goal (slot x (default (system "touch ran-alone"))))'
     file.write_text(f"{trap}\n(defrule a (goal (x 1)) =>)\n")
@@ -258,24 +261,29 @@ def alone(folder: Path) -> Path:
 
 
 def check_look(call, program, run, out, look):
-    """See that no trap goes off in a look."""
-    before = sprung(program)
+    """Assert that a look springs no trap."""
+    before = find_sprung_traps(program)
     words = list(call)
-    for name, path in {"PROGRAM": program, "RUN": run / RECORDING, "OUT": out, "ALONE": alone(out)}.items():
+    for name, path in {
+        "PROGRAM": program,
+        "RUN": run / RECORDING,
+        "OUT": out,
+        "ALONE": write_single_file(out),
+    }.items():
         words = [word.replace(name, str(path)) for word in words]
-    said = look(words)
-    assert "Traceback" not in said, (words, said)
-    assert "ran-lua" not in said, words
-    assert sprung(Path.cwd()) == set(), words
-    assert sprung(program) == before, words
+    output = look(words)
+    assert "Traceback" not in output, (words, output)
+    assert "ran-lua" not in output, words
+    assert find_sprung_traps(Path.cwd()) == set(), words
+    assert find_sprung_traps(program) == before, words
 
 
-def test_a_look_springs_no_trap(program, run, here, tmp_path, monkeypatch, capsys):
+def test_look_springs_no_trap(program, run, trap_folder, tmp_path, monkeypatch, capsys):
     def look(words):
         invoke(words)
         return "".join(capsys.readouterr())
 
-    monkeypatch.chdir(here)
+    monkeypatch.chdir(trap_folder)
     for call in (call for calls in LOOKS.values() for call in calls):
         check_look(call, program, run, tmp_path, look)
 
@@ -285,20 +293,20 @@ def test_a_look_springs_no_trap(program, run, here, tmp_path, monkeypatch, capsy
     [([str(PROGRAM)], "why"), ([sys.executable, "-m", "cxbridge"], "coverage")],
     ids=["program", "-m"],
 )
-def test_a_look_finds_no_module_in_the_current_folder(
-    program, run, here, tmp_path, monkeypatch, starter, name
+def test_look_imports_no_module_of_current_folder(
+    program, run, trap_folder, tmp_path, monkeypatch, starter, name
 ):
     def look(words):
-        done = subprocess.run([*starter, *words], capture_output=True, text=True, timeout=120, check=False)
-        return done.stdout + done.stderr
+        process = subprocess.run([*starter, *words], capture_output=True, text=True, timeout=120, check=False)
+        return process.stdout + process.stderr
 
-    monkeypatch.chdir(here)
+    monkeypatch.chdir(trap_folder)
     check_look(LOOKS[name][-1], program, run, tmp_path, look)
 
 
-def test_the_page_of_a_recording_springs_no_trap(run, here):
+def test_page_of_recording_springs_no_trap(run, trap_folder):
     with subprocess.Popen(
-        [PROGRAM, "view", run / RECORDING], cwd=here, stderr=subprocess.PIPE, text=True
+        [PROGRAM, "view", run / RECORDING], cwd=trap_folder, stderr=subprocess.PIPE, text=True
     ) as process:
         assert process.stderr is not None
         url = re.search(r"http://\S+", process.stderr.readline())
@@ -307,26 +315,26 @@ def test_the_page_of_a_recording_springs_no_trap(run, here):
             assert answer.status == 200
         process.send_signal(signal.SIGINT)
         assert process.wait(60) == 0
-    assert sprung(here) == set()
+    assert find_sprung_traps(trap_folder) == set()
 
 
-def test_an_editor_springs_no_trap(program, here):
+def test_editor_springs_no_trap(program, trap_folder):
     pytest.importorskip("pygls", reason="the extra 'lsp' (pygls) is not installed")
     editing = pytest.importorskip("studio_tests.lsp.conftest")
-    shutil.copytree(program, here, dirs_exist_ok=True, ignore=shutil.ignore_patterns("*.db", "*.pyc"))
+    shutil.copytree(program, trap_folder, dirs_exist_ok=True, ignore=shutil.ignore_patterns("*.db", "*.pyc"))
     file = "deffunction-system.clp"
-    editor = editing.Editor(here)
+    editor = editing.Editor(trap_folder)
     editor.open(file)
     editor.hover(file, "system")
     editor.complete(file, "(system")
     editor.save(file)
-    # Only the check of the whole agent has a finding about the configuration.
-    editor.wait(lambda: "CX113" in [code for code, _ in editor.shown("scenario.yaml")])
+    # only the check of the whole agent has a finding about the configuration
+    editor.wait_until(lambda: "CX113" in [code for code, _ in editor.list_codes("scenario.yaml")])
     editor.close()
-    assert sprung(here) == set()
+    assert find_sprung_traps(trap_folder) == set()
 
 
-# ---- the mechanism: CLIPS' own table of functions
+# ---- the mechanism: the table of functions of CLIPS
 
 
 @pytest.fixture(name="env")
@@ -336,18 +344,18 @@ def _env() -> Iterator[StubbedEnvironment]:
     env.destroy()
 
 
-def pointer(env: ClipsEnvironment, function: str) -> int:
-    """Return what CLIPS calls for a function."""
+def get_address(env: ClipsEnvironment, function: str) -> int:
+    """Return the address that CLIPS calls for a function."""
     return int(ffi.cast("intptr_t *", EXTRA_FUNCTIONS.FindFunction(env.c_env, encode(function)))[3])
 
 
-def test_each_function_of_the_table_has_a_reason_or_is_a_stub(env):
-    env.define("from-a-feature", lambda: pytest.fail("it is called"), 0)
+def test_each_function_is_kept_or_a_stub(env):
+    env.define("from-a-feature", lambda: pytest.fail("the function is called"), 0)
     plain = ClipsEnvironment("plain", EventBus(VirtualClock()))
     names = {str(name) for name in env.call("get-function-list")}
     assert {str(name) for name in plain.call("get-function-list")} <= names
     stub_addresses = {int(ffi.cast("intptr_t", stub)) for stub in env.stubs.values()}
-    stubs = {function for function in names if pointer(env, function) in stub_addresses}
+    stubs = {function for function in names if get_address(env, function) in stub_addresses}
     plain.destroy()
     assert stubs == names - KEPT_FUNCTIONS.keys()
     assert "from-a-feature" in stubs
@@ -365,7 +373,7 @@ def test_each_function_of_the_table_has_a_reason_or_is_a_stub(env):
         ("(find-all-instances ((?x USER)) TRUE)", ()),
     ],
 )
-def test_a_stub_has_a_value_of_its_type(env, call, value):
+def test_stub_returns_value_of_its_type(env, call, value):
     assert env.eval(call) == value
 
 
@@ -380,7 +388,7 @@ def test_a_stub_has_a_value_of_its_type(env, call, value):
         "(defrule r (declare (salience (while TRUE do 1))) =>)",
     ],
 )
-def test_an_evaluation_without_end_ends(env, tmp_path, text):
+def test_endless_evaluation_ends(env, tmp_path, text):
     file = tmp_path / "endless.clp"
     file.write_text(text)
     env.load(file)
@@ -388,28 +396,28 @@ def test_an_evaluation_without_end_ends(env, tmp_path, text):
 
 
 ENVIRONMENTS = {"cli/health.py": 1, "cxbridge_rcll/referee.py": 1}
-"""Where all functions work, and no look comes: with constructs of ours, and in a game that is played."""
+"""The modules that make environments with all functions, for constructs of cxbridge or a game."""
 
 
-def test_no_look_makes_an_environment_in_which_all_functions_work():
-    for name, text in own_texts().items():
+def test_only_listed_modules_make_environments_with_all_functions():
+    for name, text in read_modules().items():
         assert len(re.findall(r"\bClipsEnvironment\([^\s):]", text)) == ENVIRONMENTS.get(name, 0), name
 
 
 # ---- processes
 
 
-def test_each_process_of_python_finds_no_module_in_the_current_folder():
-    for name, text in own_texts().items():
+def test_only_listed_modules_start_python_processes():
+    for name, text in read_modules().items():
         assert text.count("sys.executable") == STARTS.get(name, 0), name
         assert text.count("get_context(") == SPAWNS.get(name, 0), name
 
 
 STARTS = {
     "spawning.py": 1,  # with -P
-    "extras.py": 1,  # a text for people
+    "extras.py": 1,  # in a message only
 }
-"""Where Python is named as a program."""
+"""The modules that name the program of Python."""
 
 SPAWNS = {"cxbridge_explore/spawning.py": 1, "cxbridge_explore/determinism.py": 1}
-"""Where processes of multiprocessing come from; those of determinism are forked."""
+"""The modules that start processes of multiprocessing; determinism forks."""

@@ -1,4 +1,4 @@
-"""A stranger's recording is data: none of its code runs, and it does not hold up its reader."""
+"""A look at a hostile recording runs no code of the recording, and ends in time."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ EVIL = {
     "assert-string": '(test (assert-string "(x =(system \\"touch MARKER\\"))"))',
     "feature": '(test (pb-connect "127.0.0.1" 1))',
 }
-"""Conditions that would leave a trace, were they run with all that CLIPS has."""
+"""Conditions that leave a mark if all functions of CLIPS work."""
 
 FUNCTIONS = """
 (deffunction innocent () (system "touch MARKER") TRUE)
@@ -64,7 +64,7 @@ HEAVY = {
     "recursion": "(test (endless 1))",
     "deep": "(test " + "(not " * 2_000 + "TRUE" + ")" * 2_000 + ")",
 }
-TOLD = {
+REPORTS = {
     "for-ever": ("within 1 s",),
     "long": ("within 1 s",),
     "memory": ("too much memory", "within 25 s"),
@@ -72,15 +72,15 @@ TOLD = {
     "recursion": ("is nested too deeply", "calls itself"),
     "deep": ("nested more than 500 deep", "nested too deep"),
 }
-"""The reports about them."""
+"""The reports about the heavy conditions."""
 HEAVY_FUNCTIONS = """
 (deffunction endless (?x) (+ 1 (endless ?x)))
 (deffunction grow () (bind ?x "aaaaaaaa") (while TRUE do (bind ?x (str-cat ?x ?x))))
 """
 
 
-def record(path: Path, text: str, *facts: tuple[str, str]) -> Path:
-    """Record events that no run makes, with our own recorder."""
+def write_recording(path: Path, text: str, *facts: tuple[str, str]) -> Path:
+    """Write a recording with events of no real run."""
     events: list[Event] = [
         SourceRead(BEGIN_US, "environment", ENV, ENV, None, {}),
         SourceRead(BEGIN_US, "clips", ENV, "/agent/evil.clp", text.encode(), {"how": "load"}),
@@ -96,13 +96,13 @@ def record(path: Path, text: str, *facts: tuple[str, str]) -> Path:
     return path
 
 
-def rules_of(conditions: dict[str, str]) -> str:
+def make_rules(conditions: dict[str, str]) -> str:
     return "\n".join(f"(defrule {name} {condition} =>)" for name, condition in conditions.items())
 
 
 @pytest.fixture
-def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with a file to lose and one to load, where a program would write its marker."""
+def trap_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, with a file to remove and a file to load."""
     home = tmp_path / "home"
     home.mkdir()
     (home / "VICTIM").write_text("still there")
@@ -111,30 +111,31 @@ def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return home
 
 
-def unharmed(home: Path) -> bool:
+def is_unharmed(home: Path) -> bool:
     return sorted(file.name for file in home.iterdir()) == ["LOADED", "VICTIM"] and (
         (home / "VICTIM").read_text() == "still there"
     )
 
 
 @pytest.mark.parametrize("rule", share([*EVIL], 5))
-def test_nothing_of_a_recording_runs(scene, tmp_path, capsys, rule):
+def test_conditions_of_recording_do_not_run(trap_folder, tmp_path, capsys, rule):
     facts = [("robot", "(robot (name a))")]
-    run = record(tmp_path / "run.mcap", FUNCTIONS + rules_of(EVIL), *facts)
+    run = write_recording(tmp_path / "run.mcap", FUNCTIONS + make_rules(EVIL), *facts)
     assert invoke(["why", "rule", rule, "--run", str(run)]) == 0
-    assert ("cannot be matched" in capsys.readouterr().out) == (rule != "sort")  # it calls by a name
-    assert unharmed(scene)
+    # sort takes the function by name
+    assert ("cannot be matched" in capsys.readouterr().out) == (rule != "sort")
+    assert is_unharmed(trap_folder)
 
 
 @pytest.mark.parametrize("rule", share(HEAVY, 3))
-def test_a_recording_does_not_hold_up_who_looks(tmp_path, monkeypatch, rule):
+def test_heavy_condition_of_recording_is_ended(tmp_path, monkeypatch, rule):
     monkeypatch.setattr(sandbox, "MAX_MEMORY_BYTES", sandbox.MAX_MEMORY_BYTES // 4)
-    if "within 1 s" in TOLD[rule]:
+    if "within 1 s" in REPORTS[rule]:
         monkeypatch.setattr(sandbox, "LIMIT_S", 1.0)
     facts = [("number", f"(number {index} x)") for index in range(200)]
-    run = record(tmp_path / "run.mcap", HEAVY_FUNCTIONS + rules_of(HEAVY), *facts)
+    run = write_recording(tmp_path / "run.mcap", HEAVY_FUNCTIONS + make_rules(HEAVY), *facts)
     text = "\n".join(explain(RecordedEvidence(open_run(run), None, None), rule, "rule").lines)
-    assert any(word in text for word in TOLD[rule]), text[:2000]
+    assert any(word in text for word in REPORTS[rule]), text[:2000]
 
 
 NAMES = [
@@ -154,13 +155,13 @@ NAMES = [
 ]
 
 
-WHERE = ("template", "slot", "value", "rule", "function")
-NUMBERS = share(product(WHERE, range(len(NAMES))), 8, row=lambda case: case[1])
+PLACES = ("template", "slot", "value", "rule", "function")
+NUMBERS = share(product(PLACES, range(len(NAMES))), 8, row=lambda case: case[1])
 
 
-@pytest.mark.parametrize(("where", "number"), NUMBERS)
-def test_names_of_a_recording_are_no_code(scene, tmp_path, where, number):
-    """CLIPS text that is made from names and values of a recording."""
+@pytest.mark.parametrize(("place", "number"), NUMBERS)
+def test_names_of_recording_are_no_code(trap_folder, tmp_path, place, number):
+    """Names and values of a recording become parts of CLIPS text."""
     name = NAMES[number]
     query = "(test (any-factp ((?f x)) TRUE))"
     rule = f"(defrule r (x ?) {query} =>)"
@@ -174,35 +175,35 @@ def test_names_of_a_recording_are_no_code(scene, tmp_path, where, number):
             f"(deffunction f (?x) {name})(deftemplate x (multislot y))(defrule r (x ?) (test (f 1)) =>)",
             fact,
         ),
-    }[where]
-    run = record(tmp_path / "run.mcap", text, ("x", "(x 1)"), fact)
+    }[place]
+    run = write_recording(tmp_path / "run.mcap", text, ("x", "(x 1)"), fact)
     with suppress(CxbridgeError):
         explain(RecordedEvidence(open_run(run), None, None), "r", "rule")
-    assert unharmed(scene)
+    assert is_unharmed(trap_folder)
 
 
-def test_a_look_has_no_rights_that_it_does_not_need(tmp_path):
-    """The rights of the process of a look if CLIPS itself were broken into: not even this."""
+def test_process_of_look_has_no_unneeded_rights(tmp_path):
+    """A second defence, against a break-in into CLIPS."""
     program = f"""
 import os
 from cxbridge_studio.explain.rules.sandbox import MAX_MEMORY_BYTES
 from cxbridge_studio.explain.rules.sandbox_process import _drop_rights
 _drop_rights(MAX_MEMORY_BYTES)
-def tries(act):
+def attempt(act):
     try:
         act()
     except (OSError, MemoryError):
         return "refused"
-    return "done"
-print(tries(lambda: open({str(tmp_path / "x")!r}, "w")), tries(lambda: bytearray(4 << 30)),
-      tries(lambda: __import__("socket").socket()), tries(os.fork) if os.getuid() else "refused")
+    return "allowed"
+print(attempt(lambda: open({str(tmp_path / "x")!r}, "w")), attempt(lambda: bytearray(4 << 30)),
+      attempt(lambda: __import__("socket").socket()), attempt(os.fork) if os.getuid() else "refused")
 """
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
-    assert done.stdout.split() == ["refused"] * 4, done.stderr
+    process = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert process.stdout.split() == ["refused"] * 4, process.stderr
 
 
-def test_a_look_that_crashes_is_told(monkeypatch, tmp_path):
-    run = record(tmp_path / "run.mcap", "(defrule r (x) =>)", ("x", "(x)"))
+def test_crash_of_look_is_reported(monkeypatch, tmp_path):
+    run = write_recording(tmp_path / "run.mcap", "(defrule r (x) =>)", ("x", "(x)"))
     lines = explain(RecordedEvidence(open_run(run), None, None), "r", "rule").lines
     assert any("(x)" in line for line in lines)
     monkeypatch.setattr(sys, "executable", "/bin/false")

@@ -1,4 +1,4 @@
-"""A client of an editor, and a server that works on a copy of a shipped scenario."""
+"""A client of the language server with a copy of a shipped scenario."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PATIENCE_S = 120
 
 
 class Editor:
-    """Drives a client in an event loop; messages of the server come while it waits for something."""
+    """Drives a client in an event loop; messages of the server arrive only during calls of the client."""
 
     def __init__(self, root: Path, *arguments: str, options: dict[str, Any] | None = None) -> None:
         self.root = root
@@ -50,11 +50,11 @@ class Editor:
 
     @property
     def pid(self) -> int:
-        """The server's process."""
+        """The process id of the server."""
         return self._server.process.number
 
     async def _connect(self) -> None:
-        """What ``start_io`` of the client does with a process that it has started."""
+        """Connect like ``start_io`` of the client, but with a process of the nursery."""
         reader = asyncio.StreamReader()
         stdin, stdout = self._server.stdin, self._server.stdout
         await self.loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), stdout)
@@ -84,7 +84,7 @@ class Editor:
         return (self.root / name).as_uri()
 
     def open(self, name: str, text: str | None = None) -> str:
-        """Open a file, or give an open one another text, as a user who types."""
+        """Open a file, or change the text of an open file."""
         text = (self.root / name).read_text("utf-8") if text is None else text
         uri = self.uri(name)
         self.texts[name] = text
@@ -103,8 +103,8 @@ class Editor:
         document = lsp.TextDocumentIdentifier(self.uri(name))
         self.client.text_document_did_save(lsp.DidSaveTextDocumentParams(document))
 
-    def at(self, name: str, text: str, *, inside: int = 1) -> dict[str, Any]:
-        """Return document and position of the first place where a text is, some characters into it."""
+    def locate(self, name: str, text: str, *, inside: int = 1) -> dict[str, Any]:
+        """Return document and position of a text, some characters behind its start."""
         lines_before = self.texts[name][: self.texts[name].index(text) + inside].split("\n")
         character = len(lines_before[-1].encode("utf-16-le")) // 2
         return {
@@ -114,56 +114,60 @@ class Editor:
 
     def hover(self, name: str, text: str, *, inside: int = 1) -> str:
         found = self.run(
-            self.client.text_document_hover_async(lsp.HoverParams(**self.at(name, text, inside=inside)))
+            self.client.text_document_hover_async(lsp.HoverParams(**self.locate(name, text, inside=inside)))
         )
         return found.contents.value if found else ""  # type: ignore[union-attr]  # the server sends Markdown
 
     def complete(self, name: str, text: str) -> list[str]:
-        """Return what can be written behind a text."""
-        place = lsp.CompletionParams(**self.at(name, text, inside=len(text)))
+        """Return the labels of the completions behind a text."""
+        place = lsp.CompletionParams(**self.locate(name, text, inside=len(text)))
         found = self.run(self.client.text_document_completion_async(place))
         return [item.label for item in found.items]  # type: ignore[union-attr]  # the server sends a list
 
-    def shown(self, name: str) -> list[tuple[str, int]]:
-        """Return the codes of the diagnostics of a file, and their lines from 1."""
-        return sorted((str(each.code), each.range.start.line + 1) for each in self.diagnostics(name))
+    def list_codes(self, name: str) -> list[tuple[str, int]]:
+        """Return code and line, from 1, of each diagnostic of a file."""
+        return sorted(
+            (str(diagnostic.code), diagnostic.range.start.line + 1) for diagnostic in self.diagnostics(name)
+        )
 
     def diagnostics(self, name: str) -> Sequence[lsp.Diagnostic]:
         """Return the diagnostics of a file."""
         return self.client.diagnostics.get(self.uri(name), ())
 
-    def wait(self, what: Callable[[], bool]) -> None:
-        """Take messages of the server until something is so."""
-        until = time.monotonic() + PATIENCE_S
+    def wait_until(self, condition: Callable[[], bool]) -> None:
+        """Receive messages of the server until the condition holds."""
+        deadline = time.monotonic() + PATIENCE_S
 
-        async def look() -> None:
-            while not what():
-                assert time.monotonic() < until, (self.client.diagnostics, self.client.log_messages)
+        async def poll() -> None:
+            while not condition():
+                assert time.monotonic() < deadline, (self.client.diagnostics, self.client.log_messages)
                 await asyncio.sleep(0.02)
 
-        self.loop.run_until_complete(look())
+        self.loop.run_until_complete(poll())
 
-    def places(self, found: Any) -> list[tuple[str, int]]:
-        """Return file names and lines, from 1, of locations."""
-        return sorted({(Path(each.uri).name, each.range.start.line + 1) for each in found or ()})
+    def list_places(self, locations: Any) -> list[tuple[str, int]]:
+        """Return file name and line, from 1, of each location."""
+        return sorted(
+            {(Path(location.uri).name, location.range.start.line + 1) for location in locations or ()}
+        )
 
 
 @pytest.fixture(scope="module")
 def editor(tmp_path_factory) -> Iterator[Editor]:
-    """An editor that has a copy of a shipped scenario open; the server has read it."""
-    root = tmp_path_factory.mktemp("agent #1, 5%20 mö").resolve()  # all of these are quoted in URIs
+    """An editor with a copy of a shipped scenario that the server has read."""
+    root = tmp_path_factory.mktemp("agent #1, 5%20 mö").resolve()  # URIs quote these characters
     shutil.copytree(ROOT / "scenarios" / "test-scenario-pddl", root, dirs_exist_ok=True)
     shutil.copytree(ROOT / "luaskills" / "basic", root / "skills")
     with closing(Editor(root)) as editor:
-        # the functions are known when the first examination is over
+        # the server knows the functions after the first examination
         editor.open("probe.clp", "(defrule probe => (no-such-function))\n")
-        editor.wait(lambda: editor.shown("probe.clp") == [("CX204", 1)])
+        editor.wait_until(lambda: editor.list_codes("probe.clp") == [("CX204", 1)])
         yield editor
 
 
 @pytest.fixture(params=["test", "test-pddl"])
 def fawkes_agent(request) -> tuple[Session, str]:
-    """A session that knows an agent of a Fawkes checkout, and the name of its spec."""
+    """A session with an agent of a Fawkes checkout, and the name of the spec."""
     if FAWKES_DIR is None:
         pytest.skip("FAWKES_DIR names no Fawkes checkout")
     options = make_run_options({"fawkes_dir": str(FAWKES_DIR), "spec": request.param})

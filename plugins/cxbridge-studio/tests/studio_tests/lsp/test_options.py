@@ -1,4 +1,4 @@
-"""Invalid options: on the command line one error at once, from an editor's settings a message."""
+"""Invalid options are an error on the command line, and a message for settings of an editor."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from tests.support import ROOT, share
     ),
     ids=" ".join,
 )
-def test_a_server_that_cannot_be_meant(arguments, message):
-    done = nursery().run(["lsp", *arguments], folder=ROOT / "scenarios" / "test-scenario")
-    assert done.returncode == 2
-    assert done.stdout == b""
-    assert message in done.stderr.decode()
-    assert done.stderr.count(b"error:") == 1
+def test_invalid_command_line_option_is_an_error(arguments, message):
+    process = nursery().run(["lsp", *arguments], folder=ROOT / "scenarios" / "test-scenario")
+    assert process.returncode == 2
+    assert process.stdout == b""
+    assert message in process.stderr.decode()
+    assert process.stderr.count(b"error:") == 1
 
 
 @pytest.mark.parametrize(
@@ -48,21 +48,23 @@ def test_a_server_that_cannot_be_meant(arguments, message):
     ),
     ids=str,
 )
-def test_settings_of_an_editor_that_make_no_sense(tmp_path, options, message):
+def test_invalid_editor_setting_is_an_error_message(tmp_path, options, message):
     root = shutil.copytree(ROOT / "scenarios" / "test-scenario", tmp_path / "agent")
     with closing(Editor(root, options=options)) as editor:
-        editor.wait(lambda: bool(editor.client.messages))
-        (told,) = editor.client.messages
-        assert told.type is lsp.MessageType.Error
-        assert message in told.message
+        editor.wait_until(lambda: bool(editor.client.messages))
+        (notification,) = editor.client.messages
+        assert notification.type is lsp.MessageType.Error
+        assert message in notification.message
 
 
-def test_unknown_names_are_warnings_where_no_agent_is_known(tmp_path):
-    """A file may be for another host: for CLIPS with more functions, or for another executive."""
+def test_unknown_names_are_warnings_without_agent(tmp_path):
+    """A file without an agent may be for a CLIPS with further functions, or for a different executive."""
     (tmp_path / "program.clp").write_text("(defrule r ?g <- (goal (color red)) => (fuzzify ?g))\n(defrule\n")
     with closing(Editor(tmp_path)) as editor:
         editor.open("program.clp")
-        editor.wait(lambda: len(editor.shown("program.clp")) > 1)
-        severities = {each.code: each.severity for each in editor.diagnostics("program.clp")}
+        editor.wait_until(lambda: len(editor.list_codes("program.clp")) > 1)
+        severities = {
+            diagnostic.code: diagnostic.severity for diagnostic in editor.diagnostics("program.clp")
+        }
         error, warning = lsp.DiagnosticSeverity.Error, lsp.DiagnosticSeverity.Warning
         assert severities == {"CX201": error, "CX203": warning, "CX204": warning}

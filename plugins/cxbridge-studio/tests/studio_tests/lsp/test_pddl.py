@@ -1,4 +1,4 @@
-"""PDDL in the editor: the findings of the check, while a user types."""
+"""The findings in PDDL texts of the editor."""
 
 from __future__ import annotations
 
@@ -25,23 +25,22 @@ HARBOUR = """(define (problem p) (:domain quay) (:objects anna - ship bo)
         ("p.pddl", HARBOUR, [("CX310", 2, "warning"), ("CX314", 1, "warning"), ("CX315", 2, "warning")]),
     ],
 )
-def test_doubts_about_pddl_are_live(tmp_path, name, text, expected):
-    """The findings of the check in a domain, and in a problem with its domain."""
+def test_unsaved_pddl_text_has_findings_of_check(tmp_path, name, text, expected):
     (tmp_path / "quay.pddl").write_text(QUAY)
     session = Session()
     file = session.model.update(str(tmp_path / name), text)
     assert file is not None
-    found = find_mistakes(session, file)
+    mistakes = find_mistakes(session, file)
     assert [
-        (each.code.name, file.lines.at(each.start), each.code.severity.value) for each in found
+        (mistake.code.name, file.lines.at(mistake.start), mistake.code.severity.value) for mistake in mistakes
     ] == expected
 
 
-def test_a_domain_of_an_agent_that_reads_as_fawkes(tmp_path):
+def test_domain_is_case_sensitive_in_agent_that_reads_as_fawkes(tmp_path):
     text = QUAY.replace("(and (free) (not (free)))", "(Free)")
     session = Session()
     file = session.model.update(str(tmp_path / "quay.pddl"), text)
     assert file is not None
-    assert [each.code.name for each in find_mistakes(session, file)] == []
+    assert [mistake.code.name for mistake in find_mistakes(session, file)] == []
     session.knowledge = AgentKnowledge(reads_as_fawkes=True)
-    assert [each.code.name for each in find_mistakes(session, file)] == ["CX301"]
+    assert [mistake.code.name for mistake in find_mistakes(session, file)] == ["CX301"]

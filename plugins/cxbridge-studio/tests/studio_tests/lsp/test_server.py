@@ -1,4 +1,4 @@
-"""The language server, asked by a real client."""
+"""The language server with a client in an editor."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ GOALS, DOMAIN, PDDL, SCENARIO = "meet-goals.clp", "meet-domain.clp", "domain.pdd
 
 @pytest.fixture(autouse=True)
 def opened(editor):
-    """All files are open, with the text of the disk."""
+    """Open all files with the text on the disk."""
     for name in (GOALS, DOMAIN, PDDL, SCENARIO, "skills/say.lua"):
         editor.open(name)
 
 
-def test_the_codes_are_those_of_check():
+def test_codes_are_codes_of_check():
     assert load_codes().keys() >= TEXT_CODES
 
 
@@ -40,37 +40,37 @@ def test_the_codes_are_those_of_check():
         ("?id ?*MEET-WANTED*", "?id ?*MEET-WANTD*", "CX205", "did you mean MEET-WANTED?"),
     ],
 )
-def test_a_mistake_is_marked_while_somebody_types(editor, old, new, code, words):
+def test_mistake_in_unsaved_text_is_marked(editor, old, new, code, words):
     right = editor.texts[GOALS]
     assert old in right
     editor.open(GOALS, right.replace(old, new, 1))
-    editor.wait(lambda: any(shown == code for shown, _ in editor.shown(GOALS)))
-    found = editor.diagnostics(GOALS)
-    assert {each.code for each in found} == {code}  # and nothing follows from it
-    assert any(words in each.message for each in found)
-    assert all(each.severity is lsp.DiagnosticSeverity.Error for each in found)
+    editor.wait_until(lambda: any(shown == code for shown, _ in editor.list_codes(GOALS)))
+    diagnostics = editor.diagnostics(GOALS)
+    assert {diagnostic.code for diagnostic in diagnostics} == {code}  # and no finding about a consequence
+    assert any(words in diagnostic.message for diagnostic in diagnostics)
+    assert all(diagnostic.severity is lsp.DiagnosticSeverity.Error for diagnostic in diagnostics)
     editor.open(GOALS, right)
-    editor.wait(lambda: editor.shown(GOALS) == [])
+    editor.wait_until(lambda: editor.list_codes(GOALS) == [])
 
 
-def test_the_session_of_the_manual(editor):
-    """A typo is marked where it is, and the mark goes with its fix; docs/editors.md shows it."""
-    right, said = editor.texts[GOALS], []
-    for wrong, typed in (("(mood FORMULATED)", "(mood FORMULATED)"), ("", "(mode FORMULATED)")):
+def test_session_of_manual(editor):
+    """The fix of a typo removes the diagnostic; docs/evidence/editors.md shows the messages."""
+    right, transcript = editor.texts[GOALS], []
+    for mistake, typed in (("(mood FORMULATED)", "(mood FORMULATED)"), ("", "(mode FORMULATED)")):
         editor.open(GOALS, right.replace("(mode FORMULATED)", typed, 1))
-        editor.wait(lambda wrong=wrong: bool(editor.shown(GOALS)) is bool(wrong))
-        said.append(f"-> textDocument/didChange: {typed}")
-        for each in editor.diagnostics(GOALS):
-            begin, end = each.range.start, each.range.end
+        editor.wait_until(lambda mistake=mistake: bool(editor.list_codes(GOALS)) is bool(mistake))
+        transcript.append(f"-> textDocument/didChange: {typed}")
+        for mark in editor.diagnostics(GOALS):
+            begin, end = mark.range.start, mark.range.end
             place = f"{begin.line + 1}:{begin.character + 1} to {end.character + 1}"
-            said.append(
-                f"<- textDocument/publishDiagnostics: {place}, {each.severity.name.lower()} {each.code}"
+            transcript.append(
+                f"<- textDocument/publishDiagnostics: {place}, {mark.severity.name.lower()} {mark.code}"
             )
-            said += [f"     {line}" for line in each.message.splitlines()]
-        if not wrong:
-            said.append("<- textDocument/publishDiagnostics: none")
+            transcript += [f"     {line}" for line in mark.message.splitlines()]
+        if not mistake:
+            transcript.append("<- textDocument/publishDiagnostics: none")
     page = (ROOT / "docs" / "evidence" / "editors.md").read_text()
-    assert "\n".join(said) in page, "\n".join(said)
+    assert "\n".join(transcript) in page, "\n".join(transcript)
 
 
 @pytest.mark.parametrize(
@@ -94,11 +94,11 @@ def test_the_session_of_the_manual(editor):
         ),
     ],
 )
-def test_what_is_right_is_not_marked(editor, text):
-    file = f"right-{crc32(text.encode())}.clp"  # diagnostics of another text may come late
+def test_correct_text_is_not_marked(editor, text):
+    file = f"right-{crc32(text.encode())}.clp"  # diagnostics of an earlier text may arrive late
     editor.open(file, f"{text}\n(defrule last => (no-such-function))\n")
-    editor.wait(lambda: bool(editor.shown(file)))
-    assert editor.shown(file) == [("CX204", 2)]
+    editor.wait_until(lambda: bool(editor.list_codes(file)))
+    assert editor.list_codes(file) == [("CX204", 2)]
     editor.open(file, "")
 
 
@@ -106,34 +106,34 @@ def test_what_is_right_is_not_marked(editor, text):
     "text",
     ["(do-for-fact ((?g goal)) ?g:mood (retract ?g))", "(do-for-fact ((?g goal)) TRUE (modify ?g (mood X)))"],
 )
-def test_a_wrong_slot_of_a_fact_in_a_variable(editor, text):
-    file = f"query-{crc32(text.encode())}.clp"  # diagnostics of another text may come late
+def test_unknown_slot_of_fact_in_variable_is_marked(editor, text):
+    file = f"query-{crc32(text.encode())}.clp"  # diagnostics of an earlier text may arrive late
     editor.open(file, f"(defrule r => {text})\n")
-    editor.wait(lambda: editor.shown(file) == [("CX210", 1)])
-    (found,) = editor.diagnostics(file)
-    assert found.severity is lsp.DiagnosticSeverity.Error
+    editor.wait_until(lambda: editor.list_codes(file) == [("CX210", 1)])
+    (diagnostic,) = editor.diagnostics(file)
+    assert diagnostic.severity is lsp.DiagnosticSeverity.Error
     editor.open(file, "")
 
 
-def test_a_mistake_in_a_domain_and_in_a_configuration(editor):
+def test_mistakes_in_domain_and_configuration_are_marked(editor):
     editor.open(PDDL, editor.texts[PDDL].replace("(said ?name HELLO)", "(sad ?name HELLO)", 1))
-    editor.wait(lambda: [code for code, _ in editor.shown(PDDL)] == ["CX301"])
+    editor.wait_until(lambda: [code for code, _ in editor.list_codes(PDDL)] == ["CX301"])
     editor.open(SCENARIO, editor.texts[SCENARIO] + "\n  a: [\n")
-    editor.wait(lambda: "CX101" in [code for code, _ in editor.shown(SCENARIO)])
+    editor.wait_until(lambda: "CX101" in [code for code, _ in editor.list_codes(SCENARIO)])
     editor.open(PDDL)
     editor.open(SCENARIO)
-    editor.wait(lambda: editor.shown(PDDL) == [] == editor.shown(SCENARIO))
+    editor.wait_until(lambda: editor.list_codes(PDDL) == [] == editor.list_codes(SCENARIO))
 
 
-def test_the_whole_check_follows_when_a_file_is_saved(editor):
-    """A mistake that the text of one file does not show: an action that the domain lacks."""
+def test_save_starts_check_of_whole_agent(editor):
+    """Only the check of the whole agent finds a mapping of an action that the domain lacks."""
     right = editor.texts[SCENARIO]
     editor.open(SCENARIO, right.replace("say-goodbye: say", "say-godbye: say"))
     editor.save(SCENARIO)
-    editor.wait(lambda: "CX401" in [code for code, _ in editor.shown(SCENARIO)])
+    editor.wait_until(lambda: "CX401" in [code for code, _ in editor.list_codes(SCENARIO)])
     editor.open(SCENARIO, right)
     editor.save(SCENARIO)
-    editor.wait(lambda: editor.shown(SCENARIO) == [])
+    editor.wait_until(lambda: editor.list_codes(SCENARIO) == [])
 
 
 # ---- hover
@@ -161,13 +161,13 @@ def test_the_whole_check_follows_when_a_file_is_saved(editor):
         ("skills/say.lua", "SpeechSynthInterface", ["interface **SpeechSynthInterface**", "`msgid`"]),
     ],
 )
-def test_hover(editor, name, text, words):
+def test_hover_shows_definition(editor, name, text, words):
     shown = editor.hover(name, text)
     for word in words:
         assert word in shown
 
 
-def test_hover_of_a_rule_of_the_core(editor):
+def test_hover_shows_rule_of_core(editor):
     path = "rule-of-core.clp"
     editor.open(path, "(defrule goal-without-id => )\n")
     shown = editor.hover(path, "goal-without-id")
@@ -175,7 +175,7 @@ def test_hover_of_a_rule_of_the_core(editor):
     editor.open(path, ";; nothing\n")
 
 
-def test_nothing_is_said_of_a_comment(editor):
+def test_hover_over_comment_is_empty(editor):
     assert editor.hover(GOALS, "said good bye") == ""
 
 
@@ -183,7 +183,7 @@ def test_nothing_is_said_of_a_comment(editor):
 
 
 @pytest.mark.parametrize(
-    ("written", "wanted", "unwanted"),
+    ("written", "expected", "unexpected"),
     [
         ("(defrule a (go", {"goal", "and", "not"}, {"modify", "mode"}),
         ("(defrule a (goal (mo", {"mode", "id", "class", "sub-type"}, {"goal", "modify"}),
@@ -204,16 +204,16 @@ def test_nothing_is_said_of_a_comment(editor):
         ("(", {"defrule", "deftemplate", "defglobal"}, {"goal"}),
     ],
 )
-def test_completion_in_clips(editor, written, wanted, unwanted):
+def test_completion_in_clips_text(editor, written, expected, unexpected):
     before = editor.texts[GOALS]
     editor.open(GOALS, before + "\n" + written)
-    found = set(editor.complete(GOALS, before[-20:] + "\n" + written))
-    assert found >= wanted
-    assert not found & unwanted
+    labels = set(editor.complete(GOALS, before[-20:] + "\n" + written))
+    assert labels >= expected
+    assert not labels & unexpected
 
 
 @pytest.mark.parametrize(
-    ("name", "old", "new", "behind", "wanted"),
+    ("name", "old", "new", "behind", "expected"),
     [
         (
             SCENARIO,
@@ -230,11 +230,11 @@ def test_completion_in_clips(editor, written, wanted, unwanted):
         (PDDL, ":effect (said", ":effect (", ":effect (", {"said", "and", "not"}),
     ],
 )
-def test_completion_elsewhere(editor, name, old, new, behind, wanted):
+def test_completion_in_configuration_and_pddl(editor, name, old, new, behind, expected):
     right = editor.texts[name]
     assert old in right
     editor.open(name, right.replace(old, new, 1))
-    assert set(editor.complete(name, behind)) >= wanted
+    assert set(editor.complete(name, behind)) >= expected
 
 
 # ---- places
@@ -254,62 +254,67 @@ def test_completion_elsewhere(editor, name, old, new, behind, wanted):
         ("skills/say.lua", "SpeechSynthInterface", [("SpeechSynthInterface.xml", 3)]),
     ],
 )
-def test_definition(editor, name, text, expected):
-    place = lsp.DefinitionParams(**editor.at(name, text))
-    found = editor.places(editor.run(editor.client.text_document_definition_async(place)))
+def test_definition_is_found(editor, name, text, expected):
+    place = lsp.DefinitionParams(**editor.locate(name, text))
+    places = editor.list_places(editor.run(editor.client.text_document_definition_async(place)))
     if text.startswith("say{"):
-        found = [each for each in found if each in expected]  # the shipped one has the name, too
-    assert found == expected
+        places = [
+            location for location in places if location in expected
+        ]  # a shipped skill has the same name
+    assert places == expected
 
 
-def test_references_go_across_clips_pddl_and_yaml(editor):
+def test_references_are_found_in_clips_pddl_and_yaml(editor):
     place = lsp.ReferenceParams(
-        **editor.at(PDDL, "say-hello"), context=lsp.ReferenceContext(include_declaration=True)
+        **editor.locate(PDDL, "say-hello"), context=lsp.ReferenceContext(include_declaration=True)
     )
-    found = editor.places(editor.run(editor.client.text_document_references_async(place)))
-    assert found == [("domain.pddl", 17), ("meet-domain.clp", 31), ("scenario.yaml", 18)]
+    places = editor.list_places(editor.run(editor.client.text_document_references_async(place)))
+    assert places == [("domain.pddl", 17), ("meet-domain.clp", 31), ("scenario.yaml", 18)]
 
 
-def test_rename_changes_every_file(editor):
-    place = lsp.RenameParams(**editor.at(PDDL, "say-hello"), new_name="greet")
+def test_rename_changes_all_files(editor):
+    place = lsp.RenameParams(**editor.locate(PDDL, "say-hello"), new_name="greet")
     edit = editor.run(editor.client.text_document_rename_async(place))
     changed = {
-        uri.rsplit("/", 1)[1]: [each.new_text for each in edits] for uri, edits in edit.changes.items()
+        uri.rsplit("/", 1)[1]: [text_edit.new_text for text_edit in edits]
+        for uri, edits in edit.changes.items()
     }
     assert changed == {"domain.pddl": ["greet"], DOMAIN: ["greet"], SCENARIO: ["greet"]}
-    place = lsp.RenameParams(**editor.at(GOALS, "?*MEET-WANTED*", inside=4), new_name="WANTED")
+    place = lsp.RenameParams(**editor.locate(GOALS, "?*MEET-WANTED*", inside=4), new_name="WANTED")
     edit = editor.run(editor.client.text_document_rename_async(place))
-    assert {each.new_text for edits in edit.changes.values() for each in edits} == {"?*WANTED*"}
+    assert {text_edit.new_text for edits in edit.changes.values() for text_edit in edits} == {"?*WANTED*"}
 
 
 @pytest.mark.parametrize(
-    ("text", "new", "why"),
+    ("text", "new", "reason"),
     [
         ("goal (id TESTGOAL) (mode", "aim", "is defined outside"),
         ("meet-begin", "meet-select", "there is a rule 'meet-select' already"),
         ("meet-begin", "two words", "cannot be the name"),
     ],
 )
-def test_what_cannot_be_renamed(editor, text, new, why):
-    place = lsp.RenameParams(**editor.at(GOALS, text), new_name=new)
-    with pytest.raises(JsonRpcException, match=why):
+def test_impossible_rename_is_an_error(editor, text, new, reason):
+    place = lsp.RenameParams(**editor.locate(GOALS, text), new_name=new)
+    with pytest.raises(JsonRpcException, match=reason):
         editor.run(editor.client.text_document_rename_async(place))
 
 
 # ---- files
 
 
-def test_symbols(editor):
+def test_symbols_of_document_and_workspace(editor):
     document = lsp.TextDocumentIdentifier(editor.uri(GOALS))
-    found = editor.run(editor.client.text_document_document_symbol_async(lsp.DocumentSymbolParams(document)))
-    names = [(each.name, each.kind, each.range.start.line + 1) for each in found]
+    symbols = editor.run(
+        editor.client.text_document_document_symbol_async(lsp.DocumentSymbolParams(document))
+    )
+    names = [(symbol.name, symbol.kind, symbol.range.start.line + 1) for symbol in symbols]
     assert ("MEET-WANTED", lsp.SymbolKind.Variable, 3) in names
     assert ("meet-begin", lsp.SymbolKind.Event, 6) in names
-    everywhere = editor.run(editor.client.workspace_symbol_async(lsp.WorkspaceSymbolParams("meetbgn")))
-    assert "meet-begin" in [each.name for each in everywhere]
+    workspace_symbols = editor.run(editor.client.workspace_symbol_async(lsp.WorkspaceSymbolParams("meetbgn")))
+    assert "meet-begin" in [symbol.name for symbol in workspace_symbols]
 
 
-def test_formatting(editor):
+def test_formatting_restores_layout(editor):
     right = editor.texts[GOALS]
     editor.open(GOALS, right.replace("  (goal (id ?id) (class SAY", "\t(goal (id ?id) (class SAY"))
     parameters = lsp.DocumentFormattingParams(
@@ -320,31 +325,30 @@ def test_formatting(editor):
     assert edit.range.end.line == right.count("\n")
 
 
-def test_a_place_behind_characters_of_two_units(editor):
-    """Positions count in UTF-16 units."""
+def test_positions_count_utf_16_units(editor):
     name = "wide.clp"
     editor.open(name, '(defrule wide (goal) => (printout t "\U0001f916 \U0001f916" (create$ 1)))\n')
     assert "create$" in editor.hover(name, "create$")
     editor.open(name, "")
 
 
-def test_the_agents_of_a_checkout_have_no_false_error(fawkes_agent):
-    """Of all that the text shows, there is Fawkes' parenthesis, and a slot that its queries lack."""
+def test_agents_of_fawkes_have_only_known_findings(fawkes_agent):
+    """The known findings are a missing parenthesis, and two queries of a slot that the template lacks."""
     session, spec = fawkes_agent
-    found = {
-        (each.code.name, Path(file.path).name, file.lines.at(each.start))
+    mistakes = {
+        (mistake.code.name, Path(file.path).name, file.lines.at(mistake.start))
         for file in session.model.files
         if file.path in session.knowledge.loaded_files
-        for each in find_mistakes(session, file)
+        for mistake in find_mistakes(session, file)
     }
     known = {("CX210", "domain.clp", line) for line in (892, 941)}
-    assert found == known | {("CX201", "skills.clp", 189)}, spec
+    assert mistakes == known | {("CX201", "skills.clp", 189)}, spec
 
 
-def test_files_beside_the_scenario(editor):
+def test_world_file_of_scenario_is_checked(editor):
     (editor.root / "world.yaml").write_text("skills:\n  - name: sey\n")
     editor.save(SCENARIO)
-    editor.wait(lambda: ("CX121", 2) in editor.shown("world.yaml"))
+    editor.wait_until(lambda: ("CX121", 2) in editor.list_codes("world.yaml"))
     (editor.root / "world.yaml").unlink()
     editor.save(SCENARIO)
-    editor.wait(lambda: editor.shown("world.yaml") == [])
+    editor.wait_until(lambda: editor.list_codes("world.yaml") == [])

@@ -1,4 +1,4 @@
-"""The monitor's screen on a source with the data of a test."""
+"""The screen of the monitor with a scripted source."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ SNAPSHOT = MonitorSnapshot(
 )
 
 
-class Scripted:
-    """A source; ``snapshot`` is its answer, ``error`` its failure."""
+class ScriptedSource:
+    """A source that returns ``snapshot``, or raises ``error``."""
 
     name = "robot"
     period_s = 0.05
@@ -44,7 +44,7 @@ class Scripted:
         self.is_live = is_live
         self.error = ""
         self.fault = False
-        self.done: list[str] = []
+        self.commands: list[str] = []
         self.query = ViewQuery()
         self.answer = ""
         self.closed = False
@@ -58,7 +58,7 @@ class Scripted:
         return self.snapshot
 
     def execute_command(self, command):
-        self.done.append(command)
+        self.commands.append(command)
         if self.error:
             raise CxbridgeError(self.error, hint="try again")
         return self.answer
@@ -70,8 +70,8 @@ class Scripted:
         self.snapshot = replace(self.snapshot, **members)
 
 
-def labels(tree):
-    """The labels below the root without what only aligns them, two blanks for each level."""
+def list_labels(tree):
+    """Return the labels below the root without padding, indented by two blanks for each level."""
 
     def walk(node, indent):
         for child in node.children:
@@ -81,10 +81,10 @@ def labels(tree):
     return list(walk(tree.root, ""))
 
 
-def drive(app, script, size=(120, 40)):
-    """Run a script with a screen; it is given the screen, the pilot and what waits for something."""
+def run_script(app, script, size=(120, 40)):
+    """Run a script with the app, the pilot, and a function that waits for a condition."""
 
-    app.animation_level = "none"  # each key waits for the end of what moves
+    app.animation_level = "none"  # each key waits for the end of animations
 
     async def main():
         async with app.run_test(size=size) as pilot:
@@ -94,7 +94,7 @@ def drive(app, script, size=(120, 40)):
                     if condition():
                         return
                     await pilot.pause(0.02)
-                pytest.fail("it did not come")
+                pytest.fail("the condition did not become true")
 
             await until(lambda: app.snapshot.head != "...")
             await pilot.pause()

@@ -18,8 +18,8 @@ from tests.cli.boards import SharedBoard
 from tests.fawkes import TRANSPORT, fawkes_server
 
 
-class Writing:
-    """A thread that writes an interface, another value each time."""
+class WriterThread:
+    """A thread that writes an interface with a new value each time."""
 
     def __init__(self, board):
         self._writer = board.open_for_writing(SwitchInterface, "S", owner="writer")
@@ -41,11 +41,11 @@ class Writing:
 
 @pytest.fixture
 def board(monkeypatch):
-    made = SharedBoard()
-    monkeypatch.setattr(rates, "connect", lambda _url, _dirs: made)
-    yield made
-    assert made.left_open() == []
-    made.shutdown()
+    board = SharedBoard()
+    monkeypatch.setattr(rates, "connect", lambda _url, _dirs: board)
+    yield board
+    assert board.left_open() == []
+    board.shutdown()
 
 
 @pytest.mark.parametrize(
@@ -58,7 +58,7 @@ def board(monkeypatch):
         ((0.0, 10.0, 10.5, 11.0), (2.0, 0.5, 0.5, 0.0, 3)),  # the window slides
     ],
 )
-def test_a_rate_needs_two_writes(times_s, expected):
+def test_rate_of_writes(times_s, expected):
     meter = RateMeter(window=3)
     for time_s in times_s:
         meter.add(time_s)
@@ -69,7 +69,7 @@ def test_a_rate_needs_two_writes(times_s, expected):
 
 
 @pytest.mark.parametrize("transport", ["zmq", *TRANSPORT])
-def test_rates_on_every_transport(transport, tmp_path, capsys):
+def test_rates_on_each_transport(transport, tmp_path, capsys):
     board = SharedBoard()
     with ExitStack() as stack:
         stack.callback(board.shutdown)
@@ -81,9 +81,9 @@ def test_rates_on_every_transport(transport, tmp_path, capsys):
             url = f"fawkes://127.0.0.1:{server.port}"
         server.start()
         stack.callback(server.stop)
-        stack.enter_context(Writing(board))
-        more = ("--every", "0.3", "--count", "3", "--json", "--connect", url)
-        assert invoke(["bb", "hz", "SwitchInterface::*", *more]) == 0
+        stack.enter_context(WriterThread(board))
+        options = ("--every", "0.3", "--count", "3", "--json", "--connect", url)
+        assert invoke(["bb", "hz", "SwitchInterface::*", *options]) == 0
     rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [row["uid"] for row in rows] == ["SwitchInterface::S"] * 3
     assert rows[-1]["new_writes"] > 0
@@ -91,8 +91,8 @@ def test_rates_on_every_transport(transport, tmp_path, capsys):
     assert rows[-1]["bytes_per_s"] == pytest.approx(rows[-1]["hz"] * SwitchInterface.SCHEMA.datasize)
 
 
-def test_a_line_for_each_interface(board, capsys):
-    with Writing(board):
+def test_output_has_line_for_each_interface(board, capsys):
+    with WriterThread(board):
         assert invoke(["bb", "hz", "SwitchInterface", "--every", "0.3", "--count", "2"]) == 0
     number = r"\d+\.\d+"
     gaps = rf"min {number} s  max {number} s  std dev {number} s"
@@ -100,7 +100,7 @@ def test_a_line_for_each_interface(board, capsys):
     assert re.fullmatch(pattern, capsys.readouterr().out.splitlines()[-1])
 
 
-def test_without_writes(board, capsys):
+def test_interface_without_writes_has_no_rate(board, capsys):
     board.open_for_writing(SwitchInterface, "S", owner="writer")
     assert invoke(["bb", "hz", "SwitchInterface", "--every", "0.05", "--count", "1"]) == 0
     assert capsys.readouterr().out == "SwitchInterface::S  fewer than two writes yet\n"

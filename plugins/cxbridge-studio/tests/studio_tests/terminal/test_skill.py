@@ -17,11 +17,11 @@ from tests.cli.test_skill import Estimator
 
 @pytest.fixture
 def board(monkeypatch):
-    made = SharedBoard()
-    monkeypatch.setattr(skill, "connect", lambda _url, _dirs: made)
-    yield made
-    assert made.left_open() == []
-    made.shutdown()
+    board = SharedBoard()
+    monkeypatch.setattr(skill, "connect", lambda _url, _dirs: board)
+    yield board
+    assert board.left_open() == []
+    board.shutdown()
 
 
 @pytest.fixture
@@ -31,26 +31,26 @@ def skiller(board):
         yield board.open_for_reading(SkillerInterface, "Skiller", owner="test")
 
 
-def run(*arguments):
+def run_skill(*arguments):
     return invoke(["skill", *arguments])
 
 
-def test_monitor(skiller, capsys):
+def test_monitor_prints_status_of_skill(skiller, capsys):
     skiller.msgq_enqueue(SkillerInterface.ExecSkillMessage(skill_string="fail{}"))
-    assert run("monitor", "--count", "1", "--timeout", str(WAIT_S)) == 0
+    assert run_skill("monitor", "--count", "1", "--timeout", str(WAIT_S)) == 0
     assert len(capsys.readouterr().out.splitlines()) == 1
-    assert run("monitor", "--timeout", "0.2", "--json") == 0
+    assert run_skill("monitor", "--timeout", "0.2", "--json") == 0
     assert json.loads(capsys.readouterr().out.splitlines()[-1])["skill_string"] == "fail{}"
 
 
-def test_the_same_graph_from_files_and_from_a_skiller(board, capsys):
+def test_graph_from_files_equals_graph_from_skiller(board, capsys):
     from cxbridge.skiller.make import make_lua_skiller
 
-    assert run("graph", "say") == 0
+    assert run_skill("graph", "say") == 0
     from_files = capsys.readouterr().out
     assert from_files.startswith("digraph say {")
     with Looping(lambda: make_lua_skiller(board, RealClock(), silent_bus())):
-        assert run("graph", "say", "--connect", "tcp://x") == 0
+        assert run_skill("graph", "say", "--connect", "tcp://x") == 0
     assert capsys.readouterr().out == from_files
 
 
@@ -61,6 +61,6 @@ def test_the_same_graph_from_files_and_from_a_skiller(board, capsys):
         (["graph", "say", "--connect", "tcp://x"], "no Skiller writes SkillerDebugInterface::Skiller"),
     ],
 )
-def test_what_cannot_be_drawn_is_one_error(board, capsys, arguments, message):
-    assert run(*arguments) == 2
+def test_unknown_skill_and_missing_skiller_are_errors(board, capsys, arguments, message):
+    assert run_skill(*arguments) == 2
     assert message in capsys.readouterr().err

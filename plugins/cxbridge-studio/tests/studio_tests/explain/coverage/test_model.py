@@ -1,4 +1,4 @@
-"""What runs have used: counted by hand, on the recordings, and in the format of lcov."""
+"""The coverage of runs: counts, reports, and the format of lcov."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ AGENT = """; rules
 OTHER = "(defrule three =>)\n(defrule one (x) =>)\n"
 
 
-def covered(*runs, files=(("/a/agent.clp", AGENT), ("/a/other.clp", OTHER)), globs=()):
+def cover_runs(*runs, files=(("/a/agent.clp", AGENT), ("/a/other.clp", OTHER)), globs=()):
     agent, use = AgentSources(), RecordedUse()
     for name, text in files:
         agent.add_file(TextFile(name, text))
@@ -45,17 +45,19 @@ def covered(*runs, files=(("/a/agent.clp", AGENT), ("/a/other.clp", OTHER)), glo
     return compute_coverage(agent, use, globs)
 
 
-RUN = ListRun([fired(0, "one"), fired(1, "one"), fired(1, "of-nobody")])
+RUN = ListRun([fired(0, "one"), fired(1, "one"), fired(1, "not-loaded")])
 
 
-def test_rules_by_file_and_line():
-    found = covered(RUN)
-    assert (found.watched_count, found.fired_count) == (3, 1)
-    assert [(file.file, file.watched_count, file.fired_count) for file in found.files] == [
+def test_coverage_has_rules_by_file_and_line():
+    coverage = cover_runs(RUN)
+    assert (coverage.watched_count, coverage.fired_count) == (3, 1)
+    assert [(file.file, file.watched_count, file.fired_count) for file in coverage.files] == [
         ("/a/agent.clp", 1, 0),
         ("/a/other.clp", 2, 1),
     ]
-    rules = {rule.name: (rule.file, rule.lines, count) for file in found.files for rule, count in file.rules}
+    rules = {
+        rule.name: (rule.file, rule.lines, count) for file in coverage.files for rule, count in file.rules
+    }
     assert rules == {
         "two": ("/a/agent.clp", (4, 5, 8, 9), 0),
         "three": ("/a/other.clp", (1,), 0),
@@ -63,19 +65,19 @@ def test_rules_by_file_and_line():
     }
 
 
-def test_goal_classes_and_modes():
+def test_coverage_has_goal_classes_modes_and_outcomes():
     events = [goal(0, "walk1", mode) for mode in ("FORMULATED", "SELECTED", "FINISHED")]
     events += [goal(1, "walk2", "FORMULATED"), goal(1, "walk2", "FORMULATED", parent="walk1")]
     events += [goal(2, "walk2", "FINISHED", "FAILED"), goal(3, "jump1", "FORMULATED")]
-    found = covered(ListRun(events))
-    assert found.goal_classes.used == (("JUMP", 1), ("WALK", 2))
-    assert found.goal_classes.unused == ("REST", "RUN")
-    missing = dict(found.missing_modes)
+    coverage = cover_runs(ListRun(events))
+    assert coverage.goal_classes.used == (("JUMP", 1), ("WALK", 2))
+    assert coverage.goal_classes.unused == ("REST", "RUN")
+    missing = dict(coverage.missing_modes)
     assert missing["WALK"] == ("EXPANDED", "COMMITTED", "DISPATCHED", "EVALUATED", "RETRACTED")
-    assert dict(found.outcomes) == {"WALK": (("FAILED", 1), ("UNKNOWN", 1))}
+    assert dict(coverage.outcomes) == {"WALK": (("FAILED", 1), ("UNKNOWN", 1))}
 
 
-def test_actions_and_skills():
+def test_coverage_has_actions_and_skills():
     events = [
         action(0, "walk1", 1, "go", "WAITING"),
         skill(0, "goto{place='x'}", "S_RUNNING"),
@@ -84,31 +86,31 @@ def test_actions_and_skills():
         skill(1, "goto{place='x'}", "S_FINAL"),
         skill(1, "goto{place='x'}", "S_RUNNING"),
     ]
-    found = covered(ListRun(events))
-    assert (found.actions.used, found.actions.unused) == ((("go", 1),), ("wait",))
-    assert found.skills.used == (("goto", 2),)
+    coverage = cover_runs(ListRun(events))
+    assert (coverage.actions.used, coverage.actions.unused) == ((("go", 1),), ("wait",))
+    assert coverage.skills.used == (("goto", 2),)
 
 
-def test_globs_choose_files():
-    assert [file.file for file in covered(RUN, globs=("oth*",)).files] == ["/a/other.clp"]
-    assert [file.file for file in covered(RUN, globs=("/a/ag*",)).files] == ["/a/agent.clp"]
+def test_globs_select_files():
+    assert [file.file for file in cover_runs(RUN, globs=("oth*",)).files] == ["/a/other.clp"]
+    assert [file.file for file in cover_runs(RUN, globs=("/a/ag*",)).files] == ["/a/agent.clp"]
 
 
-def test_a_file_that_changed_between_runs():
-    found = covered(RUN, files=(("/a/o.clp", OTHER), ("/a/o.clp", "(defrule four =>)")))
-    assert [rule.name for file in found.files for rule, _ in file.rules] == ["four"]
+def test_last_version_of_changed_file_counts():
+    coverage = cover_runs(RUN, files=(("/a/o.clp", OTHER), ("/a/o.clp", "(defrule four =>)")))
+    assert [rule.name for file in coverage.files for rule, _ in file.rules] == ["four"]
 
 
-def test_rules_that_are_not_watched_do_not_count():
+def test_rules_without_recorded_firings_do_not_count():
     agent, use = AgentSources(), RecordedUse()
     agent.add_file(TextFile("/a/other.clp", "(defrule time-retract =>)(defrule one =>)"))
     use.add(RUN, ENV)
-    found = compute_coverage(agent, use)
-    assert (found.watched_count, found.fired_count) == (1, 1)
-    assert "firings not recorded: time-retract" in format_report(found, has_firings=True)
+    coverage = compute_coverage(agent, use)
+    assert (coverage.watched_count, coverage.fired_count) == (1, 1)
+    assert "firings not recorded: time-retract" in format_report(coverage, has_firings=True)
 
 
-def test_files_come_from_the_recording_without_the_core():
+def test_recorded_files_are_added_without_core():
     class Recorded(ListRun):
         def source_records(self):
             for record in super().source_records():
@@ -122,8 +124,8 @@ def test_files_come_from_the_recording_without_the_core():
     assert not add_recorded_agent(AgentSources(), ListRun([]), ENV, include_core=True)
 
 
-def test_the_tracefile_of_lcov(tmp_path):
-    text = list(format_lcov_lines(covered(RUN)))
+def test_lcov_format(tmp_path):
+    text = list(format_lcov_lines(cover_runs(RUN)))
     assert text[:12] == [
         "TN:",
         "SF:/a/agent.clp",
@@ -157,13 +159,13 @@ def test_the_tracefile_of_lcov(tmp_path):
 
 
 @pytest.mark.skipif(shutil.which("genhtml") is None, reason="genhtml (lcov) is not installed")
-def test_genhtml_takes_it(tmp_path):
+def test_genhtml_accepts_lcov_file(tmp_path):
     source = tmp_path / "agent.clp"
     source.write_text(AGENT)
     (tmp_path / "c.info").write_text(
-        "".join(f"{line}\n" for line in format_lcov_lines(covered(RUN, files=((str(source), AGENT),))))
+        "".join(f"{line}\n" for line in format_lcov_lines(cover_runs(RUN, files=((str(source), AGENT),))))
     )
-    done = subprocess.run(
+    process = subprocess.run(
         ["genhtml", "c.info", "-o", "html"],
         cwd=tmp_path,
         capture_output=True,
@@ -171,20 +173,20 @@ def test_genhtml_takes_it(tmp_path):
         timeout=60,
         check=False,
     )
-    assert done.returncode == 0, done.stderr
-    assert "functions..: 50.0% (1 of 2 functions)" in done.stdout
+    assert process.returncode == 0, process.stderr
+    assert "functions..: 50.0% (1 of 2 functions)" in process.stdout
 
 
 LOG = SHARED / "traces" / "test-scenario" / "skiller-1" / "fawkes.log"
 
 
 @needs_shared
-def test_a_log_of_a_real_fawkes():
+def test_coverage_of_fawkes_log():
     use = RecordedUse()
     use.add(open_run(LOG), ENV)
     events = [event for event in open_run(LOG) if isinstance(event, RuleFired)]
     assert use.firings.total() == len(events) == 728
-    found = compute_coverage(AgentSources(), use)
-    assert dict(found.actions.used)["say-hello"] == 1
-    assert dict(found.skills.used) == {"say": 4}
-    assert to_json(found)["goal_classes"]["outcomes"]["ALWAYS-REJECT"] == {"REJECTED": 2}
+    coverage = compute_coverage(AgentSources(), use)
+    assert dict(coverage.actions.used)["say-hello"] == 1
+    assert dict(coverage.skills.used) == {"say": 4}
+    assert to_json(coverage)["goal_classes"]["outcomes"]["ALWAYS-REJECT"] == {"REJECTED": 2}

@@ -1,1 +1,1 @@
-"""Agents with one typical mistake each, and what `why` has to say about them."""
+"""Agents with a typical mistake, and the explanations of `why`."""

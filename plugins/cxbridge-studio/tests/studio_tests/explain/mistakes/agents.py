@@ -1,4 +1,4 @@
-"""Agents with one mistake each: a shipped scenario, one edit, the question that its author asks."""
+"""Agents with a mistake: a shipped scenario, an edit, and the question of the author."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ _LEAF = "(assert (goal (class ?class) (id ?id)))"
 
 @dataclass(frozen=True)
 class Mistake:
-    """An agent with one mistake.
+    """An agent with a mistake.
 
-    :param file: of the scenario, in which ``old`` becomes ``new``.
-    :param question: the rule or the goal that is asked about.
-    :param cause: words that the first line of the answer must have.
+    :param file: the file of the scenario in which ``old`` becomes ``new``.
+    :param question: the rule or the goal of the question.
+    :param cause: the words that the first line of the answer must have.
     """
 
     name: str
@@ -31,7 +31,7 @@ class Mistake:
     at: float = 15.0
 
     def write(self, folder: Path) -> Path:
-        """Write the agent below a folder; return its own folder."""
+        """Write the agent below a folder; return the folder of the agent."""
         agent = folder / self.scenario
         shutil.copytree(ROOT / "scenarios" / self.scenario, agent)
         file = agent / self.file
@@ -132,7 +132,7 @@ MISTAKES = (
         ("talk-plans.clp", "does not load"),
     ),
     Mistake(
-        "a rule of a file that is not loaded is asked for",
+        "the rule of the question is in a file that is not loaded",
         "scenario.yaml",
         ", talk-world.clp]",
         "]",
@@ -149,7 +149,7 @@ MISTAKES = (
         ("talk-planned-expand", "TLAK"),
     ),
     Mistake(
-        "nobody locks the resources of goals",
+        "no rule locks the resources of goals",
         "talk-goals.clp",
         _LEAF,
         "(assert (goal (class ?class) (id ?id) (required-resources arm)))",
@@ -157,7 +157,7 @@ MISTAKES = (
         ("resource arm", "resource-locks.clp"),
     ),
     Mistake(
-        "another goal holds the resource, and keeps it",
+        "a second goal holds the resource for ever",
         "talk-goals.clp",
         _LEAF,
         "(assert (goal (id HOLDER) (class HOLD) (mode DISPATCHED) (acquired-resources arm)))"
@@ -166,7 +166,7 @@ MISTAKES = (
         ("resource arm", "held by goal HOLDER"),
     ),
     Mistake(
-        "nobody sees the effect of an action",
+        "no rule sees the effect of an action",
         "talk-domain.clp",
         "(action-name ?action&say-hello|",
         "(action-name ?action&say-helo|",
@@ -174,7 +174,7 @@ MISTAKES = (
         ("say-hello", "(said peggy hello)", "sensed"),
     ),
     Mistake(
-        "what executes actions with skills is not loaded",
+        "the file that executes actions with skills is not loaded",
         "scenario.yaml",
         "files: [skills-actions.clp, talk-print.clp]",
         "files: [talk-print.clp]",
@@ -216,7 +216,7 @@ MISTAKES = (
         ("TESTGOAL-PARENT", "talk-begin", "domain-facts-loaded"),
     ),
     Mistake(
-        "nobody makes the fact that a rule waits for",
+        "no rule makes the fact that a rule waits for",
         "talk-domain.clp",
         "(assert (domain-facts-loaded))",
         "(assert (domain-fact-loaded))",

@@ -1,4 +1,4 @@
-"""The first line of the answer has the true cause, live, from a daemon's copy, and from a recording."""
+"""The first line of `why` has the cause, live, from the copy of a daemon, and from a recording."""
 
 from __future__ import annotations
 
@@ -19,45 +19,43 @@ from cxbridge_studio.explain.scenario import EnvironmentEvidence, collect_scenar
 from studio_tests.explain.mistakes.agents import MISTAKES, Mistake
 from tests.support import ROOT, share
 
-TO_THE_END: dict[str, Any] = {"strict": False}
+LENIENT: dict[str, Any] = {"strict": False}
 """A run with a broken rule continues."""
 
 
-def asked(evidence: Evidence, mistake: Mistake) -> Explanation:
-    """Ask the question of the agent's author."""
+def ask_question(evidence: Evidence, mistake: Mistake) -> Explanation:
+    """Return the explanation for the question of the author."""
     kind, _, name = mistake.question.rpartition(" ")
     return explain(evidence, name, kind)
 
 
-def copied(evidence: EnvironmentEvidence, mistake: Mistake) -> Evidence:
-    """Return a daemon's copy for the question."""
+def copy_like_daemon(evidence: EnvironmentEvidence, mistake: Mistake) -> Evidence:
+    """Return the copy that a daemon makes for the question."""
     kind, _, name = mistake.question.rpartition(" ")
     times_us = evidence.start_us, evidence.now_us
     return copy_evidence(evidence.env, evidence.folders, name, kind, "a daemon", times_us, evidence.history)
 
 
-def assert_tells(answer: Explanation, mistake: Mistake) -> None:
-    """The first line has the cause, and so has the answer for programs."""
+def assert_has_cause(answer: Explanation, mistake: Mistake) -> None:
+    """Assert that the first line has the cause, and the JSON document has the first line."""
     assert [word for word in mistake.cause if word not in answer.lines[0]] == [], answer.lines[0]
     assert answer.data["headline"] == answer.lines[0]
     json.dumps(answer.data)
 
 
 @pytest.mark.parametrize("mistake", share(MISTAKES, 5), ids=lambda mistake: mistake.name)
-def test_the_true_cause_is_in_the_first_line(mistake, tmp_path):
+def test_first_line_has_cause(mistake, tmp_path):
     agent, recording = mistake.write(tmp_path), tmp_path / "run.mcap"
-    with collect_scenario_evidence(RunOptions(scenario=agent, **TO_THE_END), mistake.at) as evidence:
-        assert_tells(asked(evidence, mistake), mistake)
+    with collect_scenario_evidence(RunOptions(scenario=agent, **LENIENT), mistake.at) as evidence:
+        assert_has_cause(ask_question(evidence, mistake), mistake)
         assert isinstance(evidence, EnvironmentEvidence)
-        assert_tells(asked(copied(evidence, mistake), mistake), mistake)
-    options = RunOptions(
-        scenario=agent, trace=recording, trace_level="facts", timeout=mistake.at, **TO_THE_END
-    )
+        assert_has_cause(ask_question(copy_like_daemon(evidence, mistake), mistake), mistake)
+    options = RunOptions(scenario=agent, trace=recording, trace_level="facts", timeout=mistake.at, **LENIENT)
     run_scenario(options)
-    # A recording does not know the files that the spec does not load.
+    # A recording has no files that the spec does not load.
     needs_scenario = "does not load" in mistake.cause
     rules = load_scenario_rules(RunOptions(scenario=agent)) if needs_scenario else None
-    assert_tells(asked(RecordedEvidence(open_run(recording), None, None, rules), mistake), mistake)
+    assert_has_cause(ask_question(RecordedEvidence(open_run(recording), None, None, rules), mistake), mistake)
 
 
 @pytest.mark.parametrize(
@@ -67,18 +65,18 @@ def test_the_true_cause_is_in_the_first_line(mistake, tmp_path):
         "a file of the agent is not loaded",
     ],
 )
-def test_the_cause_is_found_from_the_root_goal(name, tmp_path):
-    mistake = next(each for each in MISTAKES if each.name == name)
+def test_explanation_of_root_goal_has_cause(name, tmp_path):
+    mistake = next(candidate for candidate in MISTAKES if candidate.name == name)
     with collect_scenario_evidence(
-        RunOptions(scenario=mistake.write(tmp_path), **TO_THE_END), mistake.at
+        RunOptions(scenario=mistake.write(tmp_path), **LENIENT), mistake.at
     ) as evidence:
-        first = explain(evidence, "TESTGOAL-PARENT").lines[0]
-    assert "talk-plan-for-talk" in first
+        first_line = explain(evidence, "TESTGOAL-PARENT").lines[0]
+    assert "talk-plan-for-talk" in first_line
 
 
 @pytest.mark.parametrize("name", share(["TALK", "TESTGOAL-PARENT", "FINALLY-SUCCEED"], 1))
-def test_a_sound_agent_is_not_blamed(name):
-    """While it runs, and at its end: no cause is made up."""
+def test_explanation_of_correct_agent_names_no_mistake(name):
+    """During the run, and at its end."""
     for at in (0.5, 2.0, None):
         with collect_scenario_evidence(
             RunOptions(scenario=ROOT / "scenarios" / "test-scenario"), at

@@ -1,4 +1,4 @@
-"""Constructs that are read from files."""
+"""Constructs of files."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from tests.support import many
 
 @settings(max_examples=many(100, 25), deadline=None)
 @given(PIECES.map("".join))
-def test_any_text_is_read_without_a_fault(text):
+def test_arbitrary_text_is_read_without_fault(text):
     Constructs([TextFile("a.clp", text)])
 
 
-def test_a_function_comes_after_all_that_it_calls():
-    """A condition that called a function and what that calls could not be matched: it seemed undefined."""
+def test_function_comes_after_its_callees():
+    """In the wrong order, CLIPS refuses a condition with calls of a function and of its callee."""
     text = """
         (deffunction c (?x) (+ ?x 1)) (deffunction a (?x) (c ?x))
         (defrule r (test (and (a 1) (c 1))) =>)"""
@@ -28,8 +28,8 @@ def test_a_function_comes_after_all_that_it_calls():
     assert diagnose(snapshot).unknown == ""
 
 
-def test_of_two_constructs_the_later_counts_and_globals_are_found():
-    made = Constructs(
+def test_later_construct_replaces_earlier_construct_with_its_name():
+    constructs = Constructs(
         [
             TextFile("1.clp", "(defglobal ?*a* = 1 ?*b* = (+ ?*a* 1))\n(defrule r (x) =>)"),
             TextFile(
@@ -38,15 +38,15 @@ def test_of_two_constructs_the_later_counts_and_globals_are_found():
             ),
         ]
     )
-    snapshot = made.take_snapshot("r", "e", 0)
+    snapshot = constructs.take_snapshot("r", "e", 0)
     assert not snapshot.needs_all_facts
     with Matcher(snapshot) as matcher:
         assert matcher.count(["(test (= ?*b* 2))"]).number == 1
-    assert made.rulebook.positions == {"r": ("2.clp", 2)}
+    assert constructs.rulebook.positions == {"r": ("2.clp", 2)}
     assert snapshot.templates["y"].slots == (("z", False), ("w", True))
 
 
-def test_a_refused_rule_is_no_rule():
+def test_refused_rule_is_not_in_rulebook():
     text = "(defrule r (a) =>)"
     diagnostic = Diagnostic("a.clp", 1, "defrule r", "EXPRNPSR3", "Missing function")
     rulebook = Constructs([TextFile("a.clp", text)], [diagnostic]).rulebook

@@ -1,4 +1,4 @@
-"""Facts that CLIPS printed become the values they were."""
+"""The values of printed facts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cxbridge.executive.host.values import Symbol
 from cxbridge_studio.explain.rules.environment import take_snapshot
 from cxbridge_studio.explain.rules.recorded_facts import parse_rows
 from cxbridge_studio.explain.slot_values import parse_values
-from studio_tests.explain.worlds import world
+from studio_tests.explain.worlds import make_world
 from tests.support import many
 
 WORDS = st.text("abcXYZ-_09/ ", max_size=8)
@@ -26,11 +26,11 @@ VALUES = st.one_of(
 
 @settings(max_examples=many(100, 25), deadline=None)
 @given(st.lists(st.tuples(VALUES, st.lists(VALUES, max_size=4)), min_size=1, max_size=5))
-def test_what_is_printed_reads_back(contents):
-    with world("(deftemplate t (slot a) (multislot b))", "(defrule it (t) (o $?) =>)") as env:
-        for one, many in contents:
-            env.assert_fact("t", {"a": one, "b": tuple(many)})
-            env.assert_ordered("o", (one, *many))
+def test_printed_facts_are_parsed_to_equal_values(contents):
+    with make_world("(deftemplate t (slot a) (multislot b))", "(defrule it (t) (o $?) =>)") as env:
+        for value, values in contents:
+            env.assert_fact("t", {"a": value, "b": tuple(values)})
+            env.assert_ordered("o", (value, *values))
         snapshot = take_snapshot(env, "it")
         changes = [
             FactChange(
@@ -48,17 +48,17 @@ def test_what_is_printed_reads_back(contents):
     assert tuple(rows) == snapshot.facts
 
 
-def change(index: int, text: str) -> FactChange:
-    """A fact of the template that the text names."""
+def make_change(index: int, text: str) -> FactChange:
+    """Return the assertion of a fact with the template of the text."""
     return FactChange(0, "e", True, index, text[1:].split(" ", maxsplit=1)[0].rstrip(")"), text)
 
 
-def test_templates_that_nobody_knows_are_made_of_their_facts():
+def test_unknown_templates_are_derived_from_facts():
     changes = [
-        change(1, "(t (a 1) (b x y))"),
-        change(2, "(t (a 2) (b z))"),
-        change(3, "(o 1 2)"),
-        change(4, "(p)"),
+        make_change(1, "(t (a 1) (b x y))"),
+        make_change(2, "(t (a 2) (b z))"),
+        make_change(3, "(o 1 2)"),
+        make_change(4, "(p)"),
     ]
     templates, rows = parse_rows(changes, {})
     assert templates["t"] == FactTemplate("t", (("a", False), ("b", True)))
@@ -71,10 +71,10 @@ def test_templates_that_nobody_knows_are_made_of_their_facts():
     ]
 
 
-def test_a_fact_address():
+def test_fact_address_is_parsed():
     assert parse_values("<Fact-12>") == (FactRef(12),)
 
 
-def test_a_fact_that_is_cut_off_is_left_out():
+def test_truncated_fact_is_omitted():
     known = {"t": FactTemplate("t", (("a", False),))}
-    assert parse_rows([change(1, "(t (a 1"), change(2, "(t (a 2))")], known)[1][0].index == 2
+    assert parse_rows([make_change(1, "(t (a 1"), make_change(2, "(t (a 2))")], known)[1][0].index == 2

@@ -1,4 +1,4 @@
-"""Reports about a rule: the verdict, its place, the agenda, missing rules."""
+"""Reports about rules: verdicts, places, the agenda, and missing rules."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from cxbridge_studio.explain.rules.report import (
     make_verdict,
     to_json,
 )
-from studio_tests.explain.worlds import world
+from studio_tests.explain.worlds import make_world
 
 
 class WorldEvidence(Evidence):
-    """Evidence from an environment."""
+    """The evidence of an environment."""
 
     def __init__(self, env):
         super().__init__("a world", 0, 0, History("world"))
@@ -39,11 +39,11 @@ class WorldEvidence(Evidence):
 ROBOT = "(robot (name r) (battery 7))"
 
 
-def test_on_the_agenda_behind_another():
+def test_verdict_names_first_rule_of_agenda():
     first = "(defrule first (declare (salience 10)) (robot) =>)"
-    with world(first, "(defrule it (robot) =>)", ROBOT) as env:
-        told = make_verdict(explain_rule(WorldEvidence(env), "it"))
-        assert told == (
+    with make_world(first, "(defrule it (robot) =>)", ROBOT) as env:
+        verdict = make_verdict(explain_rule(WorldEvidence(env), "it"))
+        assert verdict == (
             "its condition matches in one way, 1 of them is on the agenda: "
             "it comes after 1 others, first first (salience 10)"
         )
@@ -51,17 +51,19 @@ def test_on_the_agenda_behind_another():
         assert "it is the next to fire" in make_verdict(explain_rule(WorldEvidence(env), "it"))
 
 
-def test_fired_already():
-    with world("(defrule it (robot) =>)", ROBOT) as env:
+def test_verdict_of_fired_rule():
+    with make_world("(defrule it (robot) =>)", ROBOT) as env:
         env.run()
-        told = make_verdict(explain_rule(WorldEvidence(env), "it"))
-    assert told.startswith("its condition matches in one way, and it has fired for it: it fires again when")
+        verdict = make_verdict(explain_rule(WorldEvidence(env), "it"))
+    assert verdict.startswith(
+        "its condition matches in one way, and it has fired for it: it fires again when"
+    )
 
 
-def test_a_rule_with_a_broken_construct(tmp_path):
+def test_refused_rule_has_reason(tmp_path):
     file = tmp_path / "agent.clp"
     file.write_text("\n(defrule it (robot (nam r)) =>)\n(defrule other =>)\n")
-    with world() as env:
+    with make_world() as env:
         env.load(file)
         story = explain_rule(WorldEvidence(env), "it")
     assert f"{file}:2: defrule it is not defined" in story.missing_reason
@@ -69,25 +71,25 @@ def test_a_rule_with_a_broken_construct(tmp_path):
     assert to_json(story)["exists"] is False
 
 
-def test_a_rule_that_is_undefined_later(tmp_path):
+def test_undefined_rule_has_reason(tmp_path):
     file = tmp_path / "agent.clp"
     file.write_text("(defrule it (robot) =>)\n")
-    with world() as env:
+    with make_world() as env:
         env.load(file)
         env.eval("(undefrule it)")
         story = explain_rule(WorldEvidence(env), "it")
     assert "defines it, but it is gone" in story.missing_reason
 
 
-def test_an_unknown_rule_names_similar_ones():
-    with world("(defrule drive-home (robot) =>)") as env, pytest.raises(CxbridgeError) as caught:
+def test_unknown_rule_is_an_error_with_similar_names():
+    with make_world("(defrule drive-home (robot) =>)") as env, pytest.raises(CxbridgeError) as caught:
         explain_rule(WorldEvidence(env), "drive-hone")
     assert caught.value.hint == "did you mean drive-home?"
 
 
-def test_the_page_as_a_person_reads_it(tmp_path):
+def test_report_of_rule_has_counts_and_nearest_facts(tmp_path):
     rule = "(defrule it (robot (name ?n)) ?g <- (goal (id ?n) (mode SELECTED)) (test (eq 1 1)) =>)"
-    with world(rule, ROBOT, "(goal (id g) (mode SELECTED))") as env:
+    with make_world(rule, ROBOT, "(goal (id g) (mode SELECTED))") as env:
         story = explain_rule(WorldEvidence(env), "it")
     goal = "?g <- (goal (id ?n) (mode SELECTED))"
     assert list(format_report(story)) == [
@@ -109,9 +111,9 @@ def test_the_page_as_a_person_reads_it(tmp_path):
     ]
 
 
-def test_a_rule_that_fired_says_so_and_lists_the_values_that_it_wants():
+def test_headline_of_fired_rule_has_count_and_wanted_values():
     rule = "(defrule it (goal (id ?id)) (robot (name ?id)) =>)"
-    with world(rule, "(goal (id a))", "(goal (id b))", ROBOT) as env:
+    with make_world(rule, "(goal (id a))", "(goal (id b))", ROBOT) as env:
         story = replace(explain_rule(WorldEvidence(env), "it"), firings=((1.0, "f-1"), (2.0, "f-2")))
     assert make_headline(story) == (
         "rule it fired 2 times, but not again: condition 2 (robot (name ?id)) has no match: "
