@@ -70,7 +70,7 @@ def drive(transport: str, count: int, gauge: Callable[[], int], batch: int) -> t
         with reach(board, transport) as way:
             reader: Any = way.open_for_reading("SkillerInterface", "Skiller")
             for start in range(0, count, batch):
-                faults += one_batch(reader, writer, min(batch, count - start), transport)
+                faults += check_batch(reader, writer, min(batch, count - start), transport)
                 if start + batch >= (len(sizes) + 1) * count / 10:
                     sizes.append(gauge())
                 if len(faults) > 10:
@@ -78,7 +78,7 @@ def drive(transport: str, count: int, gauge: Callable[[], int], batch: int) -> t
             return sizes, faults
 
 
-def one_batch(reader: Any, writer: Any, count: int, transport: str) -> list[str]:
+def check_batch(reader: Any, writer: Any, count: int, transport: str) -> list[str]:
     """Send some messages, and check them."""
     faults = []
     taken: list[int] = []

@@ -85,7 +85,7 @@ def test_page_shows_layers():
     ]
 
 
-def is_there(path: str) -> bool:
+def exists(path: str) -> bool:
     """Whether a path of the page exists: below the package, a plug-in, or the top of the repository."""
     distribution = path.partition("/")[0].replace("_", "-")
     folders = (ROOT / "cxbridge", ROOT / "plugins" / distribution, ROOT)
@@ -96,7 +96,7 @@ def test_files_named_by_page_exist():
     table = PAGE.partition("## Where to add or change what")[2]
     paths = {path for path in re.findall(r"`([\w./-]+/[\w./-]*)`", table) if "NAME" not in path}
     assert len(paths) > 50
-    assert {path for path in paths if not is_there(path)} == set()
+    assert {path for path in paths if not exists(path)} == set()
 
 
 def test_dependencies_point_down():
@@ -239,7 +239,7 @@ NAMELESS = {"what", "who", "somebody", "someone", "something", "stuff"}
 """Words in place of a noun."""
 
 
-def nameless(tree: ast.AST) -> Iterator[tuple[str, int]]:
+def words_without_noun(tree: ast.AST) -> Iterator[tuple[str, int]]:
     """Yield arguments and variables whose name is no noun, with their lines; a field may be of a format."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(tree, ast.ClassDef) and isinstance(node, ast.AnnAssign):
@@ -248,7 +248,7 @@ def nameless(tree: ast.AST) -> Iterator[tuple[str, int]]:
             yield node.arg, node.lineno
         elif isinstance(node, ast.Name) and node.id in NAMELESS:
             yield node.id, node.lineno
-        yield from nameless(node)
+        yield from words_without_noun(node)
 
 
 def test_arguments_and_variables_are_nouns():
@@ -257,7 +257,7 @@ def test_arguments_and_variables_are_nouns():
         f"{path.relative_to(ROOT)}:{line}: {name}"
         for folder in folders
         for path in sorted(folder.rglob("*.py"))
-        for name, line in nameless(ast.parse(path.read_text(encoding="utf-8")))
+        for name, line in words_without_noun(ast.parse(path.read_text(encoding="utf-8")))
     ] == []
 
 

@@ -32,13 +32,13 @@ def blocks() -> int:
     return sys.getallocatedblocks()
 
 
-def grown(sizes: Sequence[float]) -> float:
+def growth(sizes: Sequence[float]) -> float:
     """Return the growth from the third to the last quarter of the sizes, without temporary peaks."""
     half, quarter = len(sizes) // 2, len(sizes) * 3 // 4
     return min(sizes[quarter:]) - min(sizes[half:quarter])
 
 
-def most(count: int, of_all: float = 1.0) -> float:
+def allowed_growth(count: int, of_all: float = 1.0) -> float:
     """Return the number of blocks that goals or messages may leave from one quarter to the next.
 
     :param of_all: the measured part of the goals or messages.
@@ -73,12 +73,12 @@ def test_finished_goals_leave_no_memory() -> None:
         return blocks()
 
     python = [used for _, used in soak_goals.measure(GOALS, gauge)]
-    assert grown(python) <= most(GOALS, 1 - soak_goals.WARM_UP), python
-    assert grown(clips) <= MOST_CLIPS_BYTES, clips
+    assert growth(python) <= allowed_growth(GOALS, 1 - soak_goals.WARM_UP), python
+    assert growth(clips) <= MOST_CLIPS_BYTES, clips
 
 
 @pytest.mark.parametrize("transport", message_ids.TRANSPORTS)
 def test_sent_messages_leave_no_memory(transport: str) -> None:
     sizes, faults = message_ids.drive(transport, MESSAGES, blocks, batch=100)
     assert not faults
-    assert grown(sizes) <= most(MESSAGES), sizes
+    assert growth(sizes) <= allowed_growth(MESSAGES), sizes

@@ -81,15 +81,15 @@ looking.join()
     ids=" ".join,
 )
 def test_command_works_without_modules_missing_on_windows(command):
-    works(command)
+    check_command(command)
 
 
 @needs_plugin("planning")
 def test_planner_works_without_modules_missing_on_windows():
-    works(("run", "-q", "scenarios/test-scenario-pddl"))  # a planner is a process
+    check_command(("run", "-q", "scenarios/test-scenario-pddl"))  # a planner is a process
 
 
-def works(command):
+def check_command(command):
     """Run a command without the modules that Windows lacks."""
     done = subprocess.run(
         [sys.executable, *STRICT, "-c", WITHOUT + RUN, *command],

@@ -85,7 +85,7 @@ def recording(folder):
     return trace
 
 
-def said(folder) -> list[str]:
+def start_lines(folder) -> list[str]:
     events: list[Event] = []
     run_scenario(RunOptions(scenario=folder), events.append)
     return [event.text for event in events if isinstance(event, LogLine)]
@@ -104,7 +104,9 @@ def test_feature_of_example(greeter, tmp_path):
         "(defrule guest (guest (name ?n) (mood happy)) => (printout t ?n crlf))"
     )
     agent = AGENT + rules
-    lines = said(write_scenario(tmp_path / "s", agent=agent, feature="greeting", more="greeting: Welcome\n"))
+    lines = start_lines(
+        write_scenario(tmp_path / "s", agent=agent, feature="greeting", more="greeting: Welcome\n")
+    )
     assert "Welcome Robin" in lines
     assert "Robin" in lines
 
@@ -238,7 +240,7 @@ def test_run_without_explainer_is_an_error(alone, tmp_path):
 
 
 def test_run_imports_tables_of_plug_in_only(greeter, tmp_path):
-    said(write_scenario(tmp_path / "s"))
+    start_lines(write_scenario(tmp_path / "s"))
     assert [name for name in sys.modules if name.startswith("greeter")] == ["greeter", "greeter.plugin"]
 
 
@@ -261,7 +263,7 @@ def test_broken_plug_in_is_reported_and_skipped(broken, tables, message, tmp_pat
     (plugin,) = (plugin for plugin in installed_plugins() if plugin.name == "broken")
     assert message in str(plugin.error)
     assert not plugin.rows
-    assert any(message in line for line in said(write_scenario(tmp_path / "s")))
+    assert any(message in line for line in start_lines(write_scenario(tmp_path / "s")))
     assert invoke(["doctor"]) == 0
     assert message in capsys.readouterr().out
 
@@ -277,8 +279,8 @@ def test_plug_ins_of_same_name_are_an_error_with_packages(broken):
     ("table", "use"),
     [
         ("COMMANDS = (Row('run', 'x:y'),)", lambda folder: invoke(["run", str(folder)])),
-        ("FEATURES = (Row('tf', 'x:y'),)", said),
-        ("COMPONENTS = (Row('speech', 'x:y'),)", said),
+        ("FEATURES = (Row('tf', 'x:y'),)", start_lines),
+        ("COMPONENTS = (Row('speech', 'x:y'),)", start_lines),
     ],
 )
 def test_rows_of_same_name_are_an_error_with_packages(broken, table, use, tmp_path, capsys):
@@ -333,8 +335,8 @@ def names_of_options(options):
     for name, hint in get_type_hints(options, include_extras=True).items():
         for option in getattr(hint, "__metadata__", ()):
             if hasattr(option, "param_decls"):
-                said = (option.default, *(option.param_decls or ()), f"--{name.replace('_', '-')}")
-                yield next(text for text in said if str(text).startswith("--"))
+                names = (option.default, *(option.param_decls or ()), f"--{name.replace('_', '-')}")
+                yield next(text for text in names if str(text).startswith("--"))
 
 
 def names_of_operations(operations):

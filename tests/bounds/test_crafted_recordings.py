@@ -110,7 +110,7 @@ def is_event(schema: str, data: bytes) -> bool:
     return True
 
 
-def crafted(source: Path, target: Path, where: str, value: str | None) -> Path:
+def craft(source: Path, target: Path, where: str, value: str | None) -> Path:
     """Write a recording with an odd value in its messages, its attachments or its metadata."""
     with source.open("rb") as file, target.open("wb") as out:
         reader, writer = make_reader(file), Writer(out, compression=CompressionType.NONE)
@@ -151,7 +151,7 @@ def crafted(source: Path, target: Path, where: str, value: str | None) -> Path:
     return target
 
 
-def looks(run: Path, scene: Scene, folder: Path) -> Iterator[list[str]]:
+def reading_commands(run: Path, scene: Scene, folder: Path) -> Iterator[list[str]]:
     """Yield the command lines that look at a recording."""
     file = str(run)
     yield from (["trace", command, file] for command in ("info", "cat", "transitions", "rules", "exchange"))
@@ -174,9 +174,9 @@ def looks(run: Path, scene: Scene, folder: Path) -> Iterator[list[str]]:
 def test_commands_on_crafted_recording_print_error(
     scene: Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, where: str
 ):
-    run = crafted(scene.run, tmp_path / "crafted.mcap", where, ODD.get(name))
+    run = craft(scene.run, tmp_path / "crafted.mcap", where, ODD.get(name))
     wrong: dict[str, str] = {}
-    for arguments in share(looks(run, scene, tmp_path), 8):
+    for arguments in share(reading_commands(run, scene, tmp_path), 8):
         words = " ".join(arguments).replace(str(tmp_path), "")
         try:
             invoke(arguments)
@@ -199,7 +199,7 @@ def test_repair_reports_damage_that_cat_refuses(
     run = tmp_path / "refused.mcap"
     with monkeypatch.context() as patch:
         patch.setitem(globals(), "is_event", lambda _schema, _data: True)
-        crafted(scene.run, run, "messages", ODD["an object"])
+        craft(scene.run, run, "messages", ODD["an object"])
     if damaged:
         run.write_bytes(run.read_bytes()[:-20])
     assert invoke(["trace", "cat", str(run)]) == 2

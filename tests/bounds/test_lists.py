@@ -13,7 +13,7 @@ PACKERS |= {"websockets", "foxglove"}
 QUEUES = {"deque", "Queue", "SimpleQueue", "LifoQueue", "PriorityQueue"}
 
 
-def listed(heading: str) -> set[str]:
+def listed_paths(heading: str) -> set[str]:
     """Return the files in the first column of the table below a heading."""
     text = (ROOT / "docs/evidence/security.md").read_text()
     table = text[text.index(heading) :].partition("\n\n**")[0]
@@ -35,11 +35,11 @@ def is_unlimited(node: ast.AST) -> bool:
 
 @needs_all_plugins
 def test_page_lists_each_unlimited_queue():
-    made = [path for path in files(QUEUES) if any(map(is_unlimited, ast.walk(ast.parse(path.read_text()))))]
-    assert listed("| queue in `cxbridge/` |") == set(map(short_path, made))
+    paths = [path for path in files(QUEUES) if any(map(is_unlimited, ast.walk(ast.parse(path.read_text()))))]
+    assert listed_paths("| queue in `cxbridge/` |") == set(map(short_path, paths))
 
 
 @needs_all_plugins
 def test_page_lists_each_file_that_unpacks():
     found = {short_path(path) for path in files(PACKERS) if imported_packages([path]) & PACKERS}
-    assert listed("| code in `cxbridge/` |") == found
+    assert listed_paths("| code in `cxbridge/` |") == found

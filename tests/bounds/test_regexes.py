@@ -113,7 +113,7 @@ def literals() -> Iterator[tuple[Any, int, tuple[str, ...]]]:
                 yield node.args[0].value, 0, (WHOLE,) if node.func.attr in ANCHORED else (WHOLE, PARTS)
 
 
-def slow(
+def slow_attack(
     pattern: Any, flags: int, methods: tuple[str, ...] = (WHOLE, PARTS)
 ) -> tuple[str, int, str, str, str] | None:
     """Return a text that takes an expression too long: the method, the count, and the parts of the text."""
@@ -133,7 +133,7 @@ def slow(
 def test_expressions_of_package_backtrack_within_bound():
     found = [*compiled(), *literals()]
     assert len(found) > 150
-    tried = {expression: slow(*expression) for expression in share(found, 80)}
+    tried = {expression: slow_attack(*expression) for expression in share(found, 80)}
     assert {expression: text for expression, text in tried.items() if text} == {}
 
 
@@ -208,4 +208,4 @@ def test_quadratic_expression_is_found(pattern: str):
 )
 def test_backtracking_expression_is_found(pattern: str, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(f"{__name__}.MOST_S", 0.01)
-    assert slow(pattern, 0) is not None
+    assert slow_attack(pattern, 0) is not None

@@ -15,7 +15,7 @@ from tests.support import share
 PROGRAM = "from cxbridge.cli.main import main; main()"
 
 
-def offered(line, **environment):
+def complete(line, **environment):
     """The candidates of bash for the last word of a line."""
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM],
@@ -47,7 +47,7 @@ def offered(line, **environment):
     ),
 )
 def test_completion_offers_names_with_prefix(line, expected):
-    assert offered(line) == expected
+    assert complete(line) == expected
 
 
 @pytest.mark.parametrize(

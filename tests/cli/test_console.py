@@ -17,7 +17,7 @@ def lines(*texts: str, time_us: int = 0) -> list[LogLine]:
     return [LogLine(time_us, Level.WARN, "Rules", text) for text in texts]
 
 
-def printed(capsys: pytest.CaptureFixture[str], events: list[LogLine]) -> list[str]:
+def print_lines(capsys: pytest.CaptureFixture[str], events: list[LogLine]) -> list[str]:
     log = ConsoleLog()
     for event in events:
         log(event)
@@ -26,7 +26,7 @@ def printed(capsys: pytest.CaptureFixture[str], events: list[LogLine]) -> list[s
 
 
 def test_alternating_lines_are_counted_separately(capsys: pytest.CaptureFixture[str]) -> None:
-    found = printed(capsys, [*lines("ping", "pong") * 62_502, *lines("end")])
+    found = print_lines(capsys, [*lines("ping", "pong") * 62_502, *lines("end")])
     assert found == [
         *["ping", "pong"] * 3,
         "end",
@@ -36,18 +36,20 @@ def test_alternating_lines_are_counted_separately(capsys: pytest.CaptureFixture[
 
 
 def test_count_precedes_line_of_next_loop(capsys: pytest.CaptureFixture[str]) -> None:
-    found = printed(capsys, [*lines("ping") * 5, *lines("ping", "end", time_us=LOOP_US)])
+    found = print_lines(capsys, [*lines("ping") * 5, *lines("ping", "end", time_us=LOOP_US)])
     assert found == ["ping", "ping", "ping", "ping ... repeated 2 times", "ping", "end"]
 
 
 def test_line_of_each_loop_is_printed_each_time(capsys: pytest.CaptureFixture[str]) -> None:
-    found = printed(capsys, [line for loop in range(20) for line in lines("slow", time_us=loop * LOOP_US)])
+    found = print_lines(
+        capsys, [line for loop in range(20) for line in lines("slow", time_us=loop * LOOP_US)]
+    )
     assert found == ["slow"] * 20
 
 
 def test_different_lines_are_all_printed(capsys: pytest.CaptureFixture[str]) -> None:
     texts = [f"item {number}" for number in range(1_000)] + [chr(0x4E00 + number) for number in range(5_000)]
-    assert printed(capsys, lines(*texts)) == texts
+    assert print_lines(capsys, lines(*texts)) == texts
 
 
 def test_progress_is_a_temporary_line_of_terminals(monkeypatch):

@@ -16,7 +16,7 @@ from tests.fawkes import NO_SERVER
 from tests.support import needs_plugin
 
 
-class Obey(Listener):
+class CommandRecorder(Listener):
     """Follows commands to the daemon at once."""
 
     def __init__(self, status):
@@ -73,12 +73,12 @@ def test_status_without_daemon_is_2(board, capsys):
     assert "has no daemon" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("what", ["pause", "resume", "reset", "shutdown"])
-def test_commands(board, status, what):
-    obey = Obey(status)
-    board.register_listener(obey, status._daemon_interface, EventKind.MESSAGE_RECEIVED)
-    assert invoke(["daemon", what]) == 0
-    assert obey.received_types == [f"{what.capitalize()}Message"]
+@pytest.mark.parametrize("command", ["pause", "resume", "reset", "shutdown"])
+def test_commands(board, status, command):
+    recorder = CommandRecorder(status)
+    board.register_listener(recorder, status._daemon_interface, EventKind.MESSAGE_RECEIVED)
+    assert invoke(["daemon", command]) == 0
+    assert recorder.received_types == [f"{command.capitalize()}Message"]
 
 
 def test_silent_daemon_is_status_3(status, monkeypatch, capsys):

@@ -18,7 +18,7 @@ from tests.support import FAWKES_DIR, ROOT, needs_fawkes, needs_plugin, share
 
 
 @pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -49,11 +49,11 @@ def launches(project: Path) -> None:
 
 @needs_plugin("planning")
 @needs_plugin("studio")
-def test_new_agent_runs_and_passes_tests_and_checks(here, capsys):
+def test_new_agent_runs_and_passes_tests_and_checks(folder, capsys):
     assert invoke(["new", "my-robot"]) == 0
-    made = capsys.readouterr().out.splitlines()
-    project = here / "my-robot"
-    assert set(made[:-1]) == {f"my-robot/{name}" for name in files_in(project)}
+    lines = capsys.readouterr().out.splitlines()
+    project = folder / "my-robot"
+    assert set(lines[:-1]) == {f"my-robot/{name}" for name in files_in(project)}
     assert files_in(project) == {
         "README.md",
         "conftest.py",
@@ -73,38 +73,38 @@ def test_new_agent_runs_and_passes_tests_and_checks(here, capsys):
     launches(project)
 
 
-@pytest.mark.parametrize("is_there", share([True, False], 1))
-def test_pytest_without_cxbridge_prints_remedy(here, monkeypatch, is_there):
+@pytest.mark.parametrize("is_in_path", share([True, False], 1))
+def test_pytest_without_cxbridge_prints_remedy(folder, monkeypatch, is_in_path):
     invoke(["new", "my-robot"])
-    there = str(Path(sys.executable).parent)
-    monkeypatch.setenv("PATH", f"{there}{os.pathsep}/usr/bin" if is_there else "/usr/bin")
+    programs = str(Path(sys.executable).parent)
+    monkeypatch.setenv("PATH", f"{programs}{os.pathsep}/usr/bin" if is_in_path else "/usr/bin")
     command = [sys.executable, "-m", "pytest", "-p", "no:cxbridge"]
-    done = subprocess.run(command, cwd=here / "my-robot", capture_output=True, text=True, check=False)
+    done = subprocess.run(command, cwd=folder / "my-robot", capture_output=True, text=True, check=False)
     assert done.returncode == pytest.ExitCode.USAGE_ERROR
     assert "these tests need cxbridge" in done.stderr
-    python = f"{there}/python" if is_there else "PYTHON-OF-CXBRIDGE"
+    python = f"{programs}/python" if is_in_path else "PYTHON-OF-CXBRIDGE"
     assert f"{python} -m pytest" in done.stderr
     assert "Traceback" not in done.stderr
 
 
-def test_template_equals_tutorial(here):
+def test_template_equals_tutorial(folder):
     invoke(["new", "courier"])
-    made, said = here / "courier", here / "said"
-    said.mkdir()
+    created, expected = folder / "courier", folder / "expected"
+    expected.mkdir()
     for part in PART.finditer((ROOT / "docs" / "tutorial-agent.md").read_text()):
         if part["file"]:
-            write(part, said)
-    for name in files_in(said):
-        assert (made / name).read_text() == (said / name).read_text(), name
-    assert len(files_in(said)) == 4
+            write(part, expected)
+    for name in files_in(expected):
+        assert (created / name).read_text() == (expected / name).read_text(), name
+    assert len(files_in(expected)) == 4
 
 
 @needs_fawkes
 @needs_plugin("studio")
-def test_agent_of_fawkes_stays_in_place(here, capsys):
+def test_agent_of_fawkes_stays_in_place(folder, capsys):
     assert FAWKES_DIR is not None
     assert invoke(["new", "talker", "--from-fawkes", "test", "--fawkes-dir", str(FAWKES_DIR)]) == 0
-    project = here / "talker"
+    project = folder / "talker"
     assert files_in(project) == {
         *("README.md", "config.yaml", "conftest.py", "test_agent.py"),
         *(".github/workflows/agent.yml", ".vscode/launch.json"),
@@ -119,22 +119,22 @@ def test_agent_of_fawkes_stays_in_place(here, capsys):
 
 
 @needs_fawkes
-def test_unknown_spec_of_checkout_is_an_error(here, capsys):
+def test_unknown_spec_of_checkout_is_an_error(folder, capsys):
     assert invoke(["new", "talker", "--from-fawkes", "tset", "--fawkes-dir", str(FAWKES_DIR)]) == 2
     assert "no spec 'tset'" in capsys.readouterr().err
-    assert not (here / "talker").exists()
+    assert not (folder / "talker").exists()
 
 
 @pytest.mark.parametrize(
-    "there", ["courier/README.md", "courier/courier/courier.clp", "courier/.vscode/launch.json"]
+    "file", ["courier/README.md", "courier/courier/courier.clp", "courier/.vscode/launch.json"]
 )
-def test_existing_files_are_not_overwritten(there, here, capsys):
-    (here / there).parent.mkdir(parents=True)
-    (here / there).write_text("mine")
+def test_existing_files_are_not_overwritten(file, folder, capsys):
+    (folder / file).parent.mkdir(parents=True)
+    (folder / file).write_text("mine")
     assert invoke(["new", "courier"]) == 2
-    assert f"{there}: this file exists already" in capsys.readouterr().err
-    assert files_in(here) == {there}
-    assert (here / there).read_text() == "mine"
+    assert f"{file}: this file exists already" in capsys.readouterr().err
+    assert files_in(folder) == {file}
+    assert (folder / file).read_text() == "mine"
 
 
 @pytest.mark.parametrize(
@@ -147,8 +147,8 @@ def test_existing_files_are_not_overwritten(there, here, capsys):
         (["x", "--from-fawkes", "test", "--fawkes-dir", "nowhere"], "no such folder"),
     ],
 )
-def test_invalid_arguments_create_no_files(arguments, message, here, capsys, monkeypatch):
+def test_invalid_arguments_create_no_files(arguments, message, folder, capsys, monkeypatch):
     monkeypatch.delenv("FAWKES_DIR", raising=False)
     assert invoke(["new", *arguments]) == 2
     assert message in capsys.readouterr().err
-    assert files_in(here) == set()
+    assert files_in(folder) == set()

@@ -20,7 +20,7 @@ EMFILE, ENOSPC = "Too many open files", "No space left on device"
 RESET = "Connection reset by peer"
 
 
-def failing(error):
+def failing_app(error):
     def app(*_args, **_named):
         raise error
 
@@ -58,7 +58,7 @@ def wrapped(outer, inner):
     ],
 )
 def test_errors_have_statuses(monkeypatch, capsys, error, status, said):
-    monkeypatch.setattr(program, "app", failing(error))
+    monkeypatch.setattr(program, "app", failing_app(error))
     assert program.invoke([]) == status
     errors = capsys.readouterr().err
     assert said in errors
@@ -66,7 +66,7 @@ def test_errors_have_statuses(monkeypatch, capsys, error, status, said):
 
 
 def test_internal_fault_is_status_4_with_traceback(monkeypatch, capsys):
-    monkeypatch.setattr(program, "app", failing(ZeroDivisionError("oh")))
+    monkeypatch.setattr(program, "app", failing_app(ZeroDivisionError("oh")))
     with pytest.raises(SystemExit) as ended:
         program.main([])
     assert ended.value.code == 4

@@ -85,16 +85,16 @@ class Rig:
     def reasons(self):
         return [status.reason for status in self.manager.status()]
 
-    def said(self):
-        said = self.diary[:]
+    def take_diary(self):
+        steps = self.diary[:]
         self.diary.clear()
-        return said
+        return steps
 
 
 def test_stop_has_reverse_order_of_start():
     rig = Rig()
     rig.manager.startup()
-    assert rig.said() == [
+    assert rig.take_diary() == [
         "configure a",
         "configure b",
         "configure c",
@@ -104,24 +104,24 @@ def test_stop_has_reverse_order_of_start():
     ]
     assert rig.states() == [State.ACTIVE] * 3
     rig.manager.shutdown()
-    assert rig.said() == [
+    assert rig.take_diary() == [
         "deactivate c", "cleanup c", "deactivate b", "cleanup b", "deactivate a", "cleanup a",
     ]  # fmt: skip
     assert rig.states() == [State.FINALIZED] * 3
     rig.manager.shutdown()
-    assert rig.said() == []
+    assert rig.take_diary() == []
 
 
 def test_pause_and_resume_skip_steady_components():
     rig = Rig()
     rig.nodes[0].steady = True
     rig.manager.startup()
-    rig.said()
+    rig.take_diary()
     rig.manager.pause()
-    assert rig.said() == ["deactivate c", "deactivate b"]
+    assert rig.take_diary() == ["deactivate c", "deactivate b"]
     assert rig.reasons() == ["", "paused", "paused"]
     rig.manager.resume()
-    assert rig.said() == ["activate b", "activate c"]
+    assert rig.take_diary() == ["activate b", "activate c"]
     assert rig.reasons() == ["", "", ""]
 
 
@@ -146,7 +146,7 @@ def test_failed_start_keeps_components_with_policy_continue():
 def test_component_with_failed_work_is_deactivated():
     rig = Rig(policy=FailurePolicy.CONTINUE)
     rig.manager.startup()
-    rig.said()
+    rig.take_diary()
     worked = []
 
     def broken():
@@ -157,7 +157,7 @@ def test_component_with_failed_work_is_deactivated():
     step()
     step()
     assert len(worked) == 1
-    assert rig.said() == ["deactivate b", "cleanup b"]
+    assert rig.take_diary() == ["deactivate b", "cleanup b"]
     assert rig.states() == [State.ACTIVE, State.UNCONFIGURED, State.ACTIVE]
     assert rig.reasons()[1] == "KeyError: 'x'"
     assert rig.manager.failure == ""
@@ -176,7 +176,7 @@ def test_failure_at_shutdown_does_not_stop_shutdown():
     rig.manager.startup()
     rig.manager.shutdown()
     assert rig.states() == [State.FINALIZED] * 3
-    assert rig.said()[-6:] == [
+    assert rig.take_diary()[-6:] == [
         "deactivate c", "cleanup c", "deactivate b", "cleanup b", "deactivate a", "cleanup a",
     ]  # fmt: skip
     assert rig.reasons()[2] == "ValueError: deactivate on purpose"
@@ -212,10 +212,10 @@ def test_policy_raise_raises_error_and_closes_components():
     rig.manager.start(rig.nodes[2])
     with pytest.raises(ValueError, match="configure on purpose"):
         rig.manager.start(rig.nodes[1])
-    rig.said()
+    rig.take_diary()
     with pytest.raises(ValueError, match="cleanup on purpose"):
         rig.manager.shutdown()
-    assert rig.said() == ["deactivate c", "cleanup c", "cleanup b", "deactivate a", "cleanup a"]
+    assert rig.take_diary() == ["deactivate c", "cleanup c", "cleanup b", "deactivate a", "cleanup a"]
     assert rig.states() == [State.FINALIZED] * 3
     assert rig.log == []
 

@@ -49,7 +49,7 @@ def unknown_words(line):
     return unknown
 
 
-def shown(language):
+def shown_lines(language):
     for page in PAGES:
         for block in blocks(page.read_text()):
             if block.language == language:
@@ -86,7 +86,7 @@ def test_commands_of_ci_are_in_script():
 
 
 def test_commands_and_options_exist():
-    lines = {line for _, line in shown(USAGE) if line.startswith("cxbridge")}
+    lines = {line for _, line in shown_lines(USAGE) if line.startswith("cxbridge")}
     assert lines
     lines |= {line for lines in NOT_RUN.values() for line in lines if line.startswith("cxbridge ")}
     assert {line: unknown_words(line) for line in lines if unknown_words(line)} == {}

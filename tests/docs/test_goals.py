@@ -79,7 +79,7 @@ def make(cx, tmp_path, monkeypatch):
     """Return a function that makes a run of an agent."""
     monkeypatch.chdir(tmp_path)
 
-    def made(rules: str):
+    def make_run(rules: str):
         folder = tmp_path / "truth"
         folder.mkdir()
         (folder / "scenario.yaml").write_text(SCENARIO)
@@ -87,7 +87,7 @@ def make(cx, tmp_path, monkeypatch):
         (folder / "agent.clp").write_text(rules)
         return cx.run(folder)
 
-    return made
+    return make_run
 
 
 def back(page: str) -> str:

@@ -48,7 +48,7 @@ def write(part, folder):
         output.write(part["text"])
 
 
-def shown(line):
+def expected_part(line):
     """The part of a line of output that has to appear: all before ``...``."""
     return line.partition("...")[0].rstrip()
 
@@ -77,7 +77,7 @@ def play(page, folder, shell, capfd):
                     printed = captured.out + captured.err
                     done += 1
                 else:
-                    assert shown(line) in printed, (line, printed)
+                    assert expected_part(line) in printed, (line, printed)
     return done
 
 

@@ -180,9 +180,9 @@ class Player:
         else:
             raise AssertionError(f"a statement that nobody can play: {shape}")
 
-    def _expect(self, value: str, expected: str, what: str) -> None:
+    def _expect(self, value: str, expected: str, expression: str) -> None:
         if value != expected:
-            self.surprises.append(f"{' '.join(what.split())} is {value}")
+            self.surprises.append(f"{' '.join(expression.split())} is {value}")
 
     def _untranslated(self) -> int:
         """Return the number of facts in the old words without a firing of a rule."""

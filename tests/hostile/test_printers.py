@@ -88,10 +88,10 @@ def check(output: bytes, *, own_lines: bool = False) -> str:
 @pytest.fixture(scope="module")
 def cxbridge() -> Callable[..., str]:
     """Runs a command as a program."""
-    return partial(looked_at, nursery())
+    return partial(run_checked, nursery())
 
 
-def looked_at(forks: Nursery, *arguments: object) -> str:
+def run_checked(forks: Nursery, *arguments: object) -> str:
     """Run a command; check both streams, and return them together."""
     done = forks.run([str(argument) for argument in arguments])
     out = check(done.stdout, own_lines=arguments[:2] == ("env", "eval"))
@@ -214,7 +214,7 @@ HOSTILE_RULES = f"""
   (assert (hostile "{HOSTILE}")))
 """
 TEXT = HOSTILE.replace(" \ud800", "")
-"""The last name without characters that a command line cannot hold."""
+"""The hostile text without the character that a command line cannot hold."""
 
 BOARD = ("--connect", "{url}")
 DAEMON = ("--connect", "{daemon}")

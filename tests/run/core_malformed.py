@@ -25,7 +25,7 @@ MODES = (
     "RETRACTED",
 )
 
-DEEDS = {
+CHANGES = {
     "retract": "(retract ?g)",
     "complete": "(modify ?g (mode FINISHED) (outcome COMPLETED))",
     "fail": "(modify ?g (mode FINISHED) (outcome FAILED) (error FORCED))",
@@ -48,20 +48,20 @@ FAMILY = """(assert (goal (id R-{mode}) (class TREE) (sub-type {sub_type}) {para
   (assert (goal (id A-{mode}) (class {first}) (parent R-{mode}) (priority 2.0)))"""
 SECOND = "(assert (goal (id B-{mode}) (class GOOD) (parent R-{mode}) (priority 1.0)))"
 MEDDLE = """
-(defrule meddle-{mode} (declare (salience 600)) ?g <- (goal (id ?id&{whom}-{mode}) (mode {mode}))
-  (not (meddled ?id)) => (assert (meddled ?id)) {deed})
+(defrule meddle-{mode} (declare (salience 600)) ?g <- (goal (id ?id&{goal}-{mode}) (mode {mode}))
+  (not (meddled ?id)) => (assert (meddled ?id)) {change})
 """
 
 
-def meddled(sub_type: str, whom: str, deed: str, first: str = "GOOD") -> str:
-    """Return an agent with a family of goals per mode; ``deed`` changes the goal ``whom`` (R, A or B)."""
+def make_meddling_agent(sub_type: str, goal: str, change: str, first: str = "GOOD") -> str:
+    """Return an agent with a family of goals per mode; ``change`` happens to ``goal`` (R, A or B)."""
     families, rules = [], []
     for mode in MODES:
         names = {"mode": mode, "sub_type": sub_type, "params": SUB_TYPES[sub_type], "first": first}
         families.append(FAMILY.format(**names))
         if sub_type not in SINGLE:
             families.append(SECOND.format(**names))
-        rules.append(MEDDLE.format(mode=mode, whom=whom, deed=DEEDS[deed]))
+        rules.append(MEDDLE.format(mode=mode, goal=goal, change=CHANGES[change]))
     return agent("\n  ".join(families), "".join(rules))
 
 

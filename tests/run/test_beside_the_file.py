@@ -24,7 +24,7 @@ WRITTEN = {
 """Every setting that names a file or folder which a daemon writes."""
 
 
-def ours(written: dict[str, str]) -> str:
+def configuration_text(written: dict[str, str]) -> str:
     lines = ["cxbridge:", "  zmq: {endpoints: []}", "  fawkes: {enable: false}", "  record:"]
     lines += [f"    {key.split('/')[1]}: {name}" for key, name in written.items()]
     return "\n".join([*lines, ""])
@@ -48,7 +48,7 @@ def before() -> set[Path]:
 def test_recordings_of_overlay_lie_beside_overlay(tmp_path, before):
     laid_over = tmp_path / "mine" / "over.yaml"
     laid_over.parent.mkdir()
-    laid_over.write_text(ours(WRITTEN))
+    laid_over.write_text(configuration_text(WRITTEN))
     options = DaemonOptions(config=Path("test-scenario"), overlay=laid_over)
     config, _ = read_configuration(options)
     assert files(config) == {key: laid_over.parent / name for key, name in WRITTEN.items()}

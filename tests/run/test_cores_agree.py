@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.run.core_malformed import DEEDS, MALFORMED, SINGLE, SUB_TYPES, agent, meddled
+from tests.run.core_malformed import CHANGES, MALFORMED, SINGLE, SUB_TYPES, agent, make_meddling_agent
 from tests.run.core_trees import first_difference, make_agent, run_both
 from tests.support import FAWKES_DIR, FULL, many, needs_fawkes
 
@@ -37,11 +37,11 @@ OLD_PLAN = ("RUN-SUBGOALS-IN-PARALLEL", "B", "again")
 """The agent resets a goal with its plan; the built-in core retracts the plan first."""
 
 MEDDLING = [
-    (sub_type, whom, deed)
+    (sub_type, goal, change)
     for sub_type in SUB_TYPES
-    for whom in "RAB"
-    if whom != "B" or sub_type not in SINGLE
-    for deed in DEEDS
+    for goal in "RAB"
+    if goal != "B" or sub_type not in SINGLE
+    for change in CHANGES
 ]
 
 
@@ -63,8 +63,8 @@ def test_cores_agree_on_malformed_goals(name: str, tmp_path: Path) -> None:
     assert bool(found) == (name in DIFFERENT), found
 
 
-@pytest.mark.parametrize(("sub_type", "whom", "deed"), MEDDLING if FULL else MEDDLING[::40])
-def test_cores_agree_on_goals_changed_by_agent(sub_type: str, whom: str, deed: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("sub_type", "goal", "change"), MEDDLING if FULL else MEDDLING[::40])
+def test_cores_agree_on_goals_changed_by_agent(sub_type: str, goal: str, change: str, tmp_path: Path) -> None:
     """The agent retracts goals, ends them, removes their parent ... in each mode."""
-    found = difference(tmp_path / "run", meddled(sub_type, whom, deed), 8)
-    assert bool(found) == ((sub_type, whom, deed) == OLD_PLAN), found
+    found = difference(tmp_path / "run", make_meddling_agent(sub_type, goal, change), 8)
+    assert bool(found) == ((sub_type, goal, change) == OLD_PLAN), found

@@ -23,7 +23,7 @@ def write(path: Path, *events: Event) -> Path:
     return path
 
 
-def shown(ms: int, status: str, text: str, msgid: int = 1, error: str = "") -> InterfaceWrite:
+def write_of(ms: int, status: str, text: str, msgid: int = 1, error: str = "") -> InterfaceWrite:
     values: dict[str, Any] = {
         "skill_string": text,
         "error": error,
@@ -37,20 +37,20 @@ def shown(ms: int, status: str, text: str, msgid: int = 1, error: str = "") -> I
 def test_only_finished_calls_are_samples(tmp_path: Path):
     run = write(
         tmp_path / "run.mcap",
-        shown(0, "S_INACTIVE", "", 0),
-        shown(1000, "S_RUNNING", "a{}", 1),
-        shown(2500, "S_FINAL", "a{}", 1),
-        shown(3000, "S_RUNNING", "stopped{}", 2),
-        shown(3100, "S_INACTIVE", "", 0),
-        shown(4000, "S_RUNNING", "replaced{}", 3),
-        shown(4100, "S_RUNNING", "b{}", 4),
-        shown(4600, "S_FAILED", "b{}", 4, "broken"),
-        shown(4600, "S_INACTIVE", "b{}", 4, "broken"),
-        shown(5000, "S_RUNNING", "a{}", 1),  # another client begins at 1, too
-        shown(5000, "S_FINAL", "a{}", 1),
-        shown(6000, "S_RUNNING", "back{}", 6),
-        shown(5900, "S_FINAL", "back{}", 6),  # the clock was set meanwhile
-        shown(6000, "S_RUNNING", "cut off{}", 5),
+        write_of(0, "S_INACTIVE", "", 0),
+        write_of(1000, "S_RUNNING", "a{}", 1),
+        write_of(2500, "S_FINAL", "a{}", 1),
+        write_of(3000, "S_RUNNING", "stopped{}", 2),
+        write_of(3100, "S_INACTIVE", "", 0),
+        write_of(4000, "S_RUNNING", "replaced{}", 3),
+        write_of(4100, "S_RUNNING", "b{}", 4),
+        write_of(4600, "S_FAILED", "b{}", 4, "broken"),
+        write_of(4600, "S_INACTIVE", "b{}", 4, "broken"),
+        write_of(5000, "S_RUNNING", "a{}", 1),  # another client begins at 1, too
+        write_of(5000, "S_FINAL", "a{}", 1),
+        write_of(6000, "S_RUNNING", "back{}", 6),
+        write_of(5900, "S_FINAL", "back{}", 6),  # the clock was set meanwhile
+        write_of(6000, "S_RUNNING", "cut off{}", 5),
     )
     assert read_samples(run) == [
         Sample("a{}", 1.5),

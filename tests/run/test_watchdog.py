@@ -86,17 +86,17 @@ def watched(*constructs):
 
 
 @pytest.mark.parametrize(
-    ("constructs", "what"),
+    ("constructs", "activity"),
     [
         (["(defrule a (x) => (while TRUE (bind ?y 1)))", "(defrule b (x) =>)"], "rule a does not end"),
         (["(defrule a (x) => (sleep-for 1.5))"], "function sleep-for, which rule a has called, does not end"),
     ],
 )
-def test_stall_names_rule_or_function(constructs, what):
+def test_stall_names_rule_or_function(constructs, activity):
     with watched(*constructs) as world:
         assert world.heard.wait(WAIT_S)
-        assert world.stalls[0].activity.startswith(what)
-        assert world.stalls[0].in_rules == ("sleep-for" not in what)
+        assert world.stalls[0].activity.startswith(activity)
+        assert world.stalls[0].in_rules == ("sleep-for" not in activity)
 
 
 def test_stall_is_reported_again_after_double_duration():
@@ -158,12 +158,12 @@ def test_endless_rule_degrades_daemon_until_interrupt(tmp_path):
     assert outcome == [0]
 
 
-@pytest.mark.parametrize("what", ["Pause", "Reset", "Shutdown"])
-def test_commands_reach_daemon_with_endless_rule(tmp_path, what):
+@pytest.mark.parametrize("command", ["Pause", "Reset", "Shutdown"])
+def test_commands_reach_daemon_with_endless_rule(tmp_path, command):
     with spinning(tmp_path) as (daemon, _, outcome), connected(daemon) as board:
         wait_for(board, "DEGRADED")
-        assert send_command(board, what, WAIT_S)
-        if what != "Shutdown":
+        assert send_command(board, command, WAIT_S)
+        if command != "Shutdown":
             daemon.stalls.interrupt()  # the rule may spin again
             assert send_command(board, "Pause", WAIT_S)
     assert outcome == [0]

@@ -115,7 +115,7 @@ def mutated(request, tmp_path_factory) -> tuple[Mutant, Sequence[Transition]]:
 
 
 @pytest.fixture(scope="module")
-def again() -> Sequence[Transition]:
+def rerun() -> Sequence[Transition]:
     """The transitions of a second run of the scenario itself."""
     return transitions_of(SCENARIO)
 
@@ -147,6 +147,6 @@ def test_mutant_differs_from_golden_run(mutated, order, golden):
 
 
 @pytest.mark.parametrize("order", Order)
-def test_scenario_equals_golden_run(order, golden, again):
+def test_scenario_equals_golden_run(order, golden, rerun):
     for file, tolerance_s in (("times", 0.0), ("values", None), ("old", None)):
-        assert not differs(golden / file, again, order, tolerance_s)
+        assert not differs(golden / file, rerun, order, tolerance_s)

@@ -164,7 +164,7 @@ def execute(commands: Iterable[str], folder: Path, seconds: int = 120) -> str:
     return done.stdout.decode("utf-8", "surrogateescape")
 
 
-class Ours:
+class OurEngine:
     """Our environment and its output.
 
     :param world: file to load first.

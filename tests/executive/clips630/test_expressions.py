@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.executive.clips630 import engines, expressions
-from tests.executive.clips630.engines import CRASH, Ours, Outcome, needs_clips630
+from tests.executive.clips630.engines import CRASH, OurEngine, Outcome, needs_clips630
 from tests.executive.clips630.known import KNOWN, Known, find
 from tests.support import many
 
@@ -21,7 +21,7 @@ CHUNK = 500
 @pytest.fixture
 def ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
-    ours = Ours()
+    ours = OurEngine()
     yield ours
     ours.close()
 
@@ -35,7 +35,7 @@ def describe_difference(text: str, reference: Outcome, outcome: Outcome) -> str:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_functions_match_clips_6_30(seed: int, ours: Ours, tmp_path: Path) -> None:
+def test_functions_match_clips_6_30(seed: int, ours: OurEngine, tmp_path: Path) -> None:
     texts = list(expressions.generate(expressions.functions(tmp_path), seed, EACH))
     assert len(texts) > 4000
     new = []
@@ -52,7 +52,7 @@ def test_functions_match_clips_6_30(seed: int, ours: Ours, tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("row", KNOWN, ids=lambda row: row.example)
-def test_known_differences_remain(row: Known, ours: Ours, tmp_path: Path) -> None:
+def test_known_differences_remain(row: Known, ours: OurEngine, tmp_path: Path) -> None:
     [reference] = engines.run_6_30([row.example], tmp_path)
     outcome = ours.outcome(0, row.example)
     assert reference.differences(outcome), "it no longer differs: take the row out"
@@ -116,13 +116,13 @@ MENDED = (
 """Expressions with a difference in an earlier version."""
 
 
-def test_mended_functions_match_clips_6_30(ours: Ours, tmp_path: Path) -> None:
+def test_mended_functions_match_clips_6_30(ours: OurEngine, tmp_path: Path) -> None:
     for text, reference in zip(MENDED, engines.run_6_30(MENDED, tmp_path), strict=True):
         outcome = ours.outcome(0, text)
         assert not reference.differences(outcome), describe_difference(text, reference, outcome)
 
 
-def test_crashes_of_clips_6_30_are_errors(ours: Ours) -> None:
+def test_crashes_of_clips_6_30_are_errors(ours: OurEngine) -> None:
     for text in (
         "(duplicate 1 (a (create$ 1 2)))",
         "(modify 1 (a (create$)))",

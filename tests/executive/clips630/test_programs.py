@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.executive.clips630 import engines
-from tests.executive.clips630.engines import Ours, needs_clips630
+from tests.executive.clips630.engines import OurEngine, needs_clips630
 from tests.executive.clips630.programs import program
 from tests.support import many
 
@@ -33,7 +33,7 @@ def in_6_30(file: Path, folder: Path) -> list[str]:
 
 
 def in_ours(file: Path) -> tuple[list[str], list[str]]:
-    with closing(Ours(None)) as ours:
+    with closing(OurEngine(None)) as ours:
         assert ours.env.load(file), ours.env.loader.diagnostics
         ours.env.eval("(reset)")
         ours.env.run(LIMIT)

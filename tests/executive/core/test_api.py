@@ -143,8 +143,8 @@ def test_core_loads_without_messages(core: WholeCore) -> None:
     assert [line for line in core.lines if line.level.value in "EW"] == []
 
 
-def _facet(core: WholeCore, what: str, template: str, slot: str) -> Value:
-    return core.env.eval(f"(deftemplate-slot-{what} {template} {slot})")
+def _facet(core: WholeCore, facet: str, template: str, slot: str) -> Value:
+    return core.env.eval(f"(deftemplate-slot-{facet} {template} {slot})")
 
 
 OURS = {"plan-action": {"agent-id"}}

@@ -46,7 +46,7 @@ class CoordinationBench(MemoryBench):
         self.env.call(function, *map(Symbol, args))
         self.env.run()
 
-    def ours(self, name: str = "m") -> None:
+    def acquire_own(self, name: str = "m") -> None:
         """Acquire a mutex and reset its response."""
         self.call("mutex-try-lock-async", name)
         self.settle()
@@ -58,7 +58,7 @@ class CoordinationBench(MemoryBench):
         self.modify("mutex", "(request NONE) (response NONE)", name=name)
         self.env.run()
 
-    def theirs(self, name: str = "m") -> None:
+    def lock_as_other(self, name: str = "m") -> None:
         """Let another robot lock a mutex."""
         self.memory.lock(name, "other")
         self.settle()
@@ -88,7 +88,7 @@ def test_lock_without_request_is_released(bench: CoordinationBench) -> None:
 
 
 def test_unlock_of_foreign_lock_is_refused(bench: CoordinationBench) -> None:
-    bench.theirs()
+    bench.lock_as_other()
     bench.call("mutex-unlock-async", "m")
     assert bench.mutex()["response"] == "ERROR"
     assert bench.problems() == ["Lock held by other. Cannot release foreign lock."]
@@ -114,10 +114,10 @@ def test_renewal_of_foreign_lock_is_refused(bench: CoordinationBench, prepare: s
         bench.memory.unlock("m")
         bench.settle()
     elif prepare == "busy":
-        bench.ours()
+        bench.acquire_own()
         bench.call("mutex-unlock-async", "m")
     else:
-        bench.theirs()
+        bench.lock_as_other()
     bench.call("mutex-renew-lock-async", "m")
     assert bench.mutex()["response"] == "ERROR"
     assert bench.problems()[0].startswith(problem)
@@ -130,7 +130,7 @@ def renewing() -> CoordinationBench:
     bench.env.assert_string(
         '(wm-fact (id "/config/coordination/mutex/renew-interval") (type UINT) (value 5))'
     )
-    bench.ours()
+    bench.acquire_own()
     bench.tick()
     assert bench.answer() == ("RENEW-LOCK", "PENDING", "LOCKED", "me")
     return bench
@@ -140,7 +140,7 @@ def test_fresh_lock_is_not_renewed(bench: CoordinationBench) -> None:
     bench.env.assert_string(
         '(wm-fact (id "/config/coordination/mutex/renew-interval") (type UINT) (value 5))'
     )
-    bench.ours()
+    bench.acquire_own()
     now = bench.clock.now_us() // 1_000_000
     bench.modify("mutex", f"(lock-time {now - 5} 0)", name="m")
     bench.tick()
@@ -166,7 +166,7 @@ def test_failed_renewal_loses_lock(renewing: CoordinationBench) -> None:
 
 def test_renewal_reports_lock_of_another_agent(renewing: CoordinationBench) -> None:
     renewing.memory._pending.clear()
-    renewing.theirs()
+    renewing.lock_as_other()
     assert renewing.answer() == ("NONE", "NONE", "LOCKED", "other")
     assert "but lock is locked by other" in renewing.texts("E")[0]
 

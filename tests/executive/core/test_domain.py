@@ -86,14 +86,14 @@ OWN_FORMULA = (
 """A condition of the agent, without operator and effect."""
 
 
-@pytest.mark.parametrize("way", [("assert-mine", "ground-mine"), ("assert-mine", "run", "ground-mine")])
+@pytest.mark.parametrize("functions", [("assert-mine", "ground-mine"), ("assert-mine", "run", "ground-mine")])
 def test_grounding_of_agents_formula_lives_as_long_as_formula(
-    bench: DomainBench, way: tuple[str, ...]
+    bench: DomainBench, functions: tuple[str, ...]
 ) -> None:
     for function in OWN_FORMULA:
         bench.env.build(function)
     empty = bench.census()
-    for function in way:
+    for function in functions:
         bench.env.eval(f"({function})")
     bench.env.run()
     assert bench.one("grounded-pddl-formula", formula_id="mine1")["is-satisfied"] == TRUE
@@ -172,7 +172,7 @@ def holds(formula: Formula, arguments: dict[str, str], facts: set[str]) -> bool:
 
 
 @pytest.fixture(scope="module")
-def again() -> DomainBench:
+def shared_bench() -> DomainBench:
     """Return a shared core; tests wipe its domain."""
     return DomainBench()
 
@@ -188,24 +188,24 @@ def again() -> DomainBench:
     changes=st.lists(st.sampled_from(GROUND_ATOMS), max_size=6),
 )
 def test_executable_equals_formula(
-    again: DomainBench, formula: Formula, x: str, y: str, facts: set[str], changes: list[str]
+    shared_bench: DomainBench, formula: Formula, x: str, y: str, facts: set[str], changes: list[str]
 ) -> None:
     """The incremental result equals the result from scratch, also after changes."""
-    again.env.eval("(domain-wipe)")
-    again.env.eval("(do-for-all-facts ((?f plan goal plan-action)) TRUE (retract ?f))")
-    again.operator("use", "x y", formula)
-    again.facts(*sorted(facts))
-    again.begin(f"use {x} {y}")
+    shared_bench.env.eval("(domain-wipe)")
+    shared_bench.env.eval("(do-for-all-facts ((?f plan goal plan-action)) TRUE (retract ?f))")
+    shared_bench.operator("use", "x y", formula)
+    shared_bench.facts(*sorted(facts))
+    shared_bench.begin(f"use {x} {y}")
     arguments = {"x": x, "y": y}
-    assert again.executable() is holds(formula, arguments, facts)
+    assert shared_bench.executable() is holds(formula, arguments, facts)
     for atom in changes:
         if atom in facts:
-            again.forget(atom)
+            shared_bench.forget(atom)
         else:
-            again.facts(atom)
+            shared_bench.facts(atom)
         facts = facts ^ {atom}
-        again.env.run()
-        assert again.executable() is holds(formula, arguments, facts)
+        shared_bench.env.run()
+        assert shared_bench.executable() is holds(formula, arguments, facts)
 
 
 # --- users' rules, leaks ------------------------------------------------------------

@@ -10,14 +10,14 @@ from tests.executive.core.goal_bench import error, grow, selected
 
 
 @pytest.mark.parametrize(
-    ("children", "outcome", "blamed", "what"),
+    ("children", "outcome", "blamed", "status_text"),
     [
         ("COMPLETED COMPLETED", "COMPLETED", "", ""),
         ("COMPLETED FAILED REJECTED", "FAILED", "C2", "has failed"),
         ("COMPLETED COMPLETED REJECTED", "REJECTED", "C3", "was rejected"),
     ],
 )
-def test_parallel_outcomes(bench: Bench, children: str, outcome: str, blamed: str, what: str) -> None:
+def test_parallel_outcomes(bench: Bench, children: str, outcome: str, blamed: str, status_text: str) -> None:
     parent = grow(bench, "run-parallel", *children.split(), option="FAILED")
     bench.tick()
     assert sorted(selected(bench)) == [f"C{n}" for n, _ in enumerate(children.split(), 1)]
@@ -25,7 +25,7 @@ def test_parallel_outcomes(bench: Bench, children: str, outcome: str, blamed: st
     assert bench.goal(parent)["committed-to"] == Symbol("nil")
     expected = ("", "")
     if blamed:
-        message = f"Sub-goal '{blamed}' of RUN-PARALLEL goal '{parent}' {what}"
+        message = f"Sub-goal '{blamed}' of RUN-PARALLEL goal '{parent}' {status_text}"
         expected = (f"SUB-GOAL-{outcome} {blamed}", message)
     assert error(bench, parent) == expected
 

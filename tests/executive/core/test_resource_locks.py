@@ -47,7 +47,7 @@ def test_goal_locks_all_resources_or_none(bench: CoordinationBench) -> None:
     bench.memory.trigger("mutex-trigger", {"operationType": "update", "fullDocument": document})
     bench.env.run()
     assert _acquired(bench, "G") == {"cup"}
-    bench.theirs("resource-plate")
+    bench.lock_as_other("resource-plate")
     assert bench.state("G") == ("FINISHED", "REJECTED")
     assert bench.goal("G")["message"] == "Lock held by other"
     assert _acquired(bench, "G") == set()
@@ -58,7 +58,7 @@ def test_goal_locks_all_resources_or_none(bench: CoordinationBench) -> None:
 
 
 def test_own_mutex_without_resource_blocks_goal(bench: CoordinationBench) -> None:
-    bench.ours("resource-cup")
+    bench.acquire_own("resource-cup")
     _goal(bench, "G", "cup")
     bench.settle()
     assert bench.state("G") == ("COMMITTED", "UNKNOWN")

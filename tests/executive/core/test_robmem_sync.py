@@ -106,9 +106,9 @@ def test_facts_without_identity_are_not_written() -> None:
 _SET = '(deffunction set-x (?v) (do-for-fact ((?f wm-fact)) (eq ?f:id "/shared/x") (modify ?f (value ?v))))'
 
 
-@pytest.mark.parametrize("who", ["agent", "core"])
-def test_modified_fact_is_written_again(bench: RobmemBench, who: str, tmp_path: Path) -> None:
-    if who == "agent":
+@pytest.mark.parametrize("modifier", ["agent", "core"])
+def test_modified_fact_is_written_again(bench: RobmemBench, modifier: str, tmp_path: Path) -> None:
+    if modifier == "agent":
         agent = tmp_path / "agent.clp"
         agent.write_text(_SET)
         bench.env.load(agent)

@@ -46,7 +46,7 @@ class Skills:
             self.bench.tick(seconds)
             self.seen = self.skiller.loop(self.seen)
 
-    def tell(self, seconds: float = 0.1, **fields: Value) -> None:
+    def write_status(self, seconds: float = 0.1, **fields: Value) -> None:
         """Write the skiller's interface, and run the executive."""
         self.skiller.write(**fields)
         self.bench.tick(seconds)
@@ -122,7 +122,7 @@ def test_lost_control_fails_action(
     skills.action()
     skills.loop(loops=loops)
     before = "S_IDLE" if loops == 1 else "S_RUNNING"
-    skills.tell(
+    skills.write_status(
         exclusive_controller=controller, msgid=msgid, status=status, skill_string="thief's{}", error=""
     )
     lost = f"Lost exclusive control of Skiller to {controller or 'nobody'}"
@@ -149,7 +149,9 @@ def test_final_status_counts_without_controller(skills: Skills, loops: int, stat
     skills.action()
     skills.loop(loops=loops)
     (ours,) = [slots["skill-string"] for slots in skills.bench.all("skill")]
-    skills.tell(exclusive_controller="", msgid=2, status=status, skill_string=ours, error="it is gone")
+    skills.write_status(
+        exclusive_controller="", msgid=2, status=status, skill_string=ours, error="it is gone"
+    )
     action = skills.bench.one("plan-action")
     assert (action["state"], skills.control()[0]) == (state, FALSE)
     if state == "EXECUTION-FAILED":
@@ -162,7 +164,7 @@ def test_foreign_control_fails_call_without_control(skills: Skills, loops: int) 
     skills.skiller.duration = 100
     skills.env.eval("(skill-call say (create$) (create$))")
     skills.loop(loops=loops)
-    skills.tell(exclusive_controller=OTHER, msgid=1, status="S_FINAL")
+    skills.write_status(exclusive_controller=OTHER, msgid=1, status="S_FINAL")
     assert skills.bench.one("skill")["status"] == ("S_IDLE" if loops == 1 else "S_FAILED")
     skills.loop(seconds=5.1)
     assert skills.bench.one("skill")["status"] == "S_FAILED"
@@ -249,7 +251,7 @@ def test_inactive_skiller_fails_running_action(skills: Skills, msgid: int) -> No
     skills.action()
     skills.loop(loops=2)
     assert skills.state() == "RUNNING"
-    skills.tell(status="S_INACTIVE", msgid=msgid)
+    skills.write_status(status="S_INACTIVE", msgid=msgid)
     action = skills.bench.one("plan-action")
     assert action["state"] == "EXECUTION-FAILED"
     assert action["error-msg"] == "SkillerInterface status inactive during running action"

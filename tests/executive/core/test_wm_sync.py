@@ -41,14 +41,14 @@ MODIFYING = pytest.mark.parametrize("bench", ["agent", "core"], indirect=True)
 class SyncBench(Bench):
     """The world model, the domain, and operations that change them.
 
-    :param who: ``agent`` or ``core``: the way of modification.
+    :param modifier: ``agent`` or ``core``: the way of modification.
     """
 
-    def __init__(self, who: str, folder: Path) -> None:
+    def __init__(self, modifier: str, folder: Path) -> None:
         super().__init__(*FILES)
         agent = folder / "agent.clp"
         agent.write_text(_AGENT)
-        if who == "agent":
+        if modifier == "agent":
             self.env.batch(agent)
         else:
             for part in _AGENT.strip().split("\n(deffunction "):
@@ -196,15 +196,15 @@ _OPERATIONS = st.lists(
 )
 
 
-@pytest.mark.parametrize("who", ["agent", "core"])
-def test_random_changes_end_consistent(who: str, tmp_path_factory: pytest.TempPathFactory) -> None:
+@pytest.mark.parametrize("modifier", ["agent", "core"])
+def test_random_changes_end_consistent(modifier: str, tmp_path_factory: pytest.TempPathFactory) -> None:
     """After each run, wm-facts and domain have the same content."""
     folder = tmp_path_factory.mktemp("any")
 
     @settings(max_examples=many(25, 10), deadline=None)
     @given(operations=_OPERATIONS)
     def check(operations: list[tuple[str, str, bool]]) -> None:
-        bench = SyncBench(who, folder)
+        bench = SyncBench(modifier, folder)
         bench.env.assert_string("(domain-predicate (name said) (param-names c))")
         for operation, word, run in operations:
             fact_id = f"/domain/fact/said?c={word}"

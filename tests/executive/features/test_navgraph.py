@@ -23,7 +23,7 @@ def graph():
     return graph
 
 
-def made(bus, graph):
+def make_manager(bus, graph):
     manager = EnvironmentManager(bus, [NavGraphFeature(graph)])
     env = manager.create("executive")
     assert manager.request("executive", "navgraph") == "TRUE"
@@ -32,7 +32,7 @@ def made(bus, graph):
 
 @pytest.fixture
 def nav(bus, graph, log):
-    manager, env = made(bus, lambda: graph)
+    manager, env = make_manager(bus, lambda: graph)
     yield env
     manager.close()
 
@@ -62,7 +62,7 @@ def test_graph_becomes_facts(nav):
 
 
 def test_unchanged_graph_keeps_facts(bus, graph):
-    manager, env = made(bus, lambda: graph)
+    manager, env = make_manager(bus, lambda: graph)
     before = [index for index, _, _ in env.facts("navgraph-node")]
     manager.before_run("executive")
     assert [index for index, _, _ in env.facts("navgraph-node")] == before
@@ -76,7 +76,7 @@ def test_unreadable_graph_is_reported(bus, log):
     def fail():
         raise NavGraphError('there is no "House"')
 
-    manager, env = made(bus, fail)
+    manager, env = make_manager(bus, fail)
     (fact,) = slots_of(env, "navgraph-load-fail")
     assert fact["implied"] == ('there is no "House"',)
     assert log.texts(Level.WARN) == ['Failed to assert navgraph: there is no "House"']

@@ -70,7 +70,7 @@ class FakeSkills:
         self.stopped.append(number)
         return number in self.actions
 
-    def tell(self, number, **changes):
+    def set_action(self, number, **changes):
         """Change an action."""
         for name, value in changes.items():
             setattr(self.actions[number], name, value)
@@ -130,12 +130,12 @@ def test_fact_of_request_follows_action(rig):
     rig.tick()
     (fact,) = rig.facts("skill-board-action")
     assert (fact["id"], fact["skill"], fact["agent"], fact["state"]) == (1, "move", "r1", "ASKING")
-    rig.skills.tell(1, state="RUNNING", executor="e1", progress=0.25, feedback="to wp1")
+    rig.skills.set_action(1, state="RUNNING", executor="e1", progress=0.25, feedback="to wp1")
     rig.tick()
     (fact,) = rig.facts("skill-board-action")
     assert (fact["state"], fact["executor"]) == ("RUNNING", "e1")
     assert (fact["progress"], fact["feedback"]) == (0.25, "to wp1")
-    rig.skills.tell(1, state="FAILED", error="no way")
+    rig.skills.set_action(1, state="FAILED", error="no way")
     rig.tick()
     rig.tick()
     (fact,) = rig.facts("skill-board-action")
@@ -181,7 +181,7 @@ def test_facts_of_executors_follow_registration(rig):
 def test_destroyed_environment_cancels_its_actions(rig):
     for _ in range(3):
         rig.env.eval('(skill-board-call "move{}" "r1")')
-    rig.skills.tell(2, state="SUCCEEDED")
+    rig.skills.set_action(2, state="SUCCEEDED")
     rig.tick()
     rig.manager.destroy("executive")
     assert rig.skills.stopped == [1, 3]
@@ -228,13 +228,13 @@ def test_action_is_requested_runs_and_succeeds(acting):
     plan_action(acting)
     acting.tick()
     assert state(acting)[0] == "WAITING"
-    acting.skills.tell(1, state="CONFIRMED")
+    acting.skills.set_action(1, state="CONFIRMED")
     acting.tick()
     assert state(acting)[0] == "WAITING"
-    acting.skills.tell(1, state="RUNNING", executor="e1")
+    acting.skills.set_action(1, state="RUNNING", executor="e1")
     acting.tick()
     assert state(acting)[0] == "RUNNING"
-    acting.skills.tell(1, state="SUCCEEDED")
+    acting.skills.set_action(1, state="SUCCEEDED")
     acting.tick()
     assert state(acting)[0] == "EXECUTION-SUCCEEDED"
     assert acting.facts("skill-board-action") == acting.facts("skill-board-call") == []
@@ -247,7 +247,7 @@ def test_action_is_requested_runs_and_succeeds(acting):
 def test_failure_of_skill_fails_action(acting, end, error, reason):
     plan_action(acting)
     acting.tick()
-    acting.skills.tell(1, state=end, error=error)
+    acting.skills.set_action(1, state=end, error=error)
     acting.tick()
     assert state(acting) == ("EXECUTION-FAILED", reason)
     assert acting.facts("skill-board-action") == acting.facts("skill-board-call") == []
@@ -272,11 +272,11 @@ def test_ineligible_actions_are_not_requested(acting, slots):
 def test_retracted_action_is_cancelled_and_removed(acting):
     plan_action(acting)
     acting.tick()
-    acting.skills.tell(1, state="RUNNING")
+    acting.skills.set_action(1, state="RUNNING")
     acting.tick()
     acting.env.eval("(do-for-all-facts ((?a plan-action)) TRUE (retract ?a))")
     acting.tick()
     assert acting.skills.stopped == [1]
-    acting.skills.tell(1, state="CANCELLED")
+    acting.skills.set_action(1, state="CANCELLED")
     acting.tick()
     assert acting.facts("skill-board-action") == acting.facts("skill-board-call") == []

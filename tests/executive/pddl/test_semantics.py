@@ -100,9 +100,9 @@ _PLACES_OF_TYPES = [found.start() for found in re.finditer("- here", _TYPED)]
 def test_undeclared_type_is_an_error_everywhere(place: int) -> None:
     """A misspelt type would make a ``forall`` true of nothing."""
     assert parse_domain(_TYPED)
-    spoilt = f"{_TYPED[:place]}- hree{_TYPED[place + len('- here') :]}"
+    invalid = f"{_TYPED[:place]}- hree{_TYPED[place + len('- here') :]}"
     with pytest.raises(PddlSemanticError, match=r"Unknown type: \w+ - hree") as caught:
-        parse_domain(spoilt)
+        parse_domain(invalid)
     assert caught.value.line == _TYPED.count("\n", 0, place) + 1
 
 

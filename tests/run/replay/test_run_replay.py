@@ -309,9 +309,9 @@ def test_shipped_scenarios_need_no_name(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("order", ["total", "partial"])
 def test_different_parameter_is_divergence(mini: Path, order: str) -> None:
-    def odd(event: Event) -> Event:
+    def change_params(event: Event) -> Event:
         return replace(event, params="(odd)") if isinstance(event, PlanActionTransition) else event
 
-    result = replay(rewrite(mini, odd, f"odd-{order}.mcap"), order=order)
+    result = replay(rewrite(mini, change_params, f"odd-{order}.mcap"), order=order)
     assert result.status == 1
     assert any("params=(odd)" in line for line in result.replay.lines)

@@ -23,11 +23,11 @@ def script(*writes: tuple[str, int, str, str]) -> SkillerScript:
                 "skill_string": skill,
                 "msgid": msgid,
                 "status": status,
-                "exclusive_controller": who,
+                "exclusive_controller": controller,
                 "error": "",
             },
         )
-        for number, (skill, msgid, status, who) in enumerate(writes)
+        for number, (skill, msgid, status, controller) in enumerate(writes)
     )
 
 
@@ -82,7 +82,7 @@ def test_script_keeps_all_writes_but_ends_of_control(writes: list[tuple[str, int
 
 
 def test_script_has_skills_of_executor_with_messages() -> None:
-    def wrote(time_us: int, state: str, master: int) -> InterfaceWrite:
+    def write(time_us: int, state: str, master: int) -> InterfaceWrite:
         values = {
             "agent": "r",
             "skills": "go see",
@@ -93,7 +93,7 @@ def test_script_has_skills_of_executor_with_messages() -> None:
         }
         return InterfaceWrite(time_us, "SkillExecutorInterface::e", values)
 
-    def said(time_us: int, kind: str, **values: Any) -> InterfaceMessage:
+    def message(time_us: int, kind: str, **values: Any) -> InterfaceMessage:
         board = kind in ("FeedbackMessage", "FinishMessage")
         uid = "SkillBoardInterface::b" if board else "SkillExecutorInterface::e"
         more = {"executor": "e"} if board else {}
@@ -101,11 +101,11 @@ def test_script_has_skills_of_executor_with_messages() -> None:
             time_us, uid, kind, 1, "x", "queued", {"epoch": 1, "master": 7} | more | values
         )
 
-    writes = [wrote(0, "IDLE", 0), wrote(10, "RESERVED", 7), wrote(20, "BUSY", 7), wrote(90, "IDLE", 0)]
+    writes = [write(0, "IDLE", 0), write(10, "RESERVED", 7), write(20, "BUSY", 7), write(90, "IDLE", 0)]
     messages = [
-        said(10, "RequestMessage", parameters='{"to":"a"}'),
-        said(50, "FeedbackMessage", progress=0.5, text="half"),
-        said(90, "FinishMessage", outcome="FAILED", error="lost"),
+        message(10, "RequestMessage", parameters='{"to":"a"}'),
+        message(50, "FeedbackMessage", progress=0.5, text="half"),
+        message(90, "FinishMessage", outcome="FAILED", error="lost"),
     ]
     found = make_executor_script("e", writes, messages)
     (execution,) = found.executions

@@ -97,13 +97,13 @@ def test_writes_arrive_in_their_loops_with_stamps(recording: Path, tmp_path: Pat
 
 
 def test_different_sensor_value_is_divergence(recording: Path) -> None:
-    def shut(event: Event) -> Event:
+    def close_door(event: Event) -> Event:
         if isinstance(event, InterfaceWrite) and event.uid == DOOR:
             return replace(event, values=dict(event.values) | {"value": 0.0})
         return event
 
     result = run_scenario(
-        RunOptions(scenario=recording.parent, replay=(rewrite(recording, shut, "shut.mcap"),))
+        RunOptions(scenario=recording.parent, replay=(rewrite(recording, close_door, "shut.mcap"),))
     )
     assert result.status == 1
     assert "got nothing" in result.reason

@@ -102,14 +102,14 @@ def test_copy_holds_all_facts_that_remain(changes):
         fill(env, 33)
         copier = FactCopier(env.c_env, "box".__eq__, piece_size=10)
         for piece, _ in enumerate(copier.pieces()):
-            for at, what, number in changes:
+            for at, operation, number in changes:
                 indices = [index for index, _, _ in env.facts("box")]
                 if at != piece or not indices:
                     continue
                 index = indices[number % len(indices)]
-                if what == "retract":
+                if operation == "retract":
                     env.retract(index)
-                elif what == "assert":
+                elif operation == "assert":
                     env.assert_string(f"(box (id {number}) (size 1))")
                 else:
                     env.eval(f"(modify {index} (size changed-{number}))")
