@@ -9,7 +9,7 @@ from typing import Final
 from cxbridge_fawkes.network.errors import FrameTooLongError, MalformedMessageError
 from cxbridge_fawkes.network.messages import blackboard as bb
 from cxbridge_fawkes.network.messages import codec as fawkes
-from cxbridge_fawkes.network.messages.codec import limit_to_client, limit_to_server
+from cxbridge_fawkes.network.messages.codec import client_payload_limit, server_payload_limit
 from cxbridge_fawkes.network.messages.frames import HEADER, FawkesFrame, FrameDecoder, Limit
 
 _BLOCK: Final = 4096  # bytes of the largest block that the client may send to the fuzzed server
@@ -37,7 +37,7 @@ def fawkes_stream(data: bytes) -> None:
     if not data:
         return
     step, stream = 1 + (data[0] >> 1), data[1:]
-    limit: Limit = limit_to_client
+    limit: Limit = client_payload_limit
     if data[0] & 1:
         limit = _limit_of_server
     whole = list(_frames(stream, len(stream) or 1, limit))
@@ -48,7 +48,7 @@ def fawkes_stream(data: bytes) -> None:
 
 
 def _limit_of_server(component: int, kind: int) -> int:
-    return limit_to_server(component, kind, _BLOCK)
+    return server_payload_limit(component, kind, _BLOCK)
 
 
 def _frames(stream: bytes, step: int, limit: Limit) -> Iterator[FawkesFrame | str]:

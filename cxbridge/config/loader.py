@@ -22,7 +22,8 @@ from cxbridge.config.tags import INCLUDE_TAGS, unknown_tag_error
 from cxbridge.config.tree import ConfigNode, NodeKind, TreeBuilder, overlay
 from cxbridge.errors import ConfigError
 
-# files of a folder may include the folder of the next link, endlessly; robots have fewer than a hundred files
+# a limit, because symbolic links can make an endless chain of folders whose files include the next folder;
+# robots have fewer than a hundred files
 MAX_FILES: Final = 1000
 _FILE_IN_FOLDER: Final = re.compile(r"[a-zA-Z0-9_-]+\.yaml")
 

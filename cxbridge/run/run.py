@@ -47,7 +47,7 @@ def run_scenario(
     additions: Additions = NO_ADDITIONS,
     *,
     interactive: bool = False,
-    stay: WaitForUser = end_with_run,
+    wait_for_user: WaitForUser = end_with_run,
 ) -> RunResult:
     """Run a scenario until its root goals end or the timeout expires.
 
@@ -55,13 +55,20 @@ def run_scenario(
     :param attach: called with each agent before its start.
     :param additions: features, skills and writers of a program.
     :param interactive: whether a user may stop the rules, so that a cycle may take any time.
-    :param stay: called with the result if servers continue after the end; returns a function that returns
-        whether the user has ended the servers.
+    :param wait_for_user: called with the result and the servers that continue after the run; returns a
+        function that is called until it returns True, when the user has ended the servers.
     :raises CxbridgeError: if the input is wrong.
     """
     if not options.replay:
         options.check()
-        return _run(options, console, attach=attach, additions=additions, interactive=interactive, stay=stay)
+        return _run(
+            options,
+            console,
+            attach=attach,
+            additions=additions,
+            interactive=interactive,
+            wait_for_user=wait_for_user,
+        )
     from cxbridge.run.replay.replay import open_replay  # noqa: PLC0415 - start-up time is a feature
 
     options, replay = open_replay(options)
@@ -85,7 +92,7 @@ def _run(
     additions: Additions = NO_ADDITIONS,
     *,
     interactive: bool,
-    stay: WaitForUser = end_with_run,
+    wait_for_user: WaitForUser = end_with_run,
 ) -> RunResult:
     """Run a scenario, see :func:`run_scenario`.
 
@@ -166,7 +173,7 @@ def _run(
             is_over=is_over,
         )
         recorder.describe({"status": str(result.status), "reason": result.reason})
-        _finish_servers(servers, result, stay, lambda: interrupt.is_signalled, recorder.loop)
+        _finish_servers(servers, result, wait_for_user, lambda: interrupt.is_signalled, recorder.loop)
     if recorder.fault:
         reason = f"{result.reason}, but the recording is incomplete: {recorder.fault}"
         return structs.replace(result, status=FAULT, reason=reason)
@@ -176,7 +183,7 @@ def _run(
 def _finish_servers(
     servers: Sequence[RunServer],
     result: RunResult,
-    stay: WaitForUser,
+    wait_for_user: WaitForUser,
     is_interrupted: Callable[[], bool],
     tick: Callable[[], None],
 ) -> None:
@@ -189,7 +196,7 @@ def _finish_servers(
         server.finish(result)
     if not any(server.lingering_name for server in servers):
         return
-    has_ended = stay(result, servers)
+    has_ended = wait_for_user(result, servers)
     while not (is_interrupted() or has_ended()):
         for server in servers:
             server.attend()

@@ -37,8 +37,8 @@ class RunServer:
 WaitForUser: TypeAlias = "Callable[[RunResult, Sequence[RunServer]], Callable[[], bool]]"
 """A function that is called when a run has ended, with the result and the servers that continue.
 
-It returns a function that returns whether the user has ended these servers. The type is a string, because the
-class of the result is only imported for type checks.
+It returns a function that is called until it returns True, when the user has ended the servers. The type is a
+string, because the class of the result is only imported for type checks.
 """
 
 

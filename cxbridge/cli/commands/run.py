@@ -68,9 +68,9 @@ def run(options: RunOptions, output: _OutputOptions) -> int:
         else:
             story.finish(result)
 
-    is_shown = False  # whether `stay` has shown the result
+    is_shown = False  # whether `wait_for_user` has shown the result
 
-    def stay(result: RunResult, servers: Sequence[RunServer]) -> Callable[[], bool]:
+    def wait_for_user(result: RunResult, servers: Sequence[RunServer]) -> Callable[[], bool]:
         """Show the result while the servers continue, and tell the user how to end them."""
         nonlocal is_shown
         is_shown = True
@@ -82,7 +82,7 @@ def run(options: RunOptions, output: _OutputOptions) -> int:
 
     # with --json, stdout is only for the result, not for the output of a prompt
     with explained(options), redirect_stdout(sys.stderr if output.as_json else stdout):
-        result = run_scenario(options, log, attach, stay=stay)
+        result = run_scenario(options, log, attach, wait_for_user=wait_for_user)
     if not is_shown:
         show(result)
     # CLIPS and Lua notice some mistakes only when a rule fires or a skill runs, and without a place.

@@ -57,7 +57,12 @@ class PddlNumbers:
             self._env.load(_RULES)
 
     def holds(self, text: str, names: tuple[Value, ...], values: tuple[Value, ...]) -> Value:
-        """Return TRUE or FALSE for a numeric comparison."""
+        """Return whether a comparison holds, as a symbol of CLIPS.
+
+        :param text: the comparison in PDDL.
+        :param names: the parameters in the comparison.
+        :param values: the objects of the parameters.
+        """
         from cxbridge.executive.pddl import parse_formula  # noqa: PLC0415  slow: most domains have no numbers
         from cxbridge.executive.problem.truth import KnownState  # noqa: PLC0415
 

@@ -85,7 +85,7 @@ class Findings(Struct):
     def read_comment_child(self, element: Element) -> str:
         """Return the text of the ``comment`` child, and report an error if the text is missing.
 
-        A message with a text of its element gets only a warning.
+        For a ``<message>`` with text, a missing ``<comment>`` is only a warning.
         """
         comments = element.find_all("comment")
         if not comments or not comments[0].text:

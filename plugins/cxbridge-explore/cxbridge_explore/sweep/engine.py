@@ -100,7 +100,7 @@ def _handle_death(worker: WorkerProcess, deaths: Counter[int | None]) -> Iterato
     """
     worker.process.join()
     ending = describe_exit(worker.process.exitcode)
-    # A worker plays its seeds in order, so that the first remaining seed has killed the worker.
+    # A worker plays its seeds in order, so the first remaining seed has killed the worker.
     cause = worker.seeds[0] if worker.is_loaded else _LOADING_KEY
     deaths[cause] += 1
     if deaths[cause] < MAX_DEATHS:

@@ -13,7 +13,7 @@ import time
 from abc import ABC, abstractmethod
 from typing import ClassVar, Final, Protocol
 
-from cxbridge_fawkes.network.messages.codec import limit_to_server
+from cxbridge_fawkes.network.messages.codec import server_payload_limit
 from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame, FrameDecoder
 from cxbridge_fawkes.network.outbox import MAX_QUEUED_BYTES, Outbox
 
@@ -47,7 +47,7 @@ class FawkesSession:
         self.max_block_size = 0
         """The size of the largest block that the client may send now."""
         self.decoder: Final = FrameDecoder(
-            lambda component, kind: limit_to_server(component, kind, self.max_block_size)
+            lambda component, kind: server_payload_limit(component, kind, self.max_block_size)
         )
         self.awaits_writable = False
         """Whether the server polls the socket for room for the queued frames."""

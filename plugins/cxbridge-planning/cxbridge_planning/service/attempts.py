@@ -54,7 +54,8 @@ class Attempts:
     def advice(self) -> str:
         """The advice after a timeout, as the end of a sentence."""
         names = [planner.name for planner in self.choice.planners]
-        # the timeout has ended the planner without a result
+        # The planner that the timeout has ended has no result. At least two planners are named, because the
+        # first one leaves a part of the time to the second.
         tried_names = names[: max(1, len(self._results)) + 1]
         text = f" (tried: {', '.join(tried_names)})" if names else ""
         if self._requested_planner != AUTO:

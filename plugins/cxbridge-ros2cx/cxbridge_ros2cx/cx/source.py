@@ -78,7 +78,7 @@ class CxSource(Source):
         self.check_folders()
         if self.options.scenario is None:
             raise CxbridgeError(
-                "this is a checkout of today's CLIPS Executive: name the parameters of an agent, too",
+                "the folder is a checkout of the ROS 2 CLIPS Executive, but no parameter file is given",
                 file=self.folders[0],
                 hint="e.g. params/hello_world.yaml of the package cx_tutorial_agents",
             )

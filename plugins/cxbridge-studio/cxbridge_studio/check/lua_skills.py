@@ -80,7 +80,7 @@ def find_unknown_methods(text: str, find_schema: Callable[[str], InterfaceSchema
 
 
 def _list_methods(schema: InterfaceSchema) -> frozenset[str]:
-    """Return the methods of an interface in Lua, and its names that a call may also reach."""
+    """Return the names that a call on an interface may use in Lua: methods, accessors and message classes."""
     names = {message.name for message in schema.messages}
     for field in schema.fields:
         prefixes = ("", "set_", "maxlenof_", *(["is_"] if field.type == "bool" else []))

@@ -165,7 +165,7 @@ class SingleExecutionMonitor(ActionMonitor):
         if skill != slots["skill-id"]:
             name = slots["skill-name"]
             self.scene.report(
-                f"a second skill was called for action {action} {name} of {goal}, which has a skill",
+                f"action {action} of {goal} has a skill already, and its skill {name} was called again",
                 goal=goal,
                 action=name,
                 skill=name,

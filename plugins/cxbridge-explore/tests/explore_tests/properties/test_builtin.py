@@ -142,7 +142,7 @@ TWICE = (
             "executed-once",
             20,
             [building(TWICE)],
-            "a second skill was called for action",
+            "has a skill already",
             {},
             id="second skill",
         ),

@@ -15,7 +15,7 @@ from typing import Final
 
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge_fawkes.network.errors import ConnectionLostError, UnreachableError
-from cxbridge_fawkes.network.messages.codec import limit_to_client
+from cxbridge_fawkes.network.messages.codec import client_payload_limit
 from cxbridge_fawkes.network.messages.frames import FawkesFrame, FrameDecoder
 from cxbridge_fawkes.network.sockets import acknowledge_at_once, configure_socket
 
@@ -112,7 +112,7 @@ class FawkesConnection:
             self._sock.shutdown(socket.SHUT_RDWR)
 
     def _receive(self) -> None:
-        decoder = FrameDecoder(limit_to_client)
+        decoder = FrameDecoder(client_payload_limit)
         reason = "it was closed by the other end"
         try:
             while data := self._sock.recv(_READ_BYTES):

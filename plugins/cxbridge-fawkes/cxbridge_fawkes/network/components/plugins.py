@@ -35,7 +35,7 @@ _REFUSALS: Final = {
 class PluginManager(NetworkHandler):
     """Lists plugins, and refuses to load and unload them.
 
-    :param list_plugins: returns name, description and whether it is loaded of each plugin, in order of
+    :param list_plugins: returns name, description and whether each plugin is loaded, in order of
         loading. Called in the server's thread.
     """
 

@@ -2,7 +2,7 @@
 
 ::
 
-    decoder = FrameDecoder(limit_to_client)
+    decoder = FrameDecoder(client_payload_limit)
     for frame in decoder.feed(received):
         message = decode(frame)
     sock.sendall(Close(serial).to_bytes())
@@ -35,9 +35,12 @@ _REQUEST_SIZES: Final[Mapping[int, int]] = {
     bb.BoardKind.CLOSE: _SERIAL_SIZE,
 }
 
-# a message that exceeds its size by fewer bytes is refused alone; a longer message ends the connection
-ALWAYS_ALLOWED: Final = 1024
-"""The size permitted for every message to a server, and for the excess of a message over its known size."""
+MAX_EXCESS: Final = 1024
+"""The number of bytes by which a message to a server may exceed its known size.
+
+The server refuses such a message; a longer message ends the connection. Messages of unknown size may have
+this number of bytes.
+"""
 
 
 def decode(frame: FawkesFrame) -> bb.BlackBoardMessage:
@@ -53,23 +56,23 @@ def decode(frame: FawkesFrame) -> bb.BlackBoardMessage:
     return message_class.unpack(frame.payload, **attributes)
 
 
-def limit_to_server(component: int, kind: int, max_block_size: int) -> int:
+def server_payload_limit(component: int, kind: int, max_block_size: int) -> int:
     """Return the maximum payload of a message to a server.
 
     :param max_block_size: the size of the largest block that the client may send now.
     """
     if component == ComponentId.BLACKBOARD:
         if kind in _REQUEST_SIZES:
-            return _REQUEST_SIZES[kind] + ALWAYS_ALLOWED
+            return _REQUEST_SIZES[kind] + MAX_EXCESS
         if kind in (
             bb.BoardKind.DATA_REFRESHED,
             bb.BoardKind.DATA_CHANGED,
             bb.BoardKind.INTERFACE_MESSAGE,
         ):
-            return bb.MESSAGE_HEAD_SIZE + max_block_size + ALWAYS_ALLOWED
+            return bb.MESSAGE_HEAD_SIZE + max_block_size + MAX_EXCESS
     return CONFIG_LIMIT if component == ComponentId.CONFIGURATION else UNKNOWN_LIMIT
 
 
-def limit_to_client(component: int, kind: int) -> int:  # noqa: ARG001 - the signature of a limit
+def client_payload_limit(component: int, kind: int) -> int:  # noqa: ARG001 - the signature of a limit
     """Return the maximum payload of a message to a client."""
     return LIST_LIMIT

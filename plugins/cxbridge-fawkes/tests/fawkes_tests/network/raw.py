@@ -9,7 +9,7 @@ from collections import deque
 from cxbridge.closing import Closing
 from cxbridge_fawkes.network.messages import codec
 from cxbridge_fawkes.network.messages.blackboard import BlackBoardMessage
-from cxbridge_fawkes.network.messages.codec import limit_to_client
+from cxbridge_fawkes.network.messages.codec import client_payload_limit
 from cxbridge_fawkes.network.messages.frames import FawkesFrame, FrameDecoder
 
 TIMEOUT = 20.0
@@ -21,7 +21,7 @@ class RawClient(Closing):
 
     def __init__(self, port: int) -> None:
         self.sock = socket.create_connection(("127.0.0.1", port), TIMEOUT)
-        self._decoder = FrameDecoder(limit_to_client)
+        self._decoder = FrameDecoder(client_payload_limit)
         self._frames: deque[FawkesFrame] = deque()
 
     def close(self) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from uuid import UUID
 
 from cxbridge_fawkes.network.messages import codec
-from cxbridge_fawkes.network.messages.codec import limit_to_client
+from cxbridge_fawkes.network.messages.codec import client_payload_limit
 from cxbridge_fawkes.network.messages.frames import FawkesFrame, FrameDecoder
 from tests.support import SHARED
 
@@ -39,7 +39,7 @@ class Step:
 
 
 def frames_of(data: bytes) -> list[FawkesFrame]:
-    decoder = FrameDecoder(limit_to_client)
+    decoder = FrameDecoder(client_payload_limit)
     frames = list(decoder.feed(data))
     assert decoder.pending_size == 0
     return frames

@@ -207,7 +207,7 @@ class Script:
                 self._serve(sock)
 
     def _serve(self, sock: socket.socket) -> None:
-        decoder = FrameDecoder(codec.limit_to_client)
+        decoder = FrameDecoder(codec.client_payload_limit)
         with suppress(OSError):
             while data := sock.recv(65536):
                 for frame in decoder.feed(data):

@@ -18,7 +18,7 @@ from cxbridge.interfaces import SkillerInterface, default_registry
 from cxbridge.interfaces.instance import Interface, Message
 from cxbridge_fawkes.network.client import FawkesBlackBoard
 from cxbridge_fawkes.network.messages import blackboard as bb
-from cxbridge_fawkes.network.messages.codec import limit_to_client
+from cxbridge_fawkes.network.messages.codec import client_payload_limit
 from cxbridge_fawkes.network.messages.frames import FawkesFrame, FrameDecoder
 from fawkes_tests.network.recordings import Step, load
 from tests.blackboard.contract.recorder import Recorder
@@ -74,7 +74,7 @@ class RecordedServer:
         sock, _ = self._listener.accept()
         sock.settimeout(TIMEOUT)
         self._sockets[step.conn] = sock
-        self._decoders[step.conn] = FrameDecoder(limit_to_client)
+        self._decoders[step.conn] = FrameDecoder(client_payload_limit)
         self._frames[step.conn] = []
 
     def _ask(self, step: Step) -> None:
