@@ -142,7 +142,7 @@ TWICE = (
             "executed-once",
             20,
             [building(TWICE)],
-            "has a skill already",
+            r"action \d+ of \S+ has a skill already",
             {},
             id="second skill",
         ),
