@@ -12,7 +12,7 @@ import pytest
 
 from cxbridge.run.result import COMPLETED, FAULT
 from cxbridge_fawkes.network.client import FawkesBlackBoard
-from fawkes_tests.comings_and_goings import TIMEOUT_S, Client, Robot
+from fawkes_tests.lost_robot import TIMEOUT_S, Client, Robot
 from tests.blackboard.zmq.support import eventually
 from tests.support import FULL, share
 
