@@ -1,4 +1,4 @@
-"""A robot that a test can lose and bring back, and an agent that drives it: a run or a daemon."""
+"""A robot that a test stops and restarts, and a run or a daemon that drives the robot."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from tests.blackboard.zmq.support import eventually
 from tests.run.mini import write_scenario
 
 WAIT_S = 8
-"""Seconds after which a test gives up."""
+"""Timeout of a test in seconds."""
 
 TIMEOUT_S = 0.6
-"""Seconds that a client waits for an answer of the robot."""
+"""Timeout of a client's request in seconds."""
 
 SKILL_S = 0.9
-"""Seconds that a skill of the robot takes."""
+"""Duration of the robot's skill in seconds."""
 
 AGENT = """
 (defglobal ?*SKILL-ACQUIRE-CONTROL-RETRY-INTERVAL-SEC* = 0.3)
@@ -54,15 +54,15 @@ AGENT = """
   (printout t "TRY has " ?outcome crlf)
   (modify ?g (mode RETRACTED)))
 """
-"""One skill, at most three tries. It asks for control again sooner than the core does."""
+"""An agent with a skill and at most three tries, which acquires control sooner than the core does."""
 
 
-class Wire(threading.Thread):
-    """Carries bytes between clients and the robot; closed, it stands still as if the robot's process did."""
+class Relay(threading.Thread):
+    """Forwards bytes between clients and the robot; a closed relay simulates a stopped process."""
 
-    def __init__(self, there: int) -> None:
+    def __init__(self, robot_port: int) -> None:
         super().__init__(daemon=True)
-        self._there = there
+        self._robot_port = robot_port
         self.is_open = threading.Event()
         self.is_open.set()
         self._listening = socket.create_server(("127.0.0.1", 0))
@@ -78,14 +78,14 @@ class Wire(threading.Thread):
     def _connect(self, client: socket.socket) -> None:
         self.is_open.wait()
         try:
-            robot = socket.create_connection(("127.0.0.1", self._there))
+            robot = socket.create_connection(("127.0.0.1", self._robot_port))
         except OSError:
             client.close()
             return
         for source, sink in ((client, robot), (robot, client)):
-            threading.Thread(target=self._carry, args=(source, sink), daemon=True).start()
+            threading.Thread(target=self._forward, args=(source, sink), daemon=True).start()
 
-    def _carry(self, source: socket.socket, sink: socket.socket) -> None:
+    def _forward(self, source: socket.socket, sink: socket.socket) -> None:
         with suppress(OSError):
             while data := source.recv(65536):
                 self.is_open.wait()
@@ -100,9 +100,9 @@ class Wire(threading.Thread):
 
 
 class Robot:
-    """A blackboard with a Skiller, which holds on when a client's skill string is in a certain state.
+    """A blackboard with a Skiller, which halts when a client's skill string reaches a state.
 
-    :param state: ``asked`` for control, skill string ``sent``, ``running``, ``ended``.
+    :param state: ``acquiring`` control, or the skill string is ``sent``, ``running`` or ``ended``.
     """
 
     def __init__(self, state: str) -> None:
@@ -113,8 +113,8 @@ class Robot:
         self._port = 0
         self.tries = 0
         self._start()
-        self.wire = Wire(self._port)
-        self.url = f"fawkes://127.0.0.1:{self.wire.port}"
+        self.relay = Relay(self._port)
+        self.url = f"fawkes://127.0.0.1:{self.relay.port}"
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
 
@@ -135,14 +135,14 @@ class Robot:
     def _run(self) -> None:
         while not self._done.wait(0.002):
             if not self._frozen.is_set():
-                with suppress(Exception):  # it was killed in the middle of its loop
+                with suppress(Exception):  # kill() may interrupt the loop
                     self._loop()
 
     def _loop(self) -> None:
         waiting = [message.type for message in self.skiller._interface.msgq_iter()]
-        holds = {"asked": "AcquireControlMessage", "sent": "ExecSkillMessage"}
-        if not self.reached.is_set() and holds.get(self._state) in waiting:
-            self.hold()
+        halting_messages = {"acquiring": "AcquireControlMessage", "sent": "ExecSkillMessage"}
+        if not self.reached.is_set() and halting_messages.get(self._state) in waiting:
+            self.halt()
             return
         self.skiller.loop()
         self.tries += waiting.count("ExecSkillMessage")
@@ -151,33 +151,33 @@ class Robot:
             not self.reached.is_set()
             and {"S_RUNNING": "running", "S_FINAL": "ended"}.get(shown) == self._state
         ):
-            self.hold()
+            self.halt()
 
-    def hold(self) -> None:
-        """Do nothing until something happens to it."""
+    def halt(self) -> None:
+        """Stop the Skiller until the test disturbs the robot."""
         self._frozen.set()
         self.reached.set()
 
-    # -- what happens to it
+    # -- disturbances
 
     def kill(self) -> None:
-        """End as by SIGKILL: nothing is written any more."""
+        """End without a last write, as after SIGKILL."""
         self._frozen.set()
         self.board.shutdown()
         self._server.stop()
 
-    def come_back(self) -> None:
+    def restart(self) -> None:
         self._start()
         self._frozen.clear()
 
-    def stand_still(self, seconds: float) -> None:
-        self.wire.is_open.clear()
+    def stall(self, seconds: float) -> None:
+        self.relay.is_open.clear()
         time.sleep(seconds)
-        self.wire.is_open.set()
+        self.relay.is_open.set()
         self._frozen.clear()
 
     def reload(self) -> None:
-        """Unload the Skiller and load it again; a reader keeps its interface open."""
+        """Unload and load the Skiller; a reader keeps the interface open."""
         self.skiller.close()
         self._load()
         self._frozen.clear()
@@ -189,49 +189,51 @@ class Robot:
     def close(self) -> None:
         self._done.set()
         self._thread.join(WAIT_S)
-        self.wire.close()
-        with suppress(Exception):  # perhaps it was killed
+        self.relay.close()
+        with suppress(Exception):  # the board is gone after kill()
             self.skiller.close()
         self._server.stop()
         self.board.shutdown()
 
 
 @contextmanager
-def through_a_gateway(folder: Path, url: str) -> Iterator[str]:
-    """Yield the URL of another blackboard, to which a gateway mirrors the Skiller at ``url``."""
+def serve_through_gateway(folder: Path, url: str) -> Iterator[str]:
+    """Yield the URL of a second blackboard, to which a gateway mirrors the Skiller at ``url``."""
     stop: Future[Callable[[], None]] = Future()
     with ExitStack() as stack:
         board = stack.enter_context(LocalBlackBoard(InterfaceRegistry(), RealClock()))
         server = stack.enter_context(ZmqBlackBoardServer(board, [f"ipc://{folder}/middle"]))
-        here = server.endpoints[0]
+        endpoint = server.endpoints[0]
         thread = threading.Thread(
-            target=run_gateway, args=((here, url), ["SkillerInterface"]), kwargs={"on_ready": stop.set_result}
+            target=run_gateway,
+            args=((endpoint, url), ["SkillerInterface"]),
+            kwargs={"on_ready": stop.set_result},
         )
         thread.start()
         stack.callback(thread.join, WAIT_S)
         stack.callback(stop.result(WAIT_S))
         eventually(lambda: any(info.has_writer for info in board.list_all()))
-        yield here
+        yield endpoint
 
 
 class Client(threading.Thread):
-    """The agent, as a run or in a daemon.
+    """The agent in a run or a daemon.
 
-    :param way: ``run``, ``gateway`` or ``daemon``.
+    :param kind: ``run``, ``gateway`` or ``daemon``.
     """
 
-    def __init__(self, way: str, folder: Path, url: str) -> None:
+    def __init__(self, kind: str, folder: Path, url: str) -> None:
         super().__init__()
-        self._way, self._folder, self._url = way, folder, url
+        self._kind, self._folder, self._url = kind, folder, url
         self._scenario = write_scenario(folder / "s", agent=AGENT)
         file = self._scenario / "scenario.yaml"
         text = file.read_text().replace("mini.clp,", "goals/retry.clp, goal-tree.clp, mini.clp,")
-        # its actions wait for control, they are not stalled
+        # an action that waits for control is not stalled
         file.write_text(text.replace(", execmon/stalled-action.clp", ""))
         self.result: Any = None
         self.lines: list[str] = []
         self.daemon_: Daemon | None = None
-        if way == "daemon":
+        if kind == "daemon":
             options = DaemonOptions(
                 config=self._scenario,
                 settings=(("fawkes/enable", False), ("zmq/endpoints", []), ("skiller", url)),
@@ -241,8 +243,8 @@ class Client(threading.Thread):
     def run(self) -> None:
         if self.daemon_ is not None:
             self.daemon_.run()
-        elif self._way == "gateway":
-            with through_a_gateway(self._folder, self._url) as url:
+        elif self._kind == "gateway":
+            with serve_through_gateway(self._folder, self._url) as url:
                 self.result = self._drive(url)
         else:
             self.result = self._drive(self._url)

@@ -1,4 +1,4 @@
-"""The executive drives a Skiller elsewhere: over ZeroMQ, over Fawkes' protocol, through a gateway."""
+"""The executive drives a remote Skiller over ZeroMQ and over Fawkes' protocol."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ def robot():
 
 @pytest.fixture
 def stack():
-    with ExitStack() as made:
-        yield made
+    with ExitStack() as stack:
+        yield stack
 
 
 def serve_zmq(stack, board, tmp_path, name="robot"):
@@ -46,31 +46,33 @@ def serve_fawkes(stack, board):
     return f"fawkes://127.0.0.1:{stack.enter_context(FawkesServer(board, port=0)).port}"
 
 
-def drive(tmp_path, url):
+def run_remotely(tmp_path, url):
     before = set(threading.enumerate())
     result = run_scenario(
         RunOptions(scenario=write_scenario(tmp_path / "s"), skiller=url, clock="real", timeout=WAIT_S)
     )
     assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
-    # those that end during this test belong to earlier tests
+    # threads that end during this test belong to earlier tests
     assert not set(threading.enumerate()) - before
 
 
 @pytest.mark.parametrize("transport", ["zmq", "fawkes"])
-def test_a_run_drives_the_skiller_there(robot, stack, tmp_path, transport):
+def test_run_drives_remote_skiller(robot, stack, tmp_path, transport):
     url = serve_zmq(stack, robot, tmp_path) if transport == "zmq" else serve_fawkes(stack, robot)
     with robot.open_for_reading(SkillerInterface, "Skiller", owner="test") as watch:
-        drive(tmp_path, url)
+        run_remotely(tmp_path, url)
         watch.read()
         assert watch.skill_string == 'say{text="hello", wait=true}'
 
 
-def test_control_is_given_back_when_a_fawkes_loads_its_skiller_again_after_the_run(stack):
-    """Fawkes' new Skiller shows the controller of the old one, which has left between the two Skillers."""
-    there, here = (stack.enter_context(LocalBlackBoard(InterfaceRegistry(), RealClock())) for _ in range(2))
-    first = there.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
-    remote = RemoteSkiller("there:", here, EventBus(RealClock()), lambda _url: there)
-    agent = here.open_for_reading(SkillerInterface, "Skiller", owner="agent")
+def test_closed_run_releases_control_of_reloaded_skiller(stack):
+    """Fawkes' reloaded Skiller keeps the controller, which closes before the reload."""
+    remote_board, local_board = (
+        stack.enter_context(LocalBlackBoard(InterfaceRegistry(), RealClock())) for _ in range(2)
+    )
+    first = remote_board.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
+    remote = RemoteSkiller("remote:", local_board, EventBus(RealClock()), lambda _url: remote_board)
+    agent = local_board.open_for_reading(SkillerInterface, "Skiller", owner="agent")
     agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
     eventually(lambda: not first.msgq_empty())
     source = first.msgq_pop().source_id
@@ -78,7 +80,7 @@ def test_control_is_given_back_when_a_fawkes_loads_its_skiller_again_after_the_r
     eventually(lambda: remote.loss_reason)
     closing = threading.Thread(target=remote.close)
     closing.start()
-    second = there.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
+    second = remote_board.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
     second.exclusive_controller = str(source)
     second.write()
     eventually(lambda: not second.msgq_empty())
@@ -87,16 +89,16 @@ def test_control_is_given_back_when_a_fawkes_loads_its_skiller_again_after_the_r
     closing.join(WAIT_S)
 
 
-def test_without_a_skiller_there_it_says_so(stack, tmp_path):
+def test_board_without_skiller_is_error(stack, tmp_path):
     empty = stack.enter_context(LocalBlackBoard(InterfaceRegistry(), RealClock()))
     endpoint = serve_zmq(stack, empty, tmp_path)
-    here = stack.enter_context(LocalBlackBoard(InterfaceRegistry(), RealClock()))
+    local_board = stack.enter_context(LocalBlackBoard(InterfaceRegistry(), RealClock()))
     from cxbridge.blackboard.urls import open_blackboard
 
     with pytest.raises(SkillerError, match="there is no Skiller at ipc://"):
         RemoteSkiller(
             endpoint,
-            here,
+            local_board,
             EventBus(RealClock()),
             lambda url: open_blackboard(url, InterfaceRegistry(), RealClock()),
             patience_s=0.01,
@@ -104,13 +106,13 @@ def test_without_a_skiller_there_it_says_so(stack, tmp_path):
     assert empty.list_all() == []
 
 
-def test_a_virtual_clock_cannot_go_with_it(tmp_path):
+def test_remote_skiller_refuses_virtual_clock(tmp_path):
     with pytest.raises(CxbridgeError) as caught:
         run_scenario(RunOptions(scenario=write_scenario(tmp_path), skiller="ipc:///x", clock="virtual"))
     assert "--clock virtual" in caught.value.message
 
 
-def test_the_clock_is_real_with_a_url_unless_another_is_named():
+def test_clock_defaults_to_real_with_remote_skiller():
     assert RunOptions(skiller="ipc:///x").clock_name == "real"
     assert RunOptions(skiller="ipc:///x", clock="virtual").clock_name == "virtual"
     assert RunOptions().clock_name == "virtual"

@@ -1,4 +1,4 @@
-"""Clients of Fawkes' protocol have the rights of all clients, also those with hand-made frames."""
+"""The rights of clients of Fawkes' protocol, including clients with hand-made frames."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.daemon.test_daemon import settings
 from tests.daemon.test_rights import served
 
 
-def test_every_frame_of_a_client_is_in_the_table():
+def test_table_of_rights_has_all_client_frames():
     of_server = {"INTERFACE_LIST", "OPEN_SUCCESS", "OPEN_FAILURE"} | {
         kind.name for kind in BoardKind if BoardKind.READER_ADDED <= kind <= BoardKind.INTERFACE_DESTROYED
     }
@@ -36,7 +36,7 @@ def test_every_frame_of_a_client_is_in_the_table():
         ("cxbridge: {remote-programs: true, fawkes: {host: 192.168.0.1}}", True),
     ],
 )
-def test_programs_are_off_beyond_the_loopback(text, programs):
+def test_host_beyond_loopback_forbids_programs(text, programs):
     assert settings(text).rights.programs is programs
 
 
@@ -44,8 +44,8 @@ def port_of(daemon: Any) -> int:
     return int(next(url for url in daemon.endpoints if url.startswith("fawkes")).rpartition(":")[2])
 
 
-def test_without_control_a_frame_of_fawkes_protocol_changes_nothing(tmp_path):
-    """With a bare socket: the client that we have would be too polite."""
+def test_frames_change_nothing_without_remote_control(tmp_path):
+    """A bare socket sends the frames, because `FawkesBlackBoard` would not send them."""
     with served(tmp_path, remote_control=False) as (daemon, _lines, _marker):
         registry = InterfaceRegistry()
         with RawClient(port_of(daemon)) as client:
@@ -69,17 +69,17 @@ def test_without_control_a_frame_of_fawkes_protocol_changes_nothing(tmp_path):
             path = b"/clips-executive/spec".ljust(132, b"\0")
             for change in CHANGING_KINDS:
                 client.send(FawkesFrame(ComponentId.CONFIGURATION, change, path + b"\4\0\0\0evil"))
-                assert next_of(client, ComponentId.CONFIGURATION).kind == ConfigKind.INV_VALUE
+                assert take_frame_of(client, ComponentId.CONFIGURATION).kind == ConfigKind.INV_VALUE
             plugin = b"executive".ljust(32, b"\0")
             client.send(FawkesFrame(ComponentId.PLUGIN_MANAGER, PluginKind.UNLOAD, plugin))
-            assert next_of(client, ComponentId.PLUGIN_MANAGER).kind == PluginKind.UNLOAD_FAILED
+            assert take_frame_of(client, ComponentId.PLUGIN_MANAGER).kind == PluginKind.UNLOAD_FAILED
         assert daemon.state == "RUNNING"
         assert daemon.config.get_str("/clips-executive/spec") == "mini"
         assert [info.id for info in daemon.board.list("DaemonInterface", "*")] == ["cxbridge"]
 
 
-def next_of(client: RawClient, component: ComponentId) -> FawkesFrame:
-    """The next frame of a component."""
+def take_frame_of(client: RawClient, component: ComponentId) -> FawkesFrame:
+    """Return the next frame of a component."""
     while (frame := client.take()).component != component:
         pass
     return frame

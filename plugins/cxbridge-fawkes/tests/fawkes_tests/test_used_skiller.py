@@ -1,8 +1,7 @@
-"""A Skiller with earlier clients: only its state for our message counts as its answer.
+"""A Skiller with earlier clients: only the status of the client's own message counts.
 
-All senders count their messages from the same number, so the last message of another client may have had the
-id of ours: its old status was taken for ours, and the first skill of a run was reported final without having
-been executed.
+All senders number their messages from 1, so the last message of an earlier client may have an equal id.
+A client that took the old status for its own would report the first skill as final without execution.
 """
 
 from __future__ import annotations
@@ -33,15 +32,15 @@ from tests.run.used_skiller import OTHERS_SKILL, STATES, UsedSkiller
 from tests.support import share
 
 IDS = (0, 1, 2, 3, 4, 5, 6, 65534, 65535)
-"""Ids of the last message: all that the first messages of another sender may get, and where counting ends."""
+"""Ids of the last message: those of a new sender's first messages, and the largest ids."""
 
 TRANSPORTS = ("zmq", "fawkes", "gateway")
-"""The Skiller is elsewhere in each; one in the same process is as new as the run."""
+"""The transports to a remote Skiller; a Skiller of the same process has no earlier clients."""
 
 
 @contextmanager
-def reach(skiller: UsedSkiller, transport: str, folder) -> Iterator[str]:
-    """Serve the Skiller's blackboard; give the URL."""
+def serve_skiller(skiller: UsedSkiller, transport: str, folder) -> Iterator[str]:
+    """Serve the Skiller's blackboard, and yield the URL."""
     with ExitStack() as stack:
         if transport == "zmq":
             server = stack.enter_context(ZmqBlackBoardServer(skiller.board, [f"ipc://{folder}/robot"]))
@@ -63,42 +62,42 @@ def reach(skiller: UsedSkiller, transport: str, folder) -> Iterator[str]:
         yield server.endpoints[0]
 
 
-class Seen(Listener):
-    """What an executive's interface showed, in the order it was written."""
+class StatusRecorder(Listener):
+    """Records the states of an executive's interface in the order of the writes."""
 
     def __init__(self) -> None:
         self.states: list[tuple[str, str, int]] = []
-        self.news = threading.Condition()
+        self.changed = threading.Condition()
 
     def data_changed(self, interface) -> None:
         interface.read()
-        with self.news:
+        with self.changed:
             state = (interface.status.name, interface.skill_string, interface.msgid)
             if state not in self.states[-1:]:
                 self.states.append(state)
-            self.news.notify_all()
+            self.changed.notify_all()
 
     def wait_for(self, interface, condition) -> None:
-        with self.news:
-            assert self.news.wait_for(lambda: (interface.read(), condition())[1], WAIT_S), self.states
+        with self.changed:
+            assert self.changed.wait_for(lambda: (interface.read(), condition())[1], WAIT_S), self.states
 
 
-def take_control(board: LocalBlackBoard, seen: Seen) -> Any:
-    """Return an agent's instance that has control of the Skiller, and whose changes ``seen`` hears."""
+def take_control(board: LocalBlackBoard, recorder: StatusRecorder) -> Any:
+    """Return an agent's instance with control of the Skiller, whose changes ``recorder`` gets."""
     agent = board.open_for_reading(SkillerInterface, "Skiller", owner="agent")
-    board.register_listener(seen, agent, EventKind.DATA_CHANGED)
+    board.register_listener(recorder, agent, EventKind.DATA_CHANGED)
     agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
-    seen.wait_for(agent, lambda: agent.exclusive_controller == str(agent.serial))
+    recorder.wait_for(agent, lambda: agent.exclusive_controller == str(agent.serial))
     return agent
 
 
 @pytest.mark.parametrize("state", share(STATES, 2))
 @pytest.mark.parametrize("transport", TRANSPORTS)
-def test_a_run_sees_an_idle_skiller_and_then_its_own_skill(transport, state, tmp_path):
-    """With the same skill again, only the id tells the status before from the status after."""
+def test_run_gets_idle_skiller_and_then_own_skill(transport, state, tmp_path):
+    """With an equal skill string, only the id distinguishes the old status from the new status."""
     for last_id in IDS:
         skill = OTHERS_SKILL if last_id % 2 else 'say{text="hello"}'
-        with UsedSkiller(state, last_id) as skiller, reach(skiller, transport, tmp_path) as url:
+        with UsedSkiller(state, last_id) as skiller, serve_skiller(skiller, transport, tmp_path) as url:
             check_run_side(skiller, url, skill)
 
 
@@ -108,21 +107,21 @@ def check_run_side(skiller: UsedSkiller, url: str, skill: str) -> None:
     with LocalBlackBoard(registry, clock) as board:
         remote = RemoteSkiller(url, board, bus, lambda url: open_blackboard(url, registry, clock, bus))
         try:
-            seen = Seen()
-            agent = take_control(board, seen)
+            recorder = StatusRecorder()
+            agent = take_control(board, recorder)
             sent = agent.msgq_enqueue(SkillerInterface.ExecSkillMessage(skill_string=skill))
-            seen.wait_for(agent, lambda: (agent.msgid, agent.status) == (sent, agent.S_FINAL))
+            recorder.wait_for(agent, lambda: (agent.msgid, agent.status) == (sent, agent.S_FINAL))
         finally:
             remote.close()
     assert skiller.executed == [skill]
-    ours = [state for state in seen.states if state[2] == sent]
+    ours = [state for state in recorder.states if state[2] == sent]
     assert ours[-1] == ("S_FINAL", skill, sent)
     assert ours[:-1] in ([], [("S_RUNNING", skill, sent)])
-    assert [state for state in seen.states if state not in ours] in ([], [("S_INACTIVE", "", 0)])
+    assert [state for state in recorder.states if state not in ours] in ([], [("S_INACTIVE", "", 0)])
 
 
 def wait_free(board) -> None:
-    """Wait until no client has control, as far as this board shows."""
+    """Wait until the interface on ``board`` shows no controller."""
     with board.open_for_reading(SkillerInterface, "Skiller") as reader:
         while reader.read() or reader.exclusive_controller:
             time.sleep(0.002)
@@ -130,50 +129,53 @@ def wait_free(board) -> None:
 
 @pytest.mark.parametrize("state", share(STATES, 2))
 @pytest.mark.parametrize("transport", TRANSPORTS)
-def test_a_skill_call_waits_for_its_own_skill(transport, state, tmp_path):
+def test_skill_call_waits_for_own_skill(transport, state, tmp_path):
     clock = RealClock()
-    told: list[tuple[str, str]] = []
+    states: list[tuple[str, str]] = []
     for last_id in IDS:
         with (
             UsedSkiller(state, last_id) as skiller,
-            reach(skiller, transport, tmp_path) as url,
+            serve_skiller(skiller, transport, tmp_path) as url,
             open_blackboard(url, InterfaceRegistry(), clock, EventBus(clock)) as board,
         ):
-            for _ in range(2):  # the second follows its own like
-                told.clear()
-                with SkillerCall(board, on_status=lambda *state: told.append(state)) as call:
+            for _ in range(2):  # the second call follows an equal call
+                states.clear()
+                with SkillerCall(board, on_status=lambda *state: states.append(state)) as call:
                     assert call.execute(OTHERS_SKILL, WAIT_S).outcome is CallOutcome.FINAL
-                assert told in ([("S_RUNNING", ""), ("S_FINAL", "")], [("S_FINAL", "")])
+                assert states in ([("S_RUNNING", ""), ("S_FINAL", "")], [("S_FINAL", "")])
                 wait_free(board)
             assert skiller.executed == [OTHERS_SKILL] * 2
 
 
 @pytest.mark.parametrize("transport", TRANSPORTS)
-def test_control_of_a_run_that_was_killed_is_free(transport, tmp_path):
-    """It stayed with the dead run: the Skiller knew its serial, but not that it was gone."""
+def test_control_of_killed_run_is_released(transport, tmp_path):
+    """The Skiller knows the serial of the run, but has to notice the death of the run."""
     clock = RealClock()
-    with UsedSkiller("final", 2) as skiller, reach(skiller, transport, tmp_path) as url:
+    with UsedSkiller("final", 2) as skiller, serve_skiller(skiller, transport, tmp_path) as url:
         board = LocalBlackBoard(InterfaceRegistry(), clock)
         bus = EventBus(clock)
-        links = []
+        connections = []
 
         def connect(url):
-            links.append(open_blackboard(url, InterfaceRegistry(), clock, bus))
-            return links[-1]
+            connections.append(open_blackboard(url, InterfaceRegistry(), clock, bus))
+            return connections[-1]
 
         RemoteSkiller(url, board, bus, connect)
-        take_control(board, Seen())
-        links[0].shutdown()  # as when the process dies: nothing is said
-        with open_blackboard(url, InterfaceRegistry(), clock, bus) as other, SkillerCall(other) as call:
+        take_control(board, StatusRecorder())
+        connections[0].shutdown()  # no message, as after the death of the process
+        with (
+            open_blackboard(url, InterfaceRegistry(), clock, bus) as board_of_call,
+            SkillerCall(board_of_call) as call,
+        ):
             while call.execute(OTHERS_SKILL, WAIT_S).outcome is not CallOutcome.FINAL:
                 pass
 
 
-def test_a_run_steals_control_that_somebody_has(tmp_path):
-    somebody = str(uuid4())
+def test_run_steals_control_of_foreign_client(tmp_path):
+    controller = str(uuid4())
     with (
-        UsedSkiller("running", 2, controller=somebody) as skiller,
-        reach(skiller, "fawkes", tmp_path) as url,
+        UsedSkiller("running", 2, controller=controller) as skiller,
+        serve_skiller(skiller, "fawkes", tmp_path) as url,
     ):
         scenario = write_scenario(tmp_path / "s")
         options = RunOptions(scenario=scenario, skiller=url, clock="real", timeout=WAIT_S)
@@ -183,16 +185,16 @@ def test_a_run_steals_control_that_somebody_has(tmp_path):
 
 @pytest.mark.parametrize("same_skill", [False, True])
 @pytest.mark.parametrize("transport", TRANSPORTS)
-def test_a_run_does_not_take_the_status_of_a_thief_for_its_own(transport, same_skill, tmp_path):
-    """Who steals control in mid-skill may get the id of our message, and even ask for the same skill."""
-    ours = OTHERS_SKILL if same_skill else 'say{text="hello"}'
-    scenario = write_scenario(tmp_path / "s", mapping=f"act: {ours}")
+def test_run_fails_on_stolen_control(transport, same_skill, tmp_path):
+    """A thief of control may send a message with the same id, and even with the same skill."""
+    skill_string = OTHERS_SKILL if same_skill else 'say{text="hello"}'
+    scenario = write_scenario(tmp_path / "s", mapping=f"act: {skill_string}")
     thief = str(uuid4())
     log = tmp_path / "run.log"
-    with UsedSkiller("final", 2, thief=thief) as skiller, reach(skiller, transport, tmp_path) as url:
+    with UsedSkiller("final", 2, thief=thief) as skiller, serve_skiller(skiller, transport, tmp_path) as url:
         options = RunOptions(scenario=scenario, skiller=url, clock="real", timeout=WAIT_S, log=log)
         result = run_scenario(options)
-    assert skiller.executed == [ours]
+    assert skiller.executed == [skill_string]
     assert [goal.outcome for goal in result.goals] == ["FAILED"]
     lines = log.read_text()
     assert f"Lost exclusive control of Skiller to {thief}, assuming failure" in lines
@@ -201,17 +203,17 @@ def test_a_run_does_not_take_the_status_of_a_thief_for_its_own(transport, same_s
 
 @pytest.mark.parametrize("same_skill", [False, True])
 @pytest.mark.parametrize("transport", TRANSPORTS)
-def test_a_skill_call_does_not_take_the_status_of_a_thief_for_its_own(transport, same_skill, tmp_path):
+def test_skill_call_fails_on_stolen_control(transport, same_skill, tmp_path):
     clock = RealClock()
-    ours = OTHERS_SKILL if same_skill else 'say{text="hello"}'
+    skill_string = OTHERS_SKILL if same_skill else 'say{text="hello"}'
     thief = str(uuid4())
     with (
         UsedSkiller("never used", 0, thief=thief) as skiller,
-        reach(skiller, transport, tmp_path) as url,
+        serve_skiller(skiller, transport, tmp_path) as url,
         open_blackboard(url, InterfaceRegistry(), clock, EventBus(clock)) as board,
         SkillerCall(board) as call,
     ):
-        result = call.execute(ours, WAIT_S)
-    assert skiller.executed == [ours]
+        result = call.execute(skill_string, WAIT_S)
+    assert skiller.executed == [skill_string]
     assert result.outcome is CallOutcome.FAILED
     assert result.error == f"control of the Skiller was lost to {thief}"

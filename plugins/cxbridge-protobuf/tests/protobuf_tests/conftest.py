@@ -28,18 +28,18 @@ class Net(Network):
 
     def __init__(self, types: MessageTypes, server_address: str) -> None:
         super().__init__(types, lambda: 7, server_address)
-        self.seen: list[InboxEvent] = []
+        self.events: list[InboxEvent] = []
 
     def wait(self, count: int, kind: type[T]) -> list[T]:
-        """Wait for a number of events of a kind, and return them."""
+        """Wait for ``count`` events of a kind, and return the events."""
 
-        def there():
-            self.seen += self.drain()
-            return sum(isinstance(event, kind) for event in self.seen) >= count
+        def has_arrived():
+            self.events += self.drain()
+            return sum(isinstance(event, kind) for event in self.events) >= count
 
-        eventually(there)
-        found: list[Any] = [event for event in self.seen if isinstance(event, kind)][:count]
-        self.seen = [event for event in self.seen if all(event is not other for other in found)]
+        eventually(has_arrived)
+        found: list[Any] = [event for event in self.events if isinstance(event, kind)][:count]
+        self.events = [event for event in self.events if all(event is not taken for taken in found)]
         return found
 
     def message(self) -> ReceivedMessage:
@@ -50,7 +50,7 @@ class Net(Network):
         (event,) = self.wait(1, ConnectionChange)
         return event
 
-    def warned(self) -> str:
+    def warning(self) -> str:
         (event,) = self.wait(1, LogWarning)
         return event.text
 
@@ -59,8 +59,8 @@ _compiled: dict[object, bytes] = {}
 _compile = compiler.compile_files
 
 
-def _compile_once(names: Sequence[str], here: Path, path: Sequence[Path]) -> bytes:
-    """Compile like :mod:`cxbridge_protobuf.compiler`, but start a process only once for the same files."""
+def _compile_once(names: Sequence[str], directory: Path, path: Sequence[Path]) -> bytes:
+    """Compile like :mod:`cxbridge_protobuf.compiler`, but start only one process for equal files."""
     texts = tuple(
         (file.relative_to(folder), file.read_bytes())
         for folder in path
@@ -68,7 +68,7 @@ def _compile_once(names: Sequence[str], here: Path, path: Sequence[Path]) -> byt
     )
     key = (*names, texts)
     if key not in _compiled:
-        _compiled[key] = _compile(names, here, path)
+        _compiled[key] = _compile(names, directory, path)
     return _compiled[key]
 
 
@@ -91,13 +91,13 @@ def types():
 
 @pytest.fixture
 def nets(types):
-    """Makes networks, and closes them."""
-    made = []
+    """Return a function that opens networks, which the fixture closes."""
+    opened = []
 
-    def make(server_address="127.0.0.1"):
-        made.append(Net(types, server_address))
-        return made[-1]
+    def open_net(server_address="127.0.0.1"):
+        opened.append(Net(types, server_address))
+        return opened[-1]
 
-    yield make
-    for net in made:
+    yield open_net
+    for net in opened:
         net.close()

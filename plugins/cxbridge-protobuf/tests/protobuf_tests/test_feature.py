@@ -1,4 +1,4 @@
-"""The feature `protobuf` as rules see it."""
+"""The functions and facts of the feature `protobuf`."""
 
 from __future__ import annotations
 
@@ -41,27 +41,27 @@ def pb(bus, feature, log):
 
 
 @pytest.fixture
-def stranger(pb):
-    """A client that has connected to the server of the environment by hand."""
+def raw_client(pb):
+    """A bare socket that is connected to the environment's server."""
     port = free_port()
     pb.call("pb-server-enable", port)
     with socket.create_connection(("127.0.0.1", port), timeout=WAIT) as client:
         yield client
 
 
-def arrive(feature, env: ClipsEnvironment, relation, count=1):
-    """Let loops pass until this many facts of a relation came; rules do not run."""
+def wait_for_facts(feature, env: ClipsEnvironment, relation, count=1):
+    """Run loops without rules until a relation has ``count`` facts, and return the facts' slots."""
 
-    def there():
+    def has_arrived():
         feature.before_run(env)
         return len(list(env.facts(relation))) >= count
 
-    eventually(there)
+    eventually(has_arrived)
     return [slots for _, _, slots in env.facts(relation)]
 
 
 def set_and_get(env, field, text):
-    """Set a field of a new Report to CLIPS' value of the text; return the field's value."""
+    """Set a field of a new Report to a value in CLIPS' syntax; return the field's value."""
     env.build(f"(deffunction probe (?m) (pb-set-field ?m {field} {text}) (pb-field-value ?m {field}))")
     message = env.call("pb-create", REPORT)
     return env.call("probe", message)
@@ -70,12 +70,12 @@ def set_and_get(env, field, text):
 # --- message types and messages
 
 
-def test_create_of_an_unknown_type(pb, log):
+def test_create_of_unknown_type_returns_null(pb, log):
     assert pb.call("pb-create", "test_msgs.Nothing") == NULL
     assert log.texts(Level.WARN) == ["Cannot create message of type test_msgs.Nothing: Unknown message type"]
 
 
-def test_a_type_of_a_subfolder_is_registered_by_hand(bus, tmp_path):
+def test_type_of_subfolder_can_be_registered(bus, tmp_path):
     (tmp_path / "sub").mkdir()
     (tmp_path / "top.proto").write_text('syntax = "proto2";\nimport "sub/far.proto";\n')
     (tmp_path / "sub" / "far.proto").write_text(
@@ -88,21 +88,21 @@ def test_a_type_of_a_subfolder_is_registered_by_hand(bus, tmp_path):
     manager.close()
 
 
-def test_a_reference_is_the_same_message_and_lives_on(pb):
+def test_reference_shares_message_and_outlives_it(pb):
     message = pb.call("pb-create", ORDER)
-    other = pb.call("pb-ref", message)
-    assert other != message
-    pb.call("pb-set-field", other, "id", 5)
+    reference = pb.call("pb-ref", message)
+    assert reference != message
+    pb.call("pb-set-field", reference, "id", 5)
     assert pb.call("pb-field-value", message, "id") == 5
     pb.call("pb-destroy", message)
-    assert pb.call("pb-field-value", other, "id") == 5
+    assert pb.call("pb-field-value", reference, "id") == 5
     assert pb.call("pb-ref", message) == NULL
 
 
 # --- fields
 
 
-def test_what_is_told_of_fields(pb):
+def test_fields_have_names_types_and_labels(pb):
     message = pb.call("pb-create", REPORT)
     names = pb.call("pb-field-names", message)
     assert names[:3] == ("robot", "d", "f")
@@ -119,7 +119,7 @@ def test_what_is_told_of_fields(pb):
     assert {name: pb.call("pb-field-is-list", message, name) for name in lists} == lists
 
 
-def test_what_is_told_of_no_message(pb):
+def test_functions_report_invalid_message(pb):
     assert pb.call("pb-field-names", NULL) == ()
     for function in ("pb-field-type", "pb-field-label", "pb-field-value"):
         assert pb.call(function, NULL, "x") == Symbol("INVALID-MESSAGE")
@@ -156,9 +156,9 @@ def test_what_is_told_of_no_message(pb):
         ("colour", '"RED"', Symbol("RED")),
     ],
 )
-def test_a_value_that_is_set_is_the_value_one_gets(pb, field, text, value):
-    got = set_and_get(pb, field, text)
-    assert (got, type(got)) == (value, type(value))
+def test_field_returns_set_value(pb, field, text, value):
+    result = set_and_get(pb, field, text)
+    assert (result, type(result)) == (value, type(value))
 
 
 @pytest.mark.parametrize(
@@ -175,7 +175,7 @@ def test_a_value_that_is_set_is_the_value_one_gets(pb, field, text, value):
         ("numbers", "7", "Failed to set field numbers of test_msgs.Report: it is a list"),
     ],
 )
-def test_a_value_that_cannot_be_set_changes_nothing(pb, log, field, text, problem):
+def test_invalid_value_is_not_set(pb, log, field, text, problem):
     message = pb.call("pb-create", REPORT)
     pb.build(f"(deffunction probe (?m) (pb-set-field ?m {field} {text}))")
     assert pb.call("probe", message) is None
@@ -193,7 +193,7 @@ def test_a_value_that_cannot_be_set_changes_nothing(pb, log, field, text, proble
         ("raws", "x", []),
     ],
 )
-def test_a_value_that_cannot_be_added_changes_nothing(pb, log, field, text, problem):
+def test_invalid_value_is_not_added(pb, log, field, text, problem):
     message = pb.call("pb-create", REPORT)
     pb.build(f"(deffunction probe (?m) (pb-add-list ?m {field} {text}))")
     assert pb.call("probe", message) is None
@@ -212,16 +212,16 @@ def test_a_value_that_cannot_be_added_changes_nothing(pb, log, field, text, prob
         ("flags", "TRUE no", (Symbol("TRUE"), Symbol("FALSE"))),
     ],
 )
-def test_lists(pb, field, texts, values):
+def test_list_returns_added_values(pb, field, texts, values):
     message = pb.call("pb-create", REPORT)
     adds = " ".join(f"(pb-add-list ?m {field} {text})" for text in texts.replace("a b", "a\0b").split(" "))
     pb.build(f"(deffunction probe (?m) {adds})".replace("\0", " "))
     pb.call("probe", message)
-    got = pb.call("pb-field-list", message, field)
-    assert (got, [type(each) for each in got]) == (values, [type(each) for each in values])
+    result = pb.call("pb-field-list", message, field)
+    assert (result, [type(each) for each in result]) == (values, [type(each) for each in values])
 
 
-def test_a_list_of_a_field_that_is_none(pb, log):
+def test_list_of_single_or_missing_field(pb, log):
     message = pb.call("pb-create", ORDER)
     assert pb.call("pb-field-list", message, "nothing") == ("DOES-NOT-EXIST",)
     assert pb.call("pb-field-list", message, "id") == ("NOT-SET",)
@@ -232,7 +232,7 @@ def test_a_list_of_a_field_that_is_none(pb, log):
     assert "pb-field-list" in log.texts(Level.ERROR)[0]
 
 
-def test_fields_that_are_not_set(pb, log):
+def test_unset_or_unknown_field_is_warning(pb, log):
     message = pb.call("pb-create", REPORT)
     assert pb.call("pb-field-value", message, "robot") == Symbol("NOT-SET")
     assert pb.call("pb-field-value", message, "nothing") == Symbol("DOES-NOT-EXIST")
@@ -244,7 +244,7 @@ def test_fields_that_are_not_set(pb, log):
     ]
 
 
-def test_messages_in_messages_are_copied_and_used_up(pb):
+def test_nested_message_is_copied_and_consumed(pb):
     report, place = pb.call("pb-create", REPORT), pb.call("pb-create", "test_msgs.Place")
     empty = pb.call("pb-field-value", report, "place")
     assert pb.call("pb-tostring", empty) == ""
@@ -262,7 +262,7 @@ def test_messages_in_messages_are_copied_and_used_up(pb):
     assert pb.call("pb-field-value", second, "x") == 2.0
 
 
-def test_a_message_of_another_type_is_refused(pb, log):
+def test_nested_message_of_wrong_type_is_refused(pb, log):
     report = pb.call("pb-create", REPORT)
     pb.call("pb-set-field", report, "place", pb.call("pb-create", ORDER))
     assert log.texts(Level.WARN) == [
@@ -282,13 +282,13 @@ def test_maps_are_lists_of_entries(pb):
     pb.call("pb-set-field", entry, "key", "b")
     pb.call("pb-set-field", entry, "value", place)
     pb.call("pb-add-list", report, "where", entry)
-    (got,) = pb.call("pb-field-list", report, "counts")
-    assert (pb.call("pb-field-value", got, "key"), pb.call("pb-field-value", got, "value")) == ("a", 7)
-    (got,) = pb.call("pb-field-list", report, "where")
-    assert pb.call("pb-field-value", pb.call("pb-field-value", got, "value"), "x") == 3.0
+    (result,) = pb.call("pb-field-list", report, "counts")
+    assert (pb.call("pb-field-value", result, "key"), pb.call("pb-field-value", result, "value")) == ("a", 7)
+    (result,) = pb.call("pb-field-list", report, "where")
+    assert pb.call("pb-field-value", pb.call("pb-field-value", result, "value"), "x") == 3.0
 
 
-def test_bytes_are_only_named(pb, feature):
+def test_bytes_have_placeholder_value(pb, feature):
     report = pb.call("pb-create", REPORT)
     feature._states["executive"]._find_message(report).raw = b"\0\1"
     feature._states["executive"]._find_message(report).raws.append(b"\0")
@@ -297,7 +297,7 @@ def test_bytes_are_only_named(pb, feature):
     assert pb.call("pb-field-list", report, "raws") == (Symbol("BYTES"),)
 
 
-def test_things_that_are_no_messages_are_no_messages(pb, log):
+def test_functions_accept_value_that_is_no_message(pb, log):
     pb.build("(deffunction probe (?x) (pb-destroy ?x) (pb-send 1 ?x) (pb-field-value ?x a))")
     assert pb.call("probe", 7) == "INVALID-MESSAGE"
     assert pb.faults == []
@@ -311,8 +311,8 @@ def test_things_that_are_no_messages_are_no_messages(pb, log):
         ("pb-peer-create", ("127.0.0.1", 4444.5), "pb-peer-create: argument 2 must be INTEGER, not 4444.5"),
     ],
 )
-def test_a_value_of_the_wrong_type_is_told_as_the_users_mistake(pb, log, function, arguments, problem):
-    # CLIPS itself does not check the types of variables
+def test_argument_of_wrong_type_is_error_of_rules(pb, log, function, arguments, problem):
+    # CLIPS does not check the types of variables
     names = " ".join(f"?a{number}" for number in range(len(arguments)))
     pb.build(f"(deffunction probe ({names}) ({function} {names}))")
     with pytest.raises(ClipsError):
@@ -324,56 +324,56 @@ def test_a_value_of_the_wrong_type_is_told_as_the_users_mistake(pb, log, functio
 # --- connections
 
 
-def order(env, number=5):
+def create_order(env, number=5):
     message = env.call("pb-create", ORDER)
     env.call("pb-set-field", message, "id", number)
     return message
 
 
-def test_the_server_and_its_facts(pb, feature, log):
+def test_server_asserts_facts_and_sends_messages(pb, feature, log):
     port = free_port()
     pb.call("pb-server-enable", port)
     pb.call("pb-server-enable", port)
-    with socket.create_connection(("127.0.0.1", port), timeout=WAIT) as stranger:
-        local = stranger.getsockname()[1]
-        (connected,) = arrive(feature, pb, "protobuf-server-client-connected")
+    with socket.create_connection(("127.0.0.1", port), timeout=WAIT) as raw_client:
+        client_port = raw_client.getsockname()[1]
+        (connected,) = wait_for_facts(feature, pb, "protobuf-server-client-connected")
         client, host, from_port = connected["implied"]
-        assert (host, type(host), from_port) == ("127.0.0.1", Symbol, local)
-        stranger.sendall(encode_frame(Frame(3000, 2, b"\x08\x05")) + encode_frame(Frame(7, 8, b"")))
-        (failed,) = arrive(feature, pb, "protobuf-server-receive-failed")
+        assert (host, type(host), from_port) == ("127.0.0.1", Symbol, client_port)
+        raw_client.sendall(encode_frame(Frame(3000, 2, b"\x08\x05")) + encode_frame(Frame(7, 8, b"")))
+        (failed,) = wait_for_facts(feature, pb, "protobuf-server-receive-failed")
         assert failed == {
             "comp-id": 7,
             "msg-type": 8,
             "rcvd-via": "STREAM",
-            "rcvd-from": ("127.0.0.1", local),
+            "rcvd-from": ("127.0.0.1", client_port),
             "client-id": client,
             "message": "Message type 7:8 not registered",
         }
-        (got,) = arrive(feature, pb, "protobuf-msg")
-        pointer = got.pop("ptr")
-        assert got == {
+        (result,) = wait_for_facts(feature, pb, "protobuf-msg")
+        pointer = result.pop("ptr")
+        assert result == {
             "type": ORDER,
             "comp-id": 3000,
             "msg-type": 2,
             "rcvd-via": "STREAM",
-            "rcvd-from": ("127.0.0.1", local),
-            "rcvd-at": got["rcvd-at"],
+            "rcvd-from": ("127.0.0.1", client_port),
+            "rcvd-at": result["rcvd-at"],
             "client-type": "SERVER",
             "client-id": client,
         }
         assert pb.call("pb-field-value", pointer, "id") == 5
-        pb.call("pb-send", client, order(pb, 6))
-        assert stranger.recv(100) == encode_frame(Frame(3000, 2, b"\x08\x06"))
-    arrive(feature, pb, "protobuf-server-client-disconnected")
+        pb.call("pb-send", client, create_order(pb, 6))
+        assert raw_client.recv(100) == encode_frame(Frame(3000, 2, b"\x08\x06"))
+    wait_for_facts(feature, pb, "protobuf-server-client-disconnected")
     pb.call("pb-server-disable")
     with pytest.raises(OSError):
         socket.create_connection(("127.0.0.1", port), timeout=WAIT).close()
     assert not log.texts(Level.WARN, Level.ERROR)
 
 
-def test_what_nobody_wants_is_cleaned_up(pb, feature, stranger, log):
-    stranger.sendall(encode_frame(Frame(3000, 2, b"\x08\x05")) + encode_frame(Frame(7, 8, b"")))
-    arrive(feature, pb, "protobuf-server-receive-failed")
+def test_unhandled_facts_and_messages_are_removed(pb, feature, raw_client, log):
+    raw_client.sendall(encode_frame(Frame(3000, 2, b"\x08\x05")) + encode_frame(Frame(7, 8, b"")))
+    wait_for_facts(feature, pb, "protobuf-server-receive-failed")
     pb.run()
     assert not list(pb.facts("protobuf-msg"))
     assert not list(pb.facts("protobuf-server-receive-failed"))
@@ -381,16 +381,16 @@ def test_what_nobody_wants_is_cleaned_up(pb, feature, stranger, log):
     assert any("Protobuf server rcv fail for 7:8" in text for text in log.texts())
 
 
-def test_a_rule_that_takes_a_reference_keeps_the_message(pb, feature, stranger):
+def test_reference_of_rule_keeps_message(pb, feature, raw_client):
     pb.build("(defglobal ?*kept* = 0)")
     pb.build("(defrule keep (protobuf-msg (ptr ?p)) => (bind ?*kept* (pb-ref ?p)))")
-    stranger.sendall(encode_frame(Frame(3000, 2, b"\x08\x05")))
-    arrive(feature, pb, "protobuf-msg")
+    raw_client.sendall(encode_frame(Frame(3000, 2, b"\x08\x05")))
+    wait_for_facts(feature, pb, "protobuf-msg")
     pb.run()
     assert pb.call("pb-field-value", pb.eval("?*kept*"), "id") == 5
 
 
-def test_a_client_and_its_facts(pb, feature, log):
+def test_client_asserts_facts_and_sends_messages(pb, feature, log):
     with socket.create_server(("127.0.0.1", 0)) as server:
         server.settimeout(WAIT)
         port = server.getsockname()[1]
@@ -398,27 +398,27 @@ def test_a_client_and_its_facts(pb, feature, log):
         assert client == 1
         accepted, _ = server.accept()
         with accepted:
-            (connected,) = arrive(feature, pb, "protobuf-client-connected")
+            (connected,) = wait_for_facts(feature, pb, "protobuf-client-connected")
             assert connected["implied"] == (client,)
-            pb.call("pb-send", client, order(pb))
+            pb.call("pb-send", client, create_order(pb))
             assert accepted.recv(100) == encode_frame(Frame(3000, 2, b"\x08\x05"))
             accepted.sendall(encode_frame(Frame(7, 8, b"")) + encode_frame(Frame(3000, 2, b"")))
-            (got,) = arrive(feature, pb, "protobuf-msg")
-            assert (got["client-type"], got["rcvd-from"]) == ("CLIENT", ("", 0))
-            (failed,) = arrive(feature, pb, "protobuf-receive-failed")
+            (result,) = wait_for_facts(feature, pb, "protobuf-msg")
+            assert (result["client-type"], result["rcvd-from"]) == ("CLIENT", ("", 0))
+            (failed,) = wait_for_facts(feature, pb, "protobuf-receive-failed")
             assert (failed["client-id"], failed["rcvd-via"]) == (client, "STREAM")
             assert len(failed["rcvd-from"]) == 2
-        arrive(feature, pb, "protobuf-client-disconnected")
-    pb.call("pb-send", client, order(pb))
+        wait_for_facts(feature, pb, "protobuf-client-disconnected")
+    pb.call("pb-send", client, create_order(pb))
     assert log.texts(Level.WARN) == [
         "Failed to send message of type test_msgs.Order: Cannot send while not connected"
     ]
     pb.call("pb-disconnect", client)
-    pb.call("pb-send", client, order(pb))
+    pb.call("pb-send", client, create_order(pb))
     assert pb.call("pb-connect", "127.0.0.1", 0) == 0
 
 
-def test_sending_no_message(pb, log):
+def test_send_without_valid_message_is_warning(pb, log):
     pb.call("pb-send", 1, NULL)
     pb.call("pb-broadcast", 1, NULL)
     pb.call("pb-send", 77, pb.call("pb-create", "test_msgs.Place"))
@@ -436,39 +436,39 @@ PEERS = {
 
 
 @pytest.mark.parametrize(("function", "crypto"), PEERS.items(), ids=PEERS)
-def test_peers_and_their_facts(pb, feature, function, crypto):
-    one, two = free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_DGRAM)
-    first = pb.call(function, "127.0.0.1", one, two, *crypto)
-    second = pb.call(function, "127.0.0.1", two, one, *crypto)
+def test_peers_assert_facts_of_messages(pb, feature, function, crypto):
+    first_port, second_port = free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_DGRAM)
+    first = pb.call(function, "127.0.0.1", first_port, second_port, *crypto)
+    second = pb.call(function, "127.0.0.1", second_port, first_port, *crypto)
     assert (first, second) == (1, 2)
-    pb.call("pb-broadcast", first, order(pb))
-    pb.call("pb-send", second, order(pb))
-    messages = arrive(feature, pb, "protobuf-msg", 2)
-    assert sorted(got["client-id"] for got in messages) == [first, second]
-    assert {got["rcvd-via"] for got in messages} == {"BROADCAST"}
+    pb.call("pb-broadcast", first, create_order(pb))
+    pb.call("pb-send", second, create_order(pb))
+    messages = wait_for_facts(feature, pb, "protobuf-msg", 2)
+    assert sorted(result["client-id"] for result in messages) == [first, second]
+    assert {result["rcvd-via"] for result in messages} == {"BROADCAST"}
     assert pb.call("pb-is-broadcast", messages[0]["rcvd-via"]) == "TRUE"
     assert pb.call("pb-is-broadcast", Symbol("STREAM")) == "FALSE"
     pb.call("pb-peer-destroy", first)
     pb.call("pb-peer-destroy", first)
-    pb.call("pb-broadcast", first, order(pb))
+    pb.call("pb-broadcast", first, create_order(pb))
 
 
 @pytest.mark.parametrize("secret", ["", "randomkey"])
-def test_a_peer_on_one_port(pb, feature, log, secret):
+def test_peer_receives_on_single_port(pb, feature, log, secret):
     port = free_port(socket.SOCK_DGRAM)
     if secret:
         peer = pb.call("pb-peer-create-crypto", "127.0.0.1", port, secret, "aes-128-cbc")
         pb.call("pb-peer-setup-crypto", peer, "", "")
     else:
         peer = pb.call("pb-peer-create", "127.0.0.1", port)
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-        other.sendto(encode_frame(Frame(3000, 2, b"")), ("127.0.0.1", port))
-        (got,) = arrive(feature, pb, "protobuf-msg")
-    assert got["client-type"] == "PEER"
-    assert peer == got["client-id"]
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        sender.sendto(encode_frame(Frame(3000, 2, b"")), ("127.0.0.1", port))
+        (result,) = wait_for_facts(feature, pb, "protobuf-msg")
+    assert result["client-type"] == "PEER"
+    assert peer == result["client-id"]
 
 
-def test_peers_that_cannot_be(pb, log):
+def test_invalid_peer_is_error(pb, log):
     assert pb.call("pb-peer-create", "127.0.0.1", 0) == 0
     assert pb.call("pb-peer-create-local", "127.0.0.1", 70_000, 0) == 0
     assert pb.call("pb-peer-create-crypto", "127.0.0.1", 4444, "key", "rot13") == 0
@@ -482,13 +482,13 @@ def test_peers_that_cannot_be(pb, log):
     assert f"peer {peer}" in texts[2]
 
 
-def test_what_strangers_did_is_in_the_log(pb, feature, log):
+def test_invalid_datagram_is_in_log(pb, feature, log):
     port = free_port(socket.SOCK_DGRAM)
     pb.call("pb-peer-create", "127.0.0.1", port)
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-        other.sendto(b"rubbish", ("127.0.0.1", port))
-        other.sendto(encode_frame(Frame(3000, 2, b"")), ("127.0.0.1", port))
-    arrive(feature, pb, "protobuf-msg")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        sender.sendto(b"garbage", ("127.0.0.1", port))
+        sender.sendto(encode_frame(Frame(3000, 2, b"")), ("127.0.0.1", port))
+    wait_for_facts(feature, pb, "protobuf-msg")
     assert "too short for a frame" in log.texts(Level.WARN)[0]
 
 
@@ -500,8 +500,8 @@ def settings(text, folder):
     return ProtobufSettings.from_config(Configuration.from_text(text, "test.yaml"), expand)
 
 
-def test_the_settings(tmp_path):
-    read = settings("clips-protobuf: {proto-dirs: ['@BASEDIR@/msgs', near], server-address: '*'}", tmp_path)
-    assert [str(folder) for folder in read.folders] == ["/base/msgs", f"{tmp_path}/near"]
-    assert read.server_address == "*"
+def test_settings_come_from_configuration(tmp_path):
+    loaded = settings("clips-protobuf: {proto-dirs: ['@BASEDIR@/msgs', near], server-address: '*'}", tmp_path)
+    assert [str(folder) for folder in loaded.folders] == ["/base/msgs", f"{tmp_path}/near"]
+    assert loaded.server_address == "*"
     assert settings("a: 1", tmp_path) == ProtobufSettings()

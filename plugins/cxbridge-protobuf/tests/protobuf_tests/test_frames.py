@@ -1,4 +1,4 @@
-"""Frames, byte by byte and back."""
+"""Encoding and decoding of frames."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ NUMBERS = st.integers(0, 65535)
 FRAMES = st.builds(Frame, NUMBERS, NUMBERS, st.binary(max_size=60))
 
 
-def test_a_frame_byte_by_byte():
+def test_frame_has_documented_bytes():
     assert encode_frame(Frame(2000, 1, b"abc")).hex() == "020000000000000707d00001616263"
 
 
 @given(st.lists(FRAMES, max_size=6), st.data())
-def test_a_stream_gives_the_frames_however_it_is_cut(frames, data):
+def test_stream_decoder_returns_frames_of_any_chunks(frames, data):
     stream = b"".join(encode_frame(frame) for frame in frames)
     decoder = StreamDecoder(100)
     found: list[Frame] = []
@@ -39,13 +39,13 @@ def test_a_stream_gives_the_frames_however_it_is_cut(frames, data):
 
 
 @given(FRAMES)
-def test_a_datagram_gives_its_frame(frame):
+def test_datagram_decodes_to_its_frame(frame):
     cipher, content = decode_datagram(encode_frame(frame))
     assert (cipher, decode_payload(content)) == (0, frame)
 
 
 @given(st.binary(max_size=200))
-def test_garbage_gives_frames_or_one_error(garbage):
+def test_garbage_gives_frames_or_protobuf_error(garbage):
     decoder = StreamDecoder(50)
     with contextlib.suppress(ProtobufError):
         for frame in decoder.feed(garbage):
@@ -63,12 +63,12 @@ def test_garbage_gives_frames_or_one_error(garbage):
         ("02020000 00000020", "encrypted"),
     ],
 )
-def test_a_header_that_cannot_be_is_refused_before_anything_follows(start, problem):
+def test_invalid_header_is_refused_without_payload(start, problem):
     with pytest.raises(ProtobufError, match=problem):
         list(StreamDecoder(1000).feed(bytes.fromhex(start)))
 
 
-def test_frames_before_a_broken_one_are_told():
+def test_frames_before_broken_frame_are_returned():
     good = Frame(1, 2, b"x")
     frames = StreamDecoder(1000).feed(encode_frame(good) + b"\xff" * 8)
     assert next(frames) == good
@@ -76,7 +76,7 @@ def test_frames_before_a_broken_one_are_told():
         next(frames)
 
 
-def test_an_encrypted_datagram_is_not_measured_by_its_header():
+def test_encrypted_datagram_may_differ_from_header_size():
     sealed = bytearray(add_header(2, b"0123456789abcdef"))
     sealed[7] = 3
     assert decode_datagram(bytes(sealed)) == (2, b"0123456789abcdef")
@@ -85,6 +85,6 @@ def test_an_encrypted_datagram_is_not_measured_by_its_header():
 @pytest.mark.parametrize(
     "data", [b"", b"\x02\0\0\0\0\0", encode_frame(Frame(1, 2, b"abc"))[:-1], b"\x03" + b"\0" * 11]
 )
-def test_a_datagram_that_is_no_frame_is_refused(data):
+def test_invalid_datagram_is_refused(data):
     with pytest.raises(ProtobufError):
         decode_payload(decode_datagram(data)[1])

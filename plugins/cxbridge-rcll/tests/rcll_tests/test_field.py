@@ -1,4 +1,4 @@
-"""Places that skills name."""
+"""Poses of the places of skills."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ MACHINES = [
         ("M-RS1-INPUT", 0.25, 1.5),
     ],
 )
-def test_a_place_is_found(place, x, y):
-    found = Field(lambda: MACHINES).find_pose(place)
-    assert found is not None
-    assert (found.x, found.y) == pytest.approx((x, y))
+def test_place_has_pose(place, x, y):
+    pose = Field(lambda: MACHINES).find_pose(place)
+    assert pose is not None
+    assert (pose.x, pose.y) == pytest.approx((x, y))
 
 
 @pytest.mark.parametrize("place", ["", "START", "C-CS1-INPUT", "C-DS-INPUT"])
-def test_a_place_that_nobody_knows(place):
+def test_unknown_place_has_no_pose(place):
     assert Field(lambda: MACHINES).find_pose(place) is None
 
 
-def test_a_robot_looks_at_the_machine():
-    found = Field(lambda: MACHINES).find_pose("C-BS-INPUT")
-    assert found is not None
-    assert math.sin(found.yaw) == pytest.approx(-1)
+def test_robot_at_machine_faces_machine():
+    pose = Field(lambda: MACHINES).find_pose("C-BS-INPUT")
+    assert pose is not None
+    assert math.sin(pose.yaw) == pytest.approx(-1)
 
 
-def test_distances():
+def test_poses_have_distances_and_entries_differ():
     assert Pose(0, 0).distance(Pose(3, 4)) == 5
     assert len({entry_pose(number) for number in (1, 2, 3)}) == 3

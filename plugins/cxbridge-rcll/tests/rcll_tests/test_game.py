@@ -1,4 +1,4 @@
-"""A game with the referee of the module `league`: agent, robots, machines and referee meet in one run."""
+"""A game with the agent, the robots, the machines and the referee of the module `league`."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ def write_messages(options, text):
     (options.refbox_dir / "src/msgs/rcll-protobuf-msgs/league.proto").write_text(text)
 
 
-def test_a_game_comes_to_its_end_with_points_machines_robots_and_orders(options):
+def test_game_ends_with_points_machines_robots_and_orders(options):
     result = options.play(3)
     assert result.faults == ()
     assert result.is_over
-    found = result.as_dict()
-    assert found["points"] == {"CYAN": 5, "MAGENTA": 0}
-    assert found["phase"] == "POST_GAME"
-    assert found["deliveries"] == [{"order": 1, "complexity": "C0", "team": "CYAN", "game_time": 1.0}]
-    assert [award["reason"] for award in found["awards"]] == ["Taken at C-BS"]
-    assert 15 < found["robots"]["robot1"]["busy_seconds"] < 60
-    assert found["seed"] == 3
-    assert found["categories"] == {"CYAN": {"Taken": 5}, "MAGENTA": {}}
-    assert found["orders"] == [{"order": 1, "complexity": "C0", "begin": 0, "end": 60, "delivered": [1.0]}]
-    use = found["machines"]["C-BS"]
+    document = result.as_dict()
+    assert document["points"] == {"CYAN": 5, "MAGENTA": 0}
+    assert document["phase"] == "POST_GAME"
+    assert document["deliveries"] == [{"order": 1, "complexity": "C0", "team": "CYAN", "game_time": 1.0}]
+    assert [award["reason"] for award in document["awards"]] == ["Taken at C-BS"]
+    assert 15 < document["robots"]["robot1"]["busy_seconds"] < 60
+    assert document["seed"] == 3
+    assert document["categories"] == {"CYAN": {"Taken": 5}, "MAGENTA": {}}
+    assert document["orders"] == [{"order": 1, "complexity": "C0", "begin": 0, "end": 60, "delivered": [1.0]}]
+    use = document["machines"]["C-BS"]
     assert set(use) == {"IDLE", "READY-AT-OUTPUT"}
     assert sum(use.values()) == pytest.approx(60, abs=0.3)
-    robot = found["robots"]["robot1"]
+    robot = document["robots"]["robot1"]
     assert robot["busy_seconds"] + robot["idle_seconds"] == pytest.approx(60, abs=0.3)
 
 
@@ -60,11 +60,11 @@ def test_a_game_comes_to_its_end_with_points_machines_robots_and_orders(options)
         ("taken", "taken"),
     ],
 )
-def test_points_are_grouped_by_what_the_referee_says(reason, category):
+def test_award_category_comes_from_reason(reason, category):
     assert find_award_category(reason) == category
 
 
-def test_one_seed_is_one_game(options, tmp_path):
+def test_games_with_equal_seed_are_equal(options, tmp_path):
     texts = []
     for number in range(2):
         log = tmp_path / f"{number}.log"
@@ -74,26 +74,28 @@ def test_one_seed_is_one_game(options, tmp_path):
     assert "manipulate_wp of robot1 SUCCEEDED" in texts[0]
 
 
-def test_skills_fail_as_likely_as_asked(options):
+def test_skills_fail_with_given_probability(options):
     result = replace(options, failures=1.0).play(3)
     assert result.score.points["CYAN"] == 0
     assert result.as_dict()["robots"]["robot1"]["failed"] == {"a randomly drawn failure": 1}
 
 
-def test_a_world_says_what_fails(options, tmp_path):
+def test_world_defines_failures(options, tmp_path):
     world = tmp_path / "world.yaml"
     world.write_text("skills: [{name: moveto, fails: [{error: blocked, after: 7, probability: 1.0}]}]\n")
     result = replace(options, world=world).play(3)
     assert result.robots["robot1"].failed == {"blocked": 1}
 
 
-def test_a_configuration_is_laid_over_the_referees(options, tmp_path):
-    more = tmp_path / "more.yaml"
-    more.write_text("llsfrb: {comm: {server-port: 0}}\n")
-    assert not replace(options, referee_config=(more,)).play(3).is_over  # no client can instruct the referee
+def test_configuration_overrides_that_of_referee(options, tmp_path):
+    override = tmp_path / "more.yaml"
+    override.write_text("llsfrb: {comm: {server-port: 0}}\n")
+    assert (
+        not replace(options, referee_config=(override,)).play(3).is_over
+    )  # no client can instruct the referee
 
 
-def test_another_key_is_told_once_and_nothing_is_heard(options):
+def test_wrong_key_is_logged_once_and_messages_are_lost(options):
     agent = options.run_options.overlays[0] / "src/clips-specs/team.clp"
     peer = 'pb-peer-create-local-crypto "y" 4445 4444 "wrong" "aes-128-cbc"'
     agent.write_text(agent.read_text().replace('pb-peer-create-local "y" 4445 4444', peer))
@@ -102,13 +104,13 @@ def test_another_key_is_told_once_and_nothing_is_heard(options):
     assert result.is_over
     assert result.score.points["CYAN"] == 0
     lines = [event for event in events if isinstance(event, LogLine) and event.level is Level.WARN]
-    told = [line.text for line in lines if "a different key" in line.text]
-    assert told == [
+    texts = [line.text for line in lines if "a different key" in line.text]
+    assert texts == [
         "Messages to port 4444 have a different key or none: no peer of this process can read them"
     ]
 
 
-def test_the_recording_of_an_aborted_game_is_whole(options, tmp_path, capsys):
+def test_recording_of_aborted_game_is_complete(options, tmp_path, capsys):
     trace = tmp_path / "game.mcap"
     running = replace(options, run_options=replace(options.run_options, trace=trace), minutes=1000)
 
@@ -116,13 +118,13 @@ def test_the_recording_of_an_aborted_game_is_whole(options, tmp_path, capsys):
         end_us = assembly.clock.now_us() + 30_000_000
 
         def check():
-            if assembly.clock.now_us() >= end_us and not asked:
-                asked.append(assembly.clock.now_us())
+            if assembly.clock.now_us() >= end_us and not aborted_at:
+                aborted_at.append(assembly.clock.now_us())
                 signal.raise_signal(signal.SIGTERM)
 
         assembly.loop.add(Hook.POST_LOOP, check)
 
-    asked: list[int] = []
+    aborted_at: list[int] = []
     with pytest.raises(KeyboardInterrupt):
         running.play(3, None, abort_at_30_s)
     assert invoke(["trace", "info", str(trace)]) == 0
@@ -132,7 +134,7 @@ def test_the_recording_of_an_aborted_game_is_whole(options, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("break_it", "message"),
+    ("break_checkout", "message"),
     [
         (lambda options: (options.refbox_dir / "src/games/rcll/init.clp").unlink(), "has no src/games/rcll"),
         (
@@ -151,7 +153,7 @@ def test_the_recording_of_an_aborted_game_is_whole(options, tmp_path, capsys):
         ),
     ],
 )
-def test_mistakes(options, break_it, message):
-    break_it(options)
+def test_incomplete_checkout_is_error(options, break_checkout, message):
+    break_checkout(options)
     with pytest.raises(CxbridgeError, match=message):
         options.play(3)

@@ -1,4 +1,4 @@
-"""The league's own referee and a team's own agent, from their checkouts, in one run."""
+"""Games with the referee and an agent of the league from their checkouts."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ EXPLORATION = "llsfrb: {game: {exploration-time: 20}}\n"
 
 @pytest.fixture(scope="module")
 def corrections(tmp_path_factory):
-    """A folder with the file of the agent whose rule CLIPS refuses, corrected as the manual says."""
+    """A folder with a correction of the agent's rule that CLIPS refuses, as in the manual."""
     assert ROBOTINO_DIR is not None
     name = Path("src/clips-specs/rcll-central/exploration.clp")
     folder = tmp_path_factory.mktemp("corrections")
@@ -50,28 +50,28 @@ def play(corrections, *more, hash_seed="0", is_corrected=True):
         *("--spec", "rcll-central", "--seed", "1", "--json", *protos, *more),
         *("--referee-config", corrections / "referee.yaml"),
     ]
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-m", "cxbridge", *map(str, words)],
         capture_output=True,
         text=True,
         check=False,
         env={**os.environ, "PYTHONHASHSEED": hash_seed},
     )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout), done.stderr
+    assert process.returncode == 0, process.stderr
+    return json.loads(process.stdout), process.stderr
 
 
-def test_one_seed_is_one_game(corrections, tmp_path):
-    found = []
+def test_games_with_equal_seed_are_equal(corrections, tmp_path):
+    games = []
     for number in range(2):
         log = tmp_path / f"{number}.log"
         game, errors = play(corrections, "--minutes", "1.5", "--log", log, hash_seed=str(number))
         game.pop("wall_seconds")
-        found.append((game, errors, log.read_bytes()))
-    assert found[0] == found[1]
+        games.append((game, errors, log.read_bytes()))
+    assert games[0] == games[1]
 
 
-def test_the_agent_scores(corrections):
+def test_agent_scores_points(corrections):
     game, _ = play(corrections, "--minutes", "4")
     assert game["complete"]
     assert game["phase"] == "POST_GAME"
@@ -88,13 +88,13 @@ def test_the_agent_scores(corrections):
     assert {each["order"] for each in game["orders"]} >= {1, 2}
 
 
-def test_the_rule_that_is_not_defined_is_told(corrections):
+def test_undefined_rule_is_reported(corrections):
     game, errors = play(corrections, "--minutes", "0.5", is_corrected=False)
     assert any("defrule exp-sync-zone-content is not defined" in each for each in game["undefined"])
     assert "exp-sync-zone-content" in errors
 
 
-def test_three_executives_play(tmp_path):
+def test_three_executives_score_points(tmp_path):
     (tmp_path / "referee.yaml").write_text(EXPLORATION)
     game, _ = play(tmp_path, "--minutes", "4", "--spec", "rcll", is_corrected=False)
     assert game["complete"]
@@ -104,7 +104,7 @@ def test_three_executives_play(tmp_path):
     assert all(work["busy_seconds"] > 60 for work in game["robots"].values())
 
 
-def test_the_agents_own_tests(corrections):
+def test_simulation_test_of_agent_succeeds(corrections):
     game, _ = play(corrections, "--minutes", "4", "--simtest", "ENTER-FIELD")
     assert game["simtest"] == "SUCCEEDED"
     assert game["game_time"] < 30

@@ -1,4 +1,4 @@
-"""Machines: the workpieces on their belts, and their reports."""
+"""Workpieces on the belts of machines, and the reports of machines."""
 
 from __future__ import annotations
 
@@ -18,57 +18,57 @@ from cxbridge_rcll.machines import (
 )
 
 
-class Watched:
-    """A machine, its clock, and its reports."""
+class MachineFixture:
+    """A machine with its clock and its reports."""
 
     def __init__(self):
         self.clock = VirtualClock()
         self.reports: list[tuple[str, object]] = []
         self.machine = Machine(
-            "C-RS1", self.clock, lambda _name, what, value: self.reports.append((what, value))
+            "C-RS1", self.clock, lambda _name, signal, value: self.reports.append((signal, value))
         )
 
     def wait(self, seconds):
         self.clock.sleep_until(self.clock.now_us() + round(seconds * MICROSECONDS))
         self.machine.loop()
 
-    def said(self):
-        said, self.reports[:] = list(self.reports), []
-        return said
+    def take_reports(self):
+        reports, self.reports[:] = list(self.reports), []
+        return reports
 
 
 @pytest.fixture
-def watched():
-    return Watched()
+def fixture():
+    return MachineFixture()
 
 
-def test_a_base_is_dispensed_and_moved_out(watched):
-    machine = watched.machine
+def test_base_is_dispensed_and_moved_to_output(fixture):
+    machine = fixture.machine
     machine.add_task(DISPENSE)
     machine.loop()
-    watched.wait(DISPENSE.seconds)
-    assert watched.said() == [("BUSY", True), ("BUSY", False)]
+    fixture.wait(DISPENSE.seconds)
+    assert fixture.take_reports() == [("BUSY", True), ("BUSY", False)]
     machine.move(BeltPosition.OUTPUT)
     machine.loop()
-    watched.wait(BELT_END_S / 2)
+    fixture.wait(BELT_END_S / 2)
     assert machine.belt == {BeltPosition.MIDDLE}
-    watched.wait(BELT_END_S / 2)
-    assert watched.said() == [("BUSY", True), ("READY", True), ("BUSY", False)]
+    fixture.wait(BELT_END_S / 2)
+    assert fixture.take_reports() == [("BUSY", True), ("READY", True), ("BUSY", False)]
     assert machine.take_workpiece(BeltPosition.OUTPUT)
-    assert watched.said() == [("READY", False)]
+    assert fixture.take_reports() == [("READY", False)]
     assert not machine.take_workpiece(BeltPosition.OUTPUT)
 
 
-def test_a_belt_waits_until_something_lies_on_it(watched):
-    machine = watched.machine
+def test_belt_waits_for_workpiece(fixture):
+    machine = fixture.machine
     machine.move(BeltPosition.MIDDLE)
     machine.loop()
-    watched.wait(100)
-    assert watched.said() == [("BUSY", True)]
+    fixture.wait(100)
+    assert fixture.take_reports() == [("BUSY", True)]
     machine.put_workpiece()
     machine.loop()
-    watched.wait(BELT_MIDDLE_S)
-    assert watched.said() == [("BUSY", False)]
+    fixture.wait(BELT_MIDDLE_S)
+    assert fixture.take_reports() == [("BUSY", False)]
     assert machine.belt == {BeltPosition.MIDDLE}
 
 
@@ -81,44 +81,44 @@ def test_a_belt_waits_until_something_lies_on_it(watched):
         (RETRIEVE, set(), {BeltPosition.MIDDLE}),
     ],
 )
-def test_a_task_leaves_or_moves_a_workpiece(watched, task, before, after):
-    watched.machine.belt = {*before, BeltPosition.INPUT}
-    watched.machine.add_task(task)
-    watched.machine.loop()
-    watched.wait(task.seconds)
-    assert watched.machine.belt == after | {BeltPosition.INPUT}
-    assert watched.said() == [("BUSY", True), ("BUSY", False)]
+def test_task_changes_workpiece_in_middle(fixture, task, before, after):
+    fixture.machine.belt = {*before, BeltPosition.INPUT}
+    fixture.machine.add_task(task)
+    fixture.machine.loop()
+    fixture.wait(task.seconds)
+    assert fixture.machine.belt == after | {BeltPosition.INPUT}
+    assert fixture.take_reports() == [("BUSY", True), ("BUSY", False)]
 
 
-def test_a_delivery_takes_what_lies_at_the_input(watched):
-    watched.machine.put_workpiece()
-    watched.machine.deliver(1)
-    watched.machine.loop()
-    watched.wait(10)
-    assert not watched.machine.belt
+def test_delivery_takes_workpiece_at_input(fixture):
+    fixture.machine.put_workpiece()
+    fixture.machine.deliver(1)
+    fixture.machine.loop()
+    fixture.wait(10)
+    assert not fixture.machine.belt
 
 
-def test_payments_are_counted(watched):
-    watched.machine.pay_base()
-    watched.machine.pay_base()
-    assert watched.said() == [("SLIDE-COUNTER", 1), ("SLIDE-COUNTER", 2)]
+def test_payments_are_counted(fixture):
+    fixture.machine.pay_base()
+    fixture.machine.pay_base()
+    assert fixture.take_reports() == [("SLIDE-COUNTER", 1), ("SLIDE-COUNTER", 2)]
 
 
-def test_a_reset_leaves_what_robots_have_put(watched):
-    machine = watched.machine
+def test_reset_keeps_workpiece_at_input(fixture):
+    machine = fixture.machine
     machine.belt = set(BeltPosition)
     machine.add_task(HANDLE_CAP)
     machine.reset()
-    watched.wait(100)
+    fixture.wait(100)
     assert machine.belt == {BeltPosition.INPUT}
-    assert watched.said() == [("BUSY", True), ("READY", False)]
+    assert fixture.take_reports() == [("BUSY", True), ("READY", False)]
 
 
-def test_work_is_done_in_its_order(watched):
-    machine = watched.machine
+def test_tasks_run_in_order(fixture):
+    machine = fixture.machine
     machine.add_task(DISPENSE)
     machine.move(BeltPosition.INPUT)
     machine.loop()
-    watched.wait(DISPENSE.seconds)
-    watched.wait(BELT_END_S)
+    fixture.wait(DISPENSE.seconds)
+    fixture.wait(BELT_END_S)
     assert machine.belt == {BeltPosition.INPUT}

@@ -1,4 +1,4 @@
-"""The feature `motor-switch` as rules see it."""
+"""The functions of the feature `motor-switch`."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def env(bus, board, log):
     manager.close()
 
 
-def test_the_writer_is_told(env, board):
+def test_writer_gets_motor_states(env, board):
     with board.open_for_writing("MotorInterface", "Robotino", owner="motor") as motor:
         for function, state in (
             ("motor-disable", motor.MOTOR_DISABLED),
@@ -43,6 +43,6 @@ def test_the_writer_is_told(env, board):
 
 
 @pytest.mark.parametrize("verb", ["enable", "disable"])
-def test_nobody_there(env, log, verb):
+def test_missing_writer_is_error(env, log, verb):
     env.call(f"motor-{verb}")
     assert log.texts(Level.ERROR) == [f"Failed to {verb} motors: no writer of MotorInterface::Robotino"]

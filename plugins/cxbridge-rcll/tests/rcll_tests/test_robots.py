@@ -1,4 +1,4 @@
-"""Robots: how long their skills take, their effects on machines, their failures."""
+"""Durations, effects and failures of the skills of robots."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class Driver:
         self.executor = kind(ExecutorContext("robot1", board, self.clock, bus.logger("test")))
         self.executor.start()
 
-    def do(self, skill, **parameters):
-        """Execute a skill; return how many seconds it took."""
+    def execute(self, skill, **parameters):
+        """Execute a skill; return its duration in seconds."""
         begun_us = self.clock.now_us()
         for _ in self.executor.execute(SkillCall(skill, "robot1", parameters)):
             self.clock.sleep_until(self.clock.now_us() + LOOP_US)
@@ -43,7 +43,7 @@ class Driver:
         return (self.clock.now_us() - begun_us) / MICROSECONDS
 
     def handle(self, **parameters):
-        return self.do("manipulate_wp", mps="C-CS1", **parameters)
+        return self.execute("manipulate_wp", mps="C-CS1", **parameters)
 
 
 @pytest.fixture
@@ -51,15 +51,15 @@ def driver():
     return Driver()
 
 
-def test_a_way_takes_as_long_as_it_is(driver):
+def test_move_takes_time_by_distance(driver):
     driver.robot.pose = Pose(0.5, 0.5)
-    assert driver.do("moveto", place="C-Z15") == pytest.approx(4 / SPEED_M_PER_S + ALIGN_S, abs=0.1)
+    assert driver.execute("moveto", place="C-Z15") == pytest.approx(4 / SPEED_M_PER_S + ALIGN_S, abs=0.1)
     assert driver.robot.pose[:2] == pytest.approx((0.5, 4.5))
-    assert driver.do("moveto", place="nowhere") == pytest.approx(ANYWHERE_S, abs=0.1)
+    assert driver.execute("moveto", place="nowhere") == pytest.approx(ANYWHERE_S, abs=0.1)
     assert driver.robot.pose[:2] == pytest.approx((0.5, 4.5))
 
 
-def test_a_workpiece_is_taken_and_put(driver):
+def test_robot_takes_and_puts_workpiece(driver):
     driver.machine.belt.add(BeltPosition.OUTPUT)
     assert driver.handle(side="OUTPUT", target="WORKPIECE") == pytest.approx(HANDLE_S, abs=0.1)
     assert (driver.machine.belt, driver.robot.has_workpiece) == (set(), True)
@@ -67,16 +67,16 @@ def test_a_workpiece_is_taken_and_put(driver):
     assert (driver.machine.belt, driver.robot.has_workpiece) == ({BeltPosition.INPUT}, False)
 
 
-def test_a_payment_goes_down_the_slide(driver):
+def test_payment_is_counted_at_slide(driver):
     driver.handle(side="SHELF-LEFT", target="WORKPIECE")
     driver.handle(side="SLIDE", target="SLIDE")
     assert (driver.machine.slide_count, driver.robot.has_workpiece) == (1, False)
     driver.handle(side="SHELF-LEFT", target="WORKPIECE")
-    driver.do("discard")
+    driver.execute("discard")
     assert not driver.robot.has_workpiece
 
 
-def test_what_was_put_is_there_when_the_machine_has_moved_it(driver):
+def test_robot_finds_workpiece_moved_by_machine(driver):
     driver.handle(side="SHELF-LEFT", target="WORKPIECE")
     driver.machine.move(BeltPosition.MIDDLE)
     driver.handle(side="INPUT", target="CONVEYOR")
@@ -94,6 +94,6 @@ def test_what_was_put_is_there_when_the_machine_has_moved_it(driver):
         ({"mps": "C-XX"}, "there is no machine C-XX"),
     ],
 )
-def test_what_cannot_be_done_fails(driver, parameters, message):
+def test_impossible_skill_fails(driver, parameters, message):
     with pytest.raises(SkillFailedError, match=message):
-        driver.do("manipulate_wp", **{"mps": "C-CS1", **parameters})
+        driver.execute("manipulate_wp", **{"mps": "C-CS1", **parameters})

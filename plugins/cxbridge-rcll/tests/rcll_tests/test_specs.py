@@ -1,4 +1,4 @@
-"""The RCLL agent's specs, unchanged, with all the features that they ask for."""
+"""The unchanged specs of the RCLL agent with all their features."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ BROKEN = {
         TYPO,
     ],
 }
-"""What CLIPS cannot define, in the order of loading: all that CLIPS 6.30 cannot define either."""
+"""The undefined constructs in the order of loading, which are also undefined in CLIPS 6.30."""
 
 
-def unpaired(*effects: str) -> list[str]:
-    """The domain's complaints about operators that set a value and do not take the old one away."""
+def unpaired_effect_errors(*effects: str) -> list[str]:
+    """Return the domain's errors about operators that set a value without removing the old value."""
     return [
         f"Domain error 'value-predicate-without-paired-effect': Effect GEN of operator {operator} on "
         f"{predicate} ({parameter}) is not matched with a complementary effect"
@@ -55,13 +55,13 @@ ERRORS = {
         "Redefining deffunction: str-replace",
         "[PRCCODE4] Execution halted during the actions of defrule 'exploration-interfaces-init'.",
         "unwatch: Unable to find deftemplate 'AX12GripperInterface'.",
-        *unpaired("reset-mps mps-state m"),
+        *unpaired_effect_errors("reset-mps mps-state m"),
     ],
     "rcll-central": [
         "Redefining deffunction: str-replace",
         "Redefining deffunction: goal-meta-assign-robot-to-goal",
         f"exploration.clp:79: {TYPO[1]} is not defined: {TYPO[2]} [ANALYSIS4]",
-        *unpaired(
+        *unpaired_effect_errors(
             "reset-mps mps-state m",
             "explore-zone zone-content z",
             "wp-get mps-state m",
@@ -74,11 +74,11 @@ ERRORS = {
         ),
     ],
 }
-"""Every line at the level of errors of a run; docs/evidence/fidelity.md explains each."""
+"""The error lines of a run, which docs/evidence/fidelity.md explains."""
 
 
 def options(folder, spec):
-    """The options of a run whose peers talk to loopback, on ports of this test only."""
+    """Return the options of a run whose peers use free ports on the loopback."""
     assert FAWKES_DIR is not None
     assert ROBOTINO_DIR is not None
     ports = [
@@ -114,7 +114,7 @@ def options(folder, spec):
 
 @needs_robotino
 @pytest.mark.parametrize("spec", BROKEN)
-def test_the_agent_initialises_and_runs_a_thousand_loops(tmp_path, spec):
+def test_agent_initialises_and_runs_thousand_loops(tmp_path, spec):
     with Run(options(tmp_path, spec)) as run:
         log = Log(run.bus)
         run.start()
@@ -129,7 +129,9 @@ def test_the_agent_initialises_and_runs_a_thousand_loops(tmp_path, spec):
             (f"{Path(mistake.file).name}:{mistake.line}", mistake.construct, mistake.message)
             for mistake in env.loader.diagnostics
         ] == BROKEN[spec]
-        assert sorted(anonymous(text) for text in log.texts(Level.ERROR)) == sorted(ERRORS[spec])
+        assert sorted(without_generated_names(text) for text in log.texts(Level.ERROR)) == sorted(
+            ERRORS[spec]
+        )
         assert next(env.facts("navgraph-node"), None) is not None
         peers = [
             slots for _, _, slots in env.facts("wm-fact") if slots["id"] == "/refbox/comm/peer-id/public"
@@ -139,18 +141,18 @@ def test_the_agent_initialises_and_runs_a_thousand_loops(tmp_path, spec):
 
 @needs_robotino
 @pytest.mark.parametrize(("spec", "ends"), [("rcll", False), ("rcll-central", True)])
-def test_the_end_of_the_agent(tmp_path, spec, ends):
+def test_agent_closes_or_reopens_peer_at_end(tmp_path, spec, ends):
     with Run(options(tmp_path, spec)) as run:
         log = Log(run.bus)
         run.start()
         run.loop.run_once()
-        initialising = len(log.lines)
-    said = [line.text for line in log.lines[initialising:]]
-    circles = [text for text in said if "they fire in a cycle" in text]
-    assert said[0] == "Closing local peer (public)"
-    assert ("Enabling local peer (public)" in said, bool(circles)) == (not ends, not ends)
+        initial_count = len(log.lines)
+    texts = [line.text for line in log.lines[initial_count:]]
+    cycles = [text for text in texts if "they fire in a cycle" in text]
+    assert texts[0] == "Closing local peer (public)"
+    assert ("Enabling local peer (public)" in texts, bool(cycles)) == (not ends, not ends)
 
 
-def anonymous(text: str) -> str:
-    """A line without the checkout's folder and without generated names."""
+def without_generated_names(text: str) -> str:
+    """Return a line without the checkout's folder and without generated names."""
     return re.sub(r"\bgen\d+\b", "GEN", re.sub(r"^/\S*/", "", text))

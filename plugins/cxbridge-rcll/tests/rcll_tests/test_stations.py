@@ -1,4 +1,4 @@
-"""Machines, and places to wait, in a navigation graph."""
+"""Nodes of machines and waiting places in a navigation graph."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def send(stations, kind, **fields):
     stations.handle(SimpleNamespace(type=f"{kind}Message", **fields))
 
 
-def test_a_machine_has_nodes_at_its_sides(graph, stations):
+def test_machine_has_nodes_at_its_sides(graph, stations):
     send(stations, "UpdateStationByTag", name="C-BS")
     assert not graph.nodes
     send(stations, "Compute")
@@ -42,14 +42,14 @@ def test_a_machine_has_nodes_at_its_sides(graph, stations):
 
 
 @pytest.mark.parametrize(("name", "kinds"), [("M-BS", ["Compute"]), ("C-BS", ["Clear", "Compute"])])
-def test_a_machine_that_was_not_found_or_is_cleared_has_no_nodes(graph, stations, name, kinds):
+def test_unknown_or_cleared_machine_has_no_nodes(graph, stations, name, kinds):
     send(stations, "UpdateStationByTag", name=name)
     for kind in kinds:
         send(stations, kind)
     assert not graph.nodes
 
 
-def test_robots_wait_where_there_is_no_machine(graph, stations):
+def test_waiting_zones_are_apart_from_machines(graph, stations):
     for machine in MACHINES:
         send(stations, "UpdateStationByTag", name=machine["name"])
     send(stations, "Compute")
@@ -60,7 +60,7 @@ def test_robots_wait_where_there_is_no_machine(graph, stations):
         assert all(zone.distance(graph.node(name).x, graph.node(name).y) >= 1.5 for name in ("C-BS", "C-DS"))
 
 
-def test_a_second_computation_replaces_the_nodes(graph, stations):
+def test_second_computation_replaces_nodes(graph, stations):
     send(stations, "UpdateStationByTag", name="C-BS")
     send(stations, "Compute")
     before = graph.nodes

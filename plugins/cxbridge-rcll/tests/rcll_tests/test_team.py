@@ -1,4 +1,4 @@
-"""A game with an executive for each robot, and tests that an agent runs itself."""
+"""Games with an executive for each robot, and simulation tests of an agent."""
 
 from __future__ import annotations
 
@@ -43,24 +43,24 @@ def configure(options, parameters):
 
 def test_each_robot_has_an_executive(options):
     configure(options, PARAMETERS)
-    found = options.play(3)
-    assert found.is_over
-    assert found.faults == ()
-    assert sorted(found.robots) == ["Ann", "Bob"]
+    result = options.play(3)
+    assert result.is_over
+    assert result.faults == ()
+    assert sorted(result.robots) == ["Ann", "Bob"]
     # both robots fetch the only workpiece
-    assert sorted(sum(work.failed.values()) for work in found.robots.values()) == [0, 1]
-    (reason,) = (error for work in found.robots.values() for error in work.failed)
+    assert sorted(sum(work.failed.values()) for work in result.robots.values()) == [0, 1]
+    (reason,) = (error for work in result.robots.values() for error in work.failed)
     assert reason == "there is no workpiece at C-BS OUTPUT"
-    assert found.points == 5
+    assert result.points == 5
 
 
-def test_robots_without_names_get_some(options):
+def test_robots_get_default_names(options):
     configure(options, PARAMETERS.replace(", rcll: {route: {CYAN: {Ann: [], Bob: []}}}", ""))
     assert sorted(options.play(3).robots) == ["R-1", "R-2", "R-3"]
 
 
 @pytest.mark.parametrize(("verdict", "status"), [("SUCCEEDED", 0), ("FAILED", 1)])
-def test_the_agent_says_whether_its_tests_have_succeeded(options, capsys, verdict, status):
+def test_verdict_of_simulation_test_sets_status(options, capsys, verdict, status):
     configure(options, SIMTEST)
     agent = options.run_options.overlays[0] / "src/clips-specs/team.clp"
     agent.write_text(AGENT + TESTS % ("FULL", verdict))
@@ -72,19 +72,19 @@ def test_the_agent_says_whether_its_tests_have_succeeded(options, capsys, verdic
         str(options.refbox_dir),
     ]
     assert invoke([*words, "--minutes", "5", "--simtest", "FULL", "--json"]) == status
-    found = json.loads(capsys.readouterr().out)
-    assert found["simtest"] == verdict
-    assert found["complete"]
-    assert found["phase"] == "PRODUCTION"
+    result = json.loads(capsys.readouterr().out)
+    assert result["simtest"] == verdict
+    assert result["complete"]
+    assert result["phase"] == "PRODUCTION"
 
 
-def test_tests_without_a_verdict_are_not_complete(options):
+def test_simulation_test_without_verdict_is_incomplete(options):
     configure(options, SIMTEST)
-    found = replace(options, simtest="FULL").play(3)
-    assert not found.is_over
-    assert found.simtest == ""
+    result = replace(options, simtest="FULL").play(3)
+    assert not result.is_over
+    assert result.simtest == ""
 
 
-def test_an_agent_without_tests(options):
+def test_agent_without_simulation_tests_is_error(options):
     with pytest.raises(CxbridgeError, match="the spec 'team' has no parameters/simtest"):
         replace(options, simtest="FULL").play(3)

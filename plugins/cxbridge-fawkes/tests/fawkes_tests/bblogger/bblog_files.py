@@ -1,4 +1,4 @@
-"""bblogger files made by hand."""
+"""Hand-made files of bblogger."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ KIND = "SpeechSynthInterface"
 START_S = 1_400_000_000
 
 
-def make(
+def make_file(
     entries: Sequence[tuple[int, int]],
     *,
     flag: int = 1,
@@ -24,10 +24,10 @@ def make(
     scenario: str = "test",
     fill: Callable[[int], dict[str, Any]] = lambda _: {"final": True},
 ) -> bytes:
-    """A file whose entries were written at these (seconds after start, seconds of the block).
+    """Return a file with entries of (seconds after the start, time stamp of the block in seconds).
 
-    :param size: of a block, if the header is to lie about it.
-    :param fill: the values of the entry of that number.
+    :param size: a wrong block size for the header.
+    :param fill: returns the values of the entry with a number.
     """
     schema = default_registry().schema(KIND)
     block_size = schema.datasize

@@ -1,4 +1,4 @@
-"""CSV as ffbblog writes it: written byte for byte, and refused where a run is read."""
+"""CSV files equal those of ffbblog."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cxbridge.interfaces.registry import default_registry
 from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_fawkes.csv.writer import format_heading, make_formatter
-from fawkes_tests.bblogger.bblog_files import KIND, START_S, make
+from fawkes_tests.bblogger.bblog_files import KIND, START_S, make_file
 from tests.support import needs_shared
 from tests.trace.runs import NAMES, RECORDINGS, MemoryRun
 
@@ -23,7 +23,7 @@ HEADING = format_heading(default_registry().schema(KIND))
 
 
 def recordings() -> Iterator[Path]:
-    """The files as written that ffbblog could convert: not those without entries."""
+    """Yield the recorded files with entries: ffbblog cannot convert an empty file."""
     for name in NAMES:
         for path in sorted((RECORDINGS / name / "bblogger").glob("*.log")):
             if (RECORDINGS / name / "bblogger-repaired" / path.name).with_suffix(".csv").stat().st_size:
@@ -31,7 +31,7 @@ def recordings() -> Iterator[Path]:
 
 
 @needs_shared
-def test_recordings_become_what_ffbblog_made_of_them(tmp_path: Path) -> None:
+def test_recordings_convert_as_with_ffbblog(tmp_path: Path) -> None:
     paths = list(recordings())
     assert len(paths) == 7
     for path in paths:
@@ -42,14 +42,14 @@ def test_recordings_become_what_ffbblog_made_of_them(tmp_path: Path) -> None:
 
 
 @needs_shared
-def test_a_folder_becomes_a_folder(tmp_path: Path) -> None:
+def test_folder_is_converted_to_folder(tmp_path: Path) -> None:
     source = RECORDINGS / "skiller-1" / "bblogger"
     assert convert(open_run(source), tmp_path / "out", "csv") == []
     names = sorted(path.stem for path in (tmp_path / "out").iterdir())
     assert names == sorted(path.stem for path in source.iterdir())
 
 
-def test_any_run_becomes_csv(tmp_path: Path) -> None:
+def test_run_without_bblogger_files_is_converted(tmp_path: Path) -> None:
     events = [
         InterfaceWrite(
             START_S * 10**6 + step,
@@ -70,7 +70,7 @@ def test_any_run_becomes_csv(tmp_path: Path) -> None:
     assert path.read_text().splitlines() == [HEADING, *rows]
 
 
-def test_one_file_for_several_interfaces_is_refused(tmp_path: Path) -> None:
+def test_single_file_for_several_interfaces_is_refused(tmp_path: Path) -> None:
     values = {"text": "", "msgid": 0, "final": False, "duration": 0.0}
     run = MemoryRun([InterfaceWrite(1, f"{KIND}::{each}", values) for each in "ab"])
     with pytest.raises(TraceError, match="several interfaces"):
@@ -78,19 +78,19 @@ def test_one_file_for_several_interfaces_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")
-def test_a_full_disk_is_our_error(tmp_path: Path) -> None:
+def test_full_disk_is_trace_error(tmp_path: Path) -> None:
     (tmp_path / "full.csv").symlink_to("/dev/full")
-    (tmp_path / "a.log").write_bytes(make([(1, 0)]))
+    (tmp_path / "a.log").write_bytes(make_file([(1, 0)]))
     values = {"text": "", "msgid": 0, "final": False, "duration": 0.0}
     for run in (open_run(tmp_path / "a.log"), MemoryRun([InterfaceWrite(1, f"{KIND}::a", values)])):
         with pytest.raises(TraceError, match="cannot be written"):
             convert(run, tmp_path / "full.csv", "csv")
 
 
-def test_bytes_stay_as_they_are(tmp_path: Path) -> None:
-    """C's way: text that is not UTF-8 unchanged, an unknown item by a word, a NaN by its name."""
+def test_conversion_keeps_bytes_of_text(tmp_path: Path) -> None:
+    """As in C, invalid UTF-8 stays, an unknown item is a word, and a NaN has a name."""
     (tmp_path / "a.log").write_bytes(
-        make([(1, 0)], fill=lambda _: {"text": b"\xff;\n", "duration": -math.nan})
+        make_file([(1, 0)], fill=lambda _: {"text": b"\xff;\n", "duration": -math.nan})
     )
     convert(open_run(tmp_path / "a.log"), tmp_path / "a.csv", "csv")
     assert (tmp_path / "a.csv").read_bytes() == f"{HEADING}\n".encode() + b"1.000000;\xff;\n;0;false;-nan\n"

@@ -1,4 +1,4 @@
-"""Files that we write, repair and convert, against Fawkes' own tool, which ``CXBRIDGE_FFBBLOG`` names."""
+"""Written, repaired and converted files compared with Fawkes' ffbblog (``CXBRIDGE_FFBBLOG``)."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _content(field: FieldSchema, random: Random) -> bytes:
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """A file of each type that this ffbblog has a library for, with random values."""
+    """Files with random values, of each type that ffbblog has a library for."""
     folder = tmp_path_factory.mktemp("files")
     random = Random(7)
     with BBLoggerWriter(folder, "a scenario", start_us=START_US) as writer:
@@ -61,12 +61,12 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
                 block = random_block(schema, random, number)
                 time_us = START_US + number * 1_234_567
                 writer.write(BlockWrite(time_us, f"{name}::an id/{name[:3]}", schema.hash, block))
-    found = [path for path in sorted(folder.iterdir()) if ffbblog("info", path).returncode == 0]
-    assert found
-    return found
+    accepted = [path for path in sorted(folder.iterdir()) if ffbblog("info", path).returncode == 0]
+    assert accepted
+    return accepted
 
 
-def test_what_we_write_it_reads_and_converts_as_we_do(files: list[Path], tmp_path: Path) -> None:
+def test_ffbblog_reads_and_converts_written_files_equally(files: list[Path], tmp_path: Path) -> None:
     for path in files:
         assert ffbblog("info", path).stdout.decode() == "".join(
             f"{each}\n" for each in open_run(path).description()
@@ -74,15 +74,15 @@ def test_what_we_write_it_reads_and_converts_as_we_do(files: list[Path], tmp_pat
         printed = ffbblog("print", path, 0, COUNT - 1)
         assert printed.returncode == 0
         assert printed.stdout.count(b"Time Offset: ") == 2
-        theirs, ours = tmp_path / f"{path.stem}.theirs", tmp_path / "ours.csv"
-        assert ffbblog("convert", path, theirs, "csv").returncode == 0
-        assert convert(open_run(path), ours, "csv") == []
-        assert ours.read_bytes() == theirs.read_bytes()
+        expected, actual = tmp_path / f"{path.stem}.expected", tmp_path / "actual.csv"
+        assert ffbblog("convert", path, expected, "csv").returncode == 0
+        assert convert(open_run(path), actual, "csv") == []
+        assert actual.read_bytes() == expected.read_bytes()
 
 
-def test_we_repair_as_it_does(files: list[Path], tmp_path: Path) -> None:
+def test_repair_equals_that_of_ffbblog(files: list[Path], tmp_path: Path) -> None:
     random = Random(8)
-    path, ours = tmp_path / "a.log", tmp_path / "ours"
+    path, actual = tmp_path / "a.log", tmp_path / "actual"
     for _ in range(200):
         data = random.choice(files).read_bytes()
         damaged = bytearray(data[: random.randrange(HEADER_SIZE, len(data))])
@@ -91,10 +91,12 @@ def test_we_repair_as_it_does(files: list[Path], tmp_path: Path) -> None:
         damage = open_run(path).find_damage()
         assert damage is not None
         actions, write = damage
-        write(ours)
+        write(actual)
         result = ffbblog("repair", path)
         assert result.returncode == 0
-        assert path.read_bytes() == ours.read_bytes()
-        said = [line for line in result.stderr.decode().splitlines() if line.startswith("FIXING")]
-        # of a count of 0 that is right ffbblog tells each time that it sets it
-        assert [line for line in said if "setting to 0." not in line] == actions
+        assert path.read_bytes() == actual.read_bytes()
+        actions_of_ffbblog = [
+            line for line in result.stderr.decode().splitlines() if line.startswith("FIXING")
+        ]
+        # ffbblog reports a correct count of 0 as a repair
+        assert [line for line in actions_of_ffbblog if "setting to 0." not in line] == actions

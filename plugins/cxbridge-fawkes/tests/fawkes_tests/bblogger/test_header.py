@@ -1,4 +1,4 @@
-"""The bytes of bblogger files: against a header made by hand, against Fawkes' own, and read back."""
+"""Headers, entries and names of bblogger's files."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ names = st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=
 
 
 @little_endian
-def test_the_header_byte_by_byte() -> None:
+def test_header_has_fawkes_bytes() -> None:
     data = pack_header(
         "kitchen", "SkillerInterface::Skiller", bytes(range(16)), 1216, start_us=START_US, count=258
     )
@@ -51,20 +51,20 @@ def test_the_header_byte_by_byte() -> None:
 
 
 @little_endian
-def test_an_entry_byte_by_byte() -> None:
+def test_entry_has_fawkes_bytes() -> None:
     assert pack_entry(3_000_515, b"block") == b"\x03\x00\x00\x00\x03\x02\x00\x00block"
     assert ENTRY_HEADER.size == 8
 
 
-def test_the_time_of_an_entry_wraps_as_in_c() -> None:
-    """A virtual clock may leap over more than 136 years; a run must not end of it."""
+def test_entry_time_wraps_at_32_bits() -> None:
+    """A virtual clock may jump over more than 136 years, which must not end a run."""
     assert struct.unpack("=II", pack_entry((2**32 + 7) * 10**6 + 1, b"")) == (7, 1)
 
 
 @needs_shared
 @little_endian
 @pytest.mark.parametrize("name", NAMES)
-def test_headers_are_those_that_fawkes_own_tool_repaired(name: str) -> None:
+def test_headers_equal_those_repaired_by_ffbblog(name: str) -> None:
     paths = sorted((RECORDINGS / name / "bblogger-repaired").glob("*.log"))
     assert len(paths) == 3
     for path in paths:
@@ -79,22 +79,24 @@ def test_headers_are_those_that_fawkes_own_tool_repaired(name: str) -> None:
 
 
 @given(names, names.filter(bool), st.integers(0, 2**62), st.integers(0, 2**32 - 1))
-def test_headers_are_read_back(scenario: str, interface_id: str, start_us: int, count: int) -> None:
+def test_read_header_returns_packed_values(
+    scenario: str, interface_id: str, start_us: int, count: int
+) -> None:
     schema = default_registry().schema("SkillerInterface")
     uid = f"SkillerInterface::{interface_id}"
     data = pack_header(scenario, uid, schema.hash, schema.datasize, start_us=start_us, count=count)
     header = read_header(data, Path("a.log"), default_registry())
     assert (header.count, header.start_us, header.schema) == (count, start_us, schema)
-    for given_name, kept, size in (
+    for name, kept, size in (
         (scenario, header.scenario, 32),
         (uid, header.uid, 64 + len("SkillerInterface::")),
     ):
-        assert given_name.startswith(kept)
-        rest = given_name[len(kept) :]
-        assert not rest or len((kept + rest[0]).encode()) >= size  # no more is lost than must be
+        assert name.startswith(kept)
+        rest = name[len(kept) :]
+        assert not rest or len((kept + rest[0]).encode()) >= size  # as little as possible is lost
 
 
-def test_no_character_is_cut_in_two() -> None:
+def test_header_does_not_split_characters() -> None:
     data = pack_header("a" * 30 + "é", "AInterface::" + "é" * 40, bytes(16), 16, start_us=0)
     assert data[16:48] == b"a" * 30 + b"\0\0"
     assert data[96:160] == "é".encode() * 31 + b"\0\0"
@@ -109,11 +111,11 @@ def test_no_character_is_cut_in_two() -> None:
         ("größe", "AInterface::100%", "gr%C3%B6%C3%9Fe-AInterface-100%25"),
     ],
 )
-def test_names_of_files(scenario: str, uid: str, name: str) -> None:
+def test_file_name_escapes_scenario_and_uid(scenario: str, uid: str, name: str) -> None:
     assert file_name(scenario, uid, START_US, utc=True) == f"{name}-2001-09-09-01-46-40.log"
 
 
-def test_names_of_files_tell_the_local_time_as_fawkes_does(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_file_name_has_local_time(monkeypatch: pytest.MonkeyPatch) -> None:
     import time
 
     with monkeypatch.context() as patch:
@@ -125,9 +127,9 @@ def test_names_of_files_tell_the_local_time_as_fawkes_does(monkeypatch: pytest.M
 
 
 @given(names.filter(bool), names.filter(bool))
-def test_different_ids_have_different_files_in_the_folder(one: str, other: str) -> None:
-    first, second = (file_name("t", f"AInterface::{name}", 0, utc=True) for name in (one, other))
-    assert (first == second) == (one == other)
+def test_file_names_differ_by_id_and_stay_in_folder(id_a: str, id_b: str) -> None:
+    first, second = (file_name("t", f"AInterface::{name}", 0, utc=True) for name in (id_a, id_b))
+    assert (first == second) == (id_a == id_b)
     assert Path("folder", first).parent == Path("folder")
     assert first.isascii()
     assert not set(first) & set(" /\\*?[]:'\"$`\n")

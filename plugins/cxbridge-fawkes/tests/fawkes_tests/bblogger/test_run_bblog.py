@@ -1,4 +1,4 @@
-"""``run --bblog``: its files against those of the real Fawkes; the run does not see the recorder."""
+"""The files of ``run --bblog`` compared with those of Fawkes, and the run with and without the recorder."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ DEBUG = "SkillerDebugInterface-Skiller"
 
 
 def check_as_fawkes_does(path: Path) -> tuple[int, int]:
-    """Check a file as Fawkes' reader does before it reads, in its order; return count and size of the blocks.
+    """Check a file in the order of Fawkes' reader; return the count and the size of its blocks.
 
-    The flag for the byte order must be that of a little endian host, as Fawkes' builds that wrote it right.
+    The flag for the byte order must be that of a little-endian host.
     """
     head = path.read_bytes()[:196]
     magic, version = struct.unpack_from(">II", head)
@@ -46,14 +46,14 @@ def check_as_fawkes_does(path: Path) -> tuple[int, int]:
 
 
 def blocks(path: Path) -> list[bytes]:
-    """The blocks of the entries of a file."""
+    """Return the blocks of a file."""
     count, size = check_as_fawkes_does(path)
     data = path.read_bytes()[196:]
     return [data[at + 8 : at + 8 + size] for at in range(0, count * (8 + size), 8 + size)]
 
 
-def without(kind: str, block: bytes, *fields: str) -> bytes:
-    """A block with its time stamp and these fields set to zeros."""
+def zero_fields(kind: str, block: bytes, *fields: str) -> bytes:
+    """Return a block with zeros in its time stamp and ``fields``."""
     kept = bytearray(block)
     kept[:16] = bytes(16)
     for name in fields:
@@ -70,7 +70,7 @@ def record(folder: Path, skiller: str = "lua", clock: str = "virtual") -> Path:
 
 
 @pytest.fixture(scope="module")
-def ours(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def log_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return record(tmp_path_factory.mktemp("bblog"))
 
 
@@ -79,8 +79,8 @@ def recorded(name: str, interface: str) -> Path:
     return path
 
 
-def test_every_interface_that_is_written_has_a_file_that_fawkes_reader_accepts(ours: Path) -> None:
-    counts = {path.name: check_as_fawkes_does(path)[0] for path in ours.iterdir()}
+def test_each_written_interface_has_file_for_fawkes_reader(log_folder: Path) -> None:
+    counts = {path.name: check_as_fawkes_does(path)[0] for path in log_folder.iterdir()}
     assert counts == {
         f"test-{SKILLER}-{STAMP}.log": 9,
         f"test-{SPEECH}-{STAMP}.log": 8,
@@ -91,29 +91,27 @@ def test_every_interface_that_is_written_has_a_file_that_fawkes_reader_accepts(o
 
 @needs_shared
 @pytest.mark.parametrize("interface", [SKILLER, SPEECH, DEBUG])
-def test_headers_equal_the_recorded_ones_but_for_names_counts_and_times(ours: Path, interface: str) -> None:
-    mine, other = (
+def test_headers_equal_recorded_hashes_and_sizes(log_folder: Path, interface: str) -> None:
+    written, expected = (
         path.read_bytes()[:196]
-        for path in (ours / f"test-{interface}-{STAMP}.log", recorded("skiller-1", interface))
+        for path in (log_folder / f"test-{interface}-{STAMP}.log", recorded("skiller-1", interface))
     )
-    assert mine[:12] == other[:12]
-    assert mine[48:180] == other[48:180]  # type, id, hash, size
+    assert written[:12] == expected[:12]
+    assert written[48:180] == expected[48:180]  # type, id, hash, size
 
 
 @needs_shared
 @pytest.mark.parametrize(
     ("skiller", "name"), [("lua", "skiller-1"), ("lua", "skiller-2"), ("simulator", "simulator-1")]
 )
-def test_the_skiller_writes_the_recorded_blocks_but_for_times_and_serials(
-    tmp_path: Path, skiller: str, name: str
-) -> None:
+def test_skiller_writes_recorded_blocks(tmp_path: Path, skiller: str, name: str) -> None:
     folder = record(tmp_path, skiller)
-    mine, other = (
-        [without("SkillerInterface", block, "exclusive_controller") for block in blocks(path)]
+    written, expected = (
+        [zero_fields("SkillerInterface", block, "exclusive_controller") for block in blocks(path)]
         for path in (folder / f"test-{SKILLER}-{STAMP}.log", recorded(name, SKILLER))
     )
-    assert len(other) == 9
-    assert mine == other
+    assert len(expected) == 9
+    assert written == expected
 
 
 @needs_shared
@@ -123,23 +121,23 @@ def test_the_skiller_writes_the_recorded_blocks_but_for_times_and_serials(
     ids=["speech", "debug"],
 )
 @pytest.mark.parametrize("name", ["skiller-1", "skiller-2"])
-def test_speech_and_graphs_are_written_as_recorded(
-    ours: Path, name: str, interface: str, field: str, greetings: int
+def test_run_writes_recorded_speech_and_graphs(
+    log_folder: Path, name: str, interface: str, field: str, greetings: int
 ) -> None:
-    """But for a field: how long the speech takes, and the text of the graph, which is of another skill.
+    """The duration of the speech and the graph of a different skill are left out.
 
-    The recorded speech synthesis wrote a greeting first.
+    The recorded speech synthesis starts with a greeting.
     """
-    mine, other = (
-        [without(interface.partition("-")[0], block, field) for block in blocks(path)]
-        for path in (ours / f"test-{interface}-{STAMP}.log", recorded(name, interface))
+    written, expected = (
+        [zero_fields(interface.partition("-")[0], block, field) for block in blocks(path)]
+        for path in (log_folder / f"test-{interface}-{STAMP}.log", recorded(name, interface))
     )
-    assert all(block[16:].startswith(b"Speech synth loaded") for block in other[:greetings])
-    assert mine == other[greetings:]
+    assert all(block[16:].startswith(b"Speech synth loaded") for block in expected[:greetings])
+    assert written == expected[greetings:]
 
 
 @pytest.mark.parametrize("clock", ["virtual", "scaled:20"])
-def test_times_count_from_the_start_by_the_runs_clock(tmp_path: Path, clock: str) -> None:
+def test_entry_times_follow_clock_of_run(tmp_path: Path, clock: str) -> None:
     (path,) = record(tmp_path, clock=clock).glob(f"*-{SKILLER}-*.log")
     data = path.read_bytes()
     start, start_us = struct.unpack_from("<qq", data, 180)
@@ -147,23 +145,25 @@ def test_times_count_from_the_start_by_the_runs_clock(tmp_path: Path, clock: str
     assert path.name == f"test-{SKILLER}-{time.strftime('%Y-%m-%d-%H-%M-%S', zone(start))}.log"
     entries = [struct.unpack_from("<IIqq", data, at) for at in range(196, len(data), 8 + 1216)]
     assert len(entries) == 9
-    since = [seconds * 10**6 + us for seconds, us, _, _ in entries]
+    entry_times = [seconds * 10**6 + us for seconds, us, _, _ in entries]
     stamps = [seconds * 10**6 + us - start * 10**6 - start_us for _, _, seconds, us in entries]
-    assert all(one <= other for one, other in itertools.pairwise(since))
-    assert since[-1] > 4_000_000
-    # the block is stamped a moment before it is recorded, no time at all on the virtual clock
-    latest = 0 if clock == "virtual" else 2_000_000
-    assert all(0 <= told - stamp <= latest for told, stamp in zip(since, stamps, strict=True))
+    assert all(earlier <= later for earlier, later in itertools.pairwise(entry_times))
+    assert entry_times[-1] > 4_000_000
+    # a block gets its time stamp before its entry; at the same time on the virtual clock
+    max_delay = 0 if clock == "virtual" else 2_000_000
+    assert all(
+        0 <= entry_time - stamp <= max_delay for entry_time, stamp in zip(entry_times, stamps, strict=True)
+    )
 
 
-def test_two_runs_write_the_same_bytes(tmp_path: Path) -> None:
-    one, other = (
+def test_two_runs_write_equal_bytes(tmp_path: Path) -> None:
+    files_a, files_b = (
         {path.name: path.read_bytes() for path in record(tmp_path / folder).iterdir()} for folder in "ab"
     )
-    assert one == other
+    assert files_a == files_b
 
 
-# --- the run is the same as without the recorder ------------------------------------------------------------
+# --- the run with and without the recorder ------------------------------------------------------------------
 
 LOOK = """
 (defrule look
@@ -177,7 +177,7 @@ LOOK = """
 """
 
 
-def test_the_run_is_the_same_to_the_byte_and_the_agent_sees_no_reader(tmp_path: Path) -> None:
+def test_recorder_changes_neither_log_nor_readers_of_run(tmp_path: Path) -> None:
     scenario = write_scenario(
         tmp_path / "s", agent=AGENT + LOOK, mapping="act: say{text=?(text)S, wait=true}"
     )
@@ -193,7 +193,7 @@ def test_the_run_is_the_same_to_the_byte_and_the_agent_sees_no_reader(tmp_path: 
 
 @contextmanager
 def running(folder: Path) -> Iterator[tuple[Started, Path]]:
-    """A run in real time in a separate process whose skill takes long, and the skiller's file."""
+    """Yield a process with a run in real time and a long skill, and the Skiller's file."""
     scenario = write_scenario(folder / "s", mapping="act: wait{seconds=1000}")
     command = [
         "run",
@@ -211,17 +211,17 @@ def running(folder: Path) -> Iterator[tuple[Started, Path]]:
 
 
 def wait_for_entries(folder: Path, count: int) -> Path:
-    """Wait until the skiller's file has ``count`` entries, and return it."""
+    """Wait until the Skiller's file has ``count`` entries, and return its path."""
     deadline = time.monotonic() + 20
     while time.monotonic() < deadline:
         for path in folder.glob(f"*-{SKILLER}-*.log"):
             if path.stat().st_size >= 196 + count * (8 + 1216):
                 return path
         time.sleep(0.05)
-    raise AssertionError("the run wrote too little")
+    raise AssertionError("the run has written too few entries")
 
 
-def test_a_killed_run_leaves_whole_entries_and_no_count(
+def test_killed_run_leaves_complete_entries_without_count(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with running(tmp_path) as (process, path):
@@ -234,7 +234,7 @@ def test_a_killed_run_leaves_whole_entries_and_no_count(
     assert 'skill="wait{seconds=1000}" msgid=2 status=S_RUNNING' in capsys.readouterr().out
 
 
-def test_an_interrupted_run_is_counted(tmp_path: Path) -> None:
+def test_interrupted_run_writes_count(tmp_path: Path) -> None:
     with running(tmp_path) as (process, path):
         process.send_signal(signal.SIGINT)
         assert process.wait(timeout=20) == 130

@@ -1,4 +1,4 @@
-"""Files written as Fawkes' bblogger writes them: their contents, and errors that prevent writing."""
+"""Files of `BBLoggerWriter`: contents, hashes, early ends and errors."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SCHEMA = default_registry().schema(KIND)
 ENTRY = 8 + SCHEMA.datasize
 
 
-def make(folder: Path, scenario: str = "test") -> BBLoggerWriter:
+def make_writer(folder: Path, scenario: str = "test") -> BBLoggerWriter:
     return BBLoggerWriter(folder, scenario, start_us=START_US, utc=True)
 
 
@@ -40,13 +40,13 @@ def count(path: Path) -> int:
     return int.from_bytes(path.read_bytes()[12:16], "little")
 
 
-def test_what_was_written_is_read_back(tmp_path: Path) -> None:
+def test_reader_returns_written_events(tmp_path: Path) -> None:
     clock = VirtualClock(START_US)
     bus = EventBus(clock)
-    told: list[object] = []
-    bus.subscribe(told.append, InterfaceWrite)
+    events: list[object] = []
+    bus.subscribe(events.append, InterfaceWrite)
     board = LocalBlackBoard(InterfaceRegistry(), clock, bus)
-    with Recorder(bus, [make(tmp_path)]):
+    with Recorder(bus, [make_writer(tmp_path)]):
         writer = board.open_for_writing("SpeechSynthInterface", "Flite")
         for number in range(20):
             clock.sleep_until(START_US + number * 250_000)
@@ -54,8 +54,8 @@ def test_what_was_written_is_read_back(tmp_path: Path) -> None:
             writer.set("duration", number / 8)
             writer.write()
     run = open_run(tmp_path)
-    assert list(run) == told
-    assert len(told) == 20
+    assert list(run) == events
+    assert len(events) == 20
     assert not run.notes
 
 
@@ -63,22 +63,22 @@ def test_what_was_written_is_read_back(tmp_path: Path) -> None:
 
 
 def hash_in_file(folder: Path, event: BlockWrite) -> bytes:
-    with make(folder) as writer:
+    with make_writer(folder) as writer:
         writer.write(event)
     (path,) = folder.glob("*.log")
     return path.read_bytes()[160:176]
 
 
 @needs_shared
-def test_our_definitions_have_fawkes_hash(tmp_path: Path) -> None:
+def test_shipped_definitions_have_fawkes_hash(tmp_path: Path) -> None:
     original = (SHARED / "fawkes-data" / "interfaces" / f"{KIND}.xml").read_bytes()
     fawkes_hash = md5(original, usedforsecurity=False).digest()
     assert fawkes_hash != SCHEMA.hash
     assert hash_in_file(tmp_path, block_write()) == fawkes_hash
 
 
-@pytest.mark.parametrize("kind", [KIND, "NobodysInterface"])
-def test_definitions_of_others_have_their_own(tmp_path: Path, kind: str) -> None:
+@pytest.mark.parametrize("kind", [KIND, "UnknownInterface"])
+def test_custom_definitions_have_own_hash(tmp_path: Path, kind: str) -> None:
     own = bytes(range(16))
     assert hash_in_file(tmp_path, BlockWrite(START_US, f"{kind}::x", own, bytes(24))) == own
 
@@ -86,8 +86,8 @@ def test_definitions_of_others_have_their_own(tmp_path: Path, kind: str) -> None
 # --- runs that end early ------------------------------------------------------------------------------------
 
 
-def test_a_file_is_whole_at_any_time_and_counted_at_the_end(tmp_path: Path) -> None:
-    writer = make(tmp_path)
+def test_file_is_always_complete_and_counted_at_end(tmp_path: Path) -> None:
+    writer = make_writer(tmp_path)
     for number in range(1, 4):
         writer.write(block_write(number))
         (path,) = tmp_path.iterdir()
@@ -105,7 +105,7 @@ def test_a_file_is_whole_at_any_time_and_counted_at_the_end(tmp_path: Path) -> N
 
 @contextmanager
 def disk_of(size: int) -> Iterator[None]:
-    """Let no file grow beyond ``size`` bytes."""
+    """Limit files to ``size`` bytes."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
     try:
@@ -114,15 +114,15 @@ def disk_of(size: int) -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-def test_an_entry_that_finds_no_room_is_cut_off(tmp_path: Path) -> None:
-    writer = make(tmp_path)
+def test_entry_on_full_disk_is_cut_off_and_overwritten(tmp_path: Path) -> None:
+    writer = make_writer(tmp_path)
     writer.write(block_write(1))
     (path,) = tmp_path.iterdir()
     with disk_of(196 + ENTRY + 10), pytest.raises(TraceError, match="cannot be written") as caught:
         writer.write(block_write(2))
     assert caught.value.file == str(path)
     assert path.stat().st_size == 196 + ENTRY + 10
-    writer.write(block_write(3))  # there is room again
+    writer.write(block_write(3))  # the disk has space again
     with disk_of(196 + 2 * ENTRY + 10), pytest.raises(TraceError):
         writer.write(block_write(4))
     writer.close()
@@ -132,10 +132,10 @@ def test_an_entry_that_finds_no_room_is_cut_off(tmp_path: Path) -> None:
     )
 
 
-def test_one_file_that_fails_leaves_the_others_whole_and_the_run_going(tmp_path: Path) -> None:
+def test_failed_file_affects_neither_second_file_nor_run(tmp_path: Path) -> None:
     bus = EventBus(VirtualClock(START_US))
     (tmp_path / f"test-{KIND}-full-{STAMP}.log").symlink_to("/dev/full")
-    with Recorder(bus, [make(tmp_path)]) as recorder:
+    with Recorder(bus, [make_writer(tmp_path)]) as recorder:
         bus.emit(block_write(1))
         bus.emit(block_write(1, interface_id="full"))
         bus.emit(block_write(2))
@@ -147,17 +147,15 @@ def test_one_file_that_fails_leaves_the_others_whole_and_the_run_going(tmp_path:
 # --- the folder ---------------------------------------------------------------------------------------------
 
 
-def test_a_file_in_the_place_of_the_folder_is_told(tmp_path: Path) -> None:
+def test_file_instead_of_folder_is_error(tmp_path: Path) -> None:
     (tmp_path / "f").write_text("")
     with pytest.raises(TraceError, match="this is not a folder"):
-        make(tmp_path / "f")
+        make_writer(tmp_path / "f")
     with pytest.raises(TraceError, match="cannot be written: Not a directory"):
-        make(tmp_path / "f" / "g")
+        make_writer(tmp_path / "f" / "g")
 
 
-def test_a_folder_that_cannot_be_written_is_told_at_once(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("os.access", lambda *_: False)  # who runs the tests may be allowed everything
+def test_read_only_folder_is_error_at_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("os.access", lambda *_: False)  # root may write everywhere
     with pytest.raises(TraceError, match="no file can be created in this folder"):
-        make(tmp_path)
+        make_writer(tmp_path)

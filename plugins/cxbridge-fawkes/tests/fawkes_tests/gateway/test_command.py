@@ -1,4 +1,4 @@
-"""The command `cxbridge gateway`; test_service.py lets it work."""
+"""Errors of the command `cxbridge gateway`; test_service.py tests a running gateway."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cxbridge.cli.main import invoke
         (["local:", "ipc:///y", "-i", ""], "Interface type may not be empty"),
     ],
 )
-def test_bad_input_is_one_message_and_status_2(arguments, message, capsys):
+def test_bad_input_gives_one_message_and_status_2(arguments, message, capsys):
     assert invoke(["gateway", *arguments]) == 2
     captured = capsys.readouterr()
     assert message in captured.err

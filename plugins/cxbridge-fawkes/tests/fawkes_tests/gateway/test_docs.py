@@ -1,4 +1,4 @@
-"""The sample of docs/daemon.md works as shown."""
+"""The sample of docs/daemon.md."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import re
 from tests.support import ROOT
 
 
-def test_the_sample_works(capsys):
+def test_sample_prints_documented_output(capsys):
     page = (ROOT / "docs" / "daemon.md").read_text()
     (sample,) = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
-    (promised,) = re.findall(r"print\(.*\) +# (.*)", sample)
+    (documented,) = re.findall(r"print\(.*\) +# (.*)", sample)
     exec(compile(sample, "docs/daemon.md", "exec"), {})
-    assert capsys.readouterr().out.strip() == promised
+    assert capsys.readouterr().out.strip() == documented

@@ -1,4 +1,4 @@
-"""Gateways between two blackboards of this process; transports have their own contract to be alike."""
+"""Gateways between two local blackboards; the contract of the transports covers remote blackboards."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ WAIT_S = 10
 
 
 class Rig(Closing):
-    """Two boards, a gateway that works when the test lets it, and its log."""
+    """Two boards, a gateway whose loop the test calls, and the gateway's log."""
 
     def __init__(self, *patterns: str) -> None:
         self.clock = VirtualClock()
@@ -56,18 +56,18 @@ class Rig(Closing):
         """Return a mirrored Skiller, and an agent on the right."""
         return self.mirrored(), self.agent(self.right)
 
-    def let_acquire(self, skiller, agent):
-        """Let an agent ask for control of a Skiller; return the sender that the Skiller sees."""
+    def acquire_control(self, skiller, agent):
+        """Request control for an agent; return the sender of the message at the Skiller."""
         agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
         self.gateway.loop()
         return skiller.msgq_pop().source_id
 
     def write(self, skiller):
-        """Write the values of a Skiller, and let the gateway mirror them."""
+        """Write the values of a Skiller and mirror them."""
         skiller.write()
         self.gateway.loop()
 
-    def look_again(self):
+    def sweep(self):
         self.gateway.request_sweep()
         self.gateway.loop()
 
@@ -77,24 +77,24 @@ class Rig(Closing):
 
 @pytest.fixture
 def rig():
-    with Rig() as made:
-        yield made
+    with Rig() as rig:
+        yield rig
 
 
 @pytest.fixture(params=["left", "right"])
 def sides(rig, request):
-    """The board of the writer and the other one, both ways."""
+    """The writer's board and the mirrored board, in both directions."""
     return (rig.left, rig.right) if request.param == "left" else (rig.right, rig.left)
 
 
-def test_data_go_from_the_writer_to_the_other_board_with_their_time_stamp(rig, sides):
-    here, there = sides
-    skiller = rig.skiller(here)
+def test_gateway_mirrors_data_with_time_stamp(rig, sides):
+    source, target = sides
+    skiller = rig.skiller(source)
     skiller.skill_string = "say{}"
     skiller.write()
     rig.clock.sleep_until(rig.clock.now_us() + 1_000_000)
     rig.gateway.loop()
-    agent = rig.agent(there)
+    agent = rig.agent(target)
     assert agent.read()
     assert (agent.skill_string, agent.timestamp_us) == ("say{}", skiller.timestamp_us)
     skiller.status = SkillerInterface.S_RUNNING
@@ -103,33 +103,33 @@ def test_data_go_from_the_writer_to_the_other_board_with_their_time_stamp(rig, s
     assert agent.status == SkillerInterface.S_RUNNING
 
 
-class Notes(Listener):
+class EventLog(Listener):
     def __init__(self):
-        self.heard = []
+        self.events = []
 
     def data_refreshed(self, interface):
         interface.read()
-        self.heard.append(("refreshed", interface.msgid))
+        self.events.append(("refreshed", interface.msgid))
 
     def data_changed(self, interface):
-        self.heard.append(("changed", interface.msgid))
+        self.events.append(("changed", interface.msgid))
 
     def writer_added(self, interface, serial):
-        self.heard.append(("writer added", serial))
+        self.events.append(("writer added", serial))
 
     def writer_removed(self, interface, serial):
-        self.heard.append(("writer removed", serial))
+        self.events.append(("writer removed", serial))
 
 
-def test_every_write_is_mirrored_in_order_and_changes_are_told_as_such(rig):
+def test_gateway_mirrors_each_write_and_change_in_order(rig):
     skiller = rig.mirrored()
-    agent, notes = rig.agent(rig.right), Notes()
-    rig.right.register_listener(notes, agent, EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
+    agent, log = rig.agent(rig.right), EventLog()
+    rig.right.register_listener(log, agent, EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
     for number in (1, 2, 2, 3):
         rig.clock.sleep_until(rig.clock.now_us() + 1)
         skiller.msgid = number
         rig.write(skiller)
-    assert notes.heard == [
+    assert log.events == [
         ("refreshed", 1),
         ("changed", 1),
         ("refreshed", 2),
@@ -140,7 +140,7 @@ def test_every_write_is_mirrored_in_order_and_changes_are_told_as_such(rig):
     ]
 
 
-def test_only_what_is_chosen_is_mirrored():
+def test_gateway_mirrors_only_matching_interfaces():
     with Rig("SkillerInterface::Sk*", "Position3DInterface") as rig:
         for type_, id_ in (
             ("SkillerInterface", "Skiller"),
@@ -159,50 +159,52 @@ def test_only_what_is_chosen_is_mirrored():
 # -- messages
 
 
-def test_messages_go_to_the_writer_with_their_id_from_an_instance_of_the_gateway(rig, sides):
-    here, there = sides
-    skiller = rig.skiller(here)
+def test_gateway_forwards_messages_with_id_from_own_instance(rig, sides):
+    source, target = sides
+    skiller = rig.skiller(source)
     rig.gateway.loop()
-    agent = rig.agent(there)
+    agent = rig.agent(target)
     ids = [agent.msgq_enqueue(SkillerInterface.ExecSkillMessage(skill_string=text)) for text in "abc"]
     rig.gateway.loop()
-    came = list(skiller.msgq_iter())
-    assert [(message.skill_string, message.id) for message in came] == list(zip("abc", ids, strict=True))
-    assert len({message.source_id for message in came}) == 1
-    assert here.list("SkillerInterface")[0].readers == ("gateway", "gateway"), "one reads, one sends"
+    messages = list(skiller.msgq_iter())
+    assert [(message.skill_string, message.id) for message in messages] == list(zip("abc", ids, strict=True))
+    assert len({message.source_id for message in messages}) == 1
+    assert source.list("SkillerInterface")[0].readers == ("gateway", "gateway"), (
+        "the gateway has a reading and a sending instance"
+    )
 
 
-def test_each_sender_has_its_own_count(rig):
+def test_gateway_numbers_messages_per_sender(rig):
     skiller = rig.mirrored()
-    one, two = rig.agent(rig.right), rig.agent(rig.right)
-    for agent in (one, two, one, one, two):
+    first, second = rig.agent(rig.right), rig.agent(rig.right)
+    for agent in (first, second, first, first, second):
         agent.msgq_enqueue(SkillerInterface.StopExecMessage())
     rig.gateway.loop()
-    came = [(message.source_id, message.id) for message in skiller.msgq_iter()]
-    sources = [source for source, _ in came]
+    messages = [(message.source_id, message.id) for message in skiller.msgq_iter()]
+    sources = [source for source, _ in messages]
     assert sources == [sources[number] for number in (0, 1, 0, 0, 1)]
     assert sources[0] != sources[1]
-    assert [number for _, number in came] == [1, 1, 2, 3, 2]
+    assert [number for _, number in messages] == [1, 1, 2, 3, 2]
 
 
-def test_a_sender_that_came_before_the_writer_gets_answers_under_the_ids_it_knows(rig):
+def test_sender_older_than_writer_gets_its_own_message_ids(rig):
     first, agent = rig.connected()
     agent.msgq_enqueue(SkillerInterface.StopExecMessage())
     first.close()
     rig.gateway.loop()
     skiller = rig.mirrored()
-    asked = agent.msgq_enqueue(SkillerInterface.ExecSkillMessage(skill_string="a"))
+    sent_id = agent.msgq_enqueue(SkillerInterface.ExecSkillMessage(skill_string="a"))
     rig.gateway.loop()
     message = skiller.msgq_pop()
-    assert asked == 2
+    assert sent_id == 2
     assert message.id == 1
     skiller.msgid = message.id
     rig.write(skiller)
     agent.read()
-    assert agent.msgid == asked
+    assert agent.msgid == sent_id
 
 
-def test_a_message_that_the_writer_cannot_take_is_told_and_the_others_come(rig):
+def test_full_writer_queue_is_logged_and_later_messages_arrive(rig):
     skiller = rig.left.open_for_writing(SkillerInterface, "Skiller", queue_limit=1)
     rig.gateway.loop()
     agent = rig.agent(rig.right)
@@ -220,9 +222,9 @@ def test_a_message_that_the_writer_cannot_take_is_told_and_the_others_come(rig):
 # -- exclusive control
 
 
-def test_control_that_a_sender_has_is_given_back_when_it_leaves(rig):
+def test_gateway_releases_control_of_closed_sender(rig):
     skiller, agent = rig.connected()
-    source = rig.let_acquire(skiller, agent)
+    source = rig.acquire_control(skiller, agent)
     skiller.exclusive_controller = str(source)
     rig.write(skiller)
     agent.read()
@@ -233,18 +235,18 @@ def test_control_that_a_sender_has_is_given_back_when_it_leaves(rig):
     assert (message.type, message.source_id) == ("ReleaseControlMessage", source)
 
 
-def test_control_of_an_instance_that_was_closed_unnoticed_is_given_back(rig):
-    """A Fawkes that loads its Skiller again keeps the controller, if any client has the interface open."""
+def test_gateway_releases_control_after_skiller_reload(rig):
+    """A reloaded Skiller of Fawkes keeps the controller if any client has the interface open."""
     first = rig.skiller(rig.left)
     keeper = rig.left.open_for_reading(SkillerInterface, "Skiller", owner="keeper")
     rig.gateway.loop()
-    source = rig.let_acquire(first, rig.agent(rig.right))
+    source = rig.acquire_control(first, rig.agent(rig.right))
     first.close()
     rig.gateway.loop()
     second = rig.skiller(rig.left)
     second.exclusive_controller = str(source)
     second.write()
-    rig.look_again()
+    rig.sweep()
     assert [(message.type, message.source_id) for message in second.msgq_iter()] == [
         ("ReleaseControlMessage", source)
     ]
@@ -252,7 +254,7 @@ def test_control_of_an_instance_that_was_closed_unnoticed_is_given_back(rig):
 
 
 @pytest.mark.parametrize(
-    ("shown", "left"),
+    ("status", "last_status"),
     [
         ("S_RUNNING", "S_FAILED"),
         ("S_FINAL", "S_FINAL"),
@@ -260,37 +262,37 @@ def test_control_of_an_instance_that_was_closed_unnoticed_is_given_back(rig):
         ("S_INACTIVE", "S_INACTIVE"),
     ],
 )
-@pytest.mark.parametrize("loser", ["writer", "gateway"])
-def test_a_writer_that_is_lost_leaves_nobody_in_control_and_nothing_running(rig, shown, left, loser):
-    """The mirror took the zeros of a new writer for its last write, and showed S_RUNNING for ever."""
+@pytest.mark.parametrize("closed", ["writer", "gateway"])
+def test_lost_writer_ends_control_and_running_skill(rig, status, last_status, closed):
+    """The zeros of a new writer differ from the mirror's last write: a stale S_RUNNING does not stay."""
     skiller, agent = rig.connected()
-    skiller.exclusive_controller = str(rig.let_acquire(skiller, agent))
-    skiller.skill_string, skiller.status = "go{}", shown
+    skiller.exclusive_controller = str(rig.acquire_control(skiller, agent))
+    skiller.skill_string, skiller.status = "go{}", status
     rig.write(skiller)
-    (skiller if loser == "writer" else rig.gateway).close()
-    if loser == "writer":
+    (skiller if closed == "writer" else rig.gateway).close()
+    if closed == "writer":
         rig.gateway.loop()
     agent.read()
-    assert (agent.status.name, agent.exclusive_controller, agent.has_writer) == (left, "", False)
-    assert bool(agent.error) == (shown == "S_RUNNING")
-    if loser == "writer":
+    assert (agent.status.name, agent.exclusive_controller, agent.has_writer) == (last_status, "", False)
+    assert bool(agent.error) == (status == "S_RUNNING")
+    if closed == "writer":
         rig.skiller(rig.left).write()
-        rig.look_again()
+        rig.sweep()
         agent.read()
         assert (agent.status.name, agent.skill_string, agent.error) == ("S_INACTIVE", "", "")
 
 
-def test_control_that_somebody_else_has_is_left_alone(rig):
+def test_gateway_keeps_control_of_foreign_client(rig):
     skiller, agent = rig.connected()
-    rig.let_acquire(skiller, agent)
-    skiller.exclusive_controller = "somebody else"
+    rig.acquire_control(skiller, agent)
+    skiller.exclusive_controller = "foreign client"
     rig.write(skiller)
     agent.close()
     rig.gateway.loop()
     assert skiller.msgq_empty()
 
 
-def test_a_gateway_that_closes_gives_control_back(rig):
+def test_closed_gateway_releases_control(rig):
     skiller = rig.mirrored()
     rig.agent(rig.right).msgq_enqueue(SkillerInterface.AcquireControlMessage())
     rig.gateway.close()
@@ -306,57 +308,55 @@ def test_a_gateway_that_closes_gives_control_back(rig):
 BROKEN = "go{to=1"
 
 
-@pytest.mark.parametrize("before", ["no way", ""])
-@pytest.mark.parametrize(("text", "is_own"), [(BROKEN, False), ("go{to=1}", True)])
-def test_a_skill_string_that_a_fawkes_cannot_compile_has_not_the_error_of_the_one_before(
-    rig, before, text, is_own
-):
-    """The writes of a Fawkes: at once S_FAILED, with the earlier error."""
+@pytest.mark.parametrize("earlier_error", ["no way", ""])
+@pytest.mark.parametrize(("text", "is_valid"), [(BROKEN, False), ("go{to=1}", True)])
+def test_invalid_skill_string_does_not_keep_earlier_error(rig, earlier_error, text, is_valid):
+    """Fawkes writes S_FAILED at once, with the error of the earlier skill string."""
     skiller, agent = rig.connected()
     for message_id, skill_string in ((7, "go{}"), (8, text), (9, text)):
         skiller.skill_string, skiller.msgid = skill_string, message_id
-        skiller.status, skiller.error = "S_FAILED", before
+        skiller.status, skiller.error = "S_FAILED", earlier_error
         rig.write(skiller)
         agent.read()
         assert agent.msgid == message_id
-        assert (agent.error == before) == (is_own or skill_string == "go{}")
-    assert is_own or "'}' expected" in agent.error
+        assert (agent.error == earlier_error) == (is_valid or skill_string == "go{}")
+    assert is_valid or "'}' expected" in agent.error
 
 
-# -- coming and going
+# -- writers and boards that vanish
 
 
-def test_the_death_of_the_writer_is_mirrored_and_so_is_its_return(rig, sides):
-    here, there = sides
-    agent, notes = rig.agent(there), Notes()
-    there.register_listener(notes, agent, EventKind.WRITER_ADDED, EventKind.WRITER_REMOVED)
-    skiller = rig.skiller(here)
+def test_gateway_mirrors_removed_and_reopened_writer(rig, sides):
+    source, target = sides
+    agent, log = rig.agent(target), EventLog()
+    target.register_listener(log, agent, EventKind.WRITER_ADDED, EventKind.WRITER_REMOVED)
+    skiller = rig.skiller(source)
     rig.gateway.loop()
     assert agent.has_writer
     skiller.close()
     rig.gateway.loop()
     assert not agent.has_writer
-    rig.skiller(here)
+    rig.skiller(source)
     rig.gateway.loop()
-    assert [what for what, _ in notes.heard] == ["writer added", "writer removed", "writer added"]
+    assert [event for event, _ in log.events] == ["writer added", "writer removed", "writer added"]
 
 
-def test_two_writers_are_told_once_and_left_alone(rig, monkeypatch):
+def test_two_writers_are_logged_once_and_not_mirrored(rig, monkeypatch):
     rig.skiller(rig.left)
     second = rig.skiller(rig.right)
     for _ in range(3):
-        rig.look_again()
+        rig.sweep()
     assert rig.gateway.mirrors() == []
     assert sum("both blackboards have a writer" in text for text in rig.log) == 1
     monkeypatch.setattr("cxbridge_fawkes.gateway.gateway.RIVAL_PAUSE_S", 0.0)
     second.close()
-    rig.look_again()
+    rig.sweep()
     assert [mirror.source for mirror in rig.gateway.mirrors()] == ["left"]
 
 
-def test_two_gateways_in_a_row_carry_nothing_back_and_forth(rig):
-    agent, notes = rig.agent(rig.right), Notes()
-    rig.right.register_listener(notes, agent, EventKind.DATA_REFRESHED)
+def test_parallel_gateways_mirror_each_write_once(rig):
+    agent, log = rig.agent(rig.right), EventLog()
+    rig.right.register_listener(log, agent, EventKind.DATA_REFRESHED)
     with Gateway(rig.left, rig.right, [SKILLER], sweep_period_s=3600) as second:
         skiller = rig.skiller(rig.left)
         for _ in range(3):
@@ -365,14 +365,14 @@ def test_two_gateways_in_a_row_carry_nothing_back_and_forth(rig):
             for gateway in (rig.gateway, second):
                 gateway.request_sweep()
                 gateway.loop()
-        assert notes.heard == [("refreshed", number) for number in (1, 2, 3)]
+        assert log.events == [("refreshed", number) for number in (1, 2, 3)]
         assert [mirror.source for mirror in (*rig.gateway.mirrors(), *second.mirrors())] == ["left"]
         (info,) = rig.left.list_all()
         assert (info.writer, info.readers) == ("skiller", ("gateway",))
 
 
-def test_gateways_in_a_ring_leave_a_free_writers_place_free(rig, monkeypatch):
-    """Each stood in for the other, for ever: a Fawkes could not load its skiller again."""
+def test_gateways_in_ring_do_not_mirror_each_others_writer(rig, monkeypatch):
+    """Gateways that mirror each other's writer would stop Fawkes from loading its Skiller."""
     monkeypatch.setattr("cxbridge_fawkes.gateway.gateway.RIVAL_PAUSE_S", 3600.0)
     with Gateway(rig.left, rig.right, [SKILLER], sweep_period_s=0) as second:
         skiller, agent = rig.skiller(rig.left), rig.agent(rig.right)
@@ -381,12 +381,12 @@ def test_gateways_in_a_ring_leave_a_free_writers_place_free(rig, monkeypatch):
         skiller.close()
         for _ in range(3):
             second.request_sweep()
-            second.loop()  # sees the mirrored writer alone, before the first gateway takes it away
+            second.loop()  # only the mirrored writer exists until the first gateway closes it
             assert all(info.writer == "" for info in rig.left.list_all())
-            rig.look_again()
+            rig.sweep()
         assert not agent.has_writer
         skiller = rig.skiller(rig.left)
-        rig.look_again()
+        rig.sweep()
         assert agent.has_writer
 
 
@@ -394,7 +394,7 @@ DEFINITION = """<interface name="SkillerInterface"><data><comment>Of a test.</co
 <field name="x" type="uint32">.</field></data></interface>"""
 
 
-def test_another_layout_is_refused_in_words(rig):
+def test_different_definition_is_logged_and_not_mirrored(rig):
     other = make_interface_class(parse_bytes(DEFINITION.encode(), "SkillerInterface.xml"))
     rig.right.registry.add(other)
     rig.mirrored()
@@ -402,37 +402,37 @@ def test_another_layout_is_refused_in_words(rig):
     assert any("on the two blackboards differ" in text for text in rig.log)
 
 
-def test_a_board_that_is_gone_is_told_once(rig):
+def test_closed_board_is_logged_once(rig):
     rig.mirrored()
     rig.right.shutdown()
     for _ in range(3):
-        rig.look_again()
+        rig.sweep()
     assert rig.gateway.mirrors() == []
     assert len([text for text in rig.log if "cannot be mirrored" in text]) == 1
 
 
-# -- messages while a mirror begins
+# -- messages during the start of a mirror
 
 
-class Hasty(Listener):
-    """Sends a message in the very moment in which there is a writer."""
+class ImmediateSender(Listener):
+    """Sends a message as soon as the interface has a writer."""
 
     def writer_added(self, interface, serial):
         interface.msgq_enqueue(SkillerInterface.ExecSkillMessage(skill_string="at once"))
 
 
-def test_a_message_that_comes_while_the_mirrored_writer_is_opened_is_carried(rig):
-    """The gateway listened only after it had opened: the message stayed in a queue without a reader."""
+def test_message_during_opening_of_mirrored_writer_is_forwarded(rig):
+    """The gateway has to listen before the writer opens: else the message stays in the queue."""
     agent = rig.agent(rig.right)
-    rig.right.register_listener(Hasty(), agent)
+    rig.right.register_listener(ImmediateSender(), agent)
     skiller = rig.mirrored()
     message = skiller.msgq_pop()
     assert message is not None
     assert message.skill_string == "at once"
 
 
-def test_messages_that_are_too_many_are_refused(rig, monkeypatch):
-    """They went into the queue of the mirrored writer, acknowledged, and were never carried."""
+def test_gateway_refuses_messages_beyond_limit(rig, monkeypatch):
+    """An accepted message beyond the limit would never reach the writer."""
     monkeypatch.setattr("cxbridge_fawkes.gateway.mirror.MAX_MESSAGES", 2)
     skiller, agent = rig.connected()
     for _ in range(2):

@@ -1,4 +1,4 @@
-"""A gateway continues after the server of one of its sides was away."""
+"""A gateway reconnects to a restarted server."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.blackboard.zmq.support import eventually
 
 
 class Side:
-    """A blackboard behind a server that can die and come again at the same place."""
+    """A blackboard with a server that can stop and restart at the same address."""
 
     def __init__(self, kind, tmp_path):
         self.kind, self.path, self.port = kind, f"ipc://{tmp_path}/side", 0
@@ -27,7 +27,7 @@ class Side:
     def up(self, prepare=lambda board: None):
         """Serve a new blackboard.
 
-        :param prepare: does something to it before anybody can connect.
+        :param prepare: prepares the blackboard before clients can connect.
         """
         self.board = LocalBlackBoard(InterfaceRegistry(), RealClock())
         prepare(self.board)
@@ -52,24 +52,24 @@ class Side:
 
 @pytest.fixture(params=["zmq", "fawkes"])
 def side(request, tmp_path):
-    made = Side(request.param, tmp_path)
-    yield made
-    made.down()
+    side = Side(request.param, tmp_path)
+    yield side
+    side.down()
 
 
 @pytest.fixture
-def here():
+def local_board():
     with LocalBlackBoard(InterfaceRegistry(), RealClock()) as board:
         yield board
 
 
 @pytest.fixture
-def gateway(side, here):
+def gateway(side, local_board):
     with ExitStack() as stack:
         remote = stack.enter_context(side.connect())
-        made = stack.enter_context(Gateway(remote, here, ["SkillerInterface"], sweep_period_s=0.05))
-        made.start()
-        yield made
+        gateway = stack.enter_context(Gateway(remote, local_board, ["SkillerInterface"], sweep_period_s=0.05))
+        gateway.start()
+        yield gateway
 
 
 def shows(reader, text):
@@ -77,34 +77,34 @@ def shows(reader, text):
     return reader.skill_string == text
 
 
-def test_what_appeared_while_the_connection_was_away_is_mirrored(side, here, gateway):
-    """On both sides: a client is not notified of interfaces that were made during its absence."""
+def test_gateway_mirrors_interfaces_created_during_disconnection(side, local_board, gateway):
+    """A disconnected client gets no events of created interfaces, on both sides."""
     side.board.open_for_writing(SkillerInterface, "old", owner="skiller")
     eventually(gateway.mirrors)
     side.down()
     eventually(lambda: not gateway.mirrors())
-    born_here = here.open_for_writing(SkillerInterface, "here", owner="skiller")
-    born_here.skill_string = "from here"
-    born_here.write()
+    local_writer = local_board.open_for_writing(SkillerInterface, "local", owner="skiller")
+    local_writer.skill_string = "from local"
+    local_writer.write()
 
-    def before_the_server(board):
-        born_there = board.open_for_writing(SkillerInterface, "there", owner="skiller")
-        born_there.skill_string = "from there"
-        born_there.write()
+    def open_remote_writer(board):
+        remote_writer = board.open_for_writing(SkillerInterface, "remote", owner="skiller")
+        remote_writer.skill_string = "from remote"
+        remote_writer.write()
 
-    side.up(before_the_server)
-    eventually(lambda: {mirror.uid.partition("::")[2] for mirror in gateway.mirrors()} == {"here", "there"})
-    for board, id_, text in ((here, "there", "from there"), (side.board, "here", "from here")):
+    side.up(open_remote_writer)
+    eventually(lambda: {mirror.uid.partition("::")[2] for mirror in gateway.mirrors()} == {"local", "remote"})
+    for board, id_, text in ((local_board, "remote", "from remote"), (side.board, "local", "from local")):
         reader = board.open_for_reading(SkillerInterface, id_, owner="test")
         eventually(partial(shows, reader, text))
-        assert reader.writer == ("gateway" if board is here or side.kind == "zmq" else "remote")
+        assert reader.writer == ("gateway" if board is local_board or side.kind == "zmq" else "remote")
 
 
-def test_a_gateway_lists_again_when_a_connection_is_back(side, here):
-    """Without waiting for the next look."""
+def test_gateway_lists_interfaces_after_reconnection(side, local_board):
+    """The gateway does not wait for the next periodic sweep."""
     with (
         side.connect() as remote,
-        Gateway(remote, here, ["SkillerInterface"], sweep_period_s=3600) as gateway,
+        Gateway(remote, local_board, ["SkillerInterface"], sweep_period_s=3600) as gateway,
     ):
         side.board.open_for_writing(SkillerInterface, "old", owner="skiller")
         gateway.start()
@@ -115,16 +115,15 @@ def test_a_gateway_lists_again_when_a_connection_is_back(side, here):
         eventually(lambda: [mirror.uid for mirror in gateway.mirrors()] == ["SkillerInterface::new"])
 
 
-def test_a_gateway_whose_side_is_away_ends_at_once(side, here, gateway, monkeypatch):
-    """It used to wait for an answer of the side that was away."""
+def test_gateway_with_lost_connection_closes_without_request(side, local_board, gateway, monkeypatch):
     side.board.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
     eventually(gateway.mirrors)
     remote = gateway._boards[0]
     side.down()
     eventually(lambda: not remote.connected)
     eventually(lambda: not gateway.mirrors())
-    asked = []
-    monkeypatch.setattr(remote, "list", lambda *globs: asked.append(globs))
+    requests = []
+    monkeypatch.setattr(remote, "list", lambda *globs: requests.append(globs))
     gateway.request_sweep()
     gateway.close()
-    assert asked == []
+    assert requests == []

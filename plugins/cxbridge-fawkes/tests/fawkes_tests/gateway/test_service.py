@@ -1,4 +1,4 @@
-"""The gateway as a separate process; test_gateway and test_remote_skiller test the mirrored data."""
+"""The gateway as a separate process; `test_gateway` and `test_remote_skiller` test the mirrored data."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from tests.programs import Started
 WAIT_S = 20
 
 
-def test_signals_stop_it_and_the_mirrored_writer_goes(tmp_path):
+def test_sigterm_stops_gateway_and_removes_mirrored_writer(tmp_path):
     with (
         LocalBlackBoard(InterfaceRegistry(), RealClock()) as left,
         LocalBlackBoard(InterfaceRegistry(), RealClock()) as right,
-        ZmqBlackBoardServer(left, [f"ipc://{tmp_path}/left"]) as one,
-        ZmqBlackBoardServer(right, [f"ipc://{tmp_path}/right"]) as two,
+        ZmqBlackBoardServer(left, [f"ipc://{tmp_path}/left"]) as left_server,
+        ZmqBlackBoardServer(right, [f"ipc://{tmp_path}/right"]) as right_server,
     ):
         left.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
         reader = right.open_for_reading(SkillerInterface, "Skiller", owner="test")
-        command = ["gateway", one.endpoints[0], two.endpoints[0], "-i", "SkillerInterface"]
+        command = ["gateway", left_server.endpoints[0], right_server.endpoints[0], "-i", "SkillerInterface"]
         process = Started(*command)
         for line in process.stderr:
             if "SkillerInterface::Skiller:" in line:

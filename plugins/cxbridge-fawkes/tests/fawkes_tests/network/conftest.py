@@ -21,7 +21,7 @@ pytest.register_assert_rewrite("fawkes_tests.network.pairs", "fawkes_tests.netwo
 
 
 class Site:
-    """A board and a server that can be stopped and started again."""
+    """A board and a server that tests can stop and restart."""
 
     def __init__(self, stack: ExitStack) -> None:
         self._stack = stack
@@ -50,7 +50,7 @@ class Site:
         return [line.text for line in self.lines if line.level is Level.WARN]
 
     def wait_warning(self, part: str) -> str:
-        """Wait for a warning with these words and return it."""
+        """Wait for a warning that contains ``part``, and return the warning."""
         eventually(lambda: any(part in text for text in self.warnings()))
         return next(text for text in self.warnings() if part in text)
 

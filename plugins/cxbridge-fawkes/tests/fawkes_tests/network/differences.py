@@ -1,4 +1,4 @@
-"""The contracts, with what Fawkes' wire cannot carry in other words (docs/evidence/protocol-fawkes.md)."""
+"""The contracts within the limits of Fawkes' protocol (docs/evidence/protocol-fawkes.md)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.blackboard.samples import SampleInterface
 
 
 class WireOpeningContract(OpeningContract):
-    """There are no names of owners on the wire."""
+    """The protocol has no names of owners."""
 
     def test_a_second_writer_is_refused(self, pair):
         pair.far.open_for_writing(SAMPLE, "a", owner="the first")
@@ -68,11 +68,11 @@ class WireDataContract(DataContract):
 
 
 class WireMessagesContract(MessagesContract):
-    """What becomes of a message at the other end, its sender does not hear."""
+    """The sender gets no result of a message."""
 
     @staticmethod
     def server_numbers_messages(pair: BoardPair) -> bool:
-        """A Fawkes counts the messages that reach it, with 16 bits."""
+        """Return whether the board is a client: Fawkes numbers the messages of clients with 16 bits."""
         return isinstance(pair.near, FawkesBlackBoard)
 
     def test_full_queue_refuses_messages(self, pair):
@@ -91,8 +91,8 @@ class WireMessagesContract(MessagesContract):
         pair.settle()
         reader.msgq_enqueue(relay.msgq_pop().copy(), proxy=True)
         pair.settle()
-        got = writer.msgq_first()
-        assert (got.source_id, got.summand) == (origin.serial, 1)
+        message = writer.msgq_first()
+        assert (message.source_id, message.summand) == (origin.serial, 1)
 
     def test_message_has_name_of_sender_thread(self, pair, reader, writer):
         reader.msgq_enqueue(Reset())
@@ -104,12 +104,12 @@ class WireMessagesContract(MessagesContract):
         assert events[0].outcome == "queued"
 
     def check_refused(self, events: list[InterfaceMessage]) -> None:
-        """A client that knows of no writer sends nothing."""
+        """A client without a known writer sends no message."""
         assert [event.outcome for event in events] in ([], ["refused"])
 
 
 class WireEventsContract(EventsContract):
-    """Two clients act on a server in an order that only a round trip fixes."""
+    """Only a round trip orders the requests of two clients."""
 
     def test_order_of_created_added_removed_destroyed(self, pair):
         recorder = Recorder()
@@ -135,7 +135,7 @@ class WireEventsContract(EventsContract):
     def test_first_listener_that_returns_false_stops_message(self, pair, reader, writer):
         calls = []
 
-        class Says(Listener):
+        class Answers(Listener):
             def __init__(self, name: str, answer: bool) -> None:
                 self.name, self.answer = name, answer
 
@@ -143,20 +143,20 @@ class WireEventsContract(EventsContract):
                 calls.append(self.name)
                 return self.answer
 
-        for name, answer in (("yes", True), ("no", False), ("never asked", True)):
-            pair.far.register_listener(Says(name, answer), writer)
+        for name, answer in (("yes", True), ("no", False), ("uncalled", True)):
+            pair.far.register_listener(Answers(name, answer), writer)
         assert reader.msgq_enqueue(SampleInterface.ResetMessage()) == 1
         pair.settle()
         assert calls == ["yes", "no"]
         assert writer.msgq_empty()
 
     def test_the_writer_may_be_closed_while_its_listeners_are_asked(self, pair, reader, writer):
-        class Closes(Listener):
+        class ClosesWriter(Listener):
             def message_received(self, interface, message):
                 interface.close()
                 return True
 
-        pair.far.register_listener(Closes(), writer)
+        pair.far.register_listener(ClosesWriter(), writer)
         reader.msgq_enqueue(SampleInterface.ResetMessage())
         pair.settle()
         with pytest.raises(errors.NoWriterError):

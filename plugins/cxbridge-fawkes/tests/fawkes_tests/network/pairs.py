@@ -1,4 +1,4 @@
-"""Blackboards for the contracts: two clients of a server, or a client and the board that is served."""
+"""Blackboards for the contracts: two clients of a server, or a client and the served board."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ TIMEOUT = 20.0
 
 
 def log_only(bus: EventBus) -> EventBus:
-    """Return a bus that passes on log lines alone: the writes of a client are those of the board, again."""
-    passing = EventBus(bus.clock)
-    passing.subscribe(bus.emit, LogLine)
-    return passing
+    """Return a bus that forwards only log lines, because the client's writes repeat those of the board."""
+    forwarding = EventBus(bus.clock)
+    forwarding.subscribe(bus.emit, LogLine)
+    return forwarding
 
 
 def make_pair(stack: ExitStack, near_is_remote: bool, far_is_remote: bool) -> BoardPair:
-    """Serve a local board; an end that is not remote is that board itself."""
+    """Serve a local board; an end that is not remote is the local board."""
     clock = VirtualClock()
     bus = EventBus(clock)
     local = LocalBlackBoard(SampleRegistry(), clock, bus)
@@ -44,16 +44,16 @@ def make_pair(stack: ExitStack, near_is_remote: bool, far_is_remote: bool) -> Bo
     near, far = board(near_is_remote), board(far_is_remote)
 
     def settle() -> None:
-        for _ in range(2):  # a listener at one side may act on the other
-            for one in (far, near, far):
-                if isinstance(one, FawkesBlackBoard):
-                    one.flush()
+        for _ in range(2):  # a listener at one side may write at the opposite side
+            for end in (far, near, far):
+                if isinstance(end, FawkesBlackBoard):
+                    end.flush()
 
     return BoardPair(near=near, far=far, clock=clock, bus=bus, settle=settle)
 
 
 class SettledInstances:
-    """The contracts' instances, known at both ends."""
+    """The contracts' instances, which both ends know."""
 
     @pytest.fixture
     def reader(self, pair: BoardPair) -> Any:

@@ -1,6 +1,7 @@
-"""A server and clients in separate processes, which a test can stop: ``python -m ... ROLE HOST PORT``.
+"""Programs for a server and clients in separate processes: ``python -m ... ROLE HOST PORT``.
 
-They print ``ready PORT``, obey lines on their input, answer each with a line, and end with their input.
+A program prints ``ready PORT``, prints the result of the command in each line of its input, and ends with
+the input.
 """
 
 from __future__ import annotations
@@ -26,13 +27,13 @@ from cxbridge_fawkes.network.server import FawkesServer
 from tests.support import ROOT, TEST_FOLDERS
 
 TIMEOUT = 60.0
-"""Seconds: bound of what takes a moment."""
+"""Timeout in seconds of operations that are normally fast."""
 
 
 class Child:
-    """One of these programs.
+    """A process with one of the programs.
 
-    :param wrap: makes the command that starts it, elsewhere perhaps.
+    :param wrap: returns the command that starts the program, perhaps in a different network namespace.
     """
 
     def __init__(
@@ -55,36 +56,36 @@ class Child:
     def _line(self) -> str:
         assert self.process.stdout is not None
         line = self.process.stdout.readline()
-        assert line, f"it ended with {self.process.wait(TIMEOUT)}"
+        assert line, f"the program ended with {self.process.wait(TIMEOUT)}"
         return line.strip()
 
     def ask(self, command: str) -> Any:
-        """Have a line obeyed, and return the answer."""
+        """Send a command, and return the result."""
         assert self.process.stdin is not None
         self.process.stdin.write(f"{command}\n")
         self.process.stdin.flush()
         return json.loads(self._line())
 
     def stop(self) -> None:
-        """Let it stand still, as a debugger does."""
+        """Stop the process, as a debugger does."""
         self.process.send_signal(signal.SIGSTOP)
 
-    def go_on(self) -> None:
-        """Let it continue."""
+    def resume(self) -> None:
+        """Continue the stopped process."""
         self.process.send_signal(signal.SIGCONT)
 
 
-def say(line: str) -> None:
+def print_line(line: str) -> None:
     sys.stdout.write(f"{line}\n")
     sys.stdout.flush()
 
 
-def obey(port: int, commands: dict[str, Callable[..., Any]]) -> None:
-    """Obey the commands of the input."""
-    say(f"ready {port}")
+def run_commands(port: int, commands: dict[str, Callable[..., Any]]) -> None:
+    """Run the commands of the input."""
+    print_line(f"ready {port}")
     for line in sys.stdin:
         command, *arguments = line.split()
-        say(json.dumps(commands[command](*map(int, arguments))))
+        print_line(json.dumps(commands[command](*map(int, arguments))))
 
 
 def serve(host: str, gone_s: str) -> None:
@@ -109,12 +110,12 @@ def serve(host: str, gone_s: str) -> None:
         control.read()
         return str(control.exclusive_controller)
 
-    sockets.GONE_TIMEOUT_S = float(gone_s)  # type: ignore[misc] # smaller, for a test
+    sockets.GONE_TIMEOUT_S = float(gone_s)  # type: ignore[misc] # shorter in tests
     allow = () if host == "127.0.0.1" else ("10.0.0.0/8",)
     looping = threading.Thread(target=loop)
     looping.start()
     with FawkesServer(board, host, 0, allow=allow) as server:
-        obey(
+        run_commands(
             server.port,
             {
                 "write": write,
@@ -132,7 +133,7 @@ def connect(host: str, port: str) -> FawkesBlackBoard:
 
 
 def client(host: str, port: str) -> None:
-    """Read the served interfaces, write another one, control the Skiller on request."""
+    """Read the served interfaces, write a further interface, control the Skiller on request."""
     with connect(host, port) as board:
         reader: Any = board.open_for_reading("TestInterface", "served")
         writer: Any = board.open_for_writing("TestInterface", "written")
@@ -154,14 +155,14 @@ def client(host: str, port: str) -> None:
             board.flush()
             return int(number)
 
-        obey(int(port), {"write": write, "read": read, "acquire": acquire})
+        run_commands(int(port), {"write": write, "read": read, "acquire": acquire})
 
 
 def silent(host: str, port: str) -> None:
-    """Write an interface without a value, and take no message."""
+    """Open an interface for writing, without a write and without reading messages."""
     with connect(host, port) as board:
         board.open_for_writing("TestInterface", "silent")
-        obey(int(port), {})
+        run_commands(int(port), {})
 
 
 def main(arguments: Sequence[str]) -> None:

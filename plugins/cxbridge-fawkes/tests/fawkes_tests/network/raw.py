@@ -1,4 +1,4 @@
-"""A client that sends the test's frames, and takes the answers."""
+"""A client that sends frames and returns the answers."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from cxbridge_fawkes.network.messages.codec import client_payload_limit
 from cxbridge_fawkes.network.messages.frames import FawkesFrame, FrameDecoder
 
 TIMEOUT = 20.0
-"""Seconds: generous, for machines under load."""
+"""Timeout in seconds, long enough for a loaded machine."""
 
 
 class RawClient(Closing):
-    """A bare socket that speaks in frames."""
+    """A socket that sends and receives frames."""
 
     def __init__(self, port: int) -> None:
         self.sock = socket.create_connection(("127.0.0.1", port), TIMEOUT)
@@ -28,7 +28,9 @@ class RawClient(Closing):
         self.sock.close()
 
     def send(self, *frames: FawkesFrame | bytes) -> None:
-        self.sock.sendall(b"".join(one if isinstance(one, bytes) else one.to_bytes() for one in frames))
+        self.sock.sendall(
+            b"".join(frame if isinstance(frame, bytes) else frame.to_bytes() for frame in frames)
+        )
 
     def take(self) -> FawkesFrame:
         """Return the next frame."""
@@ -43,12 +45,12 @@ class RawClient(Closing):
         return codec.decode(self.take())
 
     def ask(self, question: BlackBoardMessage) -> BlackBoardMessage:
-        """Send a message and return the next one that comes."""
+        """Send a message and return the next received message."""
         self.send(question.to_bytes())
         return self.message()
 
     def closed_by_server(self) -> bool:
-        """Read on until the server closes the connection."""
+        """Read until the server closes the connection."""
         with contextlib.suppress(ConnectionError):
             while self.sock.recv(65536):
                 pass

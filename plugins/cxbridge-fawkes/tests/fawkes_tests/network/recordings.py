@@ -1,4 +1,4 @@
-"""Recorded conversations of real Fawkes clients with a real Fawkes, in the order in which they went."""
+"""Recorded conversations of Fawkes' clients with Fawkes, in the recorded order."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ NO_FRAME = FawkesFrame(0, 0)
 
 @dataclass(frozen=True)
 class Step:
-    """Something that happened.
+    """A step of a conversation.
 
-    :param conn: on which connection.
-    :param what: ``connect``, ``disconnect`` (by the client), ``ask`` (the server) or ``tell`` (the client).
+    :param conn: the number of the connection.
+    :param action: ``connect``, ``disconnect`` (by the client), ``request`` (to the server) or ``answer``.
     """
 
     conn: int
-    what: str
+    action: str
     frame: FawkesFrame = NO_FRAME
 
     @property
@@ -63,27 +63,27 @@ def load(name: str) -> list[Step]:
             if match["dir"] == "C->S":
                 steps.append(Step(conn, "disconnect"))
         else:
-            asks = match["dir"] == "C->S"
-            frame = next(waiting[conn, "c2s" if asks else "s2c"])
+            is_request = match["dir"] == "C->S"
+            frame = next(waiting[conn, "c2s" if is_request else "s2c"])
             assert (frame.component, frame.kind) == (int(match["cid"]), int(match["kind"]))
-            steps.append(Step(conn, "ask" if asks else "tell", frame))
+            steps.append(Step(conn, "request" if is_request else "answer", frame))
     assert all(next(rest, None) is None for rest in waiting.values())
     return steps
 
 
 class SerialMap:
-    """The recording's serials to ours, raw and as text."""
+    """Maps recorded serials to those of the test, as bytes and as text."""
 
     def __init__(self) -> None:
         self._pairs: list[tuple[bytes, bytes]] = []
 
-    def learn(self, recorded: UUID, ours: UUID) -> None:
-        self._pairs.append((recorded.bytes, ours.bytes))
-        self._pairs.append((str(recorded).encode(), str(ours).encode()))
+    def learn(self, recorded: UUID, actual: UUID) -> None:
+        self._pairs.append((recorded.bytes, actual.bytes))
+        self._pairs.append((str(recorded).encode(), str(actual).encode()))
 
-    def ours(self, frame: FawkesFrame) -> FawkesFrame:
-        """Return a recorded frame with our serials."""
+    def translate(self, frame: FawkesFrame) -> FawkesFrame:
+        """Return a recorded frame with the serials of the test."""
         payload = frame.payload
-        for recorded, ours in self._pairs:
-            payload = payload.replace(recorded, ours)
+        for recorded, actual in self._pairs:
+            payload = payload.replace(recorded, actual)
         return frame._replace(payload=payload)

@@ -1,4 +1,4 @@
-"""One message of each form, and their JSON twins."""
+"""A message of each form, and its JSON form."""
 
 from __future__ import annotations
 
@@ -49,9 +49,9 @@ SAMPLES: dict[str, WireValue] = {
 
 
 def to_json(value: Any) -> Any:
-    """Return a message as JSON has it: bytes in hexadecimal, serials and kinds as text."""
+    """Return the JSON form of a message, with hexadecimal bytes and with serials and kinds as text."""
     if is_dataclass(value):
-        values = {one.name: to_json(getattr(value, one.name)) for one in fields(value)}
+        values = {field.name: to_json(getattr(value, field.name)) for field in fields(value)}
         return {"message": type(value).__name__} | values
     if isinstance(value, Enum):
         return value.name
@@ -59,4 +59,4 @@ def to_json(value: Any) -> Any:
         return value.hex()
     if isinstance(value, UUID):
         return str(value)
-    return [to_json(one) for one in value] if isinstance(value, tuple) else value
+    return [to_json(item) for item in value] if isinstance(value, tuple) else value

@@ -46,7 +46,7 @@ class FawkesSite(Site):
 
     def wait_reaped(self) -> None:
         eventually(lambda: len(self.server._sessions) == len(self.clients))
-        self.settle()  # before it answers, the server has ended the noticed sessions
+        self.settle()  # the server ends noticed sessions before its answer
 
     def stop(self) -> None:
         self.server.stop()

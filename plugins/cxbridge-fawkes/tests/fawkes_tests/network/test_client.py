@@ -1,4 +1,4 @@
-"""The client when the connection is lost, the remote refuses, or does not answer."""
+"""The client with a lost connection, or with a server that refuses or does not answer."""
 
 from __future__ import annotations
 
@@ -33,24 +33,24 @@ from tests.blackboard.samples import SAMPLE_SCHEMA, SampleInterface, SampleRegis
 from tests.blackboard.zmq.support import eventually
 
 
-class Waits(Listener):
-    """Lets a test wait for notifications."""
+class NotificationQueue(Listener):
+    """Returns notifications one after another, with a timeout."""
 
     def __init__(self) -> None:
-        self._heard: SimpleQueue[tuple[str, Any]] = SimpleQueue()
+        self._notifications: SimpleQueue[tuple[str, Any]] = SimpleQueue()
 
     def next(self) -> tuple[str, Any]:
-        return self._heard.get(timeout=TIMEOUT)
+        return self._notifications.get(timeout=TIMEOUT)
 
     def data_changed(self, interface: Any) -> None:
         interface.read()
-        self._heard.put(("changed", interface.count))
+        self._notifications.put(("changed", interface.count))
 
     def writer_added(self, interface: Interface, serial: object) -> None:
-        self._heard.put(("+writer", serial))
+        self._notifications.put(("+writer", serial))
 
     def writer_removed(self, interface: Interface, serial: object) -> None:
-        self._heard.put(("-writer", serial))
+        self._notifications.put(("-writer", serial))
 
 
 def connection_changes(board: FawkesBlackBoard) -> Callable[[], bool]:
@@ -62,7 +62,7 @@ def connection_changes(board: FawkesBlackBoard) -> Callable[[], bool]:
 # -- the connection
 
 
-def test_everything_is_open_again_after_the_server_was_away(site):
+def test_client_reopens_interfaces_after_restart_of_server(site):
     port = site.start().port
     board = site.client()
     changed = connection_changes(board)
@@ -75,17 +75,17 @@ def test_everything_is_open_again_after_the_server_was_away(site):
     board.flush()
     reader.read()
     before = reader.serial
-    waits = Waits()
-    board.register_listener(waits, reader)
+    notifications = NotificationQueue()
+    board.register_listener(notifications, reader)
 
     site.server.stop()
     assert changed() is False
-    assert waits.next()[0] == "-writer"
+    assert notifications.next()[0] == "-writer"
     assert reader.read() is False
     assert (reader.valid, reader.count, reader.has_writer, board.connected) == (True, 1, False, False)
-    for act in (writer.write, lambda: reader.msgq_enqueue(SampleInterface.ResetMessage())):
+    for send in (writer.write, lambda: reader.msgq_enqueue(SampleInterface.ResetMessage())):
         with pytest.raises(ConnectionLostError, match=f"127.0.0.1:{port} is lost"):
-            act()
+            send()
     assert [info.id for info in site.board.list_all()] == ["a"]
     at_server.count = 3
     at_server.write()
@@ -93,19 +93,19 @@ def test_everything_is_open_again_after_the_server_was_away(site):
     site.start(port)
     assert changed() is True
     assert board.connected
-    assert waits.next() == ("changed", 3)
+    assert notifications.next() == ("changed", 3)
     assert reader.serial != before
     assert (reader.has_writer, reader.num_readers) == (True, 1)
-    again = site.board.open_for_reading(SampleInterface, "b")
+    reopened = site.board.open_for_reading(SampleInterface, "b")
     board.flush()
-    again.read()
-    assert again.count == 2
+    reopened.read()
+    assert reopened.count == 2
     assert reader.msgq_enqueue(SampleInterface.ResetMessage()) == 1
     board.flush()
     assert at_server.msgq_first().source_id == reader.serial
 
 
-def test_who_took_the_writers_place_meanwhile_keeps_it(site):
+def test_writer_opened_during_disconnection_stays_writer(site):
     port = site.start().port
     board = site.client()
     changed = connection_changes(board)
@@ -127,24 +127,24 @@ def test_who_took_the_writers_place_meanwhile_keeps_it(site):
     assert site.board.list_all()[0].has_writer
 
 
-def test_what_cannot_be_opened_again_is_invalid(site):
+def test_interface_that_cannot_reopen_becomes_invalid(site):
     port = site.start().port
     board = site.client()
     changed = connection_changes(board)
     reader = board.open_for_reading(SampleInterface, "a")
-    kept = board.open_for_reading("OtherInterface", "a")
+    unchanged = board.open_for_reading("OtherInterface", "a")
     site.server.stop()
     assert changed() is False
     newer = make_interface_class(replace(SAMPLE_SCHEMA, hash=bytes(16)))
     site.board.open_for_reading(newer, "a")
     site.start(port)
     assert changed() is True
-    assert (reader.valid, kept.valid) == (False, True)
+    assert (reader.valid, unchanged.valid) == (False, True)
     with pytest.raises(errors.InvalidInstanceError):
         reader.read()
 
 
-def test_a_shutdown_while_the_server_is_away(site):
+def test_client_shuts_down_without_server(site):
     site.start()
     board = site.client()
     changed = connection_changes(board)
@@ -158,9 +158,9 @@ def test_a_shutdown_while_the_server_is_away(site):
         board.list_all()
 
 
-def test_nobody_there():
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
+def test_missing_server_is_unreachable():
+    with socket.create_server(("127.0.0.1", 0)) as unused:
+        port = unused.getsockname()[1]
     with pytest.raises(UnreachableError, match=f"no Fawkes answers at 127.0.0.1:{port}: "):
         FawkesBlackBoard(f"fawkes://127.0.0.1:{port}", SampleRegistry(), RealClock())
 
@@ -173,17 +173,17 @@ def test_invalid_urls_are_refused_with_hint(url):
         FawkesBlackBoard(url, SampleRegistry(), RealClock())
 
 
-# -- the answers of the remote
+# -- the answers of the server
 
 
-class Script:
-    """A remote that answers each request with the test's answers."""
+class ScriptedServer:
+    """A server that answers each request with the test's answers."""
 
     def __init__(self, answer: Callable[[bb.BlackBoardMessage], list[bb.BlackBoardMessage | bytes]]) -> None:
         self._answer = answer
         self._listener = socket.create_server(("127.0.0.1", 0))
         self._sockets: list[socket.socket] = []
-        self.asked: list[bb.BlackBoardMessage] = []
+        self.requests: list[bb.BlackBoardMessage] = []
         self.url = f"fawkes://127.0.0.1:{self._listener.getsockname()[1]}"
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
@@ -212,20 +212,20 @@ class Script:
             while data := sock.recv(65536):
                 for frame in decoder.feed(data):
                     question = codec.decode(frame)
-                    self.asked.append(question)
+                    self.requests.append(question)
                     for answer in self._answer(question):
                         sock.sendall(answer if isinstance(answer, bytes) else answer.to_bytes())
 
 
 @contextmanager
-def scripted(
+def connect_to_script(
     answer: Callable[[bb.BlackBoardMessage], list[bb.BlackBoardMessage | bytes]],
     registry: Any = None,
     timeout: float = TIMEOUT,
     bus: EventBus | None = None,
     **options: float,
-) -> Iterator[tuple[Script, FawkesBlackBoard]]:
-    script = Script(answer)
+) -> Iterator[tuple[ScriptedServer, FawkesBlackBoard]]:
+    script = ScriptedServer(answer)
     try:
         registry = registry or SampleRegistry()
         with FawkesBlackBoard(script.url, registry, VirtualClock(), bus, timeout=timeout, **options) as board:
@@ -247,28 +247,28 @@ BLOCK = bytes(SAMPLE_SCHEMA.datasize)
         (99, RemoteRefusalError),
     ],
 )
-def test_refusals_of_the_remote(failure, error):
-    with scripted(lambda question: [bb.OpenFailure(failure)]) as (_, board), pytest.raises(error):
+def test_refusal_of_server_raises_error(failure, error):
+    with connect_to_script(lambda question: [bb.OpenFailure(failure)]) as (_, board), pytest.raises(error):
         board.open_for_writing(SampleInterface, "a")
 
 
-def test_a_block_of_another_size_is_refused_and_closed():
+def test_block_of_different_size_is_refused_and_closed():
     def answer(question: bb.BlackBoardMessage) -> list[bb.BlackBoardMessage | bytes]:
         return [bb.OpenSuccess(SERIAL, False, 1, BLOCK + b"x")] if isinstance(question, bb.Open) else []
 
-    with scripted(answer) as (script, board):
+    with connect_to_script(answer) as (script, board):
         with pytest.raises(
             RemoteRefusalError,
             match=f"has {len(BLOCK) + 1} bytes at the other end, but {len(BLOCK)} bytes here",
         ):
             board.open_for_reading(SampleInterface, "a")
         board.shutdown()
-        assert script.asked[1:] == [bb.Close(SERIAL)]
+        assert script.requests[1:] == [bb.Close(SERIAL)]
 
 
-def test_a_remote_that_does_not_answer():
+def test_server_without_answer_loses_connection():
     answers: Iterator[list[bb.BlackBoardMessage | bytes]] = iter([[]])
-    with scripted(lambda question: next(answers, [bb.InterfaceList(())]), timeout=0.2) as (_, board):
+    with connect_to_script(lambda question: next(answers, [bb.InterfaceList(())]), timeout=0.2) as (_, board):
         changed = connection_changes(board)
         with pytest.raises(ConnectionLostError, match=r"no reply within 0\.2 s"):
             board.list_all()
@@ -277,45 +277,47 @@ def test_a_remote_that_does_not_answer():
         assert board.connected
 
 
-def test_a_remote_that_says_anything_is_there():
-    """A busy server answers late, but shows its work."""
-    link_of: list[Any] = []
-    chatter = bb.Data(UUID(int=9), BLOCK, changed=True).to_bytes()
+def test_busy_server_stays_connected():
+    """A busy server answers late, but sends data meanwhile."""
+    connections: list[Any] = []
+    data_frame = bb.Data(UUID(int=9), BLOCK, changed=True).to_bytes()
 
     def answer(question: bb.BlackBoardMessage) -> list[bb.BlackBoardMessage | bytes]:
-        for _ in range(12):  # longer than an answer may take
-            script._sockets[-1].sendall(chatter)
+        for _ in range(12):  # longer than the timeout of an answer
+            script._sockets[-1].sendall(data_frame)
             threading.Event().wait(0.1)
-        link_of.append(board._requests.connection)
+        connections.append(board._requests.connection)
         return [bb.InterfaceList(())]
 
-    with scripted(lambda question: [], timeout=1.0, silence=0) as (script, board):
+    with connect_to_script(lambda question: [], timeout=1.0, silence=0) as (script, board):
         script._answer = answer
         before = board._requests.connection
         board.probe()
-        assert link_of == [before]
+        assert connections == [before]
         assert board._requests.connection is before
 
 
-def test_a_shutdown_waits_until_what_was_written_is_taken():
-    """Fawkes forgets the unprocessed requests of a client that hangs up."""
+def test_shutdown_waits_until_server_has_processed_writes():
+    """Fawkes drops the unprocessed requests of a disconnected client."""
 
     def answer(question: bb.BlackBoardMessage) -> list[bb.BlackBoardMessage | bytes]:
         if isinstance(question, bb.Open):
             return [bb.OpenSuccess(SERIAL, False, 1, BLOCK)]
         if not isinstance(question, bb.ListAll | bb.ListMatching):
             return []
-        taken.extend(script.asked)
+        processed.extend(script.requests)
         return [bb.InterfaceList(())]
 
-    taken: list[bb.BlackBoardMessage] = []
-    with scripted(answer) as (script, board):
+    processed: list[bb.BlackBoardMessage] = []
+    with connect_to_script(answer) as (script, board):
         board.open_for_writing(SampleInterface, "a").write()
         board.shutdown()
-        assert any(isinstance(frame, bb.Data) for frame in taken), "hung up without asking"
+        assert any(isinstance(frame, bb.Data) for frame in processed), (
+            "the client disconnected without a round trip"
+        )
 
 
-def test_nonsense_from_the_remote_is_ignored_and_logged_once():
+def test_invalid_frames_of_server_are_ignored_and_logged_once():
     noise: list[bb.BlackBoardMessage | bytes] = [
         FawkesFrame(77, 1, b"x").to_bytes(),
         FawkesFrame(2, 9, b"x").to_bytes(),
@@ -335,7 +337,7 @@ def test_nonsense_from_the_remote_is_ignored_and_logged_once():
     bus = EventBus(VirtualClock())
     lines: list[Any] = []
     bus.subscribe(lines.append, LogLine)
-    with scripted(answer, bus=bus) as (_, board):
+    with connect_to_script(answer, bus=bus) as (_, board):
         reader = board.open_for_reading(SampleInterface, "a")
         board.flush()
         assert reader.read() is False
@@ -344,9 +346,9 @@ def test_nonsense_from_the_remote_is_ignored_and_logged_once():
         assert len(texts) == len(set(texts)) == 6
 
 
-def test_too_much_announced_by_the_remote_ends_the_connection():
+def test_oversized_frame_of_server_ends_connection():
     with (
-        scripted(lambda question: [b"\0\x02\0\x01\xff\xff\xff\xff"]) as (_, board),
+        connect_to_script(lambda question: [b"\0\x02\0\x01\xff\xff\xff\xff"]) as (_, board),
         pytest.raises(ConnectionLostError, match="announces 4294967295 bytes"),
     ):
         board.list_all()
@@ -358,8 +360,8 @@ NetTest: Any = default_registry().get("TestInterface")
 OTHER_HASH = bytes(range(16))
 
 
-class FawkesWith:
-    """Answers like a Fawkes that has TestInterface with this hash."""
+class FawkesWithHash:
+    """Answers like a Fawkes whose TestInterface has the hash ``real``."""
 
     def __init__(self, real: bytes, *, listed: bool = True) -> None:
         self._real = real
@@ -374,39 +376,39 @@ class FawkesWith:
         return [bb.InterfaceList((info,) if self._listed else ())]
 
 
-def test_the_hash_of_fawkes_is_offered_first():
+def test_client_offers_hash_of_fawkes_first():
     real = hash_for_wire(NetTest.SCHEMA)
     assert real != NetTest.SCHEMA.hash
-    with scripted(FawkesWith(real), default_registry()) as (script, board):
+    with connect_to_script(FawkesWithHash(real), default_registry()) as (script, board):
         assert board.open_for_reading(NetTest, "a").hash == NetTest.SCHEMA.hash
         assert [info.hash for info in board.list_all()] == [NetTest.SCHEMA.hash]
-        assert script.asked[0] == bb.Open("TestInterface", "a", real, writing=False)
+        assert script.requests[0] == bb.Open("TestInterface", "a", real, writing=False)
 
 
-def test_our_own_hash_is_adopted_when_the_remote_lists_it():
+def test_client_offers_own_hash_if_server_lists_it():
     own = NetTest.SCHEMA.hash
-    with scripted(FawkesWith(own), default_registry()) as (script, board):
+    with connect_to_script(FawkesWithHash(own), default_registry()) as (script, board):
         for _ in range(2):
             assert board.open_for_reading(NetTest, "a").valid
             del board._ports_by_serial[SERIAL.bytes]
-        offers = [question.hash for question in script.asked if isinstance(question, bb.Open)]
+        offers = [question.hash for question in script.requests if isinstance(question, bb.Open)]
         assert offers == [hash_for_wire(NetTest.SCHEMA), own] * 2
 
 
 @pytest.mark.parametrize("listed", [True, False])
-def test_another_layout_is_refused_with_both_hashes(listed):
-    with scripted(FawkesWith(OTHER_HASH, listed=listed), default_registry()) as (script, board):
+def test_different_definition_is_refused_with_both_hashes(listed):
+    with connect_to_script(FawkesWithHash(OTHER_HASH, listed=listed), default_registry()) as (script, board):
         with pytest.raises(errors.VersionMismatchError) as caught:
             board.open_for_writing(NetTest, "a")
         assert hash_for_wire(NetTest.SCHEMA).hex().upper() in str(caught.value)
         assert (OTHER_HASH.hex().upper() in str(caught.value)) is listed
-        assert sum(isinstance(question, bb.Open) for question in script.asked) == 1
+        assert sum(isinstance(question, bb.Open) for question in script.requests) == 1
 
 
 # -- the bus
 
 
-def test_writes_are_told_to_the_bus_once(served):
+def test_bus_gets_each_write_once(served):
     board = served.client()
     events: list[Any] = []
     assert board.bus is not None
@@ -430,8 +432,8 @@ def test_writes_are_told_to_the_bus_once(served):
 # -- order
 
 
-def test_the_end_of_an_instance_is_told_before_that_of_its_interface(served, monkeypatch):
-    """The server was quicker than the closing thread: "destroyed" came before "-reader", now and then."""
+def test_instance_removal_precedes_interface_removal(served, monkeypatch):
+    """A server that is quicker than the closing thread must not bring "destroyed" before "-reader"."""
     board, recorder = served.client(), Recorder()
     board.register_observer(recorder)
     reader = board.open_for_reading(SampleInterface, "a")
@@ -439,11 +441,11 @@ def test_the_end_of_an_instance_is_told_before_that_of_its_interface(served, mon
     board.flush()
     send = board._requests.send
 
-    def send_and_dawdle(frames: bytes) -> None:
+    def send_and_wait(frames: bytes) -> None:
         send(frames)
-        board.flush()  # the answer to Close and all that it caused are here, and delivered
+        board.flush()  # the answer to Close and its events are delivered
 
-    monkeypatch.setattr(board._requests, "send", send_and_dawdle)
+    monkeypatch.setattr(board._requests, "send", send_and_wait)
     reader.close()
     monkeypatch.undo()
     board.flush()

@@ -1,4 +1,4 @@
-"""Messages to bytes and back: fixed bytes with their JSON twins, and anything at all."""
+"""Encoding and decoding of messages: stored bytes with their JSON forms, recordings and random bytes."""
 
 from __future__ import annotations
 
@@ -22,36 +22,36 @@ DATA = Path(__file__).parent / "data"
 
 
 @pytest.mark.parametrize("name", sorted(SAMPLES))
-def test_the_bytes_of_each_message(name):
+def test_message_has_stored_bytes_and_json(name):
     message = SAMPLES[name]
     raw = (DATA / f"{name}.bin").read_bytes()
     assert message.to_bytes() == raw
     (frame,) = frames_of(raw)
     if frame.component == ComponentId.BLACKBOARD:
         assert codec.decode(frame) == message
-    twin = {"component": frame.component, "kind": frame.kind, **to_json(message)}
-    assert twin == json.loads((DATA / f"{name}.json").read_text())
+    document = {"component": frame.component, "kind": frame.kind, **to_json(message)}
+    assert document == json.loads((DATA / f"{name}.json").read_text())
 
 
-def test_there_is_no_byte_file_without_a_message():
+def test_each_byte_file_has_message():
     assert {path.stem for path in DATA.iterdir()} == set(SAMPLES)
 
 
 @needs_shared
 @pytest.mark.parametrize("path", sorted(TRACES.glob("*.bin")), ids=lambda path: path.name)
-def test_what_a_real_fawkes_sent(path):
+def test_recorded_frames_survive_decoding_and_encoding(path):
     for frame in frames_of(path.read_bytes()):
         if frame.component != ComponentId.BLACKBOARD:
             continue  # the replays compare the other components
-        again = codec.decode(frame).to_frame()
+        encoded = codec.decode(frame).to_frame()
         if frame[:2] == (ComponentId.BLACKBOARD, bb.BoardKind.INTERFACE_CREATED):
-            assert codec.decode(again) == codec.decode(frame)  # Fawkes leaves garbage after the NUL
+            assert codec.decode(encoded) == codec.decode(frame)  # Fawkes leaves garbage after the NUL
         else:
-            assert again == frame
+            assert encoded == frame
 
 
 @given(st.integers(0, 20), st.binary(max_size=400))
-def test_any_bytes_are_a_message_or_malformed(kind, payload):
+def test_random_bytes_are_message_or_malformed(kind, payload):
     frame = FawkesFrame(ComponentId.BLACKBOARD, kind, payload)
     try:
         message = codec.decode(frame)
@@ -61,7 +61,7 @@ def test_any_bytes_are_a_message_or_malformed(kind, payload):
 
 
 @given(st.sampled_from(sorted(name for name in SAMPLES if name.startswith("bb"))), st.data())
-def test_any_change_of_a_message_is_a_message_or_malformed(name, data):
+def test_changed_message_is_message_or_malformed(name, data):
     frame = SAMPLES[name].to_frame()
     raw = bytearray(frame.payload)
     for _ in range(data.draw(st.integers(1, 3))):
@@ -70,13 +70,13 @@ def test_any_change_of_a_message_is_a_message_or_malformed(name, data):
     try:
         codec.decode(frame._replace(payload=bytes(raw)))
     except ProtocolError as error:
-        assert error.message  # noqa: PT017 - what is not malformed is fine, too
+        assert error.message  # noqa: PT017 - a changed message may be valid
 
 
-def test_long_names_are_cut_where_a_client_needs_the_nul():
+def test_long_names_end_with_nul():
     event = bb.InterfaceEvent(bb.BoardKind.INTERFACE_CREATED, "T" * 48, "i" * 64)
-    told = codec.decode(event.to_frame())
-    assert told == bb.InterfaceEvent(bb.BoardKind.INTERFACE_CREATED, "T" * 47, "i" * 63)
+    decoded = codec.decode(event.to_frame())
+    assert decoded == bb.InterfaceEvent(bb.BoardKind.INTERFACE_CREATED, "T" * 47, "i" * 63)
 
 
 @pytest.mark.parametrize(
@@ -94,6 +94,6 @@ def test_long_names_are_cut_where_a_client_needs_the_nul():
         (2, 9, bytes(16) + b"\0\0\0\x05" + bytes(4), "DATA has 24 bytes, not 25"),
     ],
 )
-def test_what_makes_no_sense_is_named(component, kind, payload, text):
+def test_malformed_message_is_error_with_reason(component, kind, payload, text):
     with pytest.raises(MalformedMessageError, match=text):
         codec.decode(FawkesFrame(component, kind, payload))

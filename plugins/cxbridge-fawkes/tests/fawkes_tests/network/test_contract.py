@@ -1,4 +1,4 @@
-"""The contract of all blackboards, over Fawkes' protocol: the reader, the writer or both are remote."""
+"""The contracts of all blackboards over Fawkes' protocol, with a remote reader, writer or both."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tests.blackboard.contract.suite import ContractEntry, contract_tests
 
 
 def fawkes_pairs(near: bool, far: bool) -> Callable[[Path], AbstractContextManager[BoardPair]]:
-    """Two clients of a server, or one and the served board itself."""
+    """Return pairs of two clients of a server, or of a client and the served board."""
 
     @contextmanager
     def pairs(_: Path) -> Iterator[BoardPair]:

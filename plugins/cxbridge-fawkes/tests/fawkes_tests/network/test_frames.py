@@ -1,4 +1,4 @@
-"""Cutting a stream into frames."""
+"""Decoding of a byte stream into frames."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ def no_limit(component: int, kind: int) -> int:
 
 
 @given(st.lists(frames, max_size=8), st.data())
-def test_however_the_bytes_are_dealt_out(sent, data):
+def test_decoder_returns_frames_of_any_chunks(sent, data):
     stream = b"".join(frame.to_bytes() for frame in sent)
     decoder = FrameDecoder(no_limit)
-    got: list[FawkesFrame] = []
+    received: list[FawkesFrame] = []
     while stream:
         size = data.draw(st.integers(1, len(stream)))
-        got += decoder.feed(stream[:size])
+        received += decoder.feed(stream[:size])
         stream = stream[size:]
-    assert got == sent
+    assert received == sent
     assert decoder.pending_size == 0
 
 
 @given(st.lists(st.binary(max_size=60)))
-def test_any_bytes_are_frames_or_too_long(chunks):
+def test_random_bytes_are_frames_or_too_long(chunks):
     limit = 100
     decoder = FrameDecoder(lambda component, kind: limit)
     try:
@@ -38,10 +38,10 @@ def test_any_bytes_are_frames_or_too_long(chunks):
                 assert len(frame.payload) <= limit
             assert decoder.pending_size < limit + 8
     except FrameTooLongError as error:
-        assert "only 100 are allowed" in error.message  # noqa: PT017 - need not be raised
+        assert "only 100 are allowed" in error.message  # noqa: PT017 - the error is optional
 
 
-def test_a_frame_may_change_the_limit_of_the_next():
+def test_frame_can_change_limit_of_next_frame():
     limits = iter([0, 5])
     decoder = FrameDecoder(lambda component, kind: next(limits))
     stream = FawkesFrame(2, 2).to_bytes() + FawkesFrame(2, 10, b"12345").to_bytes()

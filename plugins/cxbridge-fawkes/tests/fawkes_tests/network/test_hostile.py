@@ -1,4 +1,4 @@
-"""Peers that are many, that stand still, that vanish without a word."""
+"""Peers that are numerous, stopped, or vanish without closing."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def connect(port: int, bus: EventBus | None = None, **options: Any) -> FawkesBla
 
 @pytest.fixture
 def many_files() -> Iterator[None]:
-    """Let this process and its children have ``count`` sockets."""
+    """Raise the limit of open files for this process and its children."""
     needed = 2 * CONNECTIONS
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     if hard != resource.RLIM_INFINITY and hard < needed:
@@ -60,7 +60,7 @@ def many_files() -> Iterator[None]:
 
 
 def resident(pid: int) -> int:
-    """Return the bytes of memory that a process has."""
+    """Return the resident memory of a process in bytes."""
     pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
     return pages * resource.getpagesize()
 
@@ -69,38 +69,38 @@ def open_files(pid: int) -> int:
     return len(list(Path(f"/proc/{pid}/fd").iterdir()))
 
 
-def test_a_thousand_connections_cost_little_and_leave_nothing(many_files, server):
+def test_thousand_connections_need_little_memory_and_are_released(many_files, server):
     pid = server.process.pid
     with connect(server.port) as board:
-        good: Any = board.open_for_reading("TestInterface", "served")
+        reader: Any = board.open_for_reading("TestInterface", "served")
         files, before, memory = open_files(pid), server.ask("list"), resident(pid)
         with ExitStack() as stack:
-            crowd = [stack.enter_context(RawClient(server.port)) for _ in range(CONNECTIONS)]
-            for number, one in enumerate(crowd):
-                if number % 3 == 0:  # reads; the rest says nothing, or half of a frame
-                    one.send(bb.Open("TestInterface", f"{number % 30}", HASH, writing=False).to_bytes())
+            clients = [stack.enter_context(RawClient(server.port)) for _ in range(CONNECTIONS)]
+            for number, client in enumerate(clients):
+                if number % 3 == 0:  # a reader; the rest is silent or sends half of a frame
+                    client.send(bb.Open("TestInterface", f"{number % 30}", HASH, writing=False).to_bytes())
                 elif number % 3 == 1:
-                    one.send(b"\0\x02\0")
+                    client.send(b"\0\x02\0")
             eventually(lambda: server.ask("clients") == CONNECTIONS + 1)
             opened = (CONNECTIONS + 2) // 3
             eventually(lambda: sum(readers for _, readers in server.ask("list").values()) >= opened)
             for number in range(1, 101):
                 assert server.ask(f"write {number}") == number
             board.flush()
-            good.read()
-            assert good.test_int == 100
+            reader.read()
+            assert reader.test_int == 100
             assert resident(pid) - memory < 100 * MIB
         eventually(lambda: server.ask("clients") == 1)
         assert server.ask("list") == before
         assert open_files(pid) == files
 
 
-# -- processes that stand still
+# -- stopped processes
 
 
 @pytest.fixture
-def home(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[LocalBlackBoard, FawkesServer]]:
-    """A board whose server waits for ever for clients that stand still."""
+def patient_server(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[LocalBlackBoard, FawkesServer]]:
+    """A board whose server waits for ever for stopped clients."""
     monkeypatch.setattr("cxbridge_fawkes.network.server.STALL_S", 3600.0)
     monkeypatch.setattr("cxbridge_fawkes.network.sockets.GONE_TIMEOUT_S", 3600.0)
     board = LocalBlackBoard(default_registry(), RealClock())
@@ -108,49 +108,49 @@ def home(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[LocalBlackBoard, Faw
         yield board, server
 
 
-def test_a_stopped_reader_slows_nobody_takes_no_memory_and_gets_the_newest(home):
-    board, server = home
+def test_stopped_reader_costs_nothing_and_gets_newest_data(patient_server):
+    board, server = patient_server
     writer: Any = board.open_for_writing("TestInterface", "served")
-    with Child("client", "127.0.0.1", server.port) as stopped, connect(server.port) as other:
-        (session,) = (one for one in server._sessions.values() if one.number == 1)
-        # the system would take more and more, also of the frames that have waited here for long
+    with Child("client", "127.0.0.1", server.port) as stopped, connect(server.port) as board:
+        (session,) = (client for client in server._sessions.values() if client.number == 1)
+        # a larger buffer of the system would also take frames that have waited for long
         session.sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 64 * 1024)
-        reader: Any = other.open_for_reading("TestInterface", "served")
+        reader: Any = board.open_for_reading("TestInterface", "served")
         stopped.stop()
-        most = 0
+        max_queued = 0
         for number in range(1, 40_001):
             writer.test_int = number
             writer.write()
-            most = max(most, session._outbox.queued_bytes)
+            max_queued = max(max_queued, session._outbox.queued_bytes)
             if number % 10_000 == 0:
-                other.flush()
+                board.flush()
                 reader.read()
                 assert reader.test_int == number
-        assert CONFLATE_FROM <= most < CONFLATE_FROM + MIB
-        stopped.go_on()
+        assert CONFLATE_FROM <= max_queued < CONFLATE_FROM + MIB
+        stopped.resume()
         assert stopped.ask("read") == 40_000
 
 
-def test_a_stopped_writer_keeps_its_place_and_goes_on(home):
-    _, server = home
-    with Child("client", "127.0.0.1", server.port) as stopped, connect(server.port) as other:
+def test_stopped_writer_stays_writer_and_continues(patient_server):
+    _, server = patient_server
+    with Child("client", "127.0.0.1", server.port) as stopped, connect(server.port) as board:
         stopped.stop()
-        reader: Any = other.open_for_reading("TestInterface", "written")
+        reader: Any = board.open_for_reading("TestInterface", "written")
         with pytest.raises(WriterActiveError):
-            other.open_for_writing("TestInterface", "written")
+            board.open_for_writing("TestInterface", "written")
         for _ in range(1000):
             reader.msgq_enqueue(reader.create_message("SetTestIntMessage"))
-        other.flush()
-        assert len(other.list_all()) == 3
-        stopped.go_on()
+        board.flush()
+        assert len(board.list_all()) == 3
+        stopped.resume()
         assert stopped.ask("write 7") == 7
-        other.flush()
+        board.flush()
         reader.read()
         assert reader.test_int == 7
 
 
-def test_a_stopped_server_is_gone_until_it_goes_on(server):
-    """TCP does not notice: the kernel acknowledges for the process, and accepts connections to it."""
+def test_stopped_server_is_disconnected_until_continued(server):
+    """TCP does not notice the stop: the kernel acknowledges data and accepts connections for the process."""
     bus, lines, changes = EventBus(RealClock()), list[str](), SimpleQueue[bool]()
     bus.subscribe(lambda event: lines.append(str(getattr(event, "text", ""))), LogLine)
     with connect(server.port, bus, timeout=1.0, silence=0.2) as board:
@@ -162,28 +162,28 @@ def test_a_stopped_server_is_gone_until_it_goes_on(server):
         with pytest.raises(ConnectionLostError):
             writer.write()
         assert not reader.has_writer
-        links = [board._reconnector._connection]
+        connections = [board._reconnector._connection]
 
         def tried_thrice() -> bool:
-            if links[-1] is not board._reconnector._connection:
-                links.append(board._reconnector._connection)
-            return len(links) > 3
+            if connections[-1] is not board._reconnector._connection:
+                connections.append(board._reconnector._connection)
+            return len(connections) > 3
 
         eventually(tried_thrice)
         assert not board.connected
-        server.go_on()
+        server.resume()
         assert changes.get(timeout=TIMEOUT) is True
         assert server.ask("write 5") == 5
         eventually(lambda: reader.read() and reader.test_int == 5)
-    told = [line.partition(f":{server.port}")[2] for line in lines if "connection" in line]
-    assert told[:2] == [": no reply within 1 s", " is back"]  # more, if it stood still again by itself
+    messages = [line.partition(f":{server.port}")[2] for line in lines if "connection" in line]
+    assert messages[:2] == [": no reply within 1 s", " is back"]  # a loaded machine may add further pairs
 
 
 # -- machines that vanish
 
 
-def test_what_a_vanished_machine_had_is_released():
-    """No FIN comes: the cable is out. One connection is silent, to the other data are under way."""
+def test_server_releases_interfaces_of_vanished_machine():
+    """A disconnected cable sends no FIN. One connection is idle, one has data in transit."""
     with ExitStack() as stack:
         robot, laptop = stack.enter_context(two_hosts())
         server = stack.enter_context(Child("serve", robot.address, 2, wrap=robot.command))
@@ -197,6 +197,6 @@ def test_what_a_vanished_machine_had_is_released():
         for number in range(10):
             server.ask(f"write {number}")
         eventually(lambda: server.ask("clients") == 0, TIMEOUT)
-        theirs = {"TestInterface::written", "TestInterface::silent"}
-        eventually(lambda: not theirs & server.ask("list").keys())
+        uids = {"TestInterface::written", "TestInterface::silent"}
+        eventually(lambda: not uids & server.ask("list").keys())
         eventually(lambda: not server.ask("controller"))

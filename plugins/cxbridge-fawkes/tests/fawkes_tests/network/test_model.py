@@ -1,4 +1,4 @@
-"""Clients of Fawkes' protocol against the model that all blackboards share."""
+"""Clients of Fawkes' protocol against the model of all blackboards."""
 
 from __future__ import annotations
 

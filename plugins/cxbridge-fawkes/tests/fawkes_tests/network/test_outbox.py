@@ -1,4 +1,4 @@
-"""The frames of a slow client: the newest data of each instance, each write once."""
+"""The outbox of a slow client keeps the newest data of each instance, and each write once."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def take_all(outbox: Outbox) -> bytes:
 
 
 @pytest.mark.parametrize("room", [0, 1, len(refreshed(1)), 10_000])
-def test_a_write_between_whose_frames_the_outbox_fills_is_sent_once(room: int) -> None:
-    """CHANGED came after the limit, and brought a second REFRESHED of the same write with it."""
+def test_write_is_sent_once_if_outbox_fills_between_frames(room: int) -> None:
+    """A CHANGED beyond the limit must not add a second REFRESHED of the same write."""
     outbox = Outbox()
     outbox.put_frames(bytes(CONFLATE_FROM - room))
     for number in (1, 2):
@@ -41,8 +41,8 @@ def test_a_write_between_whose_frames_the_outbox_fills_is_sent_once(room: int) -
 
 
 @pytest.mark.parametrize("taken_after", range(1, 7))
-def test_a_write_that_leaves_between_its_frames_is_sent_once(taken_after: int) -> None:
-    """CHANGED of older data took the newest along, whose own CHANGED then came as one more write."""
+def test_write_is_sent_once_if_client_reads_between_frames(taken_after: int) -> None:
+    """A CHANGED of older data must not carry the newest data, whose own CHANGED would repeat the write."""
     outbox = Outbox()
     outbox.put_frames(bytes(CONFLATE_FROM))
     sent = b""
@@ -60,7 +60,7 @@ def test_a_write_that_leaves_between_its_frames_is_sent_once(taken_after: int) -
     assert refreshed(3) in rest
 
 
-def test_data_that_did_not_change_do_not_swallow_a_later_change() -> None:
+def test_unchanged_data_does_not_hide_later_change() -> None:
     outbox = Outbox()
     outbox.put_frames(bytes(CONFLATE_FROM))
     outbox.put_data(SERIAL, block(1), changed=False)

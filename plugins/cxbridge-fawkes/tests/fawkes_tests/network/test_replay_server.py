@@ -1,4 +1,4 @@
-"""What real Fawkes clients sent, sent to our server: it answers as the real Fawkes did."""
+"""The server answers the recorded requests of Fawkes' clients as Fawkes answers."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ pytestmark = needs_shared
 
 STATUS_FINAL, STATUS_RUNNING = 1, 2
 LOG_HEAD_SIZE = 16
-"""The bytes of a log line before its texts: level, seconds, microseconds."""
+"""The size of level, seconds and microseconds before the texts of a log line."""
 CREATED, DESTROYED = bb.BoardKind.INTERFACE_CREATED, bb.BoardKind.INTERFACE_DESTROYED
 
 
 class Process:
-    """A process with a board, and the server to be tested."""
+    """A board and the server under test."""
 
     def __init__(self) -> None:
         clock = RealClock()
@@ -44,7 +44,7 @@ class Process:
         self.server = FawkesServer(self.board, port=0, components=components)
 
     def populate(self, infos: Iterable[bb.ListedInterface]) -> None:
-        """Have the interfaces that a recorded list tells of, with their time stamps and in their order."""
+        """Open the interfaces of a recorded list, with the recorded time stamps and order."""
         for info in infos:
             instances = [self.board.open_for_reading(info.type, info.id) for _ in range(info.num_readers)]
             if info.has_writer:
@@ -62,7 +62,7 @@ def _write(writer: Interface, block: bytes | None = None, timestamp_us: int = 0)
 
 
 class FakeSkiller(Listener):
-    """Acts on messages as the recorded skiller did, and says what that one said."""
+    """Handles and logs messages as the recorded Skiller does."""
 
     def __init__(self, process: Process, block: bytes, *, finishes: bool) -> None:
         self._skiller: Any = process.board.open_for_writing("SkillerInterface", "Skiller")
@@ -121,7 +121,7 @@ class Replay:
     def run(self, steps: Iterable[Step]) -> None:
         try:
             for step in steps:
-                getattr(self, f"_{step.what}")(step)
+                getattr(self, f"_{step.action}")(step)
         finally:
             for client in self._clients.values():
                 client.close()
@@ -132,47 +132,47 @@ class Replay:
     def _disconnect(self, step: Step) -> None:
         self._clients[step.conn].close()
 
-    def _ask(self, step: Step) -> None:
-        self._clients[step.conn].send(self._serials.ours(step.frame))
+    def _request(self, step: Step) -> None:
+        self._clients[step.conn].send(self._serials.translate(step.frame))
 
-    def _tell(self, step: Step) -> None:
-        got = self._clients[step.conn].take()
-        assert got[:2] == step.frame[:2]
-        if got[:2] == (ComponentId.BLACKBOARD, bb.BoardKind.OPEN_SUCCESS):
-            ours = codec.decode(got)
-            assert isinstance(ours, bb.OpenSuccess)
-            self._serials.learn(step.message.serial, ours.serial)
-        wanted = self._serials.ours(step.frame)
-        assert got == wanted or self._same(got, wanted), (got, wanted)
+    def _answer(self, step: Step) -> None:
+        received = self._clients[step.conn].take()
+        assert received[:2] == step.frame[:2]
+        if received[:2] == (ComponentId.BLACKBOARD, bb.BoardKind.OPEN_SUCCESS):
+            actual = codec.decode(received)
+            assert isinstance(actual, bb.OpenSuccess)
+            self._serials.learn(step.message.serial, actual.serial)
+        expected = self._serials.translate(step.frame)
+        assert received == expected or self._same(received, expected), (received, expected)
         self.compared += 1
 
 
-def equal_but_time(got: FawkesFrame, wanted: FawkesFrame) -> bool:
-    """Whether data differ only in the time at which the skiller wrote them."""
-    if got.component == ComponentId.BLACKBOARD and got.kind in (
+def equal_without_time(received: FawkesFrame, expected: FawkesFrame) -> bool:
+    """Return whether two data frames differ at most in their time stamps."""
+    if received.component == ComponentId.BLACKBOARD and received.kind in (
         bb.BoardKind.DATA_REFRESHED,
         bb.BoardKind.DATA_CHANGED,
     ):
         start = bb.DATA_HEAD.size
-        return got.payload[:start] + got.payload[start + 16 :] == (
-            wanted.payload[:start] + wanted.payload[start + 16 :]
+        return received.payload[:start] + received.payload[start + 16 :] == (
+            expected.payload[:start] + expected.payload[start + 16 :]
         )
     return False
 
 
 @pytest.mark.parametrize("name", ["skillet-say", "skillet-say-wait"])
-def test_skillet(process, name):
+def test_server_answers_skillet(process, name):
     steps = load(name)
-    opened = next(step.message for step in steps if step.what == "tell")
+    opened = next(step.message for step in steps if step.action == "answer")
     FakeSkiller(process, opened.block, finishes=name == "skillet-say")
     process.board.open_for_reading("SkillerInterface", "Skiller")
-    replay = Replay(process, equal_but_time)
+    replay = Replay(process, equal_without_time)
     replay.run(steps)
     assert replay.compared == {"skillet-say": 9, "skillet-say-wait": 7}[name]
 
 
-def test_ffplugin_list(process):
-    replay = Replay(process, lambda got, wanted: False)
+def test_server_answers_ffplugin_list(process):
+    replay = Replay(process, lambda received, expected: False)
     replay.run(load("ffplugin-list"))
     assert replay.compared == 1
 
@@ -180,81 +180,83 @@ def test_ffplugin_list(process):
 # -- the log
 
 
-def equal_but_names(got: FawkesFrame, wanted: FawkesFrame) -> bool:
-    if got.component != ComponentId.NETWORK_LOGGER:
-        return equal_but_time(got, wanted)
-    return _anonymous(got) == _anonymous(wanted)
+def equal_without_names(received: FawkesFrame, expected: FawkesFrame) -> bool:
+    if received.component != ComponentId.NETWORK_LOGGER:
+        return equal_without_time(received, expected)
+    return _anonymous(received) == _anonymous(expected)
 
 
 def _anonymous(line: FawkesFrame) -> tuple[bytes, bytes]:
-    """Return the level and the texts of a log line, without its time and serials."""
+    """Return the level and the texts of a log line, without time and serials."""
     level, texts = line.payload[:4], line.payload[LOG_HEAD_SIZE:]
     texts = re.sub(rb"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}", b"<serial>", texts)
     return level, re.sub(rb"Remote \d+ ", b"Remote <number> ", texts)
 
 
-def in_time(steps: list[Step]) -> list[Step]:
-    """Leave out the lines about lateness of the recorded Fawkes' main loop."""
+def without_lateness(steps: list[Step]) -> list[Step]:
+    """Leave out log lines about a late main loop."""
     return [
         step
         for step in steps
-        if step.what != "tell"
+        if step.action != "answer"
         or step.frame.component != ComponentId.NETWORK_LOGGER
         or step.frame.payload[LOG_HEAD_SIZE:].partition(b"\0")[0] != b"FawkesMainThread"
     ]
 
 
 def by_connection(steps: list[Step]) -> list[Step]:
-    """Compare the log at the end: it and the answers come on two connections, in no order."""
-    later = [step for step in steps if step.what == "tell" and step.conn == 0]
-    ends = [step for step in steps if step.what == "disconnect"]
-    return [step for step in steps if step not in later and step not in ends] + later + ends
+    """Move the log to the end: log and answers use two connections without a common order."""
+    log = [step for step in steps if step.action == "answer" and step.conn == 0]
+    ends = [step for step in steps if step.action == "disconnect"]
+    return [step for step in steps if step not in log and step not in ends] + log + ends
 
 
-def test_fflogview(process):
-    steps = in_time(load("fflogview"))
-    opened = next(step.message for step in steps if step.conn == 1 and step.what == "tell")
+def test_server_answers_fflogview(process):
+    steps = without_lateness(load("fflogview"))
+    opened = next(step.message for step in steps if step.conn == 1 and step.action == "answer")
     FakeSkiller(process, opened.block, finishes=True)
     process.board.open_for_reading("SkillerInterface", "Skiller")
-    replay = Replay(process, equal_but_names)
+    replay = Replay(process, equal_without_names)
     steps = by_connection(steps)
     replay.run(steps)
-    log = [step.frame for step in steps if step.what == "tell" and step.conn == 0]
+    log = [step.frame for step in steps if step.action == "answer" and step.conn == 0]
     assert [line.payload[0] for line in log].count(1) == 1  # the level INFO
     assert replay.compared == len(log) + 9
 
 
-# -- everything of the blackboard
+# -- the blackboard
 
 
-def without_the_leak(steps: list[Step]) -> list[Step]:
-    """Leave out, or put right, what follows from opening before the hashes are compared.
+def without_kept_interfaces(steps: list[Step]) -> list[Step]:
+    """Leave out or correct the steps with HashMis and HashMisW.
 
-    The recorded Fawkes made HashMis and HashMisW, and kept them; later it refused to open HashMisW.
-    Ours makes HashMisW when it is opened with the right hash, and it vanishes with its client.
+    Fawkes creates an interface before the comparison of hashes: it kept both, and later refused to open
+    HashMisW. This server creates HashMisW only for the right hash, and removes HashMisW with its client.
     """
-    right: list[Step] = []
+    corrected: list[Step] = []
     for step in steps:
-        message = step.message if step.what == "tell" else None
+        message = step.message if step.action == "answer" else None
         if isinstance(message, bb.InterfaceEvent) and message.id.startswith("HashMis"):
             continue
         if isinstance(message, bb.InterfaceList):
             kept = tuple(info for info in message.interfaces if not info.id.startswith("HashMis"))
             step = replace(step, frame=bb.InterfaceList(kept).to_frame())  # noqa: PLW2901
-        right.append(step)
+        corrected.append(step)
     refused = next(
         index
-        for index, step in enumerate(right)
+        for index, step in enumerate(corrected)
         if step.conn == 2
-        and step.what == "tell"
+        and step.action == "answer"
         and step.message == bb.OpenFailure(bb.OpenError.WRITER_EXISTS)
     )
     created = bb.InterfaceEvent(CREATED, "TestInterface", "HashMisW").to_frame()
-    right[refused : refused + 1] = [Step(conn, "tell", created) for conn in (0, 1, 2)] + [Step(2, "opened")]
-    gone = right.index(Step(2, "disconnect"))
+    corrected[refused : refused + 1] = [Step(conn, "answer", created) for conn in (0, 1, 2)] + [
+        Step(2, "opened")
+    ]
+    disconnected = corrected.index(Step(2, "disconnect"))
     destroyed = bb.InterfaceEvent(DESTROYED, "TestInterface", "HashMisW").to_frame()
-    right[gone + 1 : gone + 1] = [Step(conn, "tell", destroyed) for conn in (0, 1)]
-    return right
+    corrected[disconnected + 1 : disconnected + 1] = [Step(conn, "answer", destroyed) for conn in (0, 1)]
+    return corrected
 
 
 class BbnetReplay(Replay):
@@ -264,24 +266,26 @@ class BbnetReplay(Replay):
         assert (message.has_writer, message.num_readers) == (True, 0)
 
 
-def test_bbnet(process):
-    """Every kind of message; all of it equal to the byte, times included: the clients write."""
-    steps = without_the_leak(load("bbnet"))
+def test_server_answers_bbnet(process):
+    """The answers are equal byte for byte, with times, because the clients write the data."""
+    steps = without_kept_interfaces(load("bbnet"))
     lists = [
         step.message
         for step in steps
-        if step.what == "tell" and step.frame.kind == bb.BoardKind.INTERFACE_LIST
+        if step.action == "answer" and step.frame.kind == bb.BoardKind.INTERFACE_LIST
     ]
     process.populate(lists[0].interfaces)
     opened = next(
-        step.message for step in steps if step.what == "tell" and step.frame.kind == bb.BoardKind.OPEN_SUCCESS
+        step.message
+        for step in steps
+        if step.action == "answer" and step.frame.kind == bb.BoardKind.OPEN_SUCCESS
     )
     infos = {info.uid: info for info in process.board.list_all()}
     assert infos["SkillerInterface::Skiller"].num_readers == 1
     rewrite_skiller(process, opened.block)
-    replay = BbnetReplay(process, lambda got, wanted: False)
+    replay = BbnetReplay(process, lambda received, expected: False)
     replay.run(steps)
-    assert replay.compared == sum(step.what == "tell" for step in steps)
+    assert replay.compared == sum(step.action == "answer" for step in steps)
 
 
 def rewrite_skiller(process: Process, block: bytes) -> None:

@@ -1,4 +1,4 @@
-"""The configuration over the wire."""
+"""The configuration over Fawkes' protocol."""
 
 from __future__ import annotations
 
@@ -59,16 +59,16 @@ def ask(client, kind, path=""):
         ("/none", ConfigKind.INV_VALUE, (), False),
     ],
 )
-def test_values_have_their_own_type_whatever_was_asked_for(client, path, kind, values, is_list):
+def test_value_has_own_type_for_each_requested_type(client, path, kind, values, is_list):
     for question in GET_KINDS:
         assert ask(client, question, path) == ConfigMessage(kind, path, values, is_list).to_frame()
 
 
-def test_a_subscriber_gets_all_values(client):
-    everything = ask(client, ConfigKind.SUBSCRIBE)
-    assert everything.kind == ConfigKind.LIST
-    assert b"0123456789abcdef" not in everything.payload
-    entries = unpack_list(everything.payload, "LIST")
+def test_subscriber_gets_all_values(client):
+    reply = ask(client, ConfigKind.SUBSCRIBE)
+    assert reply.kind == ConfigKind.LIST
+    assert b"0123456789abcdef" not in reply.payload
+    entries = unpack_list(reply.payload, "LIST")
     paths = [entry.partition(b"\0")[0].decode() for entry in entries]
     assert paths == sorted(paths)
     assert {"/a/uint", "/words"} <= set(paths)
@@ -78,7 +78,7 @@ def test_a_subscriber_gets_all_values(client):
 
 
 @pytest.mark.parametrize("kind", CHANGING_KINDS)
-def test_no_value_changes(site, client, config, kind):
+def test_clients_cannot_change_values(site, client, config, kind):
     before = list(config.search("/"))
     assert ask(client, kind, "/a/uint") == ConfigMessage(ConfigKind.INV_VALUE, "/a/uint").to_frame()
     site.wait_warning("read only for clients")

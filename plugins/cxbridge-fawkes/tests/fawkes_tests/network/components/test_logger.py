@@ -1,4 +1,4 @@
-"""The log over the wire."""
+"""The log over Fawkes' protocol."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_subscribers_get_lines_until_they_unsubscribe(site):
     assert clients[1].take().kind == LogKind.LOGMESSAGE
 
 
-def test_nobody_listens_to_the_bus_without_a_subscriber(site):
+def test_logger_listens_to_bus_only_with_subscriber(site):
     bus = EventBus(RealClock())
     site.start(components=[NetworkLogger(bus)])
     client = site.raw()

@@ -1,4 +1,4 @@
-"""A client that opens an interface in the middle of a write gets that write once."""
+"""A client that opens an interface during a write gets that write once."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from cxbridge_fawkes.network.components.opened import OpenedInstance
 from tests.blackboard.samples import SampleInterface, SampleRegistry
 
 
-class Frames:
-    """A session that keeps the frames to send."""
+class RecordedFrames:
+    """A session that records the sent frames."""
 
     def __init__(self) -> None:
         self.sent: list[str] = []
@@ -31,50 +31,48 @@ class Frames:
         self.sent.append(f"{'changed' if changed else 'refreshed'} {number}")
 
 
-class Introduces(Listener):
-    """Introduces an instance to its client at one step while a write is sent."""
+class Announces(Listener):
+    """Announces an instance to its client at a step of a write."""
 
     def __init__(self, step: EventKind) -> None:
         self.step = step
         self.opened: OpenedInstance
 
-    def _come(self, step: EventKind) -> None:
+    def _announce_at(self, step: EventKind) -> None:
         if step is self.step:
             self.step = EventKind.READER_ADDED  # once
             self.opened.announce()
 
     def data_refreshed(self, interface: Any) -> None:
         del interface
-        self._come(EventKind.DATA_REFRESHED)
+        self._announce_at(EventKind.DATA_REFRESHED)
 
     def data_changed(self, interface: Any) -> None:
         del interface
-        self._come(EventKind.DATA_CHANGED)
+        self._announce_at(EventKind.DATA_CHANGED)
 
     def reader_added(self, interface: Any, serial: UUID) -> None:
         del interface, serial
 
 
-@pytest.mark.parametrize("first", [False, True], ids=["after us", "before us"])
+@pytest.mark.parametrize("first", [False, True], ids=["after listener", "before listener"])
 @pytest.mark.parametrize("step", [EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED])
-def test_a_write_that_is_being_told_when_the_client_comes_is_in_open_success_only(
-    step: EventKind, first: bool
-) -> None:
-    """Between the two events of a write the client came, and was told of it again: CHANGED alone."""
+def test_write_during_open_is_in_open_success_only(step: EventKind, first: bool) -> None:
+    """A client that opens between the two events of a write must not get CHANGED alone."""
     board = LocalBlackBoard(SampleRegistry(), VirtualClock())
     writer = board.open_for_writing(SampleInterface, "a")
-    session, comes = Frames(), Introduces(step)
+    session, announces = RecordedFrames(), Announces(step)
     table = []
     board.open_for_reading(SampleInterface, "a", listen=lambda _, listeners: table.append(listeners))
     if first:
-        listening(comes)(writer, table[0])
+        listening(announces)(writer, table[0])
 
     def listen(instance: Any, listeners: Any) -> None:
-        comes.opened = OpenedInstance(instance, session, lambda: 0)  # type: ignore[arg-type] # only the needed part
-        listening(comes.opened)(instance, listeners)
+        announces.opened = OpenedInstance(instance, session, lambda: 0)  # type: ignore[arg-type] # only the needed part
+        listening(announces.opened)(instance, listeners)
 
     board.open_for_reading(SampleInterface, "a", listen=listen)
-    listening(comes)(writer, table[0])
+    listening(announces)(writer, table[0])
     for number in (5, 6):
         writer.count = number
         writer.write()

@@ -1,4 +1,4 @@
-"""Plugins over the wire."""
+"""The list of plugins over Fawkes' protocol."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def ask(client, kind, payload=b""):
         (PluginKind.LIST_LOADED, PluginKind.LOADED_LIST, (b"skiller",)),
     ],
 )
-def test_lists(client, question, kind, texts):
+def test_plugin_manager_lists_available_and_loaded_plugins(client, question, kind, texts):
     reply = ask(client, question)
     assert (reply.kind, unpack_list(reply.payload, "a list")) == (kind, texts)
 
