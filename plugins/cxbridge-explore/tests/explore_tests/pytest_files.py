@@ -1,4 +1,4 @@
-"""Files with tests that an exploration has written, run by pytest."""
+"""Running of the tests that an exploration has written."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from tests.forked import IGNORED, nursery
 _OPTIONS: Final = ("-q", "-p", "cxbridge", "-p", "no:cacheprovider", "-W", IGNORED)
 
 
-def pytest_of(file: Path, monkeypatch: pytest.MonkeyPatch) -> CompletedProcess[bytes]:
-    """Run the tests of a file with our plug-in, in a child process."""
-    # foreign plug-ins take longer to import than the run takes
+def run_pytest(file: Path, monkeypatch: pytest.MonkeyPatch) -> CompletedProcess[bytes]:
+    """Run the tests of a file with the plug-in `cxbridge` in a child process."""
+    # the import of foreign plug-ins takes longer than the run
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     command = [*_OPTIONS, "--rootdir", str(file.parent), str(file)]
     return nursery().run(command, folder=file.parent, program="pytest")

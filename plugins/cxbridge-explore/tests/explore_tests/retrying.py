@@ -1,4 +1,4 @@
-"""An agent that tries a goal of a few skills again when it fails: its runs differ in many ways."""
+"""An agent that retries a failed goal, so that its runs differ in many ways."""
 
 from __future__ import annotations
 
@@ -51,5 +51,5 @@ _AGENT = """
 
 
 def write_retrying(folder: Path, skills: int = 4, tries: int = 3) -> Path:
-    """Write a scenario whose goal has a number of skills in a row, and of tries; return the folder."""
+    """Write a scenario whose goal has ``skills`` skills and ``tries`` tries; return the folder."""
     return write_scenario(folder, agent=_AGENT.format(skills=skills, tries=tries))

@@ -1,4 +1,4 @@
-"""The processes of an exploration, found by their session."""
+"""The processes of an exploration's session."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from contextlib import suppress
 from pathlib import Path
 
 
-def others_of_session(leader: int) -> Iterator[int]:
-    """Yield the processes that a process has started, and those that they have started."""
+def session_members(leader: int) -> Iterator[int]:
+    """Yield the descendants of a process, which are the further processes of its session."""
     for folder in Path("/proc").glob("[0-9]*"):
         with suppress(OSError):
             fields = (folder / "stat").read_bytes().rpartition(b")")[2].split()
@@ -18,8 +18,8 @@ def others_of_session(leader: int) -> Iterator[int]:
 
 
 def assert_ended(leader: int, within_s: float = 20.0) -> None:
-    """Check that all other processes of a session end. A killed process needs a moment on a busy machine."""
-    until = time.monotonic() + within_s
-    while left := list(others_of_session(leader)):
-        assert time.monotonic() < until, f"still there: {left}"
+    """Check that the descendants of a process end; a killed process needs time on a loaded machine."""
+    deadline = time.monotonic() + within_s
+    while members := list(session_members(leader)):
+        assert time.monotonic() < deadline, f"still running: {members}"
         time.sleep(0.02)

@@ -1,4 +1,4 @@
-"""Mistakes in world.yaml and properties.yaml of a scenario, and keys that a run does not start with."""
+"""Checks of a scenario's world.yaml and properties.yaml."""
 
 from __future__ import annotations
 
@@ -54,12 +54,12 @@ def test_right_files_beside_a_scenario(tmp_path):
 
 
 @needs_plugin("robot-memory")
-def test_the_world_of_a_scenario_with_several_agents(tmp_path):
+def test_world_of_several_agents_is_checked(tmp_path):
     shutil.copytree(ROOT / "scenarios" / "two-agents", tmp_path, dirs_exist_ok=True)
     world = tmp_path / "world.yaml"
     world.write_text("killed:\n  - agent: '*'\n    probability: 0.1\n")
     assert check(RunOptions(scenario=tmp_path)) == []
-    world.write_text("killed:\n  - agent: nobody\n    probability: 0.1\n")
-    (found,) = check(RunOptions(scenario=tmp_path))
-    assert (found.code.name, found.place.line) == ("CX121", 2)
-    assert "there is no agent 'nobody'" in found.message
+    world.write_text("killed:\n  - agent: unknown\n    probability: 0.1\n")
+    (diagnostic,) = check(RunOptions(scenario=tmp_path))
+    assert (diagnostic.code.name, diagnostic.place.line) == ("CX121", 2)
+    assert "there is no agent 'unknown'" in diagnostic.message

@@ -1,4 +1,4 @@
-"""Rules that have no end: each way to run an agent says so, and names the rules."""
+"""Endless rules are an error with the names of the rules in runs, sweeps, explorations and daemons."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ MOMENTS = {
 }
 
 
-def agent(tmp_path: Path, shape: str, moment: str) -> tuple[Path, str]:
-    """Write an agent; return it, and the expected message."""
+def write_agent(tmp_path: Path, shape: str, moment: str) -> tuple[Path, str]:
+    """Write an agent; return its scenario and the expected message."""
     text = f"{AGENT}{BEGIN.format(when=MOMENTS[moment])}\n{SHAPES[shape]}\n"
     scenario = write_scenario(tmp_path / "mini", agent=text)
     line = text.splitlines().index(SHAPES[shape]) + 1
@@ -49,35 +49,37 @@ def agent(tmp_path: Path, shape: str, moment: str) -> tuple[Path, str]:
 
 
 @pytest.fixture(autouse=True)
-def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Lose patience soon: how long it takes is no matter here."""
+def short_limits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Shorten the limits, so that the tests are fast."""
     monkeypatch.setattr(endless, "ENDLESS", ((10_000, 0.1),))
     monkeypatch.setattr(watchdog, "SPIN_S", 0.3)
     monkeypatch.setattr(watchdog, "UNATTENDED_SPIN_S", 0.5)
 
 
 @pytest.mark.parametrize(("shape", "moment"), share(product(SHAPES, MOMENTS), 4, row=lambda case: case[0]))
-def test_a_run_and_a_sweep(tmp_path: Path, shape: str, moment: str) -> None:
-    scenario, said = agent(tmp_path, shape, moment)
+def test_endless_rules_are_fault_of_run_and_sweep(tmp_path: Path, shape: str, moment: str) -> None:
+    scenario, message = write_agent(tmp_path, shape, moment)
     result = run_scenario(RunOptions(scenario=scenario, skiller="simulator"))
-    assert (result.status, result.reason) == (FAULT, said)
+    assert (result.status, result.reason) == (FAULT, message)
     row = play_seed(SweepJob(RunOptions(scenario=scenario, skiller="none")), 1, PathChooser({}))
-    assert (row.outcome, row.reason) == ("fault", said)
+    assert (row.outcome, row.reason) == ("fault", message)
 
 
-def test_an_exploration_writes_the_counterexample(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The exploration forks from this process, and so has its patience."""
-    scenario, said = agent(tmp_path, "a ring that counts", "while a skill runs")
+def test_endless_rules_are_violation_with_counterexample(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The exploration forks from this process, and so inherits the short limits."""
+    scenario, message = write_agent(tmp_path, "a ring that counts", "while a skill runs")
     out = str(tmp_path / "out")
     assert invoke(["explore", str(scenario), "--property", "run-ends", "--out", out, "--json"]) == 1
     (violation,) = json.loads(capsys.readouterr().out)["violations"]
-    assert said in violation["message"]
+    assert message in violation["message"]
     assert Path(violation["recording"]).exists()
-    assert said in Path(violation["test"]).read_text()
+    assert message in Path(violation["test"]).read_text()
 
 
-def test_a_daemon(tmp_path: Path) -> None:
-    scenario, said = agent(tmp_path, "a ring", "in the first loop")
+def test_daemon_reports_endless_rules(tmp_path: Path) -> None:
+    scenario, message = write_agent(tmp_path, "a ring", "in the first loop")
     settings: dict[str, Any] = {
         "fawkes/enable": False,
         "zmq/endpoints": [f"ipc://{tmp_path}/bb"],
@@ -85,6 +87,6 @@ def test_a_daemon(tmp_path: Path) -> None:
     }
     options = DaemonOptions(config=scenario, settings=tuple(settings.items()))
     with running(options) as (daemon, lines, _), connected(daemon) as board:
-        while said not in str(read_status(board)):
+        while message not in str(read_status(board)):
             pass
-    assert any(said in line for line in lines)
+    assert any(message in line for line in lines)

@@ -1,4 +1,4 @@
-"""Every way that a run can go is found: by forking and by replaying, with one process and with several."""
+"""Explorations by fork and by replay, with a single process and with several."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ SCENARIO = ROOT / "scenarios" / "test-scenario"
 TIMES = ("cpu_seconds", "wall_seconds")
 
 
-def explored(*words: object, status: int | None = 0, folder: Path = ROOT) -> dict[str, Any]:
-    """Return the command's output as JSON.
+def run_explore(*words: object, status: int | None = 0, folder: Path = ROOT) -> dict[str, Any]:
+    """Run `cxbridge explore`, and return its JSON output.
 
-    :param status: its exit status; None: whether a property is violated does not matter.
+    :param status: the expected exit status; None allows a violated property.
     """
     with tempfile.TemporaryDirectory() as out:
-        done = nursery().run(["explore", *map(str, words), "--json", "--out", out], folder=folder)
-    assert done.returncode in ((0, 1) if status is None else (status,)), done.stderr.decode()
-    found: dict[str, Any] = json.loads(done.stdout)
-    return found
+        process = nursery().run(["explore", *map(str, words), "--json", "--out", out], folder=folder)
+    assert process.returncode in ((0, 1) if status is None else (status,)), process.stderr.decode()
+    result: dict[str, Any] = json.loads(process.stdout)
+    return result
 
 
-def counts(found: dict[str, Any]) -> dict[str, Any]:
-    assert all(found[name] > 0 for name in TIMES)
-    for each in found["violations"]:
-        each["recording"] = each["test"] = None  # in a folder that is gone
-    return {name: value for name, value in found.items() if name not in TIMES}
+def without_times(result: dict[str, Any]) -> dict[str, Any]:
+    assert all(result[name] > 0 for name in TIMES)
+    for each in result["violations"]:
+        each["recording"] = each["test"] = None  # in a removed folder
+    return {name: value for name, value in result.items() if name not in TIMES}
 
 
-def enumerated(faults: int) -> tuple[int, int]:
-    """Return how many runs and choice points there are: each path is played from its start."""
+def count_runs(faults: int) -> tuple[int, int]:
+    """Return the numbers of runs and choice points, by playing each path from the start."""
     options = RunOptions(scenario=SCENARIO, skiller="none")
     waiting: list[tuple[ChoicePath, int, int]] = [({}, 0, 0)]
     runs = points = 0
@@ -60,30 +60,32 @@ def enumerated(faults: int) -> tuple[int, int]:
     return runs, points
 
 
-@pytest.fixture(name="with_two", scope="module")
-def _with_two() -> dict[str, Any]:
-    """The findings with two faults, by the usual means."""
-    return explored(SCENARIO, "--faults", "2")
+@pytest.fixture(name="two_faults", scope="module")
+def _two_faults() -> dict[str, Any]:
+    """The result of an exploration with two faults and default options."""
+    return run_explore(SCENARIO, "--faults", "2")
 
 
 @pytest.mark.parametrize("faults", [0, 1, 2])
-def test_all_runs_are_found(faults: int, request: pytest.FixtureRequest):
-    found = request.getfixturevalue("with_two") if faults == 2 else explored(SCENARIO, "--faults", faults)
-    assert found["complete"] is True
-    assert found["violations"] == []
-    runs, points = enumerated(faults)
-    assert (found["runs"], found["states"], found["merged"]) == (runs, points, 0)
-    assert sum(found["outcomes"].values()) == runs
+def test_exploration_finds_all_runs(faults: int, request: pytest.FixtureRequest):
+    result = (
+        request.getfixturevalue("two_faults") if faults == 2 else run_explore(SCENARIO, "--faults", faults)
+    )
+    assert result["complete"] is True
+    assert result["violations"] == []
+    runs, points = count_runs(faults)
+    assert (result["runs"], result["states"], result["merged"]) == (runs, points, 0)
+    assert sum(result["outcomes"].values()) == runs
 
 
-@pytest.mark.parametrize("means", [("--no-fork",), ("--jobs", "1"), ("--jobs", "4")], ids=" ".join)
-def test_the_means_change_nothing(means: tuple[str, ...], with_two: dict[str, Any]):
-    assert counts(explored(SCENARIO, "--faults", "2", *means)) == counts(with_two)
+@pytest.mark.parametrize("options", [("--no-fork",), ("--jobs", "1"), ("--jobs", "4")], ids=" ".join)
+def test_execution_options_do_not_change_result(options: tuple[str, ...], two_faults: dict[str, Any]):
+    assert without_times(run_explore(SCENARIO, "--faults", "2", *options)) == without_times(two_faults)
 
 
-def test_beyond_the_depth_all_is_as_usual():
-    assert explored(SCENARIO, "--depth", "0")["runs"] == 1
-    assert explored(SCENARIO, "--depth", "2")["runs"] == 3
+def test_depth_limits_choices():
+    assert run_explore(SCENARIO, "--depth", "0")["runs"] == 1
+    assert run_explore(SCENARIO, "--depth", "2")["runs"] == 3
 
 
 @pytest.mark.parametrize(
@@ -95,18 +97,18 @@ def test_beyond_the_depth_all_is_as_usual():
         (("--spec", "nothing"), "nothing"),
     ],
 )
-def test_bad_input_is_one_error(words: tuple[str, ...], message: str):
-    done = nursery().run(["explore", str(SCENARIO), *words])
-    said = done.stderr.decode()
-    assert done.returncode == 2
-    assert message in said
-    assert "Traceback" not in said
+def test_invalid_arguments_have_status_2(words: tuple[str, ...], message: str):
+    process = nursery().run(["explore", str(SCENARIO), *words])
+    errors = process.stderr.decode()
+    assert process.returncode == 2
+    assert message in errors
+    assert "Traceback" not in errors
 
 
-def test_a_broken_agent_is_bad_input(tmp_path: Path):
+def test_broken_agent_has_status_2(tmp_path: Path):
     scenario = write_scenario(
         tmp_path / "broken", agent="(defrule broken (no-such-fact ?x) => (no-such-function ?x))"
     )
-    done = nursery().run(["explore", str(scenario)])
-    assert done.returncode == 2
-    assert "no-such-function" in done.stderr.decode()
+    process = nursery().run(["explore", str(scenario)])
+    assert process.returncode == 2
+    assert "no-such-function" in process.stderr.decode()

@@ -1,4 +1,4 @@
-"""Runs whose rest is a MAINTAIN goal: each way to run an agent comes to the same verdict."""
+"""Runs, tests, explorations and sweeps have an equal verdict on MAINTAIN goals."""
 
 from __future__ import annotations
 
@@ -35,23 +35,23 @@ CASES = {
         f"{mode} and maintains": (KEEP.format(mode) + DONE, MAINTAINED)
         for mode in ("COMMITTED", "DISPATCHED")
     },
-    "is never selected": (KEEP.format("FORMULATED") + DONE, (TIMED_OUT, "KEEP-CHARGED is FORMULATED")),
-    "is finished": (KEEP.format("FINISHED") + DONE, (TIMED_OUT, "KEEP-CHARGED is FINISHED")),
-    "is evaluated": (KEEP.format("EVALUATED") + DONE, (TIMED_OUT, "KEEP-CHARGED is EVALUATED")),
-    "was given up": (
+    "not selected": (KEEP.format("FORMULATED") + DONE, (TIMED_OUT, "KEEP-CHARGED is FORMULATED")),
+    "finished": (KEEP.format("FINISHED") + DONE, (TIMED_OUT, "KEEP-CHARGED is FINISHED")),
+    "evaluated": (KEEP.format("EVALUATED") + DONE, (TIMED_OUT, "KEEP-CHARGED is EVALUATED")),
+    "abandoned": (
         GOAL.format("KEEP-CHARGED", "nil", "RETRACTED", "(type MAINTAIN) (outcome FAILED)") + DONE,
         (UNSUCCESSFUL, "KEEP-CHARGED ended FAILED"),
     ),
-    "another goal failed": (KEEPING + TOUR.format("FAILED"), (UNSUCCESSFUL, "TOUR ended FAILED")),
-    "another goal is open": (
+    "second goal failed": (KEEPING + TOUR.format("FAILED"), (UNSUCCESSFUL, "TOUR ended FAILED")),
+    "second goal open": (
         KEEPING + GOAL.format("A", "nil", "DISPATCHED", ""),
         (TIMED_OUT, "A is DISPATCHED"),
     ),
-    "a sub-goal is pursued": (
+    "sub-goal pursued": (
         KEEPING + DONE + GOAL.format("CHARGE", "KEEP-CHARGED", "DISPATCHED", ""),
         (TIMED_OUT, "KEEP-CHARGED is DISPATCHED"),
     ),
-    "a sub-goal is over, and one below it": (
+    "sub-goal over with sub-goals": (
         KEEPING
         + DONE
         + GOAL.format("CHARGE", "KEEP-CHARGED", "RETRACTED", "(acquired-resources dock)")
@@ -59,64 +59,66 @@ CASES = {
         + GOAL.format("TURN", "DOCK", "FORMULATED", ""),
         MAINTAINED,
     ),
-    "a sub-goal maintains, too": (
+    "sub-goal maintains": (
         KEEPING + DONE + GOAL.format("WARM", "KEEP-CHARGED", "SELECTED", "(type MAINTAIN)"),
         MAINTAINED,
     ),
-    "below a sub-goal that maintains something is pursued": (
+    "sub-goal of maintaining sub-goal pursued": (
         KEEPING
         + DONE
         + GOAL.format("WARM", "KEEP-CHARGED", "SELECTED", "(type MAINTAIN)")
         + GOAL.format("HEAT", "WARM", "DISPATCHED", ""),
         (TIMED_OUT, "KEEP-CHARGED is DISPATCHED"),
     ),
-    "an action is left": (KEEPING + DONE + ACTION.format("PENDING"), (TIMED_OUT, "action charge is PENDING")),
-    "its actions are over": (KEEPING + DONE + ACTION.format("FINAL"), MAINTAINED),
-    "two maintain": (
+    "action left": (KEEPING + DONE + ACTION.format("PENDING"), (TIMED_OUT, "action charge is PENDING")),
+    "actions over": (KEEPING + DONE + ACTION.format("FINAL"), MAINTAINED),
+    "two MAINTAIN goals": (
         KEEPING + GOAL.format("WARM", "nil", "SELECTED", "(type MAINTAIN)") + DONE,
         (COMPLETED, "maintaining KEEP-CHARGED, WARM"),
     ),
-    "it is the only goal": (KEEPING, MAINTAINED),
+    "MAINTAIN goal only": (KEEPING, MAINTAINED),
 }
 
 
-def options(tmp_path: Path, facts: str, **more: object) -> RunOptions:
-    """Write an agent that asserts these facts in its first loop."""
+def make_options(tmp_path: Path, facts: str, **more: object) -> RunOptions:
+    """Return the options of an agent that asserts ``facts`` in its first loop."""
     agent = f"(defrule begin (executive-initialized) => (assert {facts}))"
     scenario = write_scenario(tmp_path / "mini", agent=agent)
     return RunOptions(scenario=scenario, timeout=TIMEOUT_S, skiller="none", **more)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("facts", "expected"), CASES.values(), ids=CASES)
-def test_every_way_to_run_it_agrees(tmp_path: Path, facts: str, expected: tuple[int, str]) -> None:
+def test_run_test_exploration_and_sweep_have_equal_verdict(
+    tmp_path: Path, facts: str, expected: tuple[int, str]
+) -> None:
     status, reason = expected
     is_over = status != TIMED_OUT
-    given = options(tmp_path, facts, trace=tmp_path / "run.mcap")
+    options = make_options(tmp_path, facts, trace=tmp_path / "run.mcap")
 
-    result = run_scenario(given)
+    result = run_scenario(options)
     assert (result.status, result.to_json()["status"]) == (status, status)
     assert reason in result.reason
     metadata = open_run(tmp_path / "run.mcap").metadata()
     assert (metadata["status"], metadata["reason"]) == (str(status), result.reason)
 
-    given = options(tmp_path, facts)
-    with AgentRun(given, scripted=True) as run:
+    options = make_options(tmp_path, facts)
+    with AgentRun(options, scripted=True) as run:
         if is_over:
             run.to_end(TIMEOUT_S)
         else:
             with pytest.raises(AssertionError, match="was not over within"):
                 run.to_end(TIMEOUT_S)
-    with AgentRun(given, scripted=True) as run:
+    with AgentRun(options, scripted=True) as run:
         if is_over:
             run.assert_properties("run-ends", timeout=TIMEOUT_S)
         else:
             with pytest.raises(AssertionError, match="run-ends is violated"):
                 run.assert_properties("run-ends", timeout=TIMEOUT_S)
 
-    with ExploredRun(given, [find_property("run-ends")], PathChooser({})) as explored:
+    with ExploredRun(options, [find_property("run-ends")], PathChooser({})) as explored:
         leaf = explored.play_to_leaf()
     assert (leaf.outcome, not leaf.violations) == (result.word, is_over)
-    row = play_seed(SweepJob(given), 1, PathChooser({}))
+    row = play_seed(SweepJob(options), 1, PathChooser({}))
     assert (row.outcome, reason in row.reason) == (result.word, True)
 
 
@@ -135,10 +137,10 @@ CHARGES = """
 """
 
 
-def test_a_run_goes_on_while_it_charges_and_ends_when_it_has(tmp_path: Path) -> None:
-    begun = GOAL.format("TOUR", "nil", "DISPATCHED", "").replace("SOME", "TOUR")
-    scenario = write_scenario(tmp_path / "mini", agent=CHARGES.format(keep=KEEPING, tour=begun))
+def test_run_continues_during_charging_and_ends_afterwards(tmp_path: Path) -> None:
+    tour = GOAL.format("TOUR", "nil", "DISPATCHED", "").replace("SOME", "TOUR")
+    scenario = write_scenario(tmp_path / "mini", agent=CHARGES.format(keep=KEEPING, tour=tour))
     result = run_scenario(RunOptions(scenario=scenario, timeout=TIMEOUT_S, skiller="none"))
     assert (result.status, result.reason) == MAINTAINED
-    ended = {goal.goal_class: goal.outcome for goal in result.goals}
-    assert ended == {"KEEP": "UNKNOWN", "TOUR": "COMPLETED", "CHARGE": "COMPLETED"}
+    outcomes = {goal.goal_class: goal.outcome for goal in result.goals}
+    assert outcomes == {"KEEP": "UNKNOWN", "TOUR": "COMPLETED", "CHARGE": "COMPLETED"}

@@ -1,4 +1,4 @@
-"""The map of an exploration: its rows, its page, and what no run has reached."""
+"""The map of an exploration: rows, coverage and page."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from cxbridge_explore.properties.selection import select_properties
 from cxbridge_explore.result import ExploreResult
 from cxbridge_explore.worlds.points import read_path
 from cxbridge_explore.worlds.run import make_scenario
-from explore_tests.test_explore import SCENARIO, explored
+from explore_tests.test_explore import SCENARIO, run_explore
 from tests.support import needs_plugin
 from tests.trace.html.browser import needs_browser, show
 
@@ -29,43 +29,46 @@ OPTIONS = RunOptions(scenario=SCENARIO, skiller="none")
 
 @pytest.fixture(scope="module")
 def result() -> ExploreResult:
-    """The exploration of the test scenario with one fault, by replay: nothing is forked here."""
+    """The exploration of the test scenario with one fault, by replay without forks."""
     return explore(OPTIONS, Bounds(faults=1), ExecutionOptions(fork=False, coverage=True))
 
 
-def test_each_run_is_a_row_below_the_one_that_it_left(result: ExploreResult) -> None:
-    usual, *others = make_run_rows(result.graph)
+def test_each_run_has_row_below_parent(result: ExploreResult) -> None:
+    usual, *branches = make_run_rows(result.graph)
     assert (usual.choice, usual.outcome, usual.parent) == ("", "completed", None)
-    assert {each.outcome for each in others} == {"unsuccessful"}
-    assert [each.parent for each in others] == [0] * 4
-    assert [each.begin_s for each in others] == sorted((each.begin_s for each in others), reverse=True)
-    assert all(0 <= each.begin_s < each.end_s for each in others)
-    assert others[0].path == (f"{others[0].choice} at {others[0].begin_s:.2f} s",)
-    assert others[0].choice.endswith(": fails")
+    assert {each.outcome for each in branches} == {"unsuccessful"}
+    assert [each.parent for each in branches] == [0] * 4
+    assert [each.begin_s for each in branches] == sorted((each.begin_s for each in branches), reverse=True)
+    assert all(0 <= each.begin_s < each.end_s for each in branches)
+    assert branches[0].path == (f"{branches[0].choice} at {branches[0].begin_s:.2f} s",)
+    assert branches[0].choice.endswith(": fails")
 
 
-def test_what_is_not_explored_is_open() -> None:
+def test_unexplored_row_is_open() -> None:
     (row,) = make_run_rows(Graph(1, None))
     assert row == MapRow("", 0.0, 0, None, (), outcome=OPEN)
 
 
-def test_the_coverage_is_that_of_all_runs(result: ExploreResult) -> None:
-    found = encode_coverage(compute_explored_coverage(OPTIONS, result.graph.used_parts))
-    assert found["rules"]["never"] == []
-    assert found["rules"]["fired"] == found["rules"]["of"] > 20
-    assert found["actions"]["never"] == ["lock", "unlock"]
-    assert found["goals"]["outcomes"]["TALK"] == ["COMPLETED", "FAILED"]  # FAILED is in the runs with a fault
-    assert found["skills"] == ["say"]
+def test_coverage_includes_all_runs(result: ExploreResult) -> None:
+    coverage = encode_coverage(compute_explored_coverage(OPTIONS, result.graph.used_parts))
+    assert coverage["rules"]["never"] == []
+    assert coverage["rules"]["fired"] == coverage["rules"]["of"] > 20
+    assert coverage["actions"]["never"] == ["lock", "unlock"]
+    assert coverage["goals"]["outcomes"]["TALK"] == [
+        "COMPLETED",
+        "FAILED",
+    ]  # FAILED comes from the runs with a fault
+    assert coverage["skills"] == ["say"]
 
 
-def test_forks_note_what_runs_from_the_beginning_note(result: ExploreResult) -> None:
-    forked = explored("test-scenario", "--coverage")["coverage"]
+def test_forked_runs_have_coverage_of_replayed_runs(result: ExploreResult) -> None:
+    forked = run_explore("test-scenario", "--coverage")["coverage"]
     assert forked == encode_coverage(compute_explored_coverage(OPTIONS, result.graph.used_parts))
 
 
 @needs_plugin("web")
 @needs_browser
-def test_the_page(result: ExploreResult, tmp_path: Path) -> None:
+def test_page_shows_runs_and_outcomes(result: ExploreResult, tmp_path: Path) -> None:
     file = tmp_path / "map.html"
     write_page(
         result, compute_explored_coverage(OPTIONS, result.graph.used_parts), file, "cxbridge explore <x>"
@@ -81,7 +84,7 @@ def test_the_page(result: ExploreResult, tmp_path: Path) -> None:
 
 @needs_plugin("web")
 @needs_browser
-def test_of_very_many_runs_those_with_few_faults_are_drawn(
+def test_page_of_many_runs_draws_those_with_few_faults(
     result: ExploreResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rows = [MapRow("", 0.0, 0, None, (), 9.0, "completed")]
@@ -97,20 +100,20 @@ def test_of_very_many_runs_those_with_few_faults_are_drawn(
     assert f"{len(rows) - drawn} runs of {len(rows)} are not drawn" in text
     assert "a1: fails" in text
     assert "a2: fails" in text
-    assert "b799: fails</text>" in text  # violates something
+    assert "b799: fails</text>" in text  # the run violates a property
 
 
 @needs_plugin("web")
-def test_a_page_that_cannot_be_written(tmp_path: Path) -> None:
+def test_unwritable_page_is_error(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(AssertionError, match="cannot be written: its folder cannot be made"):
-        explored("test-scenario", "--html", tmp_path / "file" / "folder" / "map.html")
+        run_explore("test-scenario", "--html", tmp_path / "file" / "folder" / "map.html")
 
 
 @needs_plugin("web")
 @needs_browser
-def test_which_explored_run_breaks_the_property(tmp_path: Path) -> None:
-    """The page begins with the violation; its bar opens the run at the moment of the fault."""
+def test_page_shows_violation_and_opens_run_at_fault(tmp_path: Path) -> None:
+    """The violation comes first; the bar of the run opens the run's page at the time of the fault."""
     file = tmp_path / "map.html"
     no_talk = "never (goal (class TALK) (outcome FAILED))"
     properties = select_properties(OPTIONS, (no_talk,))
@@ -120,9 +123,9 @@ def test_which_explored_run_breaks_the_property(tmp_path: Path) -> None:
     rows = make_run_rows(result.graph)
     pages = write_run_pages(result.graph, rows, file, OPTIONS, None, make_scenario)
     assert set(pages) == set(range(5))
-    found = replace(result, counterexamples={no_talk: example})
-    stories = write_violation_pages(found.counterexamples, file)
-    write_page(found, None, file, "cxbridge explore", pages=pages, stories=stories)
+    with_example = replace(result, counterexamples={no_talk: example})
+    stories = write_violation_pages(with_example.counterexamples, file)
+    write_page(with_example, None, file, "cxbridge explore", pages=pages, stories=stories)
     shown = show(file, tmp_path / "profile")
     assert shown.console == []
     assert shown.dom.index("The shortest run with the violation") < shown.dom.index("What faults lead to")
@@ -134,7 +137,7 @@ def test_which_explored_run_breaks_the_property(tmp_path: Path) -> None:
 
 
 @needs_plugin("web")
-def test_the_page_is_live_while_it_explores(tmp_path: Path) -> None:
+def test_exploration_writes_page_from_start(tmp_path: Path) -> None:
     drawn: list[int] = []
 
     def draw_page(so_far: ExploreResult) -> None:

@@ -1,4 +1,4 @@
-"""States that are equal are visited once, and nothing that a run can come to is lost by that."""
+"""The merging of equal states, and its result compared with that of all runs."""
 
 from __future__ import annotations
 
@@ -9,39 +9,43 @@ from typing import Any
 import pytest
 
 from explore_tests.retrying import write_retrying
-from explore_tests.test_explore import counts, explored
+from explore_tests.test_explore import run_explore, without_times
 from tests.support import ROOT, share
 
 SCENARIOS = ("test-scenario", "test-scenario-pddl", "waypoints")
 
 
-def found_in(result: dict[str, Any]) -> tuple[set[str], set[str]]:
+def outcomes_and_violations(result: dict[str, Any]) -> tuple[set[str], set[str]]:
     return set(result["outcomes"]), {each["property"] for each in result["violations"]}
 
 
 @pytest.mark.parametrize(
     ("scenario", "faults"), share(product(SCENARIOS, [1, 2]), 3, row=lambda case: case[0])
 )
-def test_shipped_scenarios_come_to_the_same_ends(scenario: str, faults: int):
+def test_merging_keeps_outcomes_of_shipped_scenarios(scenario: str, faults: int):
     words = (ROOT / "scenarios" / scenario, "--faults", faults)
-    merged, all_runs = explored(*words, status=None), explored(*words, "--no-merge", status=None)
+    merged, all_runs = run_explore(*words, status=None), run_explore(*words, "--no-merge", status=None)
     assert merged["complete"] is all_runs["complete"] is True
-    assert found_in(merged) == found_in(all_runs)
+    assert outcomes_and_violations(merged) == outcomes_and_violations(all_runs)
     assert all_runs["merged"] == 0
 
 
-def test_runs_that_come_to_the_same_state_are_merged(tmp_path: Path):
+def test_runs_with_equal_state_are_merged(tmp_path: Path):
     words = (write_retrying(tmp_path / "retrying", skills=3), "--faults", "3")
-    merged, all_runs = explored(*words), explored(*words, "--no-merge")
-    assert found_in(merged) == found_in(all_runs)
+    merged, all_runs = run_explore(*words), run_explore(*words, "--no-merge")
+    assert outcomes_and_violations(merged) == outcomes_and_violations(all_runs)
     assert merged["not_merged"] == []
     assert merged["merged"] > 0
     assert merged["states"] < all_runs["states"] / 2
-    # each edge leads to an end, to a new state or to a known one
-    assert counts(merged) == counts(explored(*words, "--no-fork")) == counts(explored(*words, "--jobs", "3"))
+    # each edge leads to an end, to a new state or to a known state
+    assert (
+        without_times(merged)
+        == without_times(run_explore(*words, "--no-fork"))
+        == without_times(run_explore(*words, "--jobs", "3"))
+    )
 
 
-def test_a_run_without_end_is_a_cycle(tmp_path: Path):
+def test_endless_run_is_cycle_and_violation(tmp_path: Path):
     scenario = write_retrying(tmp_path / "endless", skills=2, tries=1)
     agent = scenario / "mini.clp"
     text = agent.read_text()
@@ -54,17 +58,17 @@ def test_a_run_without_end_is_a_cycle(tmp_path: Path):
         assert old in text
         text = text.replace(old, new)
     agent.write_text(text)
-    found = explored(scenario, "--faults", "1", status=1)
-    assert found["complete"] is True
-    assert found["outcomes"]["endless"] >= 1
-    assert [each["property"] for each in found["violations"]] == ["run-ends"]
+    result = run_explore(scenario, "--faults", "1", status=1)
+    assert result["complete"] is True
+    assert result["outcomes"]["endless"] >= 1
+    assert [each["property"] for each in result["violations"]] == ["run-ends"]
     assert (
         "timed out"
-        in explored(scenario, "--faults", "0", "--no-merge", "--timeout", "0.5", status=1)["outcomes"]
+        in run_explore(scenario, "--faults", "0", "--no-merge", "--timeout", "0.5", status=1)["outcomes"]
     )
 
 
-def test_what_nobody_sees_is_not_merged():
-    found = explored(ROOT / "scenarios" / "two-robots")
-    assert found["merged"] == 0
-    assert any("skill" in text for text in found["not_merged"])
+def test_states_of_executors_are_not_merged():
+    result = run_explore(ROOT / "scenarios" / "two-robots")
+    assert result["merged"] == 0
+    assert any("skill" in text for text in result["not_merged"])

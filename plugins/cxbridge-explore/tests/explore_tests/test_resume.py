@@ -1,4 +1,4 @@
-"""An interrupted exploration resumes, and comes to the uninterrupted result."""
+"""The resumption of an interrupted exploration."""
 
 from __future__ import annotations
 
@@ -12,45 +12,45 @@ from pathlib import Path
 import pytest
 
 from explore_tests.retrying import write_retrying
-from explore_tests.sessions import assert_ended, others_of_session
-from explore_tests.test_explore import SCENARIO, counts, explored
+from explore_tests.sessions import assert_ended, session_members
+from explore_tests.test_explore import SCENARIO, run_explore, without_times
 from tests.forked import nursery
 
 FAULTS = ("--faults", "3")
-EACH = (*FAULTS, "--no-merge")
-LINUX = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
+UNMERGED = (*FAULTS, "--no-merge")
+LINUX = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
 
 
-def interrupted(folder: Path, *words: object) -> tuple[int, str]:
-    """Interrupt an exploration when runs are under way; return its exit status and its output."""
+def interrupt(folder: Path, *words: object) -> tuple[int, str]:
+    """Interrupt an exploration during its runs; return its exit status and its stderr."""
     process, stdin, stdout, stderr = nursery().begin(
         ["explore", *map(str, words)], folder=folder, session=True
     )
     with process, stdin, stdout, stderr:
-        while len(list(others_of_session(process.number))) < 3 and process.is_running:
+        while len(list(session_members(process.number))) < 3 and process.is_running:
             time.sleep(0.01)
         with suppress(ProcessLookupError):
             os.kill(process.number, signal.SIGINT)
-        said = stderr.read().decode()
+        errors = stderr.read().decode()
         status = process.wait(60)
     assert_ended(process.number)
-    return status, said
+    return status, errors
 
 
 @LINUX
-@pytest.mark.parametrize("words", [EACH, FAULTS], ids=len)
-def test_it_goes_on_after_ctrl_c(tmp_path: Path, words: tuple[str, ...]):
+@pytest.mark.parametrize("words", [UNMERGED, FAULTS], ids=len)
+def test_interrupted_exploration_resumes_to_complete_result(tmp_path: Path, words: tuple[str, ...]):
     scenario = write_retrying(tmp_path / "retrying", tries=5)
-    whole = counts(explored(scenario, *words))
-    status, said = interrupted(tmp_path, scenario, *words)
+    expected = without_times(run_explore(scenario, *words))
+    status, errors = interrupt(tmp_path, scenario, *words)
     assert status == 3
-    assert "--resume explore.resume" in said
-    times = 1
-    while times < 3 and status == 3:
-        status, said = interrupted(tmp_path, scenario, *words, "--resume", "explore.resume")
-        times += 1
-    found = explored(scenario, *words, "--resume", "explore.resume", folder=tmp_path)
-    assert counts(found) == whole
+    assert "--resume explore.resume" in errors
+    interruptions = 1
+    while interruptions < 3 and status == 3:
+        status, errors = interrupt(tmp_path, scenario, *words, "--resume", "explore.resume")
+        interruptions += 1
+    result = run_explore(scenario, *words, "--resume", "explore.resume", folder=tmp_path)
+    assert without_times(result) == expected
 
 
 @LINUX
@@ -64,33 +64,33 @@ def test_an_exploration_without_a_checkpoint_still_has_its_result(tmp_path: Path
 @LINUX
 def test_only_the_same_exploration_goes_on(tmp_path: Path):
     scenario = write_retrying(tmp_path / "retrying", tries=4)
-    interrupted(tmp_path, scenario, *FAULTS)
+    interrupt(tmp_path, scenario, *FAULTS)
     (tmp_path / "slow.yaml").write_text("otherwise: {fails: []}\n")
     resume = ("--resume", tmp_path / "explore.resume")
-    for words, what in (
+    for words, reason in (
         ((scenario, "--faults", "2"), "faults"),
         ((scenario, *FAULTS, "--timeout", "3"), "timeout"),
-        ((scenario, *FAULTS, "--property", "never (goal (class NOBODY))"), "properties"),
+        ((scenario, *FAULTS, "--property", "never (goal (class UNUSED))"), "properties"),
         ((scenario, *FAULTS, "--world", tmp_path / "slow.yaml"), "world"),
         ((SCENARIO, *FAULTS), "scenario"),
     ):
-        refused(words, resume, what)
+        check_refused(words, resume, reason)
     agent = scenario / "mini.clp"
     agent.write_text(agent.read_text() + "; changed\n")
-    refused((scenario, *FAULTS), resume, "files of the agent")
+    check_refused((scenario, *FAULTS), resume, "files of the agent")
 
 
 @pytest.mark.parametrize("content", [None, b"", b"\xff\xfe no exploration", b"\x80"])
-def test_another_file_is_refused(tmp_path: Path, content: bytes | None):
+def test_invalid_resume_file_is_refused(tmp_path: Path, content: bytes | None):
     file = tmp_path / "file"
     if content is not None:
         file.write_bytes(content)
-    refused((SCENARIO,), ("--resume", file), str(file))
+    check_refused((SCENARIO,), ("--resume", file), str(file))
 
 
-def refused(words: tuple[object, ...], resume: tuple[object, ...], what: str) -> None:
-    done = nursery().run(["explore", *map(str, (*words, *resume))])
-    said = done.stderr.decode()
-    assert done.returncode == 2, said
-    assert what in said
-    assert "Traceback" not in said
+def check_refused(words: tuple[object, ...], resume: tuple[object, ...], reason: str) -> None:
+    process = nursery().run(["explore", *map(str, (*words, *resume))])
+    errors = process.stderr.decode()
+    assert process.returncode == 2, errors
+    assert reason in errors
+    assert "Traceback" not in errors

@@ -1,4 +1,4 @@
-"""Files that the user may not read: one error names the file, from workers, too."""
+"""Unreadable files are a single error with the file's name, also from workers."""
 
 from __future__ import annotations
 
@@ -14,30 +14,31 @@ from tests.unprivileged import dark, unprivileged
 __all__ = ["dark"]  # a fixture
 
 
-@pytest.mark.parametrize("command", ["explore OWN --interface-dir", "explore OWN --world", "explore"])
-def test_what_another_process_may_not_read(
+@pytest.mark.parametrize(
+    "command", ["explore SCENARIO --interface-dir", "explore SCENARIO --world", "explore"]
+)
+def test_unreadable_file_of_worker_is_error(
     command: str, dark: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """The process ended with a traceback, with an empty error."""
     scenario = write_scenario(tmp_path / "mini")
-    dark.chmod(0o444)  # its files have names, but no more
-    place = dark if "--interface-dir" in command else dark / "more.yaml"
-    words = [str(scenario) if word == "OWN" else word for word in command.split()]
+    dark.chmod(0o444)  # the names of its files are readable, their contents are not
+    path = dark if "--interface-dir" in command else dark / "more.yaml"
+    words = [str(scenario) if word == "SCENARIO" else word for word in command.split()]
     with unprivileged():
-        assert invoke([*words, str(place)]) == 2
-    printed = "".join(capfd.readouterr())
-    assert "Traceback" not in printed
-    assert re.search(f"error: {dark}/[a-zA-Z.]+: Permission denied", printed)
+        assert invoke([*words, str(path)]) == 2
+    output = "".join(capfd.readouterr())
+    assert "Traceback" not in output
+    assert re.search(f"error: {dark}/[a-zA-Z.]+: Permission denied", output)
 
 
-@pytest.mark.parametrize("what", ["explore", "sweep"])
-def test_an_error_of_the_system_crosses_from_worker_to_command(
-    what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("command", ["explore", "sweep"])
+def test_system_error_of_worker_is_error_of_command(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """No privileges are needed here: the name of a file may be too long for any system."""
+    """A too long file name is an error for each user."""
     monkeypatch.chdir(tmp_path)
     scenario = write_scenario(tmp_path / "mini")
-    assert invoke([what, str(scenario), "--config", f"{'x' * 300}.yaml"]) == 2
-    printed = "".join(capfd.readouterr())
-    assert "Traceback" not in printed
-    assert "x.yaml: File name too long" in printed
+    assert invoke([command, str(scenario), "--config", f"{'x' * 300}.yaml"]) == 2
+    output = "".join(capfd.readouterr())
+    assert "Traceback" not in output
+    assert "x.yaml: File name too long" in output

@@ -1,4 +1,4 @@
-"""A violated property: the shortest path, a recording and a test that fails in the same way."""
+"""Violated properties with the shortest path, a recording and a failing test."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cxbridge_explore.counterexample import shrink
 from cxbridge_explore.counterexample_playing import NthChooser, play_run
 from cxbridge_explore.properties.monitor import Violation
 from cxbridge_explore.properties.reading import find_property
-from explore_tests.pytest_files import pytest_of
+from explore_tests.pytest_files import run_pytest
 from tests.forked import nursery
 from tests.support import ROOT
 
@@ -24,7 +24,7 @@ SCENARIO = ROOT / "scenarios" / "test-scenario"
 PROPERTY = "no-failed-talk: never (goal (class TALK) (mode FINISHED) (outcome FAILED))"
 
 
-def test_a_path_is_shortened_to_the_choices_that_it_needs():
+def test_path_is_shortened_to_necessary_choices():
     def play(subset):
         violations = [Violation("p", "", 1.0)] if {("a", 0), ("c", 0)} <= subset.keys() else []
         return SimpleNamespace(choices=(), played=subset, violations=violations)
@@ -36,17 +36,17 @@ def test_a_path_is_shortened_to_the_choices_that_it_needs():
 
 @pytest.fixture(scope="module")
 def explored(tmp_path_factory):
-    """The result of the command, and its folder."""
+    """The result of the command, and the folder of its files."""
     folder = tmp_path_factory.mktemp("explored")
     words = [str(SCENARIO), "--faults", "2", "--json", "--property", PROPERTY, "--out", str(folder)]
-    done = nursery().run(["explore", *words])
-    assert done.returncode == 1, done.stderr.decode()
-    return json.loads(done.stdout), folder
+    process = nursery().run(["explore", *words])
+    assert process.returncode == 1, process.stderr.decode()
+    return json.loads(process.stdout), folder
 
 
-def test_scripts_get_the_path_the_recording_and_the_test(explored):
-    found, folder = explored
-    (violation,) = found["violations"]
+def test_json_has_path_recording_and_test(explored):
+    result, folder = explored
+    (violation,) = result["violations"]
     assert violation["property"] == "no-failed-talk"
     assert [choice["option"] for choice in violation["choices"]] == ["fails"]
     assert violation["words"].startswith("Skiller: say{text='Hello peggy', wait=True} fails at ")
@@ -54,13 +54,13 @@ def test_scripts_get_the_path_the_recording_and_the_test(explored):
     assert Path(violation["test"]) == folder / "test_no_failed_talk.py"
 
 
-def test_the_test_fails_as_the_run_does(explored, monkeypatch):
+def test_written_test_fails_with_property(explored, monkeypatch):
     _, folder = explored
-    done = pytest_of(folder / "test_no_failed_talk.py", monkeypatch)
-    said = done.stdout.decode()
-    assert done.returncode == 1
-    assert "1 failed" in said
-    assert "no-failed-talk" in said
+    process = run_pytest(folder / "test_no_failed_talk.py", monkeypatch)
+    output = process.stdout.decode()
+    assert process.returncode == 1
+    assert "1 failed" in output
+    assert "no-failed-talk" in output
 
 
 @pytest.mark.parametrize(
@@ -71,32 +71,34 @@ def test_the_test_fails_as_the_run_does(explored, monkeypatch):
         ("never (gaol (mode FAILED))", "gaol"),
     ],
 )
-def test_a_misspelt_property(text, complaint, capfd):
+def test_invalid_property_has_status_2(text, complaint, capfd):
     assert invoke(["explore", str(SCENARIO), "--property", text]) == 2
-    said = capfd.readouterr().err
-    assert complaint in said
-    assert "Traceback" not in said
+    output = capfd.readouterr().err
+    assert complaint in output
+    assert "Traceback" not in output
 
 
-def test_the_test_moves_with_its_project(tmp_path, monkeypatch):
-    project = tmp_path / "here"
+def test_written_test_moves_with_project(tmp_path, monkeypatch):
+    project = tmp_path / "before"
     shutil.copytree(SCENARIO, project / "agent")
     (project / "over.yaml").write_text("{}")
     options = ["--config", "over.yaml", "--clips-dir", "agent", "--property", PROPERTY, "--out", "tests"]
-    done = nursery().run(["explore", "agent", *options], folder=project)
-    assert done.returncode == 1, done.stderr.decode()
-    assert "no-failed-talk is violated: " in done.stderr.decode()  # before its counterexample is sought
-    moved = project.rename(tmp_path / "there")
+    process = nursery().run(["explore", "agent", *options], folder=project)
+    assert process.returncode == 1, process.stderr.decode()
+    assert (
+        "no-failed-talk is violated: " in process.stderr.decode()
+    )  # printed before the search for the counterexample
+    moved = project.rename(tmp_path / "after")
     file = moved / "tests" / "test_no_failed_talk.py"
     assert str(tmp_path) not in file.read_text()
     assert "cx.run('../agent', clips_dirs=('../agent',), config=('../over.yaml',))" in file.read_text()
-    done = pytest_of(file, monkeypatch)
-    assert done.returncode == 1
-    assert "no-failed-talk" in done.stdout.decode()
+    process = run_pytest(file, monkeypatch)
+    assert process.returncode == 1
+    assert "no-failed-talk" in process.stdout.decode()
 
 
-def test_a_move_to_where_a_robot_is_counts_as_nothing():
-    """The office's robot fails there, the other one on its way: the first goes to the office once more."""
+def test_move_to_current_place_is_not_second_execution():
+    """The robot in the office and the robot on its way fail, so the first robot moves to the office."""
     options = RunOptions(scenario=ROOT / "scenarios" / "two-robots", skiller="none")
     faults = {("robot2: inspect{place='office'}", 0): "fails", ("robot1: move{to='office'}", 0): "fails"}
     played = play_run(options, [find_property("executed-once")], NthChooser(faults))

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from explore_tests.test_explore import explored
+from explore_tests.test_explore import run_explore
 from rcll_tests.league import write_refbox, write_team
 
 
 def test_exploration_lets_each_call_fail(tmp_path):
     team, refbox = write_team(tmp_path / "team"), write_refbox(tmp_path / "refbox")
-    result = explored("--overlay", team, "--refbox-dir", refbox, "--minutes", "1", "--lenient", status=None)
+    result = run_explore(
+        "--overlay", team, "--refbox-dir", refbox, "--minutes", "1", "--lenient", status=None
+    )
     assert result["complete"]
     assert result["states"] == result["runs"] - 1 > 1  # each call has one failure
     assert result["outcomes"] == {"timed out": result["runs"]}  # a game ends with the production
@@ -20,4 +22,4 @@ def test_exploration_lets_each_call_fail(tmp_path):
 
 def test_option_of_game_is_refused_for_scenario(tmp_path):
     with pytest.raises(AssertionError, match="--minutes applies only to games of the league"):
-        explored("test-scenario", "--minutes", "1")
+        run_explore("test-scenario", "--minutes", "1")

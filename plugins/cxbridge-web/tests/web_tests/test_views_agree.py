@@ -36,7 +36,7 @@ from cxbridge_explore.counterexample_playing import play_run
 from cxbridge_explore.worlds.points import RandomChooser
 from cxbridge_studio.explain.goals import Goals
 from cxbridge_studio.explain.recorded import RecordedEvidence
-from explore_tests.defects.seeded import DEFECTS, Defect, runs
+from explore_tests.defects.seeded import DEFECTS, Defect, play_runs
 from tests.history import runs as made
 from tests.history.runs import ListRun
 from tests.history.test_lives import recorded
@@ -203,7 +203,7 @@ def test_the_counterexamples_of_explore(defect: Defect, tmp_path: Path, page_mod
     options = defect.options(defect.copy(tmp_path / "agent", broken=True))
     path = next(
         path
-        for path, played in runs(options, defect.properties, defect.faults)
+        for path, played in play_runs(options, defect.properties, defect.faults)
         if defect.found_by in {violation.property for violation in played.violations}
     )
     example = write_counterexample(options, defect.properties, defect.found_by, path, tmp_path / "found")

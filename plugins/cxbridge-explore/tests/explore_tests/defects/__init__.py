@@ -1,1 +1,1 @@
-"""Defects that are seeded in copies of the shipped agents, to be found by exploring."""
+"""Exploration of agents with seeded defects."""

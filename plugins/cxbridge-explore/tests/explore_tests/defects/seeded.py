@@ -1,4 +1,4 @@
-"""The seeded defects: each is a few lines that are replaced in a copy of an agent that works."""
+"""Seeded defects: replaced lines in copies of correct agents."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ DELIVERED = (
 
 @dataclass(frozen=True)
 class Defect:
-    """A defect.
+    """A defect of an agent.
 
-    :param name: the defect, in short.
-    :param folder: of the agent that is right.
+    :param name: a short description.
+    :param folder: the folder of the correct agent.
     :param changes: file, old text, and new text.
-    :param found_by: the property that shows it.
-    :param faults: how many faults the shortest path has.
-    :param own: a property besides the built-in ones.
+    :param found_by: the violated property.
+    :param faults: the number of faults of the shortest path.
+    :param own: a property in addition to the built-in properties.
     """
 
     name: str
@@ -42,16 +42,18 @@ class Defect:
     agent: str | None = None
 
     def copy(self, folder: Path, *, broken: bool) -> Path:
-        """Copy the agent to a folder; with the defect, or without."""
+        """Copy the agent to a folder, with or without the defect."""
         shutil.copytree(self.folder, folder)
-        for file, right, wrong in self.changes if broken else ():
+        for file, correct, defective in self.changes if broken else ():
             text = (folder / file).read_text()
-            assert text.count(right) == 1, f"{self.folder / file} is not what the defect is for"
-            (folder / file).write_text(text.replace(right, wrong))
+            assert text.count(correct) == 1, (
+                f"{self.folder / file} does not have the text that the defect replaces"
+            )
+            (folder / file).write_text(text.replace(correct, defective))
         return folder
 
     def options(self, folder: Path) -> RunOptions:
-        """Return the options of its runs."""
+        """Return the options of the agent's runs."""
         return RunOptions(scenario=folder, skiller="none", agent=self.agent, timeout=60.0)
 
     @property
@@ -62,7 +64,7 @@ class Defect:
 
 DEFECTS = (
     Defect(
-        "a lock is not given back after a failure",
+        "a lock is not released after a failure",
         ROOT / "scenarios" / "two-agents",
         (
             (
@@ -91,7 +93,7 @@ DEFECTS = (
         own="three-tries: never (meet-tries 4)",
     ),
     Defect(
-        "an action is executed twice after a take-over",
+        "an action runs twice after a takeover",
         ROOT / "scenarios" / "two-agents",
         (
             ("house-plan.clp", "(if (not (house-is swept ?room)) then", "(if TRUE then"),
@@ -128,10 +130,10 @@ DEFECTS = (
 )
 
 
-def runs(
+def play_runs(
     options: RunOptions, properties: tuple[Property, ...], faults: int
 ) -> Iterator[tuple[ChoicePath, PlayedRun]]:
-    """Yield all runs with a limited number of faults, runs with fewer faults first."""
+    """Yield all runs with at most ``faults`` faults, those with the fewest faults first."""
     paths: list[ChoicePath] = [{}]
     for number in range(faults + 1):
         longer: list[ChoicePath] = []

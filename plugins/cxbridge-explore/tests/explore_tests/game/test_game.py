@@ -1,4 +1,4 @@
-"""`cxbridge game`: one game, many games, two agents, and scenarios without a game."""
+"""The command `cxbridge game` with a game, many games, two agents, and scenarios without a game."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def result(seed: int, points: int) -> GameResult:
     return GameResult(Score({"A": points, "B": 0}, (), (), "POST_GAME", 1.0), True, seed, 1.0, {}, {})
 
 
-def shortened(folder, length="orders: 2, minutes: 3.0"):
+def copy_workshop(folder, length="orders: 2, minutes: 3.0"):
     """Return a copy of the workshop with a few orders and no failures."""
     shutil.copytree(WORKSHOP, folder)
     (folder / "world.yaml").unlink()
@@ -35,21 +35,21 @@ def shortened(folder, length="orders: 2, minutes: 3.0"):
 @pytest.fixture
 def short(tmp_path):
     """A copy of the workshop with two orders and no failures."""
-    return shortened(tmp_path / "short")
+    return copy_workshop(tmp_path / "short")
 
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
-    """The output of a game for scripts, and its recording."""
+    """The JSON output of a game, and the game's recording."""
     folder = tmp_path_factory.mktemp("recorded")
     trace = folder / "game.mcap"
-    words = ["game", str(shortened(folder / "short")), "--seed", "1", "--json", "--trace", str(trace)]
-    done = nursery().run(words)
-    assert done.returncode == 0, done.stderr.decode()
-    return json.loads(done.stdout), trace
+    words = ["game", str(copy_workshop(folder / "short")), "--seed", "1", "--json", "--trace", str(trace)]
+    process = nursery().run(words)
+    assert process.returncode == 0, process.stderr.decode()
+    return json.loads(process.stdout), trace
 
 
-def test_a_game_prints_its_score(recorded):
+def test_game_prints_score_as_json(recorded):
     game, trace = recorded
     assert game["points"] == {"workshop": 70}
     assert [each["complexity"] for each in game["deliveries"]] == ["oak", "ash+red"]
@@ -59,7 +59,7 @@ def test_a_game_prints_its_score(recorded):
     assert "points: {'workshop': 70}" in open_run(trace).metadata()["reason"]
 
 
-def test_what_points_machines_robots_and_orders_came_to(recorded):
+def test_game_prints_machines_robots_and_orders(recorded):
     game, _ = recorded
     assert game["categories"] == {"workshop": {"in time": 70}}
     first, second = game["orders"]
@@ -80,21 +80,21 @@ def test_what_points_machines_robots_and_orders_came_to(recorded):
         assert work["busy_seconds"] + work["idle_seconds"] == pytest.approx(seconds[0], abs=0.2)
 
 
-def test_the_outcome_is_in_the_recording(recorded):
+def test_recording_has_outcome(recorded):
     game, trace = recorded
-    (kept,) = (each for each in open_run(trace).attachments() if each.name == "game/outcome.json")
-    assert json.loads(kept.data).items() <= game.items()
+    (attachment,) = (each for each in open_run(trace).attachments() if each.name == "game/outcome.json")
+    assert json.loads(attachment.data).items() <= game.items()
 
 
-def test_for_people(short, capsys):
+def test_game_prints_awards_and_summary(short, capsys):
     assert invoke(["game", str(short), "--seed", "1"]) == 0
     *lines, last = capsys.readouterr().out.splitlines()
     assert any(line.endswith("workshop  +30  oak in time") for line in lines)
     assert last.startswith("workshop 70; 2 deliveries; the game is over after")
 
 
-def test_two_agents_on_the_same_seeds(tmp_path, capsys):
-    short, worse = (shortened(tmp_path / name, "orders: 1, minutes: 1.0") for name in ("short", "worse"))
+def test_comparison_plays_equal_seeds(tmp_path, capsys):
+    short, worse = (copy_workshop(tmp_path / name, "orders: 1, minutes: 1.0") for name in ("short", "worse"))
     file = worse / "scenario.yaml"
     file.write_text(file.read_text().replace("speed: 0.5", "speed: 0.1"))
     assert invoke(["game", str(short), "--against", str(worse), "--games", "6", "--seed", "1"]) == 0
@@ -102,7 +102,7 @@ def test_two_agents_on_the_same_seeds(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(("games", "better"), [(1, None), (2, None), (5, None), (6, 1)])
-def test_a_few_games_do_not_show_that_an_agent_is_better(games, better):
+def test_better_agent_needs_several_games(games, better):
     seeds = range(1, games + 1)
     match = Match({seed: result(seed, 10) for seed in seeds}, {seed: result(seed, 11) for seed in seeds})
     assert match.better_index == better
@@ -120,7 +120,7 @@ def test_a_few_games_do_not_show_that_an_agent_is_better(games, better):
         (["BROKEN"], "/game/seed names 'referee/sed', which the configuration does not have"),
     ],
 )
-def test_mistakes(arguments, complaint, short, tmp_path, capsys):
+def test_invalid_arguments_have_status_2(arguments, complaint, short, tmp_path, capsys):
     broken = tmp_path / "broken"
     shutil.copytree(short, broken)
     text = (broken / "scenario.yaml").read_text()
@@ -128,12 +128,12 @@ def test_mistakes(arguments, complaint, short, tmp_path, capsys):
     (broken / "scenario.yaml").write_text(text.replace(f"seed: {path}", "seed: referee/sed"))
     places = {"MINI": write_scenario(tmp_path / "mini"), "SHORT": short, "BROKEN": broken}
     assert invoke(["game", *(str(places.get(each, each)) for each in arguments)]) == 2
-    said = capsys.readouterr().err
-    assert complaint in said
-    assert "Traceback" not in said
+    errors = capsys.readouterr().err
+    assert complaint in errors
+    assert "Traceback" not in errors
 
 
-def test_a_scenario_that_says_it_is_a_game_and_has_no_referee(short, capsys):
+def test_game_without_referee_is_error(short, capsys):
     file = short / "machines.py"
     file.write_text(file.read_text().replace('"GameInterface", "Game"', '"HeartbeatInterface", "Game"'))
     assert invoke(["game", str(short)]) != 0

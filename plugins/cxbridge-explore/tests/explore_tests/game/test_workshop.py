@@ -1,4 +1,4 @@
-"""scenarios/workshop: a whole game of production, with a referee and points."""
+"""Games of scenarios/workshop with a referee."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ SCENARIO = ROOT / "scenarios" / "workshop"
 GAME_TYPE = "GameInterface::Game"
 
 
-def played(tmp_path: Path, **referee: Any) -> AgentRun:
-    """Return a game with other orders, which has not begun."""
+def prepare_game(tmp_path: Path, **referee: Any) -> AgentRun:
+    """Return a game with settings of the referee, before its start."""
     settings = ", ".join(f"{name}: {value}" for name, value in referee.items())
     config = tmp_path / "game.yaml"
     config.write_text(f"skill-board/agents/counter/executors/referee: {{{settings}}}\n")
@@ -25,29 +25,29 @@ def played(tmp_path: Path, **referee: Any) -> AgentRun:
 
 @pytest.fixture
 def short(tmp_path):
-    """A game with two orders: oak; ash+red."""
-    with played(tmp_path, seed=1, orders=2, minutes=3.0) as run:
+    """A game with two orders, oak and ash+red."""
+    with prepare_game(tmp_path, seed=1, orders=2, minutes=3.0) as run:
         yield run
 
 
-def end(run: AgentRun) -> dict[str, Any]:
-    """Play to the end, and return how the game stood when the agent had seen its end."""
+def play_to_end(run: AgentRun) -> dict[str, Any]:
+    """Play to the end, and return the state of the game when the agent has seen the end."""
     run.until(lambda: any(goal.outcome != "UNKNOWN" for goal in run.goals("GAME")), timeout=400)
     return run.read(GAME_TYPE)
 
 
-def test_a_whole_game_and_its_properties(cx):
+def test_game_completes_orders_and_violates_no_property(cx):
     run = cx.run(SCENARIO)
     run.assert_properties(
         "run-ends", "no-errors", "goals-retracted", "no-idle-rest", "preconditions", "executed-once"
     )
     assert {goal.outcome for goal in run.goals()} == {"COMPLETED"}
     assert len(run.goals("ORDER")) == 8
-    carried = {call.skiller for call in run.skills("take").calls}
-    assert carried == {"robot1", "robot2"}
+    carriers = {call.skiller for call in run.skills("take").calls}
+    assert carriers == {"robot1", "robot2"}
 
 
-def test_a_short_game_is_the_golden_one(cx, tmp_path):
+def test_short_game_equals_golden(cx, tmp_path):
     config = tmp_path / "game.yaml"
     config.write_text("skill-board/agents/counter/executors/referee: {orders: 2, minutes: 3.0}\n")
     run = cx.run(SCENARIO, config=config)
@@ -55,9 +55,9 @@ def test_a_short_game_is_the_golden_one(cx, tmp_path):
     run.assert_golden()
 
 
-def test_an_order_that_fails_leaves_nothing_behind(short):
+def test_failed_order_leaves_no_piece(short):
     short.skills("paint").fails("no paint", times=3)
-    game = end(short)
+    game = play_to_end(short)
     outcomes = {goal.id: goal.outcome for goal in short.goals("ORDER")}
     assert outcomes == {"ORDER-1": "COMPLETED", "ORDER-2": "FAILED"}
     assert [goal.outcome for goal in short.goals("CLEAR")] == ["COMPLETED"]
@@ -65,15 +65,15 @@ def test_an_order_that_fails_leaves_nothing_behind(short):
     assert (game["deliveries"], game["points"]) == (1, 30)
 
 
-def test_a_robot_that_keeps_the_piece_drops_it(short):
+def test_robot_drops_piece_of_failed_order(short):
     short.skills("put").fails("no room", times=3)
-    end(short)
+    play_to_end(short)
     assert [goal.outcome for goal in short.goals("DROP")] == ["COMPLETED"]
     assert {goal.id: goal.outcome for goal in short.goals("ORDER")}["ORDER-1"] == "FAILED"
 
 
-def test_the_referee_takes_no_wrong_piece(short):
-    short.skills("paint").succeeds(after=1.0)  # by script: nothing is painted
-    game = end(short)
+def test_referee_refuses_wrong_piece(short):
+    short.skills("paint").succeeds(after=1.0)  # the scripted skill paints nothing
+    game = play_to_end(short)
     assert game["deliveries"] == 1
     assert "order2 is ash+red, not ash" in "".join(line.text for line in short.log)

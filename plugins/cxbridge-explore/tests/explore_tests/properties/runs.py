@@ -1,4 +1,4 @@
-"""Runs of agents that are watched, for tests of properties."""
+"""Watched runs of agents."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from tests.support import ROOT
 BUILTIN = builtin_properties()
 
 
-def shipped(name: str, timeout: float = 100.0) -> RunOptions:
+def shipped_options(name: str, timeout: float = 100.0) -> RunOptions:
     """Return the options of a run of a shipped scenario."""
     return RunOptions(scenario=ROOT / "scenarios" / name, skiller="none", timeout=timeout)
 
 
-def watched(
-    given: RunOptions,
+def watch_run(
+    options: RunOptions,
     properties: Sequence[Property] = BUILTIN,
     path: ChoicePath | None = None,
     before: Callable[[ExploredRun], None] = lambda _: None,
 ) -> PropertyWatch:
-    """Play a run to its end, and watch it.
+    """Watch a run to its end, and return the watch.
 
-    :param before: called when the run is made, before the agent is loaded.
+    :param before: called with the new run before the agent is loaded.
     """
-    with ExploredRun(given, properties, PathChooser(path or {})) as run:
+    with ExploredRun(options, properties, PathChooser(path or {})) as run:
         before(run)
         run.play()
     return run.properties

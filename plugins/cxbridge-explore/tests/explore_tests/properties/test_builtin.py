@@ -1,4 +1,4 @@
-"""The built-in properties: the shipped agents have them, and each is violated by a run that lacks it."""
+"""Built-in properties: shipped agents have the properties, changed runs violate the properties."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import pytest
 from cxbridge.mainloop import Hook
 from cxbridge_explore.playing import ExploredRun
 from cxbridge_explore.properties.monitor import Violation
-from explore_tests.properties.runs import shipped, watched
+from explore_tests.properties.runs import shipped_options, watch_run
 
 
 @pytest.mark.parametrize("scenario", ["test-scenario", "test-scenario-pddl", "two-robots"])
-def test_the_shipped_agents_have_all_of_them(scenario: str):
-    run = watched(shipped(scenario))
+def test_shipped_agents_have_built_in_properties(scenario: str):
+    run = watch_run(shipped_options(scenario))
     assert run.violations == []
     assert run.evaluated_names >= {
         *("run-ends", "no-errors", "goals-retracted", "preconditions", "executed-once"),
@@ -24,13 +24,13 @@ def test_the_shipped_agents_have_all_of_them(scenario: str):
     }
 
 
-# ---- violated
+# ---- violations
 
 
-def disturbed(
+def watch_changed_run(
     loops: int, *changes: Callable[[ExploredRun], object], timeout: float = 30.0
 ) -> dict[str, Violation]:
-    """Play the test scenario, and change something in it before the agent thinks in some loops."""
+    """Play the test scenario with a change before each loop from ``loops`` on; return the violations."""
 
     def before(run: ExploredRun) -> None:
         number = count(1)
@@ -42,22 +42,22 @@ def disturbed(
 
         run.assembly.loop.add(Hook.PRE_LOOP, step)
 
-    run = watched(shipped("test-scenario", timeout), before=before)
+    run = watch_run(shipped_options("test-scenario", timeout), before=before)
     return {violation.property: violation for violation in run.violations}
 
 
-def asserting(fact: str) -> Callable[[ExploredRun], object]:
+def assert_fact(fact: str) -> Callable[[ExploredRun], object]:
     return lambda run: run.assembly.agents[0].executive.env.assert_string(fact)
 
 
-def building(construct: str) -> Callable[[ExploredRun], object]:
+def build_construct(construct: str) -> Callable[[ExploredRun], object]:
     return lambda run: run.assembly.agents[0].executive.env.build(construct)
 
 
-STUCK = asserting("(goal (id STUCK) (class NOBODYS) (mode EXPANDED))")
+STUCK = assert_fact("(goal (id STUCK) (class NOBODYS) (mode EXPANDED))")
 TICKING = (
-    building("(defrule tick-tock (time $?) => (assert (tock)))"),
-    building("(defrule tock-tick ?f <- (tock) => (retract ?f))"),
+    build_construct("(defrule tick-tock (time $?) => (assert (tock)))"),
+    build_construct("(defrule tock-tick ?f <- (tock) => (retract ?f))"),
 )
 HURRY = (
     "(defrule hurry (declare (salience 5000)) (not (hurried))"
@@ -77,14 +77,14 @@ TWICE = (
 
 
 @pytest.mark.parametrize(
-    ("name", "loops", "changes", "message", "concerned"),
+    ("name", "loops", "changes", "message", "concerns"),
     [
         pytest.param("run-ends", 5, [STUCK], "the run is stuck", {"goal": "STUCK"}, id="stuck"),
-        pytest.param("goals-retracted", 5, [STUCK], "goal STUCK is EXPANDED at the end$", {}, id="left"),
+        pytest.param("goals-retracted", 5, [STUCK], "goal STUCK is EXPANDED at the end$", {}, id="goal left"),
         pytest.param(
             "no-errors",
             5,
-            [building("(defrule wrong (goal) => (bind ?x (/ 1 0)))")],
+            [build_construct("(defrule wrong (goal) => (bind ?x (/ 1 0)))")],
             "an error in a rule: .*divide by zero.*wrong",
             {},
             id="error",
@@ -93,19 +93,21 @@ TWICE = (
             "goals-retracted",
             5,
             [
-                asserting("(goal (id LOST) (class NOBODYS) (mode EXPANDED))"),
-                building("(defrule lose ?g <- (goal (id LOST)) => (retract ?g))"),
+                assert_fact("(goal (id LOST) (class NOBODYS) (mode EXPANDED))"),
+                build_construct("(defrule lose ?g <- (goal (id LOST)) => (retract ?g))"),
             ],
             "goal LOST was removed in mode EXPANDED$",
             {},
-            id="gone",
+            id="goal removed",
         ),
         pytest.param(
             "one-holder",
             5,
             [
-                asserting("(goal (id ONE) (class NOBODYS) (mode DISPATCHED) (acquired-resources tap))"),
-                asserting("(goal (id TWO) (class NOBODYS) (mode DISPATCHED) (acquired-resources sink tap))"),
+                assert_fact("(goal (id ONE) (class NOBODYS) (mode DISPATCHED) (acquired-resources tap))"),
+                assert_fact(
+                    "(goal (id TWO) (class NOBODYS) (mode DISPATCHED) (acquired-resources sink tap))"
+                ),
             ],
             "ONE and TWO both hold the resource tap$",
             {},
@@ -115,8 +117,8 @@ TWICE = (
             "no-lost-resource",
             5,
             [
-                building("(deftemplate resource-request (slot goal) (slot resource))"),
-                asserting("(resource-request (goal GONE) (resource tap))"),
+                build_construct("(deftemplate resource-request (slot goal) (slot resource))"),
+                assert_fact("(resource-request (goal GONE) (resource tap))"),
             ],
             "the resource tap is held for GONE, which was removed$",
             {"goal": "GONE"},
@@ -125,7 +127,7 @@ TWICE = (
         pytest.param(
             "preconditions",
             20,
-            [building(HURRY)],
+            [build_construct(HURRY)],
             r".*\(said nobody hello\) is false",
             {"action": "say-goodbye nobody"},
             id="false precondition",
@@ -133,10 +135,10 @@ TWICE = (
         pytest.param(
             "executed-once",
             5,
-            [building(AGAIN)],
+            [build_construct(AGAIN)],
             "say-hello-again peggy of ",
             {"action": "say-hello-again peggy"},
-            id="effects there",
+            id="effects present",
         ),
         pytest.param(
             "executed-once",
@@ -149,22 +151,22 @@ TWICE = (
         pytest.param(
             "skillers-released",
             5,
-            [building("(defrule keep (declare (salience 10000)) (executive-finalize) => (halt))")],
+            [build_construct("(defrule keep (declare (salience 10000)) (executive-finalize) => (halt))")],
             "the control of Skiller was not released at the end$",
             {"skill": "Skiller"},
             id="not released",
         ),
     ],
 )
-def test_a_violation_and_whom_it_concerns(name, loops, changes, message, concerned):
-    violation = disturbed(loops, *changes)[name]
+def test_violation_has_message_and_subject(name, loops, changes, message, concerns):
+    violation = watch_changed_run(loops, *changes)[name]
     assert re.match(message, violation.message), violation.message
-    assert violation.as_dict().items() >= concerned.items()
+    assert violation.as_dict().items() >= concerns.items()
 
 
-def test_a_goal_that_rests():
-    violations = disturbed(5, STUCK, *TICKING, timeout=90.0)
-    rest, ends = violations["no-idle-rest"], violations["run-ends"]
-    assert rest.message == "goal STUCK has been EXPANDED for 60 s and waits for nothing"
-    assert 60 < rest.seconds < 62
-    assert ends.message.startswith("the run has not ended")
+def test_resting_goal_is_violation():
+    violations = watch_changed_run(5, STUCK, *TICKING, timeout=90.0)
+    resting, unfinished = violations["no-idle-rest"], violations["run-ends"]
+    assert resting.message == "goal STUCK has been EXPANDED for 60 s and waits for nothing"
+    assert 60 < resting.seconds < 62
+    assert unfinished.message.startswith("the run has not ended")

@@ -1,4 +1,4 @@
-"""An agent that is killed has no duties any more, and one that is back has all of them."""
+"""Properties of killed and restarted agents."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ pytestmark = needs_plugin("robot-memory")
 OPTIONS = RunOptions(scenario=ROOT / "scenarios" / "two-agents", skiller="none", timeout=120.0)
 
 
-class KillingOnce:
-    """Kills an agent at the first choice point after a number of seconds."""
+class KillOnce:
+    """Kills an agent at the first choice point after ``seconds``."""
 
     def __init__(self, agent: str, seconds: float) -> None:
         self._agent, self._seconds, self._is_done = agent, seconds, False
@@ -38,59 +38,60 @@ class KillingOnce:
         return 1
 
 
-def killed(
+def play_killed(
     seconds: float,
-    back: float | None,
+    restart_after_s: float | None,
     properties: Sequence[Property],
     options: RunOptions = OPTIONS,
 ) -> tuple[RunResult, list[Violation]]:
-    """Play a run in which robot1 is killed."""
+    """Play a run in which the world kills robot1."""
     world = WorldModel(
-        default_skill=CALM, kills=(Kill(times=DecisionTimes(period_s=0.2, end_s=10.0), restart_after_s=back),)
+        default_skill=CALM,
+        kills=(Kill(times=DecisionTimes(period_s=0.2, end_s=10.0), restart_after_s=restart_after_s),),
     )
-    with ExploredRun(options, properties, KillingOnce("robot1", seconds), world=world) as run:
+    with ExploredRun(options, properties, KillOnce("robot1", seconds), world=world) as run:
         return run.play().verdict, run.properties.violations
 
 
-@pytest.mark.parametrize(("seconds", "back"), [(0.4, None), (8.4, None), (8.4, 3.0)])
-def test_who_is_dead_holds_nothing(seconds: float, back: float | None):
-    ended, violations = killed(seconds, back, builtin_properties())
-    assert ended.word == "completed"
-    # robot1 forgets that it has got water, and fetches some more: that is the agent's own weakness
+@pytest.mark.parametrize(("seconds", "restart_after_s"), [(0.4, None), (8.4, None), (8.4, 3.0)])
+def test_killed_agent_holds_nothing(seconds: float, restart_after_s: float | None):
+    result, violations = play_killed(seconds, restart_after_s, builtin_properties())
+    assert result.word == "completed"
+    # a weakness of the agent: the restarted robot1 fetches water a second time
     assert [each for each in violations if not each.action.startswith("fill")] == []
 
 
-def test_monitors_see_who_is_killed_and_who_is_back():
-    seen: list[tuple[str, str]] = []
+def test_monitor_gets_killed_and_restarted_agents():
+    events: list[tuple[str, str]] = []
 
-    class Roll(Monitor):
+    class MembersMonitor(Monitor):
         def joined(self, tables: FactTables) -> None:
-            seen.append(("joined", tables.name))
+            events.append(("joined", tables.name))
 
         def left(self, tables: FactTables) -> None:
-            seen.append(("left", tables.name))
+            events.append(("left", tables.name))
             assert tables not in self.scene.tables
 
-    killed(3.0, 2.0, [Property("roll", Roll, "a roll")])
-    assert seen == [("joined", "robot1"), ("joined", "robot2"), ("left", "robot1"), ("joined", "robot1")]
+    play_killed(3.0, 2.0, [Property("members", MembersMonitor, "the members")])
+    assert events == [("joined", "robot1"), ("joined", "robot2"), ("left", "robot1"), ("joined", "robot1")]
 
 
-@pytest.mark.parametrize(("back", "count"), [(None, 0), (2.0, 1)])
-def test_a_form_expects_something_of_the_living_alone(back: float | None, count: int):
-    form = 'after (wm-fact (key cx identity) (value "robot1")) then (goal (class NOBODY-HAS-IT))'
-    _, violations = killed(3.0, back, [read_property(form)])
+@pytest.mark.parametrize(("restart_after_s", "count"), [(None, 0), (2.0, 1)])
+def test_property_concerns_only_living_agents(restart_after_s: float | None, count: int):
+    form = 'after (wm-fact (key cx identity) (value "robot1")) then (goal (class UNUSED))'
+    _, violations = play_killed(3.0, restart_after_s, [read_property(form)])
     assert len(violations) == count
 
 
-def test_a_run_in_which_an_agent_will_be_back_is_not_stuck(tmp_path: Path):
-    """Neither agent has a goal, so nothing happens until robot1 is back; and then nothing, too."""
+def test_run_is_not_stuck_before_restart_of_agent(tmp_path: Path):
+    """No agent has a goal, so nothing happens before and after the restart of robot1."""
     folder = write_scenario(tmp_path / "idle", agent="; nothing\n")
     with (folder / "scenario.yaml").open("a") as file:
         file.write("cxbridge:\n  agents:\n    robot1: {}\n    robot2: {}\n")
     idle = RunOptions(scenario=folder, skiller="none", timeout=120.0)
-    ended, violations = killed(0.2, 20.0, [find_property("run-ends")], idle)
-    assert ended.word == "stuck"
+    result, violations = play_killed(0.2, 20.0, [find_property("run-ends")], idle)
+    assert result.word == "stuck"
     assert [each.seconds > 20.0 for each in violations] == [True]
-    ended, violations = killed(0.2, None, [find_property("run-ends")], idle)
-    assert ended.word == "stuck"
+    result, violations = play_killed(0.2, None, [find_property("run-ends")], idle)
+    assert result.word == "stuck"
     assert [each.seconds < 20.0 for each in violations] == [True]

@@ -1,4 +1,4 @@
-"""Properties in files and in Python, and that watching a run changes nothing in it."""
+"""Reading of properties, and runs with and without watched properties."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from cxbridge_explore.playing import ExploredRun
 from cxbridge_explore.properties.forms import read_property
 from cxbridge_explore.properties.monitor import Property
 from cxbridge_explore.properties.reading import combine_properties, read_properties, read_scenario_properties
-from explore_tests.properties.runs import BUILTIN, shipped, watched
+from explore_tests.properties.runs import BUILTIN, shipped_options, watch_run
 
 
-def test_a_file_of_properties(tmp_path: Path):
+def test_file_has_named_properties(tmp_path: Path):
     file = tmp_path / "properties.yaml"
     file.write_text("- never (goal (outcome FAILED))\n- calm: eventually (goal) within 3\n")
     assert [each.name for each in read_properties(file)] == ["never (goal (outcome FAILED))", "calm"]
@@ -24,11 +24,11 @@ def test_a_file_of_properties(tmp_path: Path):
         "never (goal (outcome FAILED))",
         "calm",
     ]
-    assert read_scenario_properties(tmp_path / "other" / "scenario.yaml") == []
+    assert read_scenario_properties(tmp_path / "missing" / "scenario.yaml") == []
 
 
 @pytest.mark.parametrize("text", ["{a: b}", "- [never]", "- nevr (goal)", "- a: {b: c}", "- never (goal"])
-def test_a_file_that_is_wrong_is_named(text: str, tmp_path: Path):
+def test_invalid_file_is_error_with_line(text: str, tmp_path: Path):
     file = tmp_path / "properties.yaml"
     file.write_text(f"# one line\n{text}\n")
     with pytest.raises(ConfigError) as error:
@@ -36,15 +36,15 @@ def test_a_file_that_is_wrong_is_named(text: str, tmp_path: Path):
     assert error.value.location.startswith(f"{file}:2")
 
 
-def test_an_error_in_a_run_names_the_line(tmp_path: Path):
+def test_error_of_property_in_run_has_line(tmp_path: Path):
     file = tmp_path / "properties.yaml"
     file.write_text("# one line\n- never (gaol)\n")
     with pytest.raises(ConfigError, match="did you mean goal") as error:
-        watched(shipped("test-scenario"), read_properties(file))
+        watch_run(shipped_options("test-scenario"), read_properties(file))
     assert error.value.location.startswith(f"{file}:2")
 
 
-def test_two_of_a_name():
+def test_duplicate_name_is_error():
     with pytest.raises(ConfigError, match="two properties 'run-ends'"):
         combine_properties(BUILTIN, [read_property("run-ends: never (goal)")])
 
@@ -62,19 +62,19 @@ PATTERNS = tuple(
 
 
 @pytest.mark.parametrize("scenario", ["test-scenario", "two-robots"])
-def test_a_run_that_is_watched_is_the_same(scenario: str):
-    """Transitions, and where they are watched even rules and facts with their numbers."""
+def test_watched_run_equals_unwatched_run(scenario: str):
+    """Properties of rules and facts also keep the numbers of rules and facts equal."""
 
-    def events(properties: Sequence[Property]) -> list[Event]:
-        found: list[Event] = []
+    def play_events(properties: Sequence[Property]) -> list[Event]:
+        events: list[Event] = []
 
         def before(run: ExploredRun) -> None:
             types = (GoalTransition, PlanActionTransition, SkillStatus, RuleFired, FactChange)
-            run.assembly.bus.subscribe(found.append, *types)
+            run.assembly.bus.subscribe(events.append, *types)
 
-        watched(shipped(scenario), properties, before=before)
-        return found
+        watch_run(shipped_options(scenario), properties, before=before)
+        return events
 
-    alone = events([])
-    assert any(isinstance(event, RuleFired | SkillStatus) for event in alone)
-    assert events([*BUILTIN, *PATTERNS]) == alone
+    unwatched = play_events([])
+    assert any(isinstance(event, RuleFired | SkillStatus) for event in unwatched)
+    assert play_events([*BUILTIN, *PATTERNS]) == unwatched

@@ -1,4 +1,4 @@
-"""Properties of patterns over time, matched by CLIPS in runs of the test scenario."""
+"""Temporal properties of patterns in runs of the test scenario."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from cxbridge.errors import ConfigError
 from cxbridge_explore.properties.forms import read_property
 from cxbridge_explore.properties.watch import PropertyWatch
 from cxbridge_explore.worlds.points import Step
-from explore_tests.properties.runs import shipped, watched
+from explore_tests.properties.runs import shipped_options, watch_run
 
-TALK = shipped("test-scenario")
+TALK = shipped_options("test-scenario")
 HELLO = "Skiller: say{text='Hello peggy', wait=True}"
 
 
 GOAL = "(goal (class TALK) {})"
 COMPLETED = GOAL.format("(outcome COMPLETED)")
 DISPATCHED_THEN = "after (goal (id ?g) (class TALK) (mode DISPATCHED)) then (goal (id ?g) (mode FINISHED))"
-# CLIPS evaluates what follows a new `not` too early: a probe must not see that
+# CLIPS evaluates the patterns after a new `not` too early, which a probe must not see
 ABSENT = "(forall (domain-operator (name ?n&print)) (skill-action-mapping (name ?n)))"
 
 
-def run_of(text: str, *, fails: bool = False) -> PropertyWatch:
-    return watched(TALK, [read_property(text)], {0: Step(HELLO, "fails")} if fails else {})
+def watch_property(text: str, *, fails: bool = False) -> PropertyWatch:
+    return watch_run(TALK, [read_property(text)], {0: Step(HELLO, "fails")} if fails else {})
 
 
 @pytest.mark.parametrize(
@@ -42,15 +42,15 @@ def run_of(text: str, *, fails: bool = False) -> PropertyWatch:
         "after (goal (class PRINT) (mode DISPATCHED)) then (domain-loaded)",  # matches already
     ],
 )
-def test_a_property_that_holds(text: str):
-    assert run_of(text).violations == []
+def test_property_holds(text: str):
+    assert watch_property(text).violations == []
 
 
 @pytest.mark.parametrize(
     ("text", "fails", "message", "after_s"),
     [
         ("never (goal (class TALK) (outcome FAILED) (id ?g))", True, r".* matches: \?g = gen", 0),
-        ("never (goal (class TALK) (mode FINISHED))", False, ".* matches", 0),  # between two rules only
+        ("never (goal (class TALK) (mode FINISHED))", False, ".* matches", 0),  # only between two rules
         (
             f"never {GOAL.format('')} (not (domain-fact (name said) (param-values peggy hello)))",
             False,
@@ -64,15 +64,18 @@ def test_a_property_that_holds(text: str):
         (f"{DISPATCHED_THEN} within 3", False, r".* has not matched within 3 s, after .*: \?g = gen", 3),
     ],
 )
-def test_a_property_that_is_violated(text: str, fails: bool, message: str, after_s: float):
-    (violation,) = run_of(text, fails=fails).violations
+def test_property_is_violated(text: str, fails: bool, message: str, after_s: float):
+    (violation,) = watch_property(text, fails=fails).violations
     assert re.match(message, violation.message)
     assert violation.seconds >= after_s
 
 
-def test_what_never_had_an_occasion_is_vacuous():
-    assert run_of("after (goal (class TALK) (outcome REJECTED)) then (goal)").evaluated_names == frozenset()
-    assert run_of("never (plan-action)").evaluated_names
+def test_property_without_occasion_is_not_evaluated():
+    assert (
+        watch_property("after (goal (class TALK) (outcome REJECTED)) then (goal)").evaluated_names
+        == frozenset()
+    )
+    assert watch_property("never (plan-action)").evaluated_names
 
 
 @pytest.mark.parametrize(
@@ -90,7 +93,7 @@ def test_what_never_had_an_occasion_is_vacuous():
         ("", "must begin with"),
     ],
 )
-def test_a_form_that_is_wrong(text: str, error: str):
+def test_invalid_property_is_error(text: str, error: str):
     with pytest.raises(ConfigError, match=error):
         read_property(text)
 
@@ -103,6 +106,6 @@ def test_a_form_that_is_wrong(text: str, error: str):
         ("never (goal (mode FAILED))", r"hint: \[CSTRNCHK1\] A literal restriction value does not match"),
     ],
 )
-def test_a_name_that_the_agent_lacks(text: str, error: str):
+def test_unknown_name_in_property_is_error(text: str, error: str):
     with pytest.raises(ConfigError, match=error):
-        run_of(text)
+        watch_property(text)

@@ -1,4 +1,4 @@
-"""Engines play each seed once, whatever dies; the rows of a seed are the same wherever it is played."""
+"""Engines of sweeps with forks, processes, killed workers and endless rules."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ JOB = SweepJob(RunOptions(scenario=ROOT / "scenarios" / "test-scenario", skiller
 SEEDS = range(100, 108)
 
 
-def timeless(row: RunRow) -> RunRow:
+def without_times(row: RunRow) -> RunRow:
     return replace(row, cpu_seconds=0.0)
 
 
 @pytest.fixture(scope="module")
 def expected() -> list[RunRow]:
-    """What each seed comes to when it is played alone, in a process that has forked nothing."""
-    return [timeless(play_seed(JOB, seed, RandomChooser(seed))) for seed in SEEDS]
+    """The row of each seed, played without a fork."""
+    return [without_times(play_seed(JOB, seed, RandomChooser(seed))) for seed in SEEDS]
 
 
 def test_worlds_differ_by_seed(expected):
@@ -38,44 +38,44 @@ def test_worlds_differ_by_seed(expected):
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_a_forked_run_is_as_one_that_is_loaded_for_itself(expected, jobs):
-    rows = [timeless(row) for row in play_seeds(JOB, SEEDS, jobs)]
+def test_forked_run_equals_run_without_fork(expected, jobs):
+    rows = [without_times(row) for row in play_seeds(JOB, SEEDS, jobs)]
     assert sorted(rows, key=lambda row: row.seed) == expected
 
 
-def test_workers_that_are_killed_lose_nothing(expected, monkeypatch):
+def test_killed_workers_lose_no_row(expected, monkeypatch):
     pids: list[int] = []
     start = WorkerProcess.__init__
 
-    def noted(self: WorkerProcess, job: SweepJob) -> None:
+    def start_and_record(self: WorkerProcess, job: SweepJob) -> None:
         start(self, job)
         assert self.process.pid is not None
         pids.append(self.process.pid)
 
-    monkeypatch.setattr(WorkerProcess, "__init__", noted)
+    monkeypatch.setattr(WorkerProcess, "__init__", start_and_record)
     monkeypatch.setattr(engine_module, "MAX_DEATHS", 100)
     rows = []
     for row in play_seeds(JOB, SEEDS, 2):
-        rows.append(timeless(row))
+        rows.append(without_times(row))
         if len(rows) in (2, 5):
             os.kill(pids[-1], signal.SIGKILL)
     assert sorted(rows, key=lambda row: row.seed) == expected
     assert len(pids) > 2
 
 
-def test_a_run_that_never_ends_has_crashed_and_the_others_go_on(tmp_path):
-    job = SweepJob(spinning(tmp_path, "(plan-action (state FAILED))"), cpu_seconds=1)
+def test_endless_run_crashes_and_sweep_continues(tmp_path):
+    job = SweepJob(make_endless(tmp_path, "(plan-action (state FAILED))"), cpu_seconds=1)
     outcomes = {row.seed: row.outcome for row in play_seeds(job, SEEDS[:2], 1)}
     assert set(outcomes.values()) == {"crashed", "completed"}
 
 
-def test_a_scenario_that_never_comes_to_a_skill_is_an_error(tmp_path):
-    job = SweepJob(spinning(tmp_path, "(time $?)"), cpu_seconds=1)
+def test_scenario_that_reaches_no_skill_is_error(tmp_path):
+    job = SweepJob(make_endless(tmp_path, "(time $?)"), cpu_seconds=1)
     with pytest.raises(CxbridgeError, match="does not reach its first skill"):
         list(play_seeds(job, SEEDS, 1))
 
 
-def spinning(folder: Path, condition: str) -> RunOptions:
+def make_endless(folder: Path, condition: str) -> RunOptions:
     """Return the test scenario with a rule that never ends."""
     copy = folder / "scenario"
     assert JOB.options.scenario is not None
@@ -85,7 +85,7 @@ def spinning(folder: Path, condition: str) -> RunOptions:
     return replace(JOB.options, scenario=copy)
 
 
-def test_a_wrong_scenario_is_an_error_with_its_place(tmp_path):
+def test_invalid_scenario_is_error_with_file(tmp_path):
     (tmp_path / "scenario.yaml").write_text("clips-executive: {spec: nope}\n")
     job = SweepJob(RunOptions(scenario=tmp_path, skiller="none"))
     with pytest.raises(CxbridgeError, match="nope") as caught:

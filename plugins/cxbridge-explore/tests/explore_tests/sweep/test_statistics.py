@@ -1,4 +1,4 @@
-"""Quantiles and intervals, held against numpy, scipy and simulation."""
+"""Quantiles and intervals compared with numpy, scipy and simulation."""
 
 from __future__ import annotations
 
@@ -14,37 +14,37 @@ VALUES = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=60)
 
 
 @given(VALUES)
-def test_quantiles_are_those_of_numpy(values):
+def test_quantiles_equal_those_of_numpy(values):
     numpy = pytest.importorskip("numpy")
-    found = summarize_sample(values)
-    assert found is not None
+    result = summarize_sample(values)
+    assert result is not None
     shares = {"min": 0, "p05": 0.05, "p25": 0.25, "median": 0.5, "p75": 0.75, "p95": 0.95, "max": 1}
-    theirs = {name: numpy.quantile(values, share) for name, share in shares.items()}
-    assert found == pytest.approx(theirs | {"mean": numpy.mean(values)}, abs=1e-6)
+    expected = {name: numpy.quantile(values, share) for name, share in shares.items()}
+    assert result == pytest.approx(expected | {"mean": numpy.mean(values)}, abs=1e-6)
 
 
 @given(st.integers(1, 400).flatmap(lambda total: st.tuples(st.integers(0, total), st.just(total))))
-def test_a_proportions_interval_is_that_of_wilson(counts):
+def test_proportion_interval_equals_that_of_wilson(counts):
     stats = pytest.importorskip("scipy.stats")
     count, total = counts
-    found = proportion_interval(count, total)
-    theirs = stats.binomtest(count, total).proportion_ci(method="wilson")
-    assert (found.low, found.high) == pytest.approx((theirs.low, theirs.high), abs=1e-9)
-    assert found.estimate == count / total
+    result = proportion_interval(count, total)
+    expected = stats.binomtest(count, total).proportion_ci(method="wilson")
+    assert (result.low, result.high) == pytest.approx((expected.low, expected.high), abs=1e-9)
+    assert result.estimate == count / total
 
 
 @pytest.mark.parametrize("size", [6, 20, 500])
-def test_nineteen_of_twenty_intervals_hold_the_mean(size):
+def test_95_percent_of_intervals_contain_mean(size):
     rng = random.Random(1)
-    held = 0
+    count = 0
     for _ in range(200):
-        found = mean_interval([rng.gauss(5, 2) for _ in range(size)])
-        held += found.low <= 5 <= found.high
-    assert 178 <= held <= 199  # of 200; 190 are expected
+        result = mean_interval([rng.gauss(5, 2) for _ in range(size)])
+        count += result.low <= 5 <= result.high
+    assert 178 <= count <= 199  # 190 of 200 are expected
 
 
 @pytest.mark.parametrize(("size", "differs"), [(2, False), (5, False), (6, True), (11, True), (200, True)])
-def test_equal_differences_prove_something_when_they_are_enough(size, differs):
-    found = mean_interval([1.0] * size)
-    assert (found.estimate, found.excludes_zero) == (1.0, differs)
-    assert (found.as_dict()["low"] is None) is not differs
+def test_equal_differences_exclude_zero_from_six_samples(size, differs):
+    result = mean_interval([1.0] * size)
+    assert (result.estimate, result.excludes_zero) == (1.0, differs)
+    assert (result.as_dict()["low"] is None) is not differs

@@ -1,1 +1,1 @@
-"""Tests of the worlds that runs can meet."""
+"""Tests of the worlds of runs."""

@@ -1,4 +1,4 @@
-"""A run of a shipped scenario depends on its seed only: two runs in separate processes are equal."""
+"""Runs of shipped scenarios with equal seeds are equal."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tests.support import ROOT, scenarios_of_installed_plugins, share
 
 SEED = 11
 SEARCHING = {"temporal"}
-"""Their planner, Aries, searches with several threads: which of the best plans it finds depends on them."""
+"""The planner Aries searches with several threads, which decide between equally good plans."""
 
 SCENARIOS = share(
     sorted({folder.name for folder in scenarios_of_installed_plugins()} - SEARCHING),
@@ -41,11 +41,11 @@ for name in names:
         os._exit(0)
     assert os.waitpid(process, 0)[1] == 0, name
 """
-"""Plays each scenario in a child process, which need not load the program again."""
+"""Plays each scenario in a forked process, which does not load the program again."""
 
 
-def played(hash_seed: str) -> list[dict[str, object]]:
-    done = subprocess.run(
+def play_scenarios(hash_seed: str) -> list[dict[str, object]]:
+    process = subprocess.run(
         [sys.executable, "-c", PLAY, str(SEED), *SCENARIOS],
         env={**os.environ, "PYTHONHASHSEED": hash_seed},
         cwd=ROOT,
@@ -53,12 +53,12 @@ def played(hash_seed: str) -> list[dict[str, object]]:
         capture_output=True,
         text=True,
     )
-    return [json.loads(line) for line in done.stdout.splitlines()]
+    return [json.loads(line) for line in process.stdout.splitlines()]
 
 
-def test_one_seed_is_one_run():
-    ones, others = played("1"), played("2")
-    assert [one["name"] for one in ones] == SCENARIOS
-    for one, other in zip(ones, others, strict=True):
-        assert one["choices"], f"the world of {one['name']} was asked"
-        assert one == other
+def test_runs_with_equal_seed_are_equal():
+    runs_a, runs_b = play_scenarios("1"), play_scenarios("2")
+    assert [run["name"] for run in runs_a] == SCENARIOS
+    for run_a, run_b in zip(runs_a, runs_b, strict=True):
+        assert run_a["choices"], f"the world of {run_a['name']} has no choice"
+        assert run_a == run_b

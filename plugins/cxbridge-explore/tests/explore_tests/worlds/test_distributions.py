@@ -1,4 +1,4 @@
-"""Durations are drawn within their bounds, and a drawn one can be followed again."""
+"""Distributions of durations, and drawn durations in paths."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from cxbridge_explore.worlds.points import (
 
 seconds = st.floats(0, 100)
 distributions = st.builds(
-    lambda shape, one, other, low, high: Distribution(
-        shape, (min(one, other), max(one, other)), min(low, high), max(low, high)
+    lambda shape, first, second, low, high: Distribution(
+        shape, (min(first, second), max(first, second)), min(low, high), max(low, high)
     ),
     st.sampled_from([Shape.UNIFORM, Shape.NORMAL, Shape.CHOICE]),
     *[st.floats(0, 10)] * 2,
@@ -37,7 +37,7 @@ distributions = st.builds(
 
 
 @given(distributions, st.integers())
-def test_what_is_drawn_is_within_the_bounds(distribution, seed):
+def test_drawn_value_is_within_bounds(distribution, seed):
     drawn = distribution.draw(random.Random(seed))
     assert distribution.min_s - 0.001 <= drawn <= distribution.max_s + 0.001
     usual, *_ = values = distribution.representatives
@@ -52,14 +52,14 @@ def test_what_is_drawn_is_within_the_bounds(distribution, seed):
         (Shape.CHOICE, (1.0, 2.0, 9.0), 2.0),
     ],
 )
-def test_the_draws_have_the_median_of_their_distribution(shape, parameters, expected):
+def test_draws_have_median_of_distribution(shape, parameters, expected):
     distribution, rng = Distribution(shape, parameters), random.Random(7)
     assert distribution.representatives[0] == pytest.approx(expected, abs=0.001)
     assert median(distribution.draw(rng) for _ in range(4001)) == pytest.approx(expected, rel=0.1)
 
 
-def duration(chooser: Chooser) -> Choice:
-    """Let a chooser decide the duration of a skill."""
+def choose_duration(chooser: Chooser) -> Choice:
+    """Return the choice of a skill's duration by ``chooser``."""
     distribution = Distribution(Shape.UNIFORM, (2.0, 4.0))
     options = tuple(make_duration_option(each) for each in distribution.representatives)
     choices = RunChoices(chooser, VirtualClock())
@@ -68,15 +68,15 @@ def duration(chooser: Chooser) -> Choice:
 
 
 @given(st.integers())
-def test_a_drawn_duration_is_in_the_path_and_can_be_followed(seed):
-    drawn = duration(RandomChooser(seed))
-    followed = duration(PathChooser(read_path([drawn.as_dict()])))
-    assert followed == drawn
+def test_path_repeats_drawn_duration(seed):
+    drawn = choose_duration(RandomChooser(seed))
+    repeated = choose_duration(PathChooser(read_path([drawn.as_dict()])))
+    assert repeated == drawn
     assert 2.0 <= drawn.taken_option.value <= 4.0
 
 
-def test_a_path_may_name_what_is_listed_but_nothing_else():
-    assert duration(PathChooser({0: Step("a: b{}", "takes(4)")})).taken_option.value == 4.0
+def test_path_accepts_only_options_of_choice_point():
+    assert choose_duration(PathChooser({0: Step("a: b{}", "takes(4)")})).taken_option.value == 4.0
     with pytest.raises(DivergedError, match="no option 'fails'"):
-        duration(PathChooser({0: Step("a: b{}", "fails")}))
-    assert duration(PathChooser({})).option_index == USUAL
+        choose_duration(PathChooser({0: Step("a: b{}", "fails")}))
+    assert choose_duration(PathChooser({})).option_index == USUAL

@@ -1,4 +1,4 @@
-"""A world.yaml is read, or refused with file and line."""
+"""Reading of world.yaml."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def read(text: str) -> WorldModel:
     return parse_world(Configuration.from_text(text, "/x/world.yaml"))
 
 
-def test_everything_can_be_said():
+def test_world_has_all_keys():
     world = read(WORLD)
     (say,) = world.skills
     assert (say.pattern.name, say.pattern.args, say.hang_probability) == ("say", {"text": "Hello.*"}, 0.01)
@@ -62,7 +62,7 @@ def test_everything_can_be_said():
     assert world.planner == PlannerModel(no_plan_probability=0.1, delay_probability=0.2, delay_s=3.0)
 
 
-def test_the_example_of_the_manual_is_a_world():
+def test_example_of_manual_is_valid():
     page = (ROOT / "docs" / "explore.md").read_text()
     world = read(page.partition("## Worlds")[2].partition("```yaml")[2].partition("```")[0])
     assert world.skills
@@ -97,7 +97,7 @@ def test_the_example_of_the_manual_is_a_world():
         ("sensed: [{interface: A, field: b, values: [1, 2], probabilities: [1]}]", 1, "do not match"),
     ],
 )
-def test_a_mistake_is_an_error_with_its_line(text, line, message):
+def test_invalid_world_is_error_with_line(text, line, message):
     with pytest.raises(CxbridgeError, match=message) as caught:
         read(text)
     assert (caught.value.file, caught.value.line) == ("/x/world.yaml", line)
@@ -122,7 +122,7 @@ trees = st.recursive(
 
 
 @given(st.dictionaries(names, trees, max_size=4))
-def test_whatever_a_file_says_is_read_or_refused(tree: dict[str, Any]):
+def test_random_world_is_read_or_refused(tree: dict[str, Any]):
     try:
         world = read(yaml.safe_dump(tree))
     except CxbridgeError:
