@@ -121,19 +121,19 @@ def test_characters_invalid_in_xml_are_replaced(tmp_path: Path) -> None:
 def test_page_embeds_json(
     runs: tuple[str, str], tmp_path: Path, order: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from web_tests.test_report import data_of, inside_of
+    from web_tests.test_report import embedded_recording, embedded_settings
 
     path = tmp_path / "diff.html"
     assert diff(*runs, "--html", path, "--order", order, "--json") == 1
     page = path.read_text()
-    document, plain = json.loads(data_of(page)), json.loads(capsys.readouterr().out)
+    document, plain = json.loads(embedded_recording(page)), json.loads(capsys.readouterr().out)
     assert {name: document[name] for name in plain} == plain
     assert document["contexts"][0] == {side: plain["first"][side] for side in "ab"}
     assert len(document["contexts"]) == len(plain["differences"])
     rows = [(row["label"], row["depth"], row["a"] is None, row["b"] is None) for row in document["goals"]]
     assert rows[0][1] == 0
     assert {end["goal"] for row in document["goals"] for end in (row["a"], row["b"]) if end} >= {"gen1"}
-    assert inside_of(page) == {"kind": "comparison", "name": "a.mcap and b & c.mcap"}
+    assert embedded_settings(page) == {"kind": "comparison", "name": "a.mcap and b & c.mcap"}
 
 
 @needs_plugin("web")

@@ -1,26 +1,26 @@
-"""Additional checks of schemathesis, which loads this file by SCHEMATHESIS_HOOKS."""
+"""Additional checks for schemathesis, which loads the file named by SCHEMATHESIS_HOOKS."""
 
 from __future__ import annotations
 
 import schemathesis
 
-NOT_NOW = (
+UNLOADED_REASONS = (
     "Behavior Engine plugin is not loaded",
     "No CLIPS environment named 'executive' found",
     "The executive is not running now",
     "there is no daemon with an executive",
     "The CLIPS environment 'executive' was replaced during the request",
 )
-"""Why a request cannot be answered after an earlier request has unloaded its component."""
+"""Errors of requests after an earlier request has unloaded the component."""
 
 SERVER_ERRORS = 500
 UNAVAILABLE = 503
 
 
 @schemathesis.check
-def only_what_is_unloaded_is_missing(_context, response, _case):
-    """No 5xx but 503, and that for one of the documented reasons."""
+def server_errors_have_unloaded_reason(_context, response, _case):
+    """Allow only status 503 of the server errors, with a documented reason."""
     text = response.content.decode()
     if response.status_code >= SERVER_ERRORS:
-        known = response.status_code == UNAVAILABLE and text.startswith(NOT_NOW)
-        assert known, f"{response.status_code}: {text}"
+        is_allowed = response.status_code == UNAVAILABLE and text.startswith(UNLOADED_REASONS)
+        assert is_allowed, f"{response.status_code}: {text}"

@@ -40,10 +40,12 @@ class Client:
 
     def open(self, method: str, path: str, body: Any = None, **headers: str) -> Any:
         data = body if body is None or isinstance(body, bytes) else json.dumps(body).encode()
-        given = {name.replace("_", "-"): value for name, value in headers.items()}
+        request_headers = {name.replace("_", "-"): value for name, value in headers.items()}
         if data is not None:
-            given.setdefault("Content-Type", "application/json")
-        request = urllib.request.Request(self.url + path, data, {**self.headers, **given}, method=method)
+            request_headers.setdefault("Content-Type", "application/json")
+        request = urllib.request.Request(
+            self.url + path, data, {**self.headers, **request_headers}, method=method
+        )
         return urllib.request.urlopen(request, timeout=WAIT_S, context=self.tls)
 
     def ask(self, method: str, path: str, body: Any = None, **headers: str) -> Answer:
@@ -58,7 +60,7 @@ class Client:
         return self.ask("GET", path, **headers)
 
     def until(self, path: str, wanted: Any) -> Any:
-        """Ask until the answer is as wanted."""
+        """Repeat the request until ``wanted`` accepts the answer."""
         pause = threading.Event()
         for _ in range(WAIT_S * 20):
             answer = self.get(path).json
@@ -72,18 +74,18 @@ class Client:
 def serving(
     settings: tuple[tuple[str, Any], ...] = (), **named: Any
 ) -> Iterator[tuple[Any, Client, list[str]]]:
-    """A daemon that serves, a client of it, and its log."""
+    """Yield a daemon with a web server, a client and the daemon's log."""
     with running(settings=(*WEB, *settings), **named) as (daemon, lines, _):
         yield daemon, Client(daemon.endpoints[-1]), lines
 
 
 def read_events(stream: Any) -> Iterator[tuple[str, str, Any]]:
     """Yield id, event and data of each event of a stream."""
-    found = {"id": "", "event": "", "data": ""}
+    fields = {"id": "", "event": "", "data": ""}
     while line := stream.readline().decode():
         name, _, value = line.rstrip("\n").partition(": ")
-        if name in found:
-            found[name] = value
-        elif not name and found["data"]:
-            yield found["id"], found["event"], json.loads(found["data"])
-            found = {"id": "", "event": "", "data": ""}
+        if name in fields:
+            fields[name] = value
+        elif not name and fields["data"]:
+            yield fields["id"], fields["event"], json.loads(fields["data"])
+            fields = {"id": "", "event": "", "data": ""}

@@ -1,4 +1,4 @@
-"""Each path of Fawkes' api.yaml files answers, with the fields and types that they document."""
+"""Answers of the REST API compared with Fawkes' api.yaml files."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ import yaml
 
 from tests.support import FAWKES_DIR
 from web_tests.support import serving
-from web_tests.test_fawkes import _there  # noqa: F401 - the scenario, stopped in the middle of its way
+from web_tests.test_fawkes import _served  # noqa: F401 - a fixture
 
 _FILES = sorted((FAWKES_DIR / "src" / "plugins").glob("**/*rest-api/api.yaml")) if FAWKES_DIR else []
 
 
-NEVER_MADE = {"DomainEffect", "DomainObjectType", "BlackboardGraph"}
-"""Schemas that Fawkes describes and never replies with; the graph is a TransformsGraph."""
+UNUSED_SCHEMAS = {"DomainEffect", "DomainObjectType", "BlackboardGraph"}
+"""Schemas that Fawkes documents but never sends; the graph is a TransformsGraph."""
 
 NOT_SET = {("PlanAction", "operator"), ("PlanAction", "preconditions"), ("SlotValue", "type")}
-"""What Fawkes documents, and never sets; preconditions: of actions that have none."""
+"""Fields that Fawkes documents but never sets; preconditions are absent for actions without preconditions."""
 
 TYPES: dict[str, Any] = {
     "string": str,
@@ -35,19 +35,21 @@ TYPES: dict[str, Any] = {
 
 @pytest.mark.skipif(not _FILES, reason="needs a Fawkes checkout (FAWKES_DIR)")
 @pytest.mark.parametrize("file", _FILES, ids=lambda file: file.parent.parent.name + "/" + file.parent.name)
-def test_each_path_of_the_api_files_answers_with_what_they_document(there, file: Path):
-    """Each path is requested, with existing ids; the answer is compared with the schema."""
+def test_answer_of_each_path_matches_schema(served, file: Path):
+    """The requests use existing ids."""
     spec = yaml.safe_load(file.read_text())
-    # a Skiller that rests shows no graphs
-    others = serving((("executive", False),)) if file.parent.parent.name == "skiller" else nullcontext(there)
-    with others as (_, client, *_lines):
+    # an inactive Skiller shows no graphs
+    context = (
+        serving((("executive", False),)) if file.parent.parent.name == "skiller" else nullcontext(served)
+    )
+    with context as (_, client, *_lines):
         for path, methods in spec["paths"].items():
             calls = [(method, *call) for method in methods for call in _calls(client, method, path)]
             assert calls, path
             for method, concrete, body in calls:
                 answer = client.ask(method.upper(), f"/api{concrete}", body)
                 if method != "get":
-                    # a paused daemon loads nothing; a skill may have ended before it is stopped
+                    # a paused daemon loads no plug-in; a skill may have ended before the request to stop
                     assert answer.status in {200, 400}, (method, concrete, answer.text)
                 elif "{id+}" in path and "images" in path:
                     assert (answer.status, answer.text) == (404, "Stream not found")
@@ -61,7 +63,7 @@ BODIES = {"post": {"skill_string": "say{}"}, "put": {"desired_state": "LOADED"}}
 
 
 def _calls(client, method, path):
-    """Yield paths with ids in the place of names, and bodies."""
+    """Yield paths with ids in place of the names, and bodies."""
     body = BODIES.get(method)
     if "{" not in path:
         yield path, body
@@ -90,9 +92,12 @@ def _deviations(value, schema, spec, name):
         schema = spec["components"]["schemas"][name]
     for part in schema.get("allOf", ()):
         yield from _deviations(value, part, spec, name)
-    wanted = schema.get("type")
-    if wanted and (not isinstance(value, TYPES[wanted]) or (wanted == "integer" and isinstance(value, bool))):
-        yield f"{name}: {value!r} is no {wanted}"
+    expected_type = schema.get("type")
+    if expected_type and (
+        not isinstance(value, TYPES[expected_type])
+        or (expected_type == "integer" and isinstance(value, bool))
+    ):
+        yield f"{name}: {value!r} is no {expected_type}"
     elif value not in schema.get("enum", (value,)):
         yield f"{name}: {value!r} is none of {schema['enum']}"
     elif isinstance(value, list):
@@ -112,14 +117,14 @@ def _deviations_of_members(value, schema, spec, name):
 
 
 @pytest.mark.skipif(not _FILES, reason="needs a Fawkes checkout (FAWKES_DIR)")
-def test_each_model_of_the_api_files_is_described_with_its_fields(there):
-    """Whatever a checkout documents and the scenario does not show is in our description, too."""
-    models = there[1].get("/api/openapi.json").json["components"]["schemas"]
+def test_openapi_has_each_model_with_its_fields(served):
+    """The description also has the models that the scenario does not use."""
+    models = served[1].get("/api/openapi.json").json["components"]["schemas"]
     unknown = []
     for file in _FILES:
         spec = yaml.safe_load(file.read_text())
         for name, schema in spec["components"]["schemas"].items():
-            if name in NEVER_MADE:
+            if name in UNUSED_SCHEMAS:
                 continue
             if name not in models:
                 unknown.append(f"{file.parent.name}: {name}")

@@ -1,4 +1,4 @@
-"""Breakpoints, steps and facts that are edited, over REST."""
+"""Breakpoints, steps and edited facts over REST."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ def _client(tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def _clean(client):
-    """Nothing is stopped, and no breakpoint left, after a test."""
+    """Remove breakpoints and continue after each test."""
     yield
     assert client.ask("DELETE", f"{DEBUGGER}/breakpoints").json["breakpoints"] == []
     assert "stopped" not in client.ask("POST", f"{DEBUGGER}/go-on").json
 
 
-def stop_of(client):
+def wait_for_stop(client):
     return client.until(DEBUGGER, lambda debugger: "stopped" in debugger)["stopped"]
 
 
-def make_low(client, level):
-    made = client.ask("POST", "/api/cxbridge/facts", {"fact": f"(battery (level {level}))"})
-    assert made.status == 200
-    return made.json["index"]
+def assert_battery(client, level):
+    answer = client.ask("POST", "/api/cxbridge/facts", {"fact": f"(battery (level {level}))"})
+    assert answer.status == 200
+    return answer.json["index"]
 
 
 def test_breakpoints_are_added_listed_and_removed(client):
@@ -58,14 +58,14 @@ def test_breakpoints_are_added_listed_and_removed(client):
     assert client.get(DEBUGGER).json["breakpoints"] == listed[1:]
 
 
-def test_it_stops_at_a_breakpoint_steps_and_goes_on(client):
+def test_agent_stops_at_breakpoint_steps_and_continues(client):
     assert client.ask("POST", f"{DEBUGGER}/breakpoints", {"spec": "rule:mini-low"}).status == 200
-    make_low(client, 1)
-    stop = stop_of(client)
+    assert_battery(client, 1)
+    stop = wait_for_stop(client)
     assert (stop["kind"], stop["next_rule"], stop["reason"]) == ("before", "mini-low", "before rule mini-low")
     assert client.get("/api/cxbridge/status").json["stopped"] == stop
     assert "stopped" not in client.ask("POST", f"{DEBUGGER}/step", {"what": "rule"}).json
-    stop = stop_of(client)
+    stop = wait_for_stop(client)
     assert (stop["kind"], stop["rule"], stop["next_rule"]) == ("step", "mini-low", "mini-heard")
     assert "stopped" not in client.ask("POST", f"{DEBUGGER}/go-on").json
     client.until("/api/clips/executive/facts?template=heard", lambda facts: len(facts) == 1)
@@ -73,18 +73,18 @@ def test_it_stops_at_a_breakpoint_steps_and_goes_on(client):
     assert client.ask("POST", f"{DEBUGGER}/step", {"what": "leap"}).status == 400
 
 
-def test_a_fact_is_edited_while_it_is_stopped(client):
+def test_fact_can_be_edited_at_breakpoint(client):
     assert client.ask("POST", f"{DEBUGGER}/breakpoints", {"spec": "rule:mini-low"}).status == 200
-    index = make_low(client, 3)
-    stop_of(client)
+    index = assert_battery(client, 3)
+    wait_for_stop(client)
     slots = {"level": "(+ 1 3)", "notes": '"a b" c'}
     edited = client.ask("PATCH", f"/api/cxbridge/facts/{index}", {"slots": slots}).json
     assert edited["kind"] == "FactIndex"
-    found = client.get("/api/clips/executive/facts?template=battery&formatted=true").json[-1:]
-    assert [(fact["index"], fact["formatted"]) for fact in found] == [
+    results = client.get("/api/clips/executive/facts?template=battery&formatted=true").json[-1:]
+    assert [(fact["index"], fact["formatted"]) for fact in results] == [
         (edited["index"], '(battery (level 4) (notes "a b" c))')
     ]
-    for where, body, status, message in (
+    for reference, body, status, message in (
         (index, {"slots": slots}, 404, "there is no fact"),
         ("x", {"slots": slots}, 400, "'index' must be a whole number"),
         (edited["index"], {"slots": {"lvel": "1"}}, 400, "has no slot 'lvel'"),
@@ -94,15 +94,15 @@ def test_a_fact_is_edited_while_it_is_stopped(client):
         (edited["index"], {"slots": {"level": "\0"}}, 400, "zero byte"),
         (edited["index"], {}, 400, "'slots' must be"),
     ):
-        answer = client.ask("PATCH", f"/api/cxbridge/facts/{where}", body)
+        answer = client.ask("PATCH", f"/api/cxbridge/facts/{reference}", body)
         assert (answer.status, message in answer.text) == (status, True), answer.text
     assert client.ask("DELETE", f"/api/cxbridge/facts/{edited['index']}").status == 200
 
 
-def test_values_of_interfaces_in_one_answer(client):
-    found = client.get("/api/cxbridge/interfaces?type=Skiller*").json
-    assert {data["type"] for data in found} == {"SkillerInterface", "SkillerDebugInterface"}
-    (one,) = client.get("/api/cxbridge/interfaces?type=SkillerInterface&id=Skiller").json
-    alone = client.get("/api/blackboard/interfaces/SkillerInterface/Skiller/data").json
-    assert one["data"].keys() == alone["data"].keys()
-    assert len(client.get("/api/cxbridge/interfaces").json) > len(found)
+def test_interfaces_are_listed_with_values(client):
+    results = client.get("/api/cxbridge/interfaces?type=Skiller*").json
+    assert {data["type"] for data in results} == {"SkillerInterface", "SkillerDebugInterface"}
+    (listed,) = client.get("/api/cxbridge/interfaces?type=SkillerInterface&id=Skiller").json
+    single = client.get("/api/blackboard/interfaces/SkillerInterface/Skiller/data").json
+    assert listed["data"].keys() == single["data"].keys()
+    assert len(client.get("/api/cxbridge/interfaces").json) > len(results)

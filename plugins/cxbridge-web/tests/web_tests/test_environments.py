@@ -20,23 +20,23 @@ def _client(tmp_path_factory):
         yield client
 
 
-def test_files_are_loaded_and_what_is_wrong_is_told(client, tmp_path):
-    good, bad = tmp_path / "good.clp", tmp_path / "bad.clp"
-    good.write_text(
+def test_loaded_file_has_diagnostics(client, tmp_path):
+    valid, invalid = tmp_path / "valid.clp", tmp_path / "invalid.clp"
+    valid.write_text(
         "(deftemplate box (slot size))\n(defrule lab-big (box (size ?s&:(> ?s 9))) => (assert (big)))\n"
     )
-    bad.write_text("(defrule lab-bad\n")
-    assert client.ask("POST", f"{PATH}/lab/load", {"file": str(good)}).json["diagnostics"] == []
-    told = client.ask("POST", f"{PATH}/lab/load", {"file": str(bad)}).json["diagnostics"]
-    assert told
-    assert all("bad.clp" in text for text in told)
+    invalid.write_text("(defrule lab-bad\n")
+    assert client.ask("POST", f"{PATH}/lab/load", {"file": str(valid)}).json["diagnostics"] == []
+    diagnostics = client.ask("POST", f"{PATH}/lab/load", {"file": str(invalid)}).json["diagnostics"]
+    assert diagnostics
+    assert all("invalid.clp" in text for text in diagnostics)
     assert client.ask("POST", "/api/cxbridge/facts", {"fact": "(box (size 10))", "env": "lab"}).status == 200
     client.until("/api/clips/lab/facts?template=big", lambda facts: len(facts) == 1)
     answer = client.ask("POST", f"{PATH}/lab/load", {"file": "relative.clp"})
     assert (answer.status, "absolute path" in answer.text) == (400, True), answer.text
 
 
-def test_watches_and_log_levels(client):
+def test_watches_and_log_level_are_set(client):
     for method, path, body, member, value in (
         ("PUT", "watch", {"item": "rules"}, "watch", ["rules"]),
         ("PUT", "watch", {"item": "all", "on": False}, "watch", []),
@@ -48,6 +48,6 @@ def test_watches_and_log_levels(client):
 
 
 def test_expressions_are_evaluated(client):
-    found = client.ask("POST", f"{PATH}/executive/eval", {"expression": '(printout t "hello" crlf)'}).json
-    assert (found["kind"], found["text"], found["output"]) == ("Value", "", ["hello"])
+    value = client.ask("POST", f"{PATH}/executive/eval", {"expression": '(printout t "hello" crlf)'}).json
+    assert (value["kind"], value["text"], value["output"]) == ("Value", "", ["hello"])
     assert client.ask("POST", f"{PATH}/lab/eval", {"expression": "(nope)"}).status == 400

@@ -1,4 +1,4 @@
-"""Nothing in a text can leave the place it is put."""
+"""Escaping of hostile texts in HTML, attributes and scripts."""
 
 from __future__ import annotations
 
@@ -46,32 +46,32 @@ texts = st.one_of(st.sampled_from(HOSTILE), st.text(st.characters()), st.text("<
 
 
 @given(texts)
-def test_an_escaped_text_is_one_text_and_one_attribute(text):
-    seen = Collector()
-    seen.feed(f'<b title="{escape_html(text)}">{escape_html(text)}</b>')
-    seen.close()
-    assert seen.tags == ["b"]
-    assert seen.attributes == [("title", escape_invisible(text))]
-    assert "".join(seen.data) == escape_invisible(text)
+def test_escaped_text_stays_text_and_attribute(text):
+    collector = Collector()
+    collector.feed(f'<b title="{escape_html(text)}">{escape_html(text)}</b>')
+    collector.close()
+    assert collector.tags == ["b"]
+    assert collector.attributes == [("title", escape_invisible(text))]
+    assert "".join(collector.data) == escape_invisible(text)
 
 
 @given(texts)
-def test_embedded_data_has_no_markup_and_says_what_it_said(text):
+def test_embedded_data_has_no_markup_and_keeps_values(text):
     embedded = encode_for_script({text: [text]})
     assert not set("<>&\u2028\u2029") & set(embedded)
     embedded.encode()
-    # below 0x20 the page's script does what escape_invisible() does
-    said = json.loads(embedded)
+    # the page's script escapes characters below 0x20 like escape_invisible()
+    decoded = json.loads(embedded)
     assert {
-        escape_invisible(key): [escape_invisible(each) for each in value] for key, value in said.items()
+        escape_invisible(key): [escape_invisible(each) for each in value] for key, value in decoded.items()
     } == {escape_invisible(text): [escape_invisible(text)]}
 
 
 @pytest.mark.parametrize("text", HOSTILE)
-def test_unseen_characters_are_shown(text):
+def test_invisible_characters_are_escaped(text):
     assert all(character.isprintable() for character in escape_invisible(text))
 
 
-def test_numbers_that_json_does_not_know_are_refused():
+def test_nan_is_refused():
     with pytest.raises(ValueError, match="JSON"):
         encode_for_script([float("nan")])

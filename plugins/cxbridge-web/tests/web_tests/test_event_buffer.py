@@ -1,4 +1,4 @@
-"""The kept events: bounds, gaps, and omitted writes of interfaces."""
+"""The event buffer: bounds, gaps and omitted writes of interfaces."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ ALL = frozenset({"log", "rule", "interface", "goal"})
 START = StreamPosition()
 
 
-def at_line(lines, goals=0, lost=0, others=0):
-    """The position after a number of log lines and a number of further events."""
-    return StreamPosition((goals, lines, others), lost)
+def at_line(lines, goals=0, lost=0, further=0):
+    """Return the position after ``lines`` log lines and a number of further events."""
+    return StreamPosition((goals, lines, further), lost)
 
 
 def line(text="x"):
@@ -32,11 +32,11 @@ def goal(name="G"):
 
 
 def texts(buffer, after=START, kinds=ALL):
-    found = (json.loads(text) for _, text in buffer.read_bunch_after(after, kinds)[0])
-    return [each.get("goal") or each.get("text") or each.get("env") for each in found]
+    events = (json.loads(text) for _, text in buffer.read_bunch_after(after, kinds)[0])
+    return [each.get("goal") or each.get("text") or each.get("env") for each in events]
 
 
-def test_events_are_counted_and_chosen_by_kind():
+def test_events_are_counted_and_selected_by_kind():
     buffer = EventBuffer()
     buffer.add([line(), RuleFired(1, "a", 1, "r", "*"), RuleFired(1, "b", 1, "r", "*")])
     assert texts(buffer) == ["x", "a", "b"]
@@ -44,22 +44,22 @@ def test_events_are_counted_and_chosen_by_kind():
     assert texts(buffer, kinds=frozenset({"interface"})) == [], "rules are in the group of interfaces"
     assert buffer.read_bunch_after(START, frozenset({"log"})) == (
         [(at_line(1), b'{"kind":"log","time_us":1,"level":"I","component":"C","text":"x"}')],
-        at_line(1, others=2),
+        at_line(1, further=2),
         0,
     )
 
 
-def test_a_client_that_comes_late_gets_the_goals_however_much_else_there_was():
+def test_late_client_gets_all_goals_and_newest_lines():
     buffer = EventBuffer(max_events=10)
     buffer.add([goal("first"), line("between"), goal("second")])
     buffer.add([line(str(number)) for number in range(1000)])
     assert texts(buffer, buffer.begin) == ["first", "second", *map(str, range(990, 1000))]
     assert buffer.read_bunch_after(buffer.begin, ALL)[2] == 0
-    assert buffer.read_bunch_after(START, frozenset({"goal"}))[2] == 0, "nothing that it wants is gone"
+    assert buffer.read_bunch_after(START, frozenset({"goal"}))[2] == 0, "no goal is lost"
     assert buffer.read_bunch_after(START, ALL)[2] == 991
 
 
-def test_goals_are_there_though_nobody_has_looked_for_long():
+def test_collector_keeps_goals_beyond_limit():
     bus = EventBus(RealClock())
     host: Any = SimpleNamespace(bus=bus, environments=dict)
     collector = EventCollector(host)
@@ -70,25 +70,25 @@ def test_goals_are_there_though_nobody_has_looked_for_long():
     assert (events[0], events[-2], events[-1], lost) == (goal(), goal("last"), line("end"), 2)
 
 
-def test_bytes_are_bounded():
+def test_buffer_is_bounded_in_bytes():
     buffer = EventBuffer(max_bytes=10_000)
     buffer.add([line("y" * 1000) for _ in range(50)])
     assert 0 < len(texts(buffer)) < 10
 
 
-def test_a_bunch_is_bounded_and_goes_on_where_it_ended():
+def test_bunches_are_bounded_and_consecutive():
     buffer = EventBuffer()
     buffer.add([line("z" * 1000) for _ in range(300)])
-    at, seen = START, []
+    at, positions = START, []
     while at != buffer.end:
-        found, at, gone = buffer.read_bunch_after(at, ALL)
-        assert gone == 0
+        found, at, lost = buffer.read_bunch_after(at, ALL)
+        assert lost == 0
         assert sum(len(text) for _, text in found) < BUNCH_BYTES + 2000
-        seen += [after for after, _ in found]
-    assert seen == [at_line(number) for number in range(1, 301)]
+        positions += [after for after, _ in found]
+    assert positions == [at_line(number) for number in range(1, 301)]
 
 
-def test_interfaces_are_told_of_when_they_have_changed_the_last_of_those_that_come_together():
+def test_buffer_keeps_last_changed_write_of_interface():
     buffer = EventBuffer()
 
     def write(value, uid="T::a"):
@@ -108,16 +108,16 @@ STEP = st.tuples(st.integers(0, 5), st.integers(0, 5), st.integers(0, 4))
 
 
 @given(st.lists(STEP, max_size=30), st.integers(1, 8))
-def test_everybody_gets_each_event_or_is_told_that_it_is_gone(steps, room):
-    """However events come and clients read: sent and lost events add up."""
-    buffer, at, sent, gone = EventBuffer(max_events=room), START, 0, 0
+def test_sent_and_lost_events_add_up(steps, room):
+    """The steps are any sequence of events and reads."""
+    buffer, at, sent, missed = EventBuffer(max_events=room), START, 0, 0
     for goals, lines, lost in steps:
         buffer.count_lost(lost)
         buffer.add([*(line() for _ in range(lines)), *(goal() for _ in range(goals))])
         if lines % 2:
             found, at, missing = buffer.read_bunch_after(at, ALL)
-            sent, gone = sent + len(found), gone + missing
-            assert sum(at.counts) + at.lost == sent + gone
+            sent, missed = sent + len(found), missed + missing
+            assert sum(at.counts) + at.lost == sent + missed
     found, at, missing = buffer.read_bunch_after(at, ALL)
-    assert sent + len(found) + gone + missing == sum(at.counts) + at.lost
+    assert sent + len(found) + missed + missing == sum(at.counts) + at.lost
     assert at == buffer.end

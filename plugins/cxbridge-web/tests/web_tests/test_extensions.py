@@ -1,4 +1,4 @@
-"""What cxbridge has beyond Fawkes: rules, agenda, why, facts, messages, the page, the description."""
+"""The REST API beyond Fawkes: rules, why, facts, messages, the page, the description."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ MORE = """
 """
 
 
-@pytest.fixture(name="there", scope="module")
-def _there(tmp_path_factory):
+@pytest.fixture(name="served", scope="module")
+def _served(tmp_path_factory):
     scenario = write_scenario(tmp_path_factory.mktemp("own") / "mini", agent=AGENT + MORE)
     with serving(config=scenario) as (daemon, client, _):
         yield daemon, client
 
 
-def test_rules_have_their_place(there):
-    _, client = there
+def test_rules_have_file_line_and_module(served):
+    _, client = served
     rules = {rule["name"]: rule for rule in client.get("/api/cxbridge/rules").json}
     assert rules["mini-never"]["file"].endswith("mini.clp")
     assert rules["mini-never"]["line"] > rules["mini-begin"]["line"]
@@ -36,8 +36,8 @@ def test_rules_have_their_place(there):
 
 
 @needs_plugin("studio")
-def test_firings_are_counted_while_somebody_follows(there):
-    _, client = there
+def test_firings_are_counted_during_stream(served):
+    _, client = served
     with client.open("GET", "/api/cxbridge/events?kinds=rule") as stream:
         events = read_events(stream)
         next(events)
@@ -54,10 +54,10 @@ def test_firings_are_counted_while_somebody_follows(there):
 
 
 @needs_plugin("studio")
-def test_facts_are_asserted_and_retracted_and_what_is_wrong_is_told(there):
-    _, client = there
-    made = client.ask("POST", "/api/cxbridge/facts", {"fact": '(battery (level 50) (notes "full" x 1.5))'})
-    index = made.json["index"]
+def test_facts_are_asserted_and_retracted(served):
+    _, client = served
+    answer = client.ask("POST", "/api/cxbridge/facts", {"fact": '(battery (level 50) (notes "full" x 1.5))'})
+    index = answer.json["index"]
     facts = {fact["index"]: fact for fact in client.get("/api/clips/executive/facts").json}
     assert facts[index]["slots"] == [
         {"name": "level", "is-multifield": False, "values": ["50"]},
@@ -72,13 +72,13 @@ def test_facts_are_asserted_and_retracted_and_what_is_wrong_is_told(there):
         ("POST", "", {"fct": "(a)"}, 400, "lacks 'fact'"),
         ("POST", "", {"fact": "(a)", "env": "nope"}, 404, "Environment 'nope' is unknown"),
     ):
-        answer = client.ask(method, f"/api/cxbridge/facts{path}", body)
-        assert (answer.status, message in answer.text) == (status, True), answer.text
+        reply = client.ask(method, f"/api/cxbridge/facts{path}", body)
+        assert (reply.status, message in reply.text) == (status, True), reply.text
 
 
 @needs_plugin("studio")
-def test_why(there):
-    _, client = there
+def test_why_explains_rules_goals_actions_and_run(served):
+    _, client = served
     answer = client.get("/api/cxbridge/why?rule=mini-never").json
     assert answer["kind"] == "Answer"
     assert any("mini-never" in line for line in answer["lines"])
@@ -98,14 +98,14 @@ def test_why(there):
         assert client.get(f"/api/cxbridge/why{query}").status == 400, query
 
 
-def test_why_of_a_daemon_without_explainers_names_the_package():
+def test_why_without_executive_names_package():
     with serving((("executive", False),)) as (_, client, _lines):
         answer = client.get("/api/cxbridge/why?goal=G")
     assert (answer.status, "with cxbridge-studio" in answer.text) == (400, True), answer.text
 
 
-def test_messages_are_sent_and_what_is_wrong_is_told(there):
-    daemon, client = there
+def test_messages_are_sent_to_writer(served):
+    daemon, client = served
     writer = daemon.board.open_for_writing("Position3DInterface", "/a/b", owner="test")
     path = "/api/cxbridge/blackboard/SwitchInterface/lamp/messages"
     lamp = daemon.board.open_for_writing("SwitchInterface", "lamp", owner="test")
@@ -128,30 +128,30 @@ def test_messages_are_sent_and_what_is_wrong_is_told(there):
     writer.close()
 
 
-def test_the_description_names_every_path_and_model(there):
-    spec = there[1].get("/api/openapi.json").json
+def test_openapi_has_used_models_and_unique_operations(served):
+    spec = served[1].get("/api/openapi.json").json
     used = str(spec["paths"]) + str(spec["components"]["schemas"])
     models = spec["components"]["schemas"]
     assert {name for name in models if f"schemas/{name}'" not in used} == set()
-    assert {name for name in models if not name.isidentifier()} == set(), "two types have one name"
+    assert {name for name in models if not name.isidentifier()} == set(), "two types have the same name"
     assert set(re.findall(r"schemas/(\w+)'", used)) <= set(models)
     assert "/cxbridge/events" in spec["paths"]
     ids = [operation["operationId"] for methods in spec["paths"].values() for operation in methods.values()]
     assert len(ids) == len(set(ids))
 
 
-def test_json_has_neither_nan_nor_lone_surrogates():
+def test_json_has_neither_nan_nor_surrogates():
     assert to_json({"text": "\udcff", "number": float("nan")}) == b'{"text":"?","number":null}'
 
 
-def test_pretty_is_for_people(there):
-    _, client = there
+def test_pretty_indents_json(served):
+    _, client = served
     assert client.get("/api/cxbridge/status?pretty").text.startswith('{\n    "kind"')
     assert client.get("/api/cxbridge/status").text.startswith('{"kind"')
     assert "no-store" in client.get("/api/cxbridge/status").headers["Cache-Control"]
 
 
-def test_the_page_is_served_with_etag_and_policy():
+def test_page_has_etag_and_policy():
     with serving((("executive", False),)) as (_, client, _lines):
         page = client.get("/")
         assert page.status == 200

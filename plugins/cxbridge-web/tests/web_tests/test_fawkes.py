@@ -1,4 +1,4 @@
-"""Each path of Fawkes' REST API answers with the data of the scenario."""
+"""The paths of Fawkes' REST API with the data of the test scenario."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from web_tests.support import serving
 SKILLS = "/api/skiller/skills"
 
 
-@pytest.fixture(name="there", scope="module")
-def _there():
-    """The test scenario, stopped in the middle: its state does not change."""
+@pytest.fixture(name="served", scope="module")
+def _served():
+    """The test scenario, paused during its run, so that its state stays."""
     with serving(config=ROOT / "scenarios" / "test-scenario") as (daemon, client, _):
         client.until(
             "/api/clips-executive/plans",
@@ -55,18 +55,20 @@ LISTS = [
 ]
 
 
-@pytest.mark.parametrize(("path", "template", "same"), LISTS, ids=[path for path, _, _ in LISTS])
-def test_lists_are_the_facts_in_their_order(there, path, template, same):
-    daemon, client = there
+@pytest.mark.parametrize(("path", "template", "fields"), LISTS, ids=[path for path, _, _ in LISTS])
+def test_lists_equal_facts_in_order(served, path, template, fields):
+    daemon, client = served
     models = client.get(f"/api/clips-executive/{path}").json
-    wanted = [{name: text(slots[slot]) for name, slot in same.items()} for slots in facts(daemon, template)]
-    assert [{name: model[name] for name in same} for model in models] == wanted
+    expected = [
+        {name: text(slots[slot]) for name, slot in fields.items()} for slots in facts(daemon, template)
+    ]
+    assert [{name: model[name] for name in fields} for model in models] == expected
     assert models or template == "domain-object"
 
 
 @pytest.mark.parametrize("path", [path for path, _, _ in LISTS if not path.startswith("domain-")])
-def test_one_is_the_same_as_in_the_list(there, path):
-    _, client = there
+def test_single_model_equals_model_of_list(served, path):
+    _, client = served
     models = client.get(f"/api/clips-executive/{path}").json
     assert client.get(f"/api/clips-executive/{path}/{models[-1]['id']}").json == models[-1]
     answer = client.get(f"/api/clips-executive/{path}/nothing")
@@ -74,8 +76,8 @@ def test_one_is_the_same_as_in_the_list(there, path):
     assert re.fullmatch(r"Goal 'nothing' is unknown|No [a-z ]+ with ID 'nothing' found", answer.text)
 
 
-def test_plans_have_their_actions_in_order_and_goals_their_plans(there):
-    daemon, client = there
+def test_plans_have_ordered_actions_and_goals_have_plans(served):
+    daemon, client = served
     plans = client.get("/api/clips-executive/plans").json
     assert [(plan["goal-id"], plan["id"]) for plan in plans] == sorted(
         (str(slots["goal-id"]), str(slots["id"])) for slots in facts(daemon, "plan")
@@ -91,8 +93,8 @@ def test_plans_have_their_actions_in_order_and_goals_their_plans(there):
     assert (answer.status, answer.text) == (400, "No plan for goal 'G' with ID 'P' found")
 
 
-def test_preconditions_are_trees_with_all_values_in_place(there):
-    _, client = there
+def test_preconditions_are_trees_with_values(served):
+    _, client = served
     actions = [action for plan in client.get("/api/clips-executive/plans").json for action in plan["actions"]]
     action = next(action for action in actions if "preconditions" in action)
     atoms = []
@@ -108,44 +110,44 @@ def test_preconditions_are_trees_with_all_values_in_place(there):
     for atom in atoms:
         assert atom["type"] == "atom"
         assert len(atom["param-values"]) == len(atom["param-names"]) == len(atom["param-constants"])
-        given = dict(
+        arguments = dict(
             zip(action["precondition"]["param-names"], action["precondition"]["param-values"], strict=True)
         )
-        fixed = zip(atom["param-names"], atom["param-constants"], strict=True)
-        assert atom["param-values"] == [given.get(name, constant) for name, constant in fixed]
+        constants = zip(atom["param-names"], atom["param-constants"], strict=True)
+        assert atom["param-values"] == [arguments.get(name, constant) for name, constant in constants]
     assert any("nil" in atom["param-constants"] for atom in atoms)
 
 
-def test_facts_of_clips(there):
-    daemon, client = there
+def test_clips_facts_are_listed_formatted_and_filtered(served):
+    daemon, client = served
     assert client.get("/api/clips/").json == [
         {"kind": "Environment", "apiVersion": "v1beta1", "name": "executive"}
     ]
     assert client.get("/api/clips").status == 404
     env = daemon.node.env
     with env.lock:
-        known = list(env.facts())
+        expected = list(env.facts())
     models = client.get("/api/clips/executive/facts").json
-    assert [(model["index"], model["template_name"]) for model in models] == [row[:2] for row in known]
-    for model, (_, _, slots) in zip(models, known, strict=True):
+    assert [(model["index"], model["template_name"]) for model in models] == [row[:2] for row in expected]
+    for model, (_, _, slots) in zip(models, expected, strict=True):
         assert [slot["name"] for slot in model["slots"]] == list(slots)
         for slot in model["slots"]:
             assert slot["is-multifield"] == isinstance(slots[slot["name"]], tuple)
     formatted = client.get("/api/clips/executive/facts?formatted=true").json
     goal = next(model for model in formatted if model["template_name"] == "goal")
-    slots = next(slots for index, _, slots in known if index == goal["index"])
+    slots = next(slots for index, _, slots in expected if index == goal["index"])
     assert goal["slots"] == []
     assert f"(class {show(slots['class'])})" in goal["formatted"]
-    chosen = client.get("/api/clips/executive/facts?template=domain-ob*").json
-    assert {model["index"] for model in chosen} == {
-        index for index, template, _ in known if template.startswith("domain-ob")
+    filtered = client.get("/api/clips/executive/facts?template=domain-ob*").json
+    assert {model["index"] for model in filtered} == {
+        index for index, template, _ in expected if template.startswith("domain-ob")
     }
     answer = client.get("/api/clips/nope/facts")
     assert (answer.status, answer.text) == (404, "Environment 'nope' is unknown")
 
 
-def test_interfaces_and_their_values(there):
-    daemon, client = there
+def test_interfaces_have_description_and_values(served):
+    daemon, client = served
     infos = client.get("/api/blackboard/interfaces").json
     assert [(info["type"], info["id"]) for info in infos] == [
         (info.type, info.id) for info in daemon.board.list_all()
@@ -179,23 +181,23 @@ def test_interfaces_and_their_values(there):
         ("T//x/data", 404, "Interface T::/x: is currently not available"),
     ],
 )
-def test_interfaces_that_are_not_there(there, path, status, message):
-    answer = there[1].get(f"/api/blackboard/interfaces/{path}")
+def test_unknown_interface_is_error(served, path, status, message):
+    answer = served[1].get(f"/api/blackboard/interfaces/{path}")
     assert (answer.status, answer.text) == (status, message)
 
 
-def test_the_configuration_is_nested_from_the_root_and_typed(there):
-    _, client = there
-    whole = client.get("/api/config/").json["config"]
+def test_configuration_is_nested_and_typed(served):
+    _, client = served
+    full = client.get("/api/config/").json["config"]
     part = client.get("/api/config?query=/clips-executive/specs/").json["config"]
-    assert part["clips-executive"]["specs"] == whole["clips-executive"]["specs"]
+    assert part["clips-executive"]["specs"] == full["clips-executive"]["specs"]
     assert list(part) == ["clips-executive"]
-    assert whole["cxbridge"]["web"] == {"enable": True, "port": 0}
+    assert full["cxbridge"]["web"] == {"enable": True, "port": 0}
     assert client.get("/api/config?query=/nothing").json["config"] == {}
 
 
 @needs_plugin("robot-memory")
-def test_secrets_of_the_configuration_are_not_told():
+def test_configuration_hides_secrets():
     secret = (("web/token", "correct horse battery"), ("robot-memory/uri", "mongodb://me:pw@host:1/"))
     with serving((("executive", False), *secret)) as (_, client, _lines):
         client.headers["Authorization"] = "Bearer correct horse battery"
@@ -235,8 +237,8 @@ def test_plugins_are_loaded_and_unloaded():
         assert client.get("/api/skiller/skills").status == 503
 
 
-def test_backends_and_transforms(there):
-    _, client = there
+def test_backends_are_empty_and_transforms_are_graph(served):
+    _, client = served
     assert client.get("/api/backends").json == []
     graph = client.get("/api/transforms/graph").json
     assert graph["kind"] == "TransformsGraph"
@@ -265,32 +267,32 @@ def test_skills_are_listed_shown_called_and_stopped():
 
 
 @contextmanager
-def a_deaf_skiller():
-    """A daemon with a second Skiller, which shows nothing that it is asked for."""
+def silent_skiller():
+    """Yield a daemon's client and the debug interface of a second Skiller, which does not answer."""
     with serving((("executive", False),)) as (daemon, client, _):
-        daemon.board.open_for_writing("SkillerInterface", "deaf", owner="test")
-        debug = daemon.board.open_for_writing("SkillerDebugInterface", "deaf", owner="test")
+        daemon.board.open_for_writing("SkillerInterface", "silent", owner="test")
+        debug = daemon.board.open_for_writing("SkillerDebugInterface", "silent", owner="test")
         debug.set("graph_fsm", "goto")
         debug.write()
         yield client, debug
 
 
-def test_what_others_look_at_is_shown_again_after_a_list_that_does_not_come(monkeypatch):
+def test_list_without_answer_restores_shown_graph(monkeypatch):
     monkeypatch.setattr(skiller, "GRAPH_TIMEOUT_S", 0.2)
-    with a_deaf_skiller() as (client, debug):
-        assert client.get("/api/skiller/skills?skiller=deaf").status == 408
+    with silent_skiller() as (client, debug):
+        assert client.get("/api/skiller/skills?skiller=silent").status == 408
         assert [message.graph_fsm for message in iter(debug.msgq_pop, None)] == ["LIST", "goto"]
 
 
-def test_another_skiller_is_asked_by_its_id():
+def test_second_skiller_is_selected_by_id():
     with serving() as (daemon, client, _):
-        other = daemon.board.open_for_writing("SkillerInterface", "robot1", owner="test")
+        second = daemon.board.open_for_writing("SkillerInterface", "robot1", owner="test")
         called = client.ask("POST", "/api/skiller/call?skiller=robot1", {"skill_string": "go{}"})
         assert called.status == 200
-        assert other.msgq_pop().skill_string == "go{}"
+        assert second.msgq_pop().skill_string == "go{}"
         assert client.get("/api/skiller/skills?skiller=robot1").status == 503
-        assert client.get("/api/skiller/skills?skiller=nobody").status == 404
-        daemon.board.close(other)
+        assert client.get("/api/skiller/skills?skiller=unknown").status == 404
+        daemon.board.close(second)
 
 
 @pytest.mark.parametrize(
@@ -307,14 +309,14 @@ def test_another_skiller_is_asked_by_its_id():
         ("DELETE", "skills/say", None, 400, "Only the 'active' skill can be stopped"),
     ],
 )
-def test_calls_that_are_refused(there, method, path, body, status, message):
-    _, client = there
+def test_invalid_skill_call_is_refused(served, method, path, body, status, message):
+    _, client = served
     answer = client.ask(method, f"/api/skiller/{path}", body)
     assert (answer.status, message in answer.text) == (status, True)
 
 
-def test_forms_are_no_bodies(there):
-    answer = there[1].ask(
+def test_form_is_refused_as_body(served):
+    answer = served[1].ask(
         "POST", "/api/skiller/call", b"a=b", Content_Type="application/x-www-form-urlencoded"
     )
     assert (answer.status, "Content-Type" in answer.text) == (400, True)

@@ -13,22 +13,22 @@ from tests.executive.problem.test_terms import NAMES
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_constant_in_a_tree_of_rest(name: str):
+def test_tree_has_constants_of_atom(name: str):
     terms = {"param-names": ("x", "c"), "param-constants": ("nil", name)}
     atom = {"id": "a", "part-of": "go", "predicate": "at", **terms}
     grounding = {"id": "g", "param-names": ("x", "c"), "param-values": ("r1", "wrong")}
     groundings = Groundings({"g": grounding}, {"go": [(True, atom)]}, {("g", "a"): True})
-    found = make_precondition(groundings, "go", grounding)
-    assert found is not None
-    assert found.param_values == ["r1", name]
+    tree = make_precondition(groundings, "go", grounding)
+    assert tree is not None
+    assert tree.param_values == ["r1", name]
 
 
-def test_the_parts_of_a_precondition_for_the_web_are_looked_at_once():
-    known = {"pddl-formula": LADDER, "pddl-predicate": [LEAF], "pddl-grounding": [{"id": "g"}]}
-    known["grounded-pddl-formula"] = [
+def test_each_part_of_precondition_is_read_once():
+    tables = {"pddl-formula": LADDER, "pddl-predicate": [LEAF], "pddl-grounding": [{"id": "g"}]}
+    tables["grounded-pddl-formula"] = [
         {"grounding": "g", "formula-id": slots["id"], "is-satisfied": "FALSE"} for slots in LADDER
     ]
-    known["grounded-pddl-predicate"] = [{"grounding": "g", "predicate-id": "leaf", "is-satisfied": "FALSE"}]
-    facts: Any = SimpleNamespace(facts_of=known.__getitem__)
-    made = Groundings.read(facts)
-    assert sum(len(nodes) for nodes in made.nodes.values()) == LEVELS + 1
+    tables["grounded-pddl-predicate"] = [{"grounding": "g", "predicate-id": "leaf", "is-satisfied": "FALSE"}]
+    facts: Any = SimpleNamespace(facts_of=tables.__getitem__)
+    groundings = Groundings.read(facts)
+    assert sum(len(nodes) for nodes in groundings.nodes.values()) == LEVELS + 1

@@ -1,4 +1,4 @@
-"""Hostile clients: each gets an answer or the end of its connection, and honest clients are served."""
+"""Hostile clients get an answer or lose their connection, while the server stays available."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def _served():
         yield daemon, client
 
 
-def talk(client, request):
-    """Send bytes and return all that comes until the server ends the connection."""
+def exchange(client, request):
+    """Send bytes, and return the received bytes until the server ends the connection."""
     answer = b""
     with socket.create_connection(("127.0.0.1", int(client.url.rpartition(":")[2])), WAIT_S) as peer:
-        with suppress(ConnectionError):  # it may have ended after its answer
+        with suppress(ConnectionError):  # the server may close the connection after its answer
             peer.sendall(request)
-        with suppress(ConnectionError):  # the end, when more was sent than was wanted
+        with suppress(ConnectionError):  # the reset after unread data
             while part := peer.recv(65536):
                 answer += part
     return answer
@@ -50,7 +50,7 @@ def get(path, more=b""):
 @pytest.mark.parametrize(
     ("request_bytes", "status"),
     [
-        # lengths that cannot be
+        # invalid lengths
         (MESSAGES + b"Content-Length: 4\r\nContent-Length: 5\r\n\r\nabcde", 400),
         (MESSAGES + b"Transfer-Encoding: gzip, chunked\r\n\r\n0\r\n\r\n", 400),
         (MESSAGES + b"Transfer-Encoding: chunked\r\n\r\nZZ\r\n", 400),
@@ -59,13 +59,13 @@ def get(path, more=b""):
         (b"GET / HTTP/1.1\r\n" + LAST + b"Host: evil.example\r\n\r\n", 400),
         (b"GET / HTTP/1.1\r\nHost : localhost\r\n\r\n", 400),
         (b"GET http://evil.example/api/cxbridge/status HTTP/1.1\r\n" + LAST + b"\r\n", 404),
-        # other protocols
+        # different protocols
         (b"GET /\r\n\r\n", 400),
         (b"GET /api/cxbridge/status HTTP/1.0\r\n\r\n", 421),
         (b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\r\n\r\n", 400),
         (b"CONNECT evil.example:443 HTTP/1.1\r\n" + LAST + b"\r\n", 405),
         (get(b"/api/cxbridge/status", b"Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"), 200),
-        # much
+        # large requests
         (b"GET / HTTP/1.1\r\n" + b"".join(b"X-%d: y\r\n" % number for number in range(10_000)), 400),
         (get(b"/" + b"a" * 60_000), 404),
         (MESSAGES + b"Transfer-Encoding: chunked\r\n\r\n1;" + b"x" * 70_000, 400),
@@ -76,14 +76,14 @@ def get(path, more=b""):
         (with_body(b'{"type":' + b"[" * 500_000), 400),
         (with_body(b'{"type":' + b"9" * 100_000 + b"}"), 400),
         (with_body(b'{"type":"(a \\"\\ud800\\")"}'), 400),
-        # out of the folder
+        # paths out of the folder
         (get(b"/../../../../../etc/passwd"), 404),
         (get(b"/%2e%2e/server.py"), 404),
         (get(b"/..%2f..%2fweb%2fserver.py"), 404),
         (get(b"/..%5cserver.py"), 404),
         (get(b"//etc/passwd"), 404),
         (get(b"/%2fetc/passwd"), 404),
-        # no text
+        # invalid text
         (get(b"/%00"), 404),
         (get(b"/%ff%fe"), 404),
         (get(b"/%ed%a0%80"), 404),
@@ -92,75 +92,75 @@ def get(path, more=b""):
     ],
     ids=lambda value: str(value)[2:50],
 )
-def test_a_request_that_means_harm_is_answered(served, request_bytes, status):
+def test_hostile_request_is_answered(served, request_bytes, status):
     _, client = served
-    answer = talk(client, request_bytes)
+    answer = exchange(client, request_bytes)
     assert answer.partition(b"\r\n")[0].split()[1:2] == [b"%d" % status], answer[:200]
     assert client.get("/api/cxbridge/status").status == 200
 
 
-@pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHo", b"GET / HTTP/1.1\r\n" + HOST + b"\r\nGET"])
-def test_who_does_not_complete_a_request_is_let_go(monkeypatch, served, said):
-    """Strangers need no token for this: after 200 of them, no other client could connect."""
+@pytest.mark.parametrize("data", [b"", b"GET / HTTP/1.1\r\nHo", b"GET / HTTP/1.1\r\n" + HOST + b"\r\nGET"])
+def test_client_with_incomplete_request_is_disconnected(monkeypatch, served, data):
+    """The attack needs no token: 200 such clients would block each further client."""
     _, client = served
     monkeypatch.setattr(IdleLimitedConnection, "idle_limit_s", 0.05)
-    rest = talk(client, said)
-    assert rest.startswith(b"HTTP/1.1 200" if b"\r\n\r\n" in said else b"")
+    rest = exchange(client, data)
+    assert rest.startswith(b"HTTP/1.1 200" if b"\r\n\r\n" in data else b"")
 
 
-def test_a_body_that_does_not_come_is_not_waited_for(monkeypatch, served):
+def test_missing_body_times_out(monkeypatch, served):
     _, client = served
     monkeypatch.setattr(api, "BODY_TIMEOUT_S", 0.05)
     monkeypatch.setattr(IdleLimitedConnection, "idle_limit_s", 0.05)
-    assert talk(client, MESSAGES + b"Content-Length: 20\r\n\r\n{").startswith(b"HTTP/1.1 408")
+    assert exchange(client, MESSAGES + b"Content-Length: 20\r\n\r\n{").startswith(b"HTTP/1.1 408")
 
 
-def test_who_does_not_read_the_answer_is_let_go(monkeypatch, served):
-    """The unread answer was kept for ever."""
+def test_client_that_does_not_read_is_disconnected(monkeypatch, served):
+    """The server must not keep the unread answer for ever."""
     _, client = served
     lost = threading.Event()
 
-    class Watched(IdleLimitedConnection):
+    class WatchedConnection(IdleLimitedConnection):
         idle_limit_s = 0.05
 
         def connection_lost(self, exc):
             super().connection_lost(exc)
             lost.set()
 
-    # existing connections may end, too: only the new one is of this class
-    monkeypatch.setattr("cxbridge_web.http.serving.IdleLimitedConnection", Watched)
-    with serving(ALONE) as (_, other, _lines), socket.socket() as peer:
+    # only the new connection has this class, because existing connections may also end
+    monkeypatch.setattr("cxbridge_web.http.serving.IdleLimitedConnection", WatchedConnection)
+    with serving(ALONE) as (_, second, _lines), socket.socket() as peer:
         peer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         peer.settimeout(WAIT_S)
-        peer.connect(("127.0.0.1", int(other.url.rpartition(":")[2])))
+        peer.connect(("127.0.0.1", int(second.url.rpartition(":")[2])))
         peer.sendall((b"GET /api/openapi.json HTTP/1.1\r\n" + HOST + b"\r\n") * 600)
         assert lost.wait(WAIT_S)
-        assert other.get("/api/cxbridge/status").status == 200
+        assert second.get("/api/cxbridge/status").status == 200
     assert client.get("/api/cxbridge/status").status == 200
 
 
-def test_a_thousand_bad_requests_are_not_a_thousand_lines(served):
+def test_many_bad_requests_are_logged_few_times(served):
     daemon, client = served
-    told: list[str] = []
-    daemon.bus.subscribe(lambda line: told.append(line.text), LogLine)
+    texts: list[str] = []
+    daemon.bus.subscribe(lambda line: texts.append(line.text), LogLine)
     for _ in range(120):
-        assert talk(client, b"x\r\n\r\n").startswith(b"HTTP/1.1 400")
-    assert len([text for text in told if "Invalid HTTP request" in text]) <= 3
+        assert exchange(client, b"x\r\n\r\n").startswith(b"HTTP/1.1 400")
+    assert len([text for text in texts if "Invalid HTTP request" in text]) <= 3
 
 
 @pytest.mark.parametrize(
     ("path", "mode", "site", "status"),
     [
-        ("/api/skiller/skills", "no-cors", "cross-site", 403),  # an image of another page
-        ("/api/skiller/skills", "navigate", "cross-site", 403),  # a window that it opens
+        ("/api/skiller/skills", "no-cors", "cross-site", 403),  # an image of a foreign page
+        ("/api/skiller/skills", "navigate", "cross-site", 403),  # a window of a foreign page
         ("/", "no-cors", "same-site", 403),
-        ("/", "navigate", "cross-site", 200),  # a link to our page
+        ("/", "navigate", "cross-site", 200),  # a link to the page
         ("/api/cxbridge/status", "cors", "same-origin", 200),
-        ("/api/cxbridge/status", "navigate", "none", 200),  # a user has typed it
+        ("/api/cxbridge/status", "navigate", "none", 200),  # a typed address
     ],
 )
-def test_other_sites_may_only_lead_to_the_page(served, path, mode, site, status):
-    """Browsers send no Origin with images and links: such a GET would reach the Skiller."""
+def test_foreign_site_may_only_link_to_page(served, path, mode, site, status):
+    """Browsers send no Origin with images and links, so a foreign GET would reach the Skiller."""
     _, client = served
     answer = client.get(path, Sec_Fetch_Mode=mode, Sec_Fetch_Site=site)
     assert answer.status == status

@@ -1,4 +1,4 @@
-"""An operation of a plug-in: the blackboard, REST and the description of the API have it."""
+"""Operations of a plug-in over the blackboard, over REST and in the description of the API."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from tests.run.mini import write_scenario
 from web_tests.support import Client, serving
 
 
-def ways(scenario: Path, tmp_path: Path) -> dict[str, Any]:
-    """The answers of a daemon on each way, or its refusals."""
+def call_operation(scenario: Path, tmp_path: Path) -> dict[str, Any]:
+    """Return the answers or errors of a daemon on each interface."""
     settings = (("zmq/endpoints", [f"ipc://{tmp_path}/bb"]), ("fawkes/enable", False))
     with serving(settings, config=scenario) as (daemon, client, _), connected(daemon) as board:
         assert isinstance(client, Client)
@@ -30,21 +30,21 @@ def ways(scenario: Path, tmp_path: Path) -> dict[str, Any]:
         return {
             "verb": verb,
             "rest": client.ask("POST", "/api/cxbridge/words", {"text": "a bb ccc"}),
-            "wrong": client.ask("POST", "/api/cxbridge/words", {"text": "a", "least": "2"}),
+            "invalid": client.ask("POST", "/api/cxbridge/words", {"text": "a", "least": "2"}),
             "path": described["paths"].get("/cxbridge/words"),
             "body": described["components"]["schemas"].get("Words"),
         }
 
 
 @pytest.mark.usefixtures("added")
-def test_each_way_has_a_new_operation(tmp_path: Path) -> None:
-    found = ways(write_scenario(tmp_path / "mini"), tmp_path)
-    assert found["verb"] == {"count": 2}
-    assert found["rest"].json == {"kind": "WordCount", "apiVersion": "v1beta1", "count": 3}
-    assert (found["wrong"].status, found["wrong"].text) == (400, "'least' must be a whole number")
-    assert found["path"]["post"]["summary"] == "Count words."
-    assert found["body"]["required"] == ["text"]
-    members = {name: schema["type"] for name, schema in found["body"]["properties"].items()}
+def test_each_interface_has_new_operation(tmp_path: Path) -> None:
+    answers = call_operation(write_scenario(tmp_path / "mini"), tmp_path)
+    assert answers["verb"] == {"count": 2}
+    assert answers["rest"].json == {"kind": "WordCount", "apiVersion": "v1beta1", "count": 3}
+    assert (answers["invalid"].status, answers["invalid"].text) == (400, "'least' must be a whole number")
+    assert answers["path"]["post"]["summary"] == "Count words."
+    assert answers["body"]["required"] == ["text"]
+    members = {name: schema["type"] for name, schema in answers["body"]["properties"].items()}
     assert members == {"text": "string", "least": "integer"}
 
 
@@ -58,7 +58,7 @@ ENDPOINTS = (
 '''
 
 
-def test_a_new_view_of_the_rest_api_is_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_new_endpoint_of_rest_api_needs_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "greeting.py").write_text(VIEW)
     with monkeypatch.context() as patch:
         patch.setattr(cxbridge_web.fawkes, "__path__", [*cxbridge_web.fawkes.__path__, str(tmp_path)])
@@ -70,8 +70,8 @@ def test_a_new_view_of_the_rest_api_is_one_file(tmp_path: Path, monkeypatch: pyt
         assert client.get("/api/greeting").status == 404
 
 
-def test_without_its_plug_in_no_way_has_it(tmp_path: Path) -> None:
-    found = ways(write_scenario(tmp_path / "mini"), tmp_path)
-    assert "the request 'count-words' is unknown" in found["verb"]
-    assert found["rest"].status == 404
-    assert (found["path"], found["body"]) == (None, None)
+def test_operation_is_unknown_without_plugin(tmp_path: Path) -> None:
+    answers = call_operation(write_scenario(tmp_path / "mini"), tmp_path)
+    assert "the request 'count-words' is unknown" in answers["verb"]
+    assert answers["rest"].status == 404
+    assert (answers["path"], answers["body"]) == (None, None)

@@ -1,4 +1,4 @@
-"""Questions to the main loop: order, bounds, and the share of its time."""
+"""The queue of requests to the main loop: order, bounds and share of time."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from cxbridge_web.endpoint import ApiError
 from cxbridge_web.queue import MAX_WAITING_REQUESTS, RequestQueue
 
 
-class Watch:
+class FakeTime:
     def __init__(self):
         self.now = 0.0
 
@@ -16,8 +16,8 @@ class Watch:
         return self.now
 
 
-def test_questions_are_answered_when_the_loop_attends():
-    queue = RequestQueue(Watch())
+def test_requests_are_answered_by_poll():
+    queue = RequestQueue(FakeTime())
     answers = [queue.submit(lambda: 1), queue.submit(lambda: 1 // 0)]
     assert not any(answer.done() for answer in answers)
     queue.poll()
@@ -25,85 +25,85 @@ def test_questions_are_answered_when_the_loop_attends():
     assert isinstance(answers[1].exception(0), ZeroDivisionError)
 
 
-def test_equal_questions_that_wait_are_asked_once():
-    queue, asked = RequestQueue(Watch()), []
-    first, second = (queue.submit(lambda: asked.append(1), "key") for _ in range(2))
+def test_equal_waiting_requests_run_once():
+    queue, calls = RequestQueue(FakeTime()), []
+    first, second = (queue.submit(lambda: calls.append(1), "key") for _ in range(2))
     assert first is second
     queue.poll()
-    later = queue.submit(lambda: asked.append(2), "key")
+    later = queue.submit(lambda: calls.append(2), "key")
     assert later is not first
     queue.poll()
-    assert asked == [1, 2]
+    assert calls == [1, 2]
 
 
 @pytest.mark.parametrize(("work_s", "pause_s"), [(0.02, 0.18), (2.0, 1.0)])
-def test_a_long_request_is_followed_by_a_pause(work_s, pause_s):
-    """Nine times as long, but at most 1 s: after a reset of 2 s all questions of 18 s were 503."""
-    watch = Watch()
-    queue = RequestQueue(watch)
+def test_pause_follows_long_request(work_s, pause_s):
+    """The pause has nine times the length of the request, but at most 1 s: longer pauses cause status 503."""
+    time = FakeTime()
+    queue = RequestQueue(time)
 
     def work():
-        watch.now += work_s
+        time.now += work_s
 
     queue.submit(work)
     answer = queue.submit(lambda: 1)
     for elapsed_s in (0.0, pause_s - 0.001):
-        watch.now += elapsed_s
+        time.now += elapsed_s
         queue.poll()
         assert not answer.done()
-    watch.now += 0.002
+    time.now += 0.002
     queue.poll()
     assert answer.result(0) == 1
 
 
-def in_pieces(watch, cost, count, done):
+def run_in_pieces(time, cost, count, done):
     for number in range(count):
-        watch.now += cost
+        time.now += cost
         done.append(number)
         yield
     return "all"
 
 
-def test_an_answer_in_pieces_leaves_the_loop_in_between():
-    watch = Watch()
+def test_request_in_pieces_yields_to_loop():
+    time = FakeTime()
     done: list[int] = []
-    queue = RequestQueue(watch)
-    answer = queue.submit(lambda: in_pieces(watch, 0.002, 9, done))
+    queue = RequestQueue(time)
+    answer = queue.submit(lambda: run_in_pieces(time, 0.002, 9, done))
     turns = 0
     while not answer.done():
         before = len(done)
         queue.poll()
         turns += len(done) > before
-        watch.now += 0.01
+        time.now += 0.01
     assert (answer.result(0), done, turns) == ("all", list(range(9)), 3)
 
 
-def test_a_short_answer_does_not_wait_for_one_in_pieces():
-    watch = Watch()
+def test_short_request_does_not_wait_for_request_in_pieces():
+    time = FakeTime()
     done: list[int] = []
-    queue = RequestQueue(watch)
-    long = queue.submit(lambda: in_pieces(watch, 0.01, 5, done))
+    queue = RequestQueue(time)
+    long = queue.submit(lambda: run_in_pieces(time, 0.01, 5, done))
     short = queue.submit(lambda: 1)
     queue.poll()
     assert (done, short.done()) == ([0], False)
-    watch.now += 1
+    time.now += 1
     queue.poll()
     assert (done, short.result(0), long.done()) == ([0, 1], 1, False)
 
 
-def test_pieces_that_fail_and_those_of_a_desk_that_closes_are_told():
-    watch = Watch()
+def test_failed_and_closed_requests_have_errors():
+    time = FakeTime()
 
     def failing():
         yield
         raise ValueError
 
-    queue = RequestQueue(watch)
+    queue = RequestQueue(time)
     failed = queue.submit(failing)
     queue.poll()
     assert isinstance(failed.exception(0), ValueError)
-    watch.now += 1
-    closed = queue.submit(lambda: in_pieces(watch, 0.01, 5, []))
+    time.now += 1
+    closed = queue.submit(lambda: run_in_pieces(time, 0.01, 5, []))
     queue.poll()
     waiting = queue.submit(lambda: 1, "key")
     queue.close()
@@ -112,8 +112,8 @@ def test_pieces_that_fail_and_those_of_a_desk_that_closes_are_told():
         queue.submit(lambda: 1)
 
 
-def test_not_too_many_may_wait():
-    queue = RequestQueue(Watch())
+def test_queue_refuses_requests_beyond_limit():
+    queue = RequestQueue(FakeTime())
     for _ in range(MAX_WAITING_REQUESTS):
         queue.submit(lambda: None)
     with pytest.raises(ApiError, match="Too many"):

@@ -1,4 +1,4 @@
-"""The page with a recording inside, as a file and in a browser."""
+"""The page with an embedded recording, as a file and in a browser."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ from web_tests.test_escaping import HOSTILE, Collector
 START_US = 1_700_000_000_000_000
 
 
-def hostile() -> list[Event]:
-    made: list[Event] = []
+def hostile_events() -> list[Event]:
+    events: list[Event] = []
     for text in HOSTILE:
-        made += [
+        events += [
             GoalTransition(0, text, text, text, text, "nil", "FORMULATED", "UNKNOWN", text),
             GoalTransition(1, text, text, text, text, text, text, text, text),
             PlanActionTransition(2, text, text, text, text, text, text),
@@ -48,28 +48,28 @@ def hostile() -> list[Event]:
             InterfaceWrite(6, f"{text}::{text}", {text.encode(errors="replace").decode(): text}),
             *(LogLine(7, level, text, text) for level in Level),
         ]
-    return made
+    return events
 
 
 def modules_of(page: str) -> dict[str, str]:
-    found = re.search(r'<script type="importmap">(.*?)</script>', page, re.DOTALL)
-    assert found is not None
-    urls = json.loads(found[1])["imports"]
+    match = re.search(r'<script type="importmap">(.*?)</script>', page, re.DOTALL)
+    assert match is not None
+    urls = json.loads(match[1])["imports"]
     texts = {name: unquote(url.partition(",")[2]) for name, url in urls.items()}
     return {name: text.removesuffix(f"//# sourceURL={name}\n") for name, text in texts.items()}
 
 
-def inside_of(page: str) -> dict[str, Any]:
-    """The page's data of the recording inside."""
+def embedded_settings(page: str) -> dict[str, Any]:
+    """Return the page's settings of the embedded recording."""
     site = json.loads(modules_of(page)["shared/site.js"].removeprefix("export default ").rstrip(";\n"))
     inside: dict[str, Any] = site["inside"]
     return inside
 
 
-def data_of(page: str) -> bytes:
-    found = re.search(r'<script type="text/plain" id="recording">(.*?)</script>', page, re.DOTALL)
-    assert found is not None
-    return gzip.decompress(b64decode(found[1]))
+def embedded_recording(page: str) -> bytes:
+    match = re.search(r'<script type="text/plain" id="recording">(.*?)</script>', page, re.DOTALL)
+    assert match is not None
+    return gzip.decompress(b64decode(match[1]))
 
 
 def look_at(page: str, tmp_path: Path, fragment: str = "") -> RenderedPage:
@@ -80,23 +80,23 @@ def look_at(page: str, tmp_path: Path, fragment: str = "") -> RenderedPage:
     return shown
 
 
-def test_every_event_is_inside():
-    lines = data_of(report(MemoryRun(family()))).splitlines()
+def test_page_embeds_each_event():
+    lines = embedded_recording(report(MemoryRun(family()))).splitlines()
     assert lines == [encode_with_kind(event) for event in family()]
 
 
-def test_an_mcap_file_is_inside_as_it_is(tmp_path):
+def test_page_embeds_unchanged_mcap_file(tmp_path):
     path = tmp_path / "run.mcap"
     with McapWriter(path) as writer:
         for event in family():
             writer.write(event)
     page = report(open_run(path), "A <run>")
-    assert data_of(page) == path.read_bytes()
-    assert inside_of(page)["name"] == "A <run>"
+    assert embedded_recording(page) == path.read_bytes()
+    assert embedded_settings(page)["name"] == "A <run>"
     assert "<title>A &lt;run&gt;</title>" in page
 
 
-def test_every_module_and_style_of_the_page_is_inside():
+def test_page_embeds_each_module_and_style():
     page = report(MemoryRun(family()))
     folder = STATIC_FOLDER / "js"
     own = {f"cx/{path.relative_to(folder).as_posix()}": path.read_text() for path in folder.rglob("*.js")}
@@ -106,47 +106,47 @@ def test_every_module_and_style_of_the_page_is_inside():
 
 
 @needs_browser
-def test_a_browser_shows_a_run(tmp_path):
+def test_browser_shows_goals_title_and_log(tmp_path):
     run = [*family(), LogLine(9_000_000, Level.WARN, "c", "a needle")]
     page = report(MemoryRun(run), "My run")
-    shown = look_at(page, tmp_path)
+    shown = show_page(page, tmp_path)
     assert len(re.findall(r'role="treeitem"', shown.dom)) == 5
     assert "My run" in shown.dom
-    assert "a needle" in look_at(page, tmp_path, "#/log").dom
+    assert "a needle" in show_page(page, tmp_path, "#/log").dom
 
 
-def test_the_story_and_the_reasons_of_failures_are_inside():
+def test_page_embeds_story_and_reasons_of_failures():
     pytest.importorskip("cxbridge_studio", reason="the studio explains runs")
-    answers = inside_of(report(MemoryRun(family())))["answers"]
+    answers = embedded_settings(report(MemoryRun(family())))["answers"]
     assert [part["text"] for part in answers["run"]["wanted"]]
     assert set(answers) == {"run", "goal gen2", "goal RUN-gen3"}
 
 
 @needs_browser
 @pytest.mark.parametrize("view", share(["timeline", "goals", "skills", "log", "blackboard"], 1))
-def test_hostile_strings_stay_strings(tmp_path, view):
-    shown = look_at(report(MemoryRun(hostile()), HOSTILE[0]), tmp_path, f"#/{view}")
-    seen = Collector()
-    seen.feed(shown.dom)
-    plain = look_at(report(MemoryRun(family())), tmp_path, f"#/{view}")
-    known = Collector()
-    known.feed(plain.dom)
-    assert seen.tags.count("script") == known.tags.count("script")
-    assert seen.tags.count("img") == known.tags.count("img")
-    assert [name for name, _ in seen.attributes if name.startswith("on")] == []
+def test_hostile_strings_add_no_markup(tmp_path, view):
+    shown = show_page(report(MemoryRun(hostile_events()), HOSTILE[0]), tmp_path, f"#/{view}")
+    hostile = Collector()
+    hostile.feed(shown.dom)
+    plain = show_page(report(MemoryRun(family())), tmp_path, f"#/{view}")
+    benign = Collector()
+    benign.feed(plain.dom)
+    assert hostile.tags.count("script") == benign.tags.count("script")
+    assert hostile.tags.count("img") == benign.tags.count("img")
+    assert [name for name, _ in hostile.attributes if name.startswith("on")] == []
     assert "\u202e" not in shown.dom
 
 
 @needs_browser
-def test_the_policy_stops_other_scripts(tmp_path):
+def test_policy_stops_foreign_script(tmp_path):
     page = report(MemoryRun(family())).replace(
-        "</body>", "<script>document.title = 'stranger'</script></body>"
+        "</body>", "<script>document.title = 'foreign'</script></body>"
     )
     file = tmp_path / "run.html"
     file.write_text(page, encoding="utf-8")
     shown = show(file, tmp_path / "profile")
     assert any("Content Security Policy" in line for line in shown.console)
-    assert "stranger</title>" not in shown.dom
+    assert "foreign</title>" not in shown.dom
 
 
 @needs_browser
@@ -172,10 +172,10 @@ def test_the_policy_stops_other_scripts(tmp_path):
         2,
     ),
 )
-def test_a_browser_shows_any_run(tmp_path, run):
-    assert 'aria-current="page"' in look_at(report(MemoryRun(run)), tmp_path).dom
+def test_browser_shows_unusual_runs(tmp_path, run):
+    assert 'aria-current="page"' in show_page(report(MemoryRun(run)), tmp_path).dom
 
 
 @needs_browser
-def test_a_run_without_events_is_told(tmp_path):
-    assert "has no events" in look_at(report(MemoryRun([])), tmp_path).dom
+def test_page_reports_run_without_events(tmp_path):
+    assert "has no events" in show_page(report(MemoryRun([])), tmp_path).dom

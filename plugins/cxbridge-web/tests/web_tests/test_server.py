@@ -1,4 +1,4 @@
-"""A daemon that serves: status, goals, events, and who gets in."""
+"""The web server of a daemon: status, events, access and settings."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _scenario(tmp_path_factory):
     return write_scenario(tmp_path_factory.mktemp("web") / "mini")
 
 
-def test_status_pause_resume_and_reset(scenario):
+def test_daemon_can_pause_resume_and_reset(scenario):
     with serving(config=scenario) as (daemon, client, _):
         status = client.get("/api/cxbridge/status").json
         assert (status["kind"], status["state"], status["endpoints"]) == (
@@ -42,7 +42,7 @@ def test_status_pause_resume_and_reset(scenario):
         assert client.ask("POST", "/api/cxbridge/reset").json["state"] == "RUNNING"
 
 
-def test_transitions_are_sent_as_they_happen_and_a_client_goes_on_where_it_was(scenario):
+def test_stream_sends_transitions_and_resumes_at_last_id(scenario):
     with serving(config=scenario) as (_, client, _lines):
         modes = {}
         with client.open("GET", "/api/cxbridge/events?kinds=goal&since=0") as stream:
@@ -58,21 +58,21 @@ def test_transitions_are_sent_as_they_happen_and_a_client_goes_on_where_it_was(s
         ids = list(modes)
         for headers, query in (({"Last_Event_ID": ids[-2]}, ""), ({}, f"&since={ids[-2]}")):
             with client.open("GET", f"/api/cxbridge/events?kinds=goal{query}", **headers) as stream:
-                again = (event_id for event_id, event, _ in read_events(stream) if event != "hello")
-                assert next(again) == ids[-1]
+                resumed = (event_id for event_id, event, _ in read_events(stream) if event != "hello")
+                assert next(resumed) == ids[-1]
         with client.open("GET", "/api/cxbridge/events?kinds=goal&since=former-9.9.9.9") as stream:
-            kept = (event_id for event_id, event, _ in read_events(stream) if event != "hello")
-            assert next(kept) == ids[0], "after a restart of the server, a client gets all kept events"
+            buffered = (event_id for event_id, event, _ in read_events(stream) if event != "hello")
+            assert next(buffered) == ids[0], "after a restart of the server, a client gets all kept events"
 
 
-def test_interfaces_facts_and_rules_are_followed_while_somebody_wants_them(scenario):
+def test_facts_and_rules_are_watched_only_during_stream(scenario):
     with serving(config=scenario) as (daemon, client, _):
         client.until("/api/cxbridge/status", lambda status: status["web"]["clients"] == 0)
         with client.open("GET", "/api/cxbridge/events?kinds=fact,rule,interface") as stream:
-            seen = set()
+            kinds = set()
             for _, _, data in read_events(stream):
-                seen.add(data["kind"])
-                if {"fact", "rule", "interface"} <= seen:
+                kinds.add(data["kind"])
+                if {"fact", "rule", "interface"} <= kinds:
                     break
         client.until("/api/cxbridge/status", lambda status: status["web"]["clients"] == 0)
         loops, pause = daemon.loop.cycle_count, threading.Event()
@@ -84,12 +84,12 @@ def test_interfaces_facts_and_rules_are_followed_while_somebody_wants_them(scena
 
 
 @pytest.mark.parametrize("query", ["kinds=goal,nonsense", "since=nonsense", "since=1-²"])
-def test_a_stream_of_nothing_is_refused(scenario, query):
+def test_stream_with_invalid_query_is_refused(scenario, query):
     with serving((("executive", False),)) as (_, client, _lines):
         assert client.get(f"/api/cxbridge/events?{query.replace('²', '%C2%B2')}").status == 400
 
 
-def test_paths_that_are_not_there_are_answered_as_fawkes_does():
+def test_unknown_path_has_error_of_fawkes():
     with serving((("executive", False),)) as (_, client, _lines):
         for path, text in (
             ("/api/", "REST API overview not yet implemented\n"),
@@ -101,44 +101,44 @@ def test_paths_that_are_not_there_are_answered_as_fawkes_does():
             assert (answer.status, answer.text) == (404, text)
 
 
-def test_a_path_of_an_absent_plug_in_names_its_package():
+def test_path_of_missing_plugin_names_package():
     with pytest.raises(ApiError, match=r"has no endpoint '/facts/1': .* the plug-in cxbridge-studio: "):
         Directory([Endpoint(method="GET", path="/cxbridge/status", handler=print, summary="")]).find(
             "DELETE", "/cxbridge/facts/1"
         )
 
 
-# -- who gets in
+# -- access
 
 
-def test_a_name_that_only_leads_here_is_not_served():
+def test_foreign_host_name_is_refused():
     with serving((("executive", False),)) as (_, client, _lines):
         assert client.get("/api/cxbridge/status", Host="evil.example:80").status == 421
         assert client.get("/api/cxbridge/status", Host="localhost:1").status == 200
         assert client.get("/api/cxbridge/status", Host="[::1]").status == 200
 
 
-def test_pages_of_other_origins_are_not_served_unless_they_are_allowed():
+def test_foreign_origin_needs_permission():
     lab = "http://lab:8080"
     with serving((("executive", False), ("web/allow-origins", [lab]))) as (_, client, _lines):
         assert client.get("/api/cxbridge/status", Origin="http://evil.example").status == 403
         assert client.get("/api/cxbridge/status", Origin=client.url).status == 200
         answer = client.get("/api/cxbridge/status", Origin=lab)
         assert (answer.status, answer.headers["Access-Control-Allow-Origin"]) == (200, lab)
-        asked = client.ask("OPTIONS", "/api/x", Origin=lab, Access_Control_Request_Method="PUT")
-        assert asked.status == 204
-        assert "PUT" in asked.headers["Access-Control-Allow-Methods"]
+        preflight = client.ask("OPTIONS", "/api/x", Origin=lab, Access_Control_Request_Method="PUT")
+        assert preflight.status == 204
+        assert "PUT" in preflight.headers["Access-Control-Allow-Methods"]
 
 
-def test_a_token_lets_in():
+def test_token_grants_access():
     with serving((("executive", False), ("web/token", TOKEN))) as (_, client, _lines):
         basic = base64.b64encode(f"me:{TOKEN}".encode()).decode()
         refused = client.get("/api/cxbridge/status")
         assert (refused.status, refused.headers["WWW-Authenticate"]) == (401, 'Basic realm="cxbridge"')
-        for wrong in ("Bearer x", "Basic x", f"Digest {TOKEN}", "Basic /w=="):
-            assert client.get("/api/cxbridge/status", Authorization=wrong).status == 401
-        for right in (f"Bearer {TOKEN}", f"Basic {basic}"):
-            assert client.get("/api/cxbridge/status", Authorization=right).status == 200
+        for invalid in ("Bearer x", "Basic x", f"Digest {TOKEN}", "Basic /w=="):
+            assert client.get("/api/cxbridge/status", Authorization=invalid).status == 401
+        for valid in (f"Bearer {TOKEN}", f"Basic {basic}"):
+            assert client.get("/api/cxbridge/status", Authorization=valid).status == 200
 
 
 @pytest.mark.parametrize(
@@ -153,13 +153,13 @@ def test_a_token_lets_in():
         ("{prot: 1}", "/cxbridge/web/prot is not a setting of a daemon"),
     ],
 )
-def test_settings_that_are_not_safe_or_make_no_sense(text, message):
+def test_unsafe_or_invalid_settings_are_refused(text, message):
     text = text if text.startswith("{") else f"{{{text}}}"
     with pytest.raises(ConfigError, match=message):
         settings(f"cxbridge:\n  web: {text}\n")
 
 
-def test_a_port_that_is_taken_is_told():
+def test_used_port_is_error():
     with serving((("executive", False),)) as (daemon, _, _lines):
         port = int(daemon.endpoints[-1].rpartition(":")[2])
         options = DaemonOptions(settings=(*QUIET, ("executive", False), ("web/port", port)))
@@ -168,7 +168,7 @@ def test_a_port_that_is_taken_is_told():
         assert f"the web server cannot listen on 127.0.0.1:{port}" in str(outcome[0])
 
 
-def test_a_daemon_ends_though_somebody_follows():
+def test_daemon_stops_during_stream():
     with serving((("executive", False),)) as (daemon, client, _lines):
         stream = client.open("GET", "/api/cxbridge/events")
         events = read_events(stream)
@@ -178,15 +178,15 @@ def test_a_daemon_ends_though_somebody_follows():
         stream.close()
 
 
-def test_a_fault_of_ours_is_told_with_its_reason(monkeypatch):
-    """The log said 'Exception in ASGI application' and nothing more."""
+def test_internal_error_is_logged_with_reason(monkeypatch):
+    """The log must have more than 'Exception in ASGI application'."""
 
     async def fault(*_arguments):
         raise RuntimeError("the disk is on fire")
 
     monkeypatch.setattr(Page, "__call__", fault)
     with serving() as (daemon, client, _):
-        told: list[str] = []
-        daemon.bus.subscribe(lambda line: told.append(line.text), LogLine)
+        texts: list[str] = []
+        daemon.bus.subscribe(lambda line: texts.append(line.text), LogLine)
         assert client.get("/").status == 500
-        assert any("RuntimeError: the disk is on fire" in text for text in told)
+        assert any("RuntimeError: the disk is on fire" in text for text in texts)

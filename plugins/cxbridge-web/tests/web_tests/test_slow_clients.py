@@ -1,4 +1,4 @@
-"""Clients that do not read cost room that is bounded, and the loop nothing."""
+"""Clients that do not read cost bounded memory and no time of the loop."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LINE = LogLine(1, Level.INFO, "C", "x" * 1000)
 
 
 class EventCollector:
-    """Events of a test in place of those of a bus."""
+    """A collector with the test's events instead of those of a bus."""
 
     def __init__(self) -> None:
         self.events: deque[LogLine] = deque()
@@ -36,8 +36,8 @@ class EventCollector:
         return events, 0
 
 
-async def until(reached: Callable[[], bool]) -> None:
-    while not reached():  # noqa: ASYNC110 - others go on, and none of them knows of an event
+async def wait_until(reached: Callable[[], bool]) -> None:
+    while not reached():  # noqa: ASYNC110 - further tasks continue, and no task has an event to wait for
         await asyncio.sleep(0.01)
 
 
@@ -45,22 +45,22 @@ def scope() -> dict[str, Any]:
     return {"type": "http", "method": "GET", "path": "/", "headers": [], "query_string": b"kinds=log"}
 
 
-def test_a_client_that_stands_still_holds_one_bunch_and_is_told_what_is_gone():
-    """The stream waits for the connection; events during the wait are kept as long as there is room."""
+def test_stopped_client_costs_one_bunch_and_gets_number_of_lost_events():
+    """The stream waits for the connection; the buffer keeps the events of the wait up to its limit."""
     collector, buffer = EventCollector(), EventBuffer(max_events=100)
     sent: list[bytes] = []
 
     async def scenario() -> None:
         streams = EventStreams(HOST, collector, buffer)  # type: ignore[arg-type]
-        let_go, first = asyncio.Event(), asyncio.Event()
+        resumed, first = asyncio.Event(), asyncio.Event()
 
         async def send(message: Any) -> None:
             if message["type"] == "http.response.body":
                 sent.append(message["body"])
                 if b"event: hello" in message["body"]:
                     first.set()
-                elif not let_go.is_set():
-                    await let_go.wait()
+                elif not resumed.is_set():
+                    await resumed.wait()
 
         async def receive() -> Any:
             await asyncio.Event().wait()
@@ -68,14 +68,14 @@ def test_a_client_that_stands_still_holds_one_bunch_and_is_told_what_is_gone():
         following = asyncio.create_task(streams(scope(), receive, send))
         await first.wait()
         collector.events.append(LINE)
-        await until(lambda: len(sent) == 2)
+        await wait_until(lambda: len(sent) == 2)
         for _ in range(5):
             collector.events.extend([LINE] * 100)
-            await until(lambda: not collector.events)
+            await wait_until(lambda: not collector.events)
         assert len(sent) == 2
         assert sum(buffer.end.counts) - sum(buffer.begin.counts) == 100
-        let_go.set()
-        await until(lambda: sent[-1].count(b"data: ") > 1 and len(sent[-1]) < BUNCH_BYTES)
+        resumed.set()
+        await wait_until(lambda: sent[-1].count(b"data: ") > 1 and len(sent[-1]) < BUNCH_BYTES)
         streams.close()
         await asyncio.wait_for(following, WAIT_S)
 
@@ -84,13 +84,13 @@ def test_a_client_that_stands_still_holds_one_bunch_and_is_told_what_is_gone():
     assert b'event: dropped\ndata: {"kind": "dropped", "count": 400}' in b"".join(sent)
 
 
-def test_the_loop_goes_on_though_a_client_does_not_read():
+def test_loop_continues_with_client_that_does_not_read():
     with serving((("executive", False),)) as (daemon, client, _):
         port = int(client.url.rpartition(":")[2])
-        asleep = socket.socket()
-        asleep.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-        asleep.connect(("127.0.0.1", port))
-        asleep.sendall(b"GET /api/cxbridge/events?kinds=log HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        silent = socket.socket()
+        silent.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        silent.connect(("127.0.0.1", port))
+        silent.sendall(b"GET /api/cxbridge/events?kinds=log HTTP/1.1\r\nHost: localhost\r\n\r\n")
         client.until("/api/cxbridge/status", lambda status: status["web"]["clients"] == 1)
         log, pause = daemon.bus.logger("Test"), threading.Event()
         with client.open("GET", "/api/cxbridge/events?kinds=log") as stream:
@@ -108,11 +108,11 @@ def test_the_loop_goes_on_though_a_client_does_not_read():
             assert daemon.loop.cycle_count > loops
             status = client.get("/api/cxbridge/status").json
             assert status["web"]["clients"] == 2
-        asleep.close()
+        silent.close()
         client.until("/api/cxbridge/status", lambda status: status["web"]["clients"] == 0)
 
 
-def test_a_stream_says_that_it_lives(monkeypatch):
+def test_stream_sends_keep_alive(monkeypatch):
     collector = EventCollector()
     alive = asyncio.Event()
     monkeypatch.setattr(event_streams, "KEEP_ALIVE_S", 0.01)

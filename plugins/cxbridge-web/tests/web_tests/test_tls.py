@@ -1,4 +1,4 @@
-"""Serving with TLS and a token, and certificates that cannot be used."""
+"""Serving with TLS and a token, and unusable certificates."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ DAY = dt.timedelta(days=1)
 
 
 def write_pair(folder, name="web", *, password=b""):
-    """Write a certificate for this machine, signed by itself, and its key."""
+    """Write a self-signed certificate for the loopback, and its key."""
     key = ec.generate_private_key(ec.SECP256R1())
-    who = x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, "localhost")])
+    subject = x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, "localhost")])
     names = [x509.DNSName("localhost"), x509.IPAddress(ipaddress.ip_address("127.0.0.1"))]
-    made = (
+    certificate = (
         x509.CertificateBuilder()
-        .subject_name(who)
-        .issuer_name(who)
+        .subject_name(subject)
+        .issuer_name(subject)
         .public_key(key.public_key())
         .serial_number(x509.random_serial_number())
         .not_valid_before(NOW - DAY)
@@ -40,11 +40,11 @@ def write_pair(folder, name="web", *, password=b""):
         .add_extension(x509.SubjectAlternativeName(names), critical=False)
         .sign(key, hashes.SHA256())
     )
-    lock = serialization.BestAvailableEncryption(password) if password else serialization.NoEncryption()
+    encryption = serialization.BestAvailableEncryption(password) if password else serialization.NoEncryption()
     pem = serialization.Encoding.PEM
     cert_file, key_file = folder / f"{name}.crt", folder / f"{name}.key"
-    cert_file.write_bytes(made.public_bytes(pem))
-    key_file.write_bytes(key.private_bytes(pem, serialization.PrivateFormat.PKCS8, lock))
+    cert_file.write_bytes(certificate.public_bytes(pem))
+    key_file.write_bytes(key.private_bytes(pem, serialization.PrivateFormat.PKCS8, encryption))
     return cert_file, key_file
 
 
@@ -58,7 +58,7 @@ def _client(tmp_path_factory):
         yield client
 
 
-def test_who_has_the_token_is_served_over_tls(client):
+def test_client_with_token_is_served_over_tls(client):
     answer = client.get("/api/cxbridge/status", Authorization=f"Bearer {TOKEN}")
     assert (answer.status, answer.json["kind"]) == (200, "Status")
     with client.open("GET", "/api/cxbridge/events", Authorization=f"Bearer {TOKEN}") as stream:
@@ -66,7 +66,7 @@ def test_who_has_the_token_is_served_over_tls(client):
 
 
 @pytest.mark.parametrize("path", ["/api/cxbridge/status", "/", "/api/cxbridge/events", "/api/openapi.json"])
-def test_who_has_another_token_or_none_is_not(client, path):
+def test_client_without_valid_token_is_refused(client, path):
     for headers in (
         {},
         {"Authorization": "Bearer wrong horse battery"},
@@ -75,16 +75,16 @@ def test_who_has_another_token_or_none_is_not(client, path):
         assert client.get(path, **headers).status == 401
 
 
-def test_plain_http_is_not_answered_and_does_no_harm(client):
+def test_plain_http_is_not_answered(client):
     connection = http.client.HTTPConnection(client.url.removeprefix("https://"), timeout=WAIT_S)
     connection.request("GET", "/api/cxbridge/status", headers={"Authorization": f"Bearer {TOKEN}"})
     with pytest.raises((http.client.HTTPException, OSError)):
         connection.getresponse()
     connection.close()
-    test_who_has_the_token_is_served_over_tls(client)
+    test_client_with_token_is_served_over_tls(client)
 
 
-def refusal(cert, key):
+def refused_pair_error(cert, key):
     with pytest.raises(ConfigError) as caught:
         check_pair(cert, key)
     return caught.value.message, caught.value.file
@@ -102,16 +102,16 @@ def refusal(cert, key):
         ("locked.crt", "locked.key", "locked.key", "is encrypted"),
     ],
 )
-def test_an_unusable_pair_is_refused_with_the_name_of_its_file(tmp_path, cert, key, file, text):
+def test_unusable_pair_is_error_with_file(tmp_path, cert, key, file, text):
     for name, password in (("web", b""), ("other", b""), ("locked", b"x")):
         write_pair(tmp_path, name, password=password)
     (tmp_path / "junk").write_bytes(b"\0\xff")
     check_pair(tmp_path / "web.crt", tmp_path / "web.key")
-    message, place = refusal(tmp_path / cert, tmp_path / key)
-    assert (text in message, place) == (True, str(tmp_path / file)), message
+    message, actual_file = refused_pair_error(tmp_path / cert, tmp_path / key)
+    assert (text in message, actual_file) == (True, str(tmp_path / file)), message
 
 
-def test_a_daemon_with_an_unusable_certificate_ends_with_one_line(tmp_path, capsys):
+def test_daemon_with_unusable_certificate_has_status_2(tmp_path, capsys):
     write_pair(tmp_path)
     (tmp_path / "junk.crt").write_text("no certificate")
     config = tmp_path / "cxbridge.yaml"

@@ -1,4 +1,4 @@
-"""Each view of a run puts each skill call under the plan-action that the executive sent with its message."""
+"""The views of a run agree on the plan-action of each skill call."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ SHIPPED = sorted(
     folder.name for folder in shipped_dir("scenarios").iterdir() if (folder / "scenario.yaml").exists()
 )
 DRAWN = [name for name in SHIPPED if name != "temporal"]
-"""Those with skills of which a world draws how they end."""
+"""The scenarios with skills whose results a world draws."""
 NODE = shutil.which("node")
 NEXT_CALL, NEXT_LIFE, BUSY = 0.2, 0.3, 0.5
-"""How often a message has another number, a goal that is FORMULATED is a new one, an executor is busy."""
+"""The probabilities of a new message number, a new goal on FORMULATED, and a busy executor."""
 __all__ = ["recorded"]
 
 PAGE = ROOT / "plugins/cxbridge-web/cxbridge_web" / "static" / "js"
@@ -62,12 +62,12 @@ Pair = tuple[Action, str, str]
 
 
 def name_of(text: str) -> str:
-    """Return a skill string; of an executor's words, which say how far it is, the skill."""
+    """Return the skill string, or the skill of an executor's text with progress."""
     return text if "{" in text else text.partition(" ")[0]
 
 
-def record_of_the_executive(run: Run) -> set[Pair]:
-    """Return the calls in the executive's own facts: its orders, and the skills that ran then."""
+def executive_pairs(run: Run) -> set[Pair]:
+    """Return the calls in the executive's facts: the sent orders with the skills that ran."""
     sent: dict[tuple[str, str, str], str] = {}
     actions: dict[tuple[str, str, str], Action] = {}
     ran: set[Pair] = set()
@@ -83,18 +83,18 @@ def record_of_the_executive(run: Run) -> set[Pair]:
             elif event.template == "skill-board-call":
                 actions[env, "", slots["id"]] = action
             elif event.template == "skill-board-action" and slots["executor"] != '""':
-                found = actions.get((env, "", slots["id"]))
-                if found is not None:
-                    ran.add((found, slots["executor"].strip('"'), slots["skill"]))
+                action_of_call = actions.get((env, "", slots["id"]))
+                if action_of_call is not None:
+                    ran.add((action_of_call, slots["executor"].strip('"'), slots["skill"]))
         elif isinstance(event, SkillStatus) and event.status != "S_INACTIVE":
-            found = actions.get((event.env, event.skiller, str(event.msgid)))
-            if found is not None:
-                ran.add((found, event.skiller, event.skill_string))
+            action_of_call = actions.get((event.env, event.skiller, str(event.msgid)))
+            if action_of_call is not None:
+                ran.add((action_of_call, event.skiller, event.skill_string))
     return ran
 
 
-def in_why(run: Run) -> Iterator[Pair]:
-    """Yield the last skill call of each action, as `why` has it."""
+def why_pairs(run: Run) -> Iterator[Pair]:
+    """Yield the last skill call of each action in `why`."""
     for env in dict.fromkeys(event.env for event in run if isinstance(event, PlanActionTransition)):
         evidence = RecordedEvidence(run, None, env)
         goals = Goals(evidence.history)
@@ -107,7 +107,7 @@ def in_why(run: Run) -> Iterator[Pair]:
 
 
 def linked_pairs(history: RunHistory) -> Iterator[Pair]:
-    """Yield each action with its skill call, as the history links them."""
+    """Yield each action with its skill call in the history."""
     for link in find_skill_links(history):
         action, call = link.action, link.call
         yield (action.env, action.goal, action.plan, action.id), call.skiller, name_of(call.skill_string)
@@ -115,22 +115,22 @@ def linked_pairs(history: RunHistory) -> Iterator[Pair]:
 
 @pytest.fixture(scope="session")
 def page_modules(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The page's modules where node takes them for modules."""
+    """The page's modules in a folder that node imports as modules."""
     folder = tmp_path_factory.mktemp("page") / "node_modules" / "cx"
     shutil.copytree(PAGE, folder)
     (folder / "package.json").write_text('{"type": "module"}')
     return folder
 
 
-def in_page(run: Run, modules: Path) -> dict[str, list[Any]]:
-    """Return the model that the page makes of a run."""
+def read_page_model(run: Run, modules: Path) -> dict[str, list[Any]]:
+    """Return the page's model of a run."""
     assert NODE is not None
     lines = b"".join(encode_with_kind(event) + b"\n" for event in run if event.KIND.name)
     script = ROOT / "plugins/cxbridge-web/tests/web_tests" / "page" / "model_of_run.mjs"
     command = [NODE, str(script), str(modules), json.dumps(outcomes_as_json())]
-    done = subprocess.run(command, input=lines, capture_output=True, check=False)
-    assert done.returncode == 0, done.stderr.decode()
-    model: dict[str, list[Any]] = json.loads(done.stdout)
+    process = subprocess.run(command, input=lines, capture_output=True, check=False)
+    assert process.returncode == 0, process.stderr.decode()
+    model: dict[str, list[Any]] = json.loads(process.stdout)
     return model
 
 
@@ -144,15 +144,15 @@ def page_pairs(model: dict[str, list[Any]]) -> Iterator[Pair]:
 
 
 def compare_histories(history: RunHistory, model: dict[str, list[Any]]) -> None:
-    """The page's own reader of a run agrees with the one model."""
+    """Check that the page's model of a run equals the history."""
     states = [
         [[*state, next(changes).time] for state, changes in groupby(goal.changes, itemgetter(2, 3))]
         for goal in history.goals
     ]
     assert [goal["states"] for goal in model["goals"]] == states
     keys = [goal["key"] for goal in model["goals"]]
-    above = [keys.index(goal["parent"]) if goal["parent"] in keys else None for goal in model["goals"]]
-    assert above == list(goal_forest(history.goals).parents.values())
+    parents = [keys.index(goal["parent"]) if goal["parent"] in keys else None for goal in model["goals"]]
+    assert parents == list(goal_forest(history.goals).parents.values())
     assert [action[4] for action in model["actions"]] == [action.states for action in history.actions]
     ran = [
         [call.status, call.error, call.begin[1], None if call.end is None else call.end[1]]
@@ -161,45 +161,45 @@ def compare_histories(history: RunHistory, model: dict[str, list[Any]]) -> None:
     assert [call["ran"] for call in model["calls"]] == ran
 
 
-def check(run: Run, modules: Path) -> int:
-    """Compare all views of a run with the executive's record; return how many calls there are."""
-    known = record_of_the_executive(run)
-    said = sorted(known)
-    last = {(action, skiller): text for action, skiller, text in known}
-    why = {(action, skiller): text for action, skiller, text in in_why(run)}
+def check_views(run: Run, modules: Path) -> int:
+    """Compare all views of a run with the executive's record; return the number of calls."""
+    recorded_pairs = executive_pairs(run)
+    expected = sorted(recorded_pairs)
+    last = {(action, skiller): text for action, skiller, text in recorded_pairs}
+    why = {(action, skiller): text for action, skiller, text in why_pairs(run)}
     assert why.keys() <= last.keys()
     assert {action for action, _ in why} == {action for action, _ in last}
     history = RunHistory.from_events(run)
-    assert sorted(set(linked_pairs(history))) == said
+    assert sorted(set(linked_pairs(history))) == expected
     if NODE is not None:
-        model = in_page(run, modules)
-        assert sorted(set(page_pairs(model))) == said
+        model = read_page_model(run, modules)
+        assert sorted(set(page_pairs(model))) == expected
         compare_histories(history, model)
         texts = [action.text for action in history.actions]
         assert sorted(text for *_, text in model["actions"]) == sorted(texts)
-    return len(known)
+    return len(recorded_pairs)
 
 
 @pytest.mark.parametrize("name", share(SHIPPED, 3))
-def test_every_shipped_scenario(name: str, tmp_path: Path, page_modules: Path):
+def test_views_agree_on_shipped_scenario(name: str, tmp_path: Path, page_modules: Path):
     recorded = tmp_path / "run.mcap"
     scenario = shipped_dir("scenarios") / name
     run_scenario(RunOptions(scenario=scenario, trace=recorded, trace_level="facts", timeout=60.0))
-    assert check(open_run(recorded), page_modules) > 0
+    assert check_views(open_run(recorded), page_modules) > 0
 
 
 @pytest.mark.parametrize("seed", share(range(100), 3, row=lambda seed: seed % 2))
-def test_drawn_worlds(seed: int, tmp_path: Path, page_modules: Path):
-    """Most are of two robots, whose calls run side by side."""
+def test_views_agree_on_drawn_world(seed: int, tmp_path: Path, page_modules: Path):
+    """Most runs have two robots with parallel calls."""
     recorded = tmp_path / "run.mcap"
     scenario = "two-robots" if seed % 2 else DRAWN[seed // 2 % len(DRAWN)]
     options = RunOptions(scenario=shipped_dir("scenarios") / scenario, skiller="none", timeout=120.0)
     play_run(options, (), RandomChooser(seed), recorded)
-    assert check(open_run(recorded), page_modules) > 0
+    assert check_views(open_run(recorded), page_modules) > 0
 
 
 @pytest.mark.parametrize("defect", DEFECTS[: many(len(DEFECTS), 2)], ids=lambda defect: defect.name)
-def test_the_counterexamples_of_explore(defect: Defect, tmp_path: Path, page_modules: Path):
+def test_views_agree_on_counterexample(defect: Defect, tmp_path: Path, page_modules: Path):
     options = defect.options(defect.copy(tmp_path / "agent", broken=True))
     path = next(
         path
@@ -207,28 +207,28 @@ def test_the_counterexamples_of_explore(defect: Defect, tmp_path: Path, page_mod
         if defect.found_by in {violation.property for violation in played.violations}
     )
     example = write_counterexample(options, defect.properties, defect.found_by, path, tmp_path / "found")
-    assert check(open_run(example.recording), page_modules) > 0
+    assert check_views(open_run(example.recording), page_modules) > 0
 
 
-def test_a_recording_that_does_not_say_it_is_guessed(tmp_path: Path):
-    """As an older version wrote it."""
+def test_links_of_older_recording_are_guessed(tmp_path: Path):
+    """Older versions recorded no calls."""
     recorded = tmp_path / "run.mcap"
     run_scenario(RunOptions(scenario=shipped_dir("scenarios") / "two-robots", trace=recorded))
     older: list[Event] = [
         replace(event, skiller="", call="") if isinstance(event, PlanActionTransition) else event
         for event in open_run(recorded)
     ]
-    said, guessed = (
+    linked, guessed = (
         find_skill_links(RunHistory.from_events(events)) for events in (open_run(recorded), ListRun(older))
     )
-    assert {link.is_guessed for link in said} == {False}
+    assert {link.is_guessed for link in linked} == {False}
     assert {link.is_guessed for link in guessed} == {True}
-    for before, after in pairwise(said):
+    for before, after in pairwise(linked):
         assert before.call.begin <= after.call.begin
 
 
-def drawn_events(draw: random.Random) -> list[Event]:
-    """Return transitions in any order: goals and actions that begin again, skills that are cut off."""
+def draw_events(draw: random.Random) -> list[Event]:
+    """Return transitions in random order, with restarted goals and actions and cut off skills."""
     at, number = 1.0, 0
     events = [made.goal(0, name, "FORMULATED") for name in "ab"]
     for _ in range(draw.randrange(5, 40)):
@@ -239,15 +239,15 @@ def drawn_events(draw: random.Random) -> list[Event]:
             mode = draw.choice(("FORMULATED", "DISPATCHED", "FINISHED", "RETRACTED"))
             ended = mode in ENDED_MODES
             outcome = draw.choice(("COMPLETED", "FAILED")) if ended else "UNKNOWN"
-            above = draw.choice(("nil", "a")) if name == "b" else "nil"
-            change = made.goal(at, name, mode, outcome, parent=above)
+            parents = draw.choice(("nil", "a")) if name == "b" else "nil"
+            change = made.goal(at, name, mode, outcome, parent=parents)
             events.append(replace(change, is_new=mode == "FORMULATED" and draw.random() < NEXT_LIFE))
         elif kind == 1:
             state = draw.choice(("FORMULATED", "PENDING", "WAITING", "RUNNING", "FINAL", "FAILED"))
             call = draw.choice(("", str(number)))
             params, skiller = draw.choice(("", "(x)", "(y z)")), "Skiller" if call else ""
-            moved = made.action(at, name, draw.randrange(1, 3), "move", state)
-            events.append(replace(moved, params=params, skiller=skiller, call=call))
+            transition = made.action(at, name, draw.randrange(1, 3), "move", state)
+            events.append(replace(transition, params=params, skiller=skiller, call=call))
         else:
             status = draw.choice(("S_RUNNING", "S_RUNNING", "S_FINAL", "S_FAILED", "S_INACTIVE"))
             text = "" if status == "S_INACTIVE" else draw.choice(("m{}", "n{}"))
@@ -255,51 +255,53 @@ def drawn_events(draw: random.Random) -> list[Event]:
     return events
 
 
-def drawn_request(draw: random.Random, master: int) -> list[tuple[str, str, dict[str, Any]]]:
-    """Return the messages of a request on a skill board: an executor may be busy, fail, or never answer."""
+def draw_request(draw: random.Random, master: int) -> list[tuple[str, str, dict[str, Any]]]:
+    """Return the messages of a request on a skill board, whose executors may be busy, fail or not answer."""
     arms = ["left", "right"]
     draw.shuffle(arms)
     ticket = {"board": "SkillBoard", "epoch": 1, "master": master}
     board = "SkillBoardInterface::SkillBoard"
-    asked = {**ticket, "skill": "lift", "parameters": "{}", "agent": "r1", "name": f"lift-{master}"}
-    own = [f"SkillExecutorInterface::{arm}" for arm in arms]
-    said = [(uid, "Request", asked) for uid in own]
+    order = {**ticket, "skill": "lift", "parameters": "{}", "agent": "r1", "name": f"lift-{master}"}
+    uids = [f"SkillExecutorInterface::{arm}" for arm in arms]
+    messages = [(uid, "Request", order) for uid in uids]
     if draw.random() < BUSY:
-        said += [(own[0], "Confirm", ticket)] if draw.random() < BUSY else []
-        said += [(board, "Finish", {**ticket, "executor": arms[0], "outcome": "REFUSED", "error": "busy"})]
-        said += [(own[1], "Request", asked)]
-    said += [
-        (own[1], "Confirm", ticket),
+        messages += [(uids[0], "Confirm", ticket)] if draw.random() < BUSY else []
+        messages += [
+            (board, "Finish", {**ticket, "executor": arms[0], "outcome": "REFUSED", "error": "busy"})
+        ]
+        messages += [(uids[1], "Request", order)]
+    messages += [
+        (uids[1], "Confirm", ticket),
         (board, "Feedback", {**ticket, "executor": arms[1], "progress": 0.5}),
     ]
     outcome = draw.choice(("SUCCEEDED", "FAILED", "CANCELLED", ""))
     end = {**ticket, "executor": arms[1], "outcome": outcome, "error": draw.choice(("", "stuck"))}
-    return [*said, (board, "Finish", end)] if outcome else said
+    return [*messages, (board, "Finish", end)] if outcome else messages
 
 
 @pytest.mark.skipif(NODE is None, reason="needs node")
 @pytest.mark.parametrize("seed", range(many(300, 10)))
-def test_the_page_reads_a_skill_board_as_the_history_does(seed: int, page_modules: Path):
+def test_page_reads_skill_board_like_history(seed: int, page_modules: Path):
     draw = random.Random(seed)
-    requests = [drawn_request(draw, master) for master in range(1, 5)]
+    requests = [draw_request(draw, master) for master in range(1, 5)]
     events: list[Event] = []
-    while left := [request for request in requests if request]:
-        uid, kind, values = draw.choice(left).pop(0)
+    while remaining := [request for request in requests if request]:
+        uid, kind, values = draw.choice(remaining).pop(0)
         number = len(events)
         events.append(InterfaceMessage(number * 1000, uid, f"{kind}Message", number, "", "queued", values))
-    compare_histories(RunHistory.from_events(events), in_page(ListRun(events), page_modules))
+    compare_histories(RunHistory.from_events(events), read_page_model(ListRun(events), page_modules))
 
 
 @pytest.mark.skipif(NODE is None, reason="needs node")
 @pytest.mark.parametrize("seed", range(many(300, 10)))
-def test_the_page_reads_any_transitions_as_the_history_does(seed: int, page_modules: Path):
-    events = drawn_events(random.Random(seed))
-    compare_histories(RunHistory.from_events(events), in_page(ListRun(events), page_modules))
+def test_page_reads_random_transitions_like_history(seed: int, page_modules: Path):
+    events = draw_events(random.Random(seed))
+    compare_histories(RunHistory.from_events(events), read_page_model(ListRun(events), page_modules))
 
 
 @pytest.mark.skipif(NODE is None, reason="needs node")
-def test_the_page_has_both(recorded: Path, page_modules: Path):
-    model = in_page(open_run(recorded), page_modules)
+def test_page_has_both_lives_of_goal(recorded: Path, page_modules: Path):
+    model = read_page_model(open_run(recorded), page_modules)
     assert [(goal["key"], goal["parent"]) for goal in model["goals"]] == [
         ("HOUSE", ""),
         ("ROOM", "HOUSE"),
@@ -315,11 +317,11 @@ def test_the_page_has_both(recorded: Path, page_modules: Path):
 
 
 @pytest.mark.skipif(NODE is None, reason="needs node")
-def test_an_action_of_a_goal_that_is_tried_again_has_not_failed(page_modules: Path):
+def test_action_of_retried_goal_has_not_failed(page_modules: Path):
     states = ("FORMULATED", "EXECUTION-FAILED", "FAILED", "FORMULATED", "RUNNING", "FINAL")
     events = [
         made.goal(0, "g", "DISPATCHED"),
         *(made.action(1, "g", 1, "move", state) for state in states),
     ]
-    assert in_page(ListRun(events[:4]), page_modules)["failed"] == ["1"]
-    assert in_page(ListRun(events), page_modules)["failed"] == []
+    assert read_page_model(ListRun(events[:4]), page_modules)["failed"] == ["1"]
+    assert read_page_model(ListRun(events), page_modules)["failed"] == []

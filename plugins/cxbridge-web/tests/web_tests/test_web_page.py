@@ -1,4 +1,4 @@
-"""`cxbridge run --web`, `cxbridge daemon --web` and `cxbridge view`: the page by one command."""
+"""The commands `cxbridge run --web`, `cxbridge daemon --web` and `cxbridge view`."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ WAIT_S = 60
 
 
 @contextmanager
-def served(*arguments, line="The page is at "):
-    """A command that serves a page; yields it and the page's address."""
+def serve(*arguments, line="The page is at "):
+    """Start a command that serves a page; yield the process and the address of the page."""
     with Started(*arguments) as process:
         address = ""
-        for said in process.stderr:
-            if said.startswith(line):
-                address = said.split()[-1]
+        for output in process.stderr:
+            if output.startswith(line):
+                address = output.split()[-1]
                 break
-        assert address, "it has ended before"
+        assert address, "the process has ended without an address"
         yield process, address
 
 
@@ -52,9 +52,9 @@ def get(address, path, host=None, method="GET"):
     return answer.status, body
 
 
-def test_a_run_with_a_page_stays_open_at_its_end_and_ends_with_its_own_status(tmp_path):
+def test_run_serves_page_after_end_and_keeps_status(tmp_path):
     scenario, port = write_scenario(tmp_path, mapping="act: fail{}"), free_port()
-    with served("run", scenario, "--web", port, "--no-browser") as (process, address):
+    with serve("run", scenario, "--web", port, "--no-browser") as (process, address):
         assert address == f"http://127.0.0.1:{port}"
         status, page = get(address, "/")
         assert status == 200
@@ -62,16 +62,18 @@ def test_a_run_with_a_page_stays_open_at_its_end_and_ends_with_its_own_status(tm
         assert any("unsuccessful, G ended FAILED" in line for line in iter(process.stdout.readline, ""))
         assert "Serving the page until Ctrl-C\n" in iter(process.stderr.readline, "")
         status, answer = get(address, "/api/cxbridge/status")
-        found = json.loads(answer)
-        assert (status, found["clock"], found["state"]) == (200, "real", "FINISHED")
-        assert found["result"] == {"status": 1, "word": "unsuccessful", "reason": "G ended FAILED"}
-        assert json.loads(get(address, "/api/cxbridge/status")[1])["now_us"] == found["now_us"], "it is over"
-        assert get(address, "/api/clips/executive/facts")[0] == 200, "facts are there after the end"
+        status_document = json.loads(answer)
+        assert (status, status_document["clock"], status_document["state"]) == (200, "real", "FINISHED")
+        assert status_document["result"] == {"status": 1, "word": "unsuccessful", "reason": "G ended FAILED"}
+        assert json.loads(get(address, "/api/cxbridge/status")[1])["now_us"] == status_document["now_us"], (
+            "the clock of the finished run stands"
+        )
+        assert get(address, "/api/clips/executive/facts")[0] == 200, "the finished run still has facts"
         why = get(address, "/api/cxbridge/why?goal=G")
         assert why[0] == (200 if find_spec("cxbridge_studio") else 400), why
         if find_spec("cxbridge_studio"):
-            told = json.loads(why[1])["data"]["goals"][0]
-            assert [cause["text"] for cause in told["cause"]["because"]][-1].startswith("rule "), told
+            goal = json.loads(why[1])["data"]["goals"][0]
+            assert [cause["text"] for cause in goal["cause"]["because"]][-1].startswith("rule "), goal
             assert json.loads(get(address, "/api/cxbridge/why")[1])["data"]["unknown"] == []
             facts = json.loads(get(address, "/api/clips/executive/facts?formatted=true")[1])
             index = next(fact["index"] for fact in facts if fact["template_name"] == "begun")
@@ -81,44 +83,46 @@ def test_a_run_with_a_page_stays_open_at_its_end_and_ends_with_its_own_status(tm
         assert process.wait(WAIT_S) == 1
 
 
-def test_the_page_of_a_run_asks_the_same_table_of_rights(tmp_path):
+def test_page_of_run_has_rights_of_configuration(tmp_path):
     scenario, port = write_scenario(tmp_path), free_port()
-    (tmp_path / "look.yaml").write_text("cxbridge: {remote-control: false}\n")
-    command = ("run", scenario, "--config", tmp_path / "look.yaml", "--web", port, "--no-browser")
-    with served(*command) as (process, address):
-        found = json.loads(get(address, "/api/cxbridge/status")[1])
-        assert (found["remote_control"], found["remote_programs"]) == (False, False)
+    (tmp_path / "rights.yaml").write_text("cxbridge: {remote-control: false}\n")
+    command = ("run", scenario, "--config", tmp_path / "rights.yaml", "--web", port, "--no-browser")
+    with serve(*command) as (process, address):
+        status_document = json.loads(get(address, "/api/cxbridge/status")[1])
+        assert (status_document["remote_control"], status_document["remote_programs"]) == (False, False)
         status, answer = get(address, "/api/cxbridge/pause", method="POST")
         assert (status, b"remote-control" in answer) == (403, True)
         process.send_signal(signal.SIGINT)
         process.wait(WAIT_S)
 
 
-def test_foxglove_connects_to_a_run_and_stays_connected(tmp_path):
+def test_run_serves_foxglove_until_interrupt(tmp_path):
     pytest.importorskip("foxglove", reason="needs foxglove-sdk")
     from web_tests.foxglove.client import connected
 
     scenario = write_scenario(tmp_path)
     command = ("run", scenario, "--foxglove", "0", "--web", "0", "--no-browser")
-    with served(*command) as (process, address):
-        said = process.stderr.readline()
-        assert said.startswith("Foxglove connects to ws://127.0.0.1:")
+    with serve(*command) as (process, address):
+        line = process.stderr.readline()
+        assert line.startswith("Foxglove connects to ws://127.0.0.1:")
         assert "Serving the page and Foxglove until Ctrl-C\n" in iter(process.stderr.readline, "")
         assert get(address, "/api/cxbridge/status")[0] == 200
-        with connected(said.split()[-1]) as client:
+        with connected(line.split()[-1]) as client:
             client.until(lambda: client.has("/goals"))
         process.send_signal(signal.SIGINT)
         assert process.wait(WAIT_S) == 0
 
 
-def test_a_daemon_gets_a_page_by_an_option(tmp_path):
+def test_daemon_serves_page_with_option(tmp_path):
     port = free_port()
     endpoint = f"tcp://127.0.0.1:{free_port()}"
     more = ("--endpoint", endpoint, *NO_SERVER, "--no-browser")
-    with served("daemon", "--web", port, *more) as (process, address):
+    with serve("daemon", "--web", port, *more) as (process, address):
         assert address == f"http://127.0.0.1:{port}"
         end_s = time.monotonic() + WAIT_S
-        while (status := get(address, "/api/cxbridge/health")[0]) == 503:  # components that still start
+        while (
+            status := get(address, "/api/cxbridge/health")[0]
+        ) == 503:  # some components are still starting
             assert time.monotonic() < end_s
             time.sleep(0.05)
         assert status == 200
@@ -134,9 +138,9 @@ def recordings(tmp_path):
     return mcap, log
 
 
-def test_a_recording_is_opened_by_the_address_that_is_printed(recordings):
+def test_printed_address_opens_recording(recordings):
     port = free_port()
-    with served("view", recordings[0], "--port", port, "--no-browser") as (process, address):
+    with serve("view", recordings[0], "--port", port, "--no-browser") as (process, address):
         assert address == f"http://127.0.0.1:{port}/?run=/runs/0/a%2520run.mcap"
         assert get(address, "/runs/0/a%20run.mcap") == (200, recordings[0].read_bytes())
         assert get(address, "/")[0] == 200
@@ -145,11 +149,11 @@ def test_a_recording_is_opened_by_the_address_that_is_printed(recordings):
 
 
 @pytest.mark.parametrize("name", ["snow \N{SNOWMAN}.mcap", "a>b.mcap", "50%.mcap"])
-def test_a_recording_of_any_name_is_loaded_with_the_page(recordings, tmp_path, name):
-    """The address of the page may have the name quoted once or, as the printed address has it, twice."""
+def test_recording_with_unusual_name_is_preloaded(recordings, tmp_path, name):
+    """The address of the page may quote the name once, or twice as the printed address does."""
     path = tmp_path / name
     path.write_bytes(recordings[0].read_bytes())
-    with served("view", path, "--no-browser") as (_, address):
+    with serve("view", path, "--no-browser") as (_, address):
         origin = address.partition("/?")[0]
         for run in (quote(f"/runs/0/{name}"), quote(quote(f"/runs/0/{name}"))):
             with urlopen(f"{origin}/?run={run}", timeout=WAIT_S) as reply:
@@ -158,10 +162,10 @@ def test_a_recording_of_any_name_is_loaded_with_the_page(recordings, tmp_path, n
         assert get(address, f"/runs/0/{quote(name)}")[1] == path.read_bytes()
 
 
-def test_of_several_one_is_chosen_and_no_other_file_is_served(recordings, tmp_path):
-    third = tmp_path / "third.mcap"  # two are compared
+def test_chooser_serves_only_given_recordings(recordings, tmp_path):
+    third = tmp_path / "third.mcap"  # two recordings would be compared
     third.write_bytes(recordings[0].read_bytes())
-    with served("view", *recordings, third, "--no-browser") as (_, address):
+    with serve("view", *recordings, third, "--no-browser") as (_, address):
         assert address.endswith("/runs/")
         status, chooser = get(address, "/runs/")
         assert status == 200
@@ -169,14 +173,14 @@ def test_of_several_one_is_chosen_and_no_other_file_is_served(recordings, tmp_pa
         status, lines = get(address, "/runs/1/a.log")
         kinds = {json.loads(line)["kind"] for line in lines.splitlines()}
         assert status == 200
-        assert kinds == {"log"}, "what the page does not read itself is converted"
+        assert kinds == {"log"}, "formats that the page cannot read are converted"
         for path in ("/runs/3/x", "/runs/0/../../s/scenario.yaml", "/runs/0/", "/runs", "//etc/passwd"):
             assert get(address, path)[0] == 404, path
         assert get(address, "/api/cxbridge/status")[0] == 404
         assert get(address, "/", host="elsewhere.example")[0] == 421
 
 
-def test_what_is_no_recording_is_told_at_once(tmp_path, capsys):
+def test_invalid_or_missing_recording_has_status_2(tmp_path, capsys):
     (tmp_path / "none.mcap").write_text("no")
     assert invoke(["view", str(tmp_path / "none.mcap")]) == 2
     assert "none.mcap" in capsys.readouterr().err
@@ -192,7 +196,7 @@ def test_what_is_no_recording_is_told_at_once(tmp_path, capsys):
         (False, True, False, False),
     ],
 )
-def test_a_browser_is_opened_for_a_person_who_has_one(no_browser, tty, desktop, opened, monkeypatch, capsys):
+def test_browser_opens_only_on_desktop_with_terminal(no_browser, tty, desktop, opened, monkeypatch, capsys):
     urls: queue.SimpleQueue[str] = queue.SimpleQueue()
     monkeypatch.setattr(webbrowser, "open", urls.put)
     monkeypatch.setattr(web_options, "has_desktop", lambda: desktop)
@@ -204,7 +208,7 @@ def test_a_browser_is_opened_for_a_person_who_has_one(no_browser, tty, desktop, 
     assert capsys.readouterr().err == "The page is at http://127.0.0.1:1\n"
 
 
-def test_a_port_that_is_none_is_told():
+def test_invalid_port_is_error():
     with pytest.raises(CxbridgeError, match="port '70000'"):
         WebOptions(web="70000").check(RunOptions())
     assert WebOptions(web="0").make_server_settings().port == 0

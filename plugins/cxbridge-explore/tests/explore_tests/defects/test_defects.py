@@ -10,7 +10,7 @@ import pytest
 
 from cxbridge_explore.counterexample import write_counterexample
 from explore_tests.defects.seeded import DEFECTS, Defect, play_runs
-from explore_tests.pytest_files import pytest_of
+from explore_tests.pytest_files import run_pytest
 from tests.support import ROOT, many, scenarios_of_installed_plugins, share
 
 SHIPPED = ROOT / "scenarios"
@@ -42,14 +42,14 @@ def test_exploration_finds_defect_and_writes_failing_test(
     assert example.recording.stat().st_size > 0
     assert " fails at " in example.description
     assert example.test is not None
-    failed = pytest_of(example.test, monkeypatch)
+    failed = run_pytest(example.test, monkeypatch)
     output = failed.stdout.decode()
     assert failed.returncode == 1, output
     assert f"{defect.found_by} is violated" in output
 
     shutil.rmtree(agent)
     defect.copy(agent, broken=False)
-    corrected = pytest_of(example.test, monkeypatch)
+    corrected = run_pytest(example.test, monkeypatch)
     assert corrected.returncode == 0, corrected.stdout.decode()
 
 

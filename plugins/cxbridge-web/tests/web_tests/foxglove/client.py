@@ -1,4 +1,4 @@
-"""A client of Foxglove's WebSocket protocol, written after its specification (foxglove.sdk.v1)."""
+"""A client of Foxglove's WebSocket protocol foxglove.sdk.v1."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ _HEAD: Final = struct.Struct("<BIQ")
 """Opcode, number of the subscription, log time in nanoseconds."""
 
 _WAIT_S: Final = 30.0
-_MOST_FRAMES: Final = 20_000
+_MAX_FRAMES: Final = 20_000
 _REFUSED: Final = re.compile(r"Unknown channel ID: (\d+)")
-"""What foxglove-sdk answers to a client that subscribes in the moment between advertising and accepting."""
+"""The answer of foxglove-sdk to a subscription between the advertisement and the acceptance of a channel."""
 
 
 @dataclass
 class FoxgloveClient:
-    """Subscribes to everything that is advertised.
+    """Subscribes to all advertised channels.
 
-    :ivar channels: the advertised channels, by topic.
-    :ivar messages: the messages, by topic: times in nanoseconds, and the JSON.
+    :ivar channels: the advertised channels by topic.
+    :ivar messages: the messages by topic, with times in nanoseconds and the JSON.
     """
 
     socket: Any
@@ -38,7 +38,7 @@ class FoxgloveClient:
     _topics: dict[int, str] = field(default_factory=dict)
 
     def receive(self) -> None:
-        """Take one frame."""
+        """Handle the next frame."""
         frame = self.socket.recv(timeout=_WAIT_S)
         if isinstance(frame, bytes):
             opcode, subscription, time_ns = _HEAD.unpack_from(frame)
@@ -47,33 +47,33 @@ class FoxgloveClient:
                 data = json.loads(frame[_HEAD.size :])
                 self.messages.setdefault(topic, []).append((time_ns, data))
             return
-        said = json.loads(frame)
-        if said["op"] == "serverInfo":
-            self.info = said
-        elif said["op"] == "advertise":
-            self._subscribe(said["channels"])
-        elif said["op"] == "status" and (refused := _REFUSED.search(said["message"])):
+        operation = json.loads(frame)
+        if operation["op"] == "serverInfo":
+            self.info = operation
+        elif operation["op"] == "advertise":
+            self._subscribe(operation["channels"])
+        elif operation["op"] == "status" and (refused := _REFUSED.search(operation["message"])):
             self._subscribe([c for c in self.channels.values() if c["id"] == int(refused[1])])
 
     def _subscribe(self, channels: list[dict[str, Any]]) -> None:
         subscriptions = []
         for channel in channels:
-            number = 100 + len(self._topics)  # ours, not the channel's
+            number = 100 + len(self._topics)  # the subscription's number, not the channel's
             self._topics[number] = channel["topic"]
             self.channels[channel["topic"]] = channel
             subscriptions.append({"id": number, "channelId": channel["id"]})
         self.socket.send(json.dumps({"op": "subscribe", "subscriptions": subscriptions}))
 
     def until(self, enough: Callable[[], bool]) -> None:
-        """Receive until there is enough."""
-        for _ in range(_MOST_FRAMES):
+        """Handle frames until ``enough`` returns True."""
+        for _ in range(_MAX_FRAMES):
             if enough():
                 return
             self.receive()
-        raise AssertionError(f"there is not enough: {sorted(self.messages)}")
+        raise AssertionError(f"not enough messages: {sorted(self.messages)}")
 
     def has(self, *topics: str) -> bool:
-        """Whether something came on each of these topics."""
+        """Return whether each topic has a message."""
         return all(topic in self.messages for topic in topics)
 
 
@@ -81,9 +81,9 @@ class FoxgloveClient:
 def connected(url: str) -> Iterator[FoxgloveClient]:
     """Connect to a server, and receive its description."""
     client = pytest.importorskip("websockets.sync.client", reason="needs websockets")
-    # a queue that was full would keep the answer to our good-bye away from us, for ten seconds
+    # a full queue would delay the answer to the close frame for ten seconds
     with client.connect(url, subprotocols=[PROTOCOL], max_size=None, max_queue=None) as socket:
         assert socket.subprotocol == PROTOCOL
-        found = FoxgloveClient(socket)
-        found.until(lambda: bool(found.info))
-        yield found
+        connection = FoxgloveClient(socket)
+        connection.until(lambda: bool(connection.info))
+        yield connection

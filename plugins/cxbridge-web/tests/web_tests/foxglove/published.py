@@ -1,4 +1,4 @@
-"""Foxglove's published schemas (foxglove-schemas-protobuf), and our messages held against them."""
+"""Comparison of messages with Foxglove's published schemas (foxglove-schemas-protobuf)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 _STAMPS: Final = {"google.protobuf.Timestamp", "google.protobuf.Duration"}
 _KINDS: Final = {"string": {9}, "boolean": {8}, "number": {1, 2}, "integer": {5, 6, 7, 13, 14}}
-"""Numbers of protobuf's types of fields (descriptor.proto), by JSON's."""
+"""The numbers of protobuf's field types (descriptor.proto) by JSON type."""
 
 
 def descriptor(message: str) -> Any:
@@ -21,14 +21,14 @@ def descriptor(message: str) -> Any:
 
 
 def check_schema(schema: Mapping[str, Any], published: Any) -> None:
-    """Assert that a JSON schema has the fields of a published message, of the same types."""
+    """Assert that a JSON schema has the fields and types of a published message."""
     fields = {field.name: field for field in published.fields}
     assert set(schema["properties"]) == set(schema["required"]) == set(fields), published.full_name
     for name, part in schema["properties"].items():
         field = fields[name]
         if field.is_repeated:
             assert part["type"] == "array", name
-            part = part["items"]  # noqa: PLW2901 - the schema of one
+            part = part["items"]  # noqa: PLW2901 - the schema of an item
         if field.message_type is None:
             _check_plain(part, field)
         elif field.message_type.full_name in _STAMPS:
@@ -45,17 +45,17 @@ def _check_plain(part: Mapping[str, Any], field: Any) -> None:
 
 
 def check_message(message: str, data: Mapping[str, Any]) -> Any:
-    """Return a message as the published class has it; it takes neither unknown fields nor other types."""
+    """Return a message as an object of the published class, which refuses unknown fields and types."""
     published = descriptor(message)
     module = import_module(f"foxglove_schemas_protobuf.{message}_pb2")
     parse = import_module("google.protobuf.json_format").ParseDict
-    return parse(_in_protobufs_json(data, published), getattr(module, message)())
+    return parse(_to_protobuf_json(data, published), getattr(module, message)())
 
 
-def _in_protobufs_json(data: Any, published: Any) -> dict[str, Any]:
-    """Return JSON as protobuf has it: times are texts there."""
+def _to_protobuf_json(data: Any, published: Any) -> dict[str, Any]:
+    """Return the JSON of protobuf, in which times are texts."""
     fields = {field.name: field for field in published.fields}
-    assert set(data) == set(fields), f"{published.full_name} has other fields"
+    assert set(data) == set(fields), f"{published.full_name} has different fields"
     return {name: _value(value, fields[name]) for name, value in data.items()}
 
 
@@ -63,13 +63,13 @@ def _value(value: Any, field: Any) -> Any:
     if field.message_type is None:
         return value
     if isinstance(value, list):
-        return [_one(each, field.message_type) for each in value]
-    return _one(value, field.message_type)
+        return [_item(each, field.message_type) for each in value]
+    return _item(value, field.message_type)
 
 
-def _one(value: Any, published: Any) -> Any:
+def _item(value: Any, published: Any) -> Any:
     if published.full_name not in _STAMPS:
-        return _in_protobufs_json(value, published)
+        return _to_protobuf_json(value, published)
     assert set(value) == {"sec", "nsec"}
     assert 0 <= value["nsec"] < 10**9
     if published.full_name.endswith("Duration"):

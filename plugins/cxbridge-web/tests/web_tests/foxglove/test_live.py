@@ -1,4 +1,4 @@
-"""Foxglove live: a client that speaks the published protocol receives each channel of a running run."""
+"""The server for Foxglove with a client of the published protocol."""
 
 from __future__ import annotations
 
@@ -43,19 +43,19 @@ TOPICS = (
 )
 
 
-def test_a_client_receives_and_decodes_each_channel_of_a_live_run():
+def test_client_receives_valid_messages_of_each_channel():
     with running(config=WAYPOINTS, settings=(*LIVE, ("clock", "scaled:4"))) as (daemon, lines, _):
         (url,) = daemon.endpoints
         assert url.startswith("ws://127.0.0.1:")
         assert any(f"Foxglove at {url}" in line for line in lines)
         with connected(url) as client:
             client.until(lambda: client.has(*TOPICS))
-    check(client)
+    check_messages(client)
     (_, scene) = client.messages["/foxglove/navgraph/waypoints"][0]
     assert len(scene["entities"][0]["spheres"]) == 8
 
 
-def test_skills_of_a_skiller_and_transforms_of_its_blackboard_arrive_as_they_happen():
+def test_client_receives_skills_and_transforms():
     scenario = ROOT / "scenarios" / "test-scenario"
     with (
         running(config=scenario, settings=LIVE) as (daemon, _, _),
@@ -66,20 +66,20 @@ def test_skills_of_a_skiller_and_transforms_of_its_blackboard_arrive_as_they_hap
         publisher.send(StampedTransform(Transform((1.0, 2.0, 0.0)), 1_000_000, "map", "base_link"))
         client.until(lambda: client.has("/foxglove/tf"))
         publisher.close()
-    check(client)
-    (_, moved) = client.messages["/foxglove/tf"][0]
-    assert moved["translation"] == {"x": 1.0, "y": 2.0, "z": 0.0}
+    check_messages(client)
+    (_, transform_data) = client.messages["/foxglove/tf"][0]
+    assert transform_data["translation"] == {"x": 1.0, "y": 2.0, "z": 0.0}
 
 
-def check(client: FoxgloveClient) -> None:
-    """Hold all that came against the schemas that were advertised, and those that Foxglove publishes."""
-    for topic, found in client.messages.items():
+def check_messages(client: FoxgloveClient) -> None:
+    """Check all messages against the advertised schemas and against Foxglove's published schemas."""
+    for topic, messages in client.messages.items():
         channel = client.channels[topic]
         assert (channel["encoding"], channel["schemaEncoding"]) == ("json", "jsonschema")
         schema = json.loads(channel["schema"])
         assert schema["title"] == channel["schemaName"]
         validator = jsonschema_rs.validator_for(schema)
-        for time_ns, data in found:
+        for time_ns, data in messages:
             validator.validate(data)
             assert time_ns > 0
             if topic.startswith("/foxglove/"):
@@ -89,33 +89,33 @@ def check(client: FoxgloveClient) -> None:
     assert json.loads(goal_channel["schema"]) == event_json_schema(GoalTransition)
 
 
-def attend(server: Any, over: threading.Event) -> None:
-    """Do the work of a main loop."""
-    while not over.wait(0.01):
+def serve_subscribers(server: Any, stopped: threading.Event) -> None:
+    """Serve new subscribers, like the main loop."""
+    while not stopped.wait(0.01):
         server.serve_new_subscribers()
 
 
 @pytest.fixture
 def server():
     bus = EventBus(RealClock())
-    made = make_foxglove_server(bus, FoxgloveSettings(port=0))
-    made.start()
-    yield bus, made
-    made.stop()
+    foxglove_server = make_foxglove_server(bus, FoxgloveSettings(port=0))
+    foxglove_server.start()
+    yield bus, foxglove_server
+    foxglove_server.stop()
 
 
-def test_who_comes_late_gets_what_still_holds(server):
-    """A static transform is written once, a graph is read once: without them a map stays empty."""
-    bus, made = server
+def test_late_client_gets_latest_transforms_graph_and_goals(server):
+    """A map needs the static transform and the graph, which are written only once."""
+    bus, foxglove_server = server
     for event in (transform(), transform(child_frame="laser", frame="base_link"), graph(), pose()):
         bus.emit(event)
-    bus.emit(LogLine(1, Level.INFO, "Test", "of a moment"))
+    bus.emit(LogLine(1, Level.INFO, "Test", "short-lived"))
     bus.emit(GoalTransition(1, "executive", "G", "C", "nil", "nil", "FORMULATED", "UNKNOWN", ""))
     bus.emit(GoalTransition(2, "executive", "G", "C", "nil", "nil", "SELECTED", "UNKNOWN", ""))
-    with connected(made.url) as client:
+    with connected(foxglove_server.url) as client:
         client.until(lambda: "/log" in client.channels)
-        loops = threading.Event()
-        loop = threading.Thread(target=attend, args=(made, loops))
+        loop_stopped = threading.Event()
+        loop = threading.Thread(target=serve_subscribers, args=(foxglove_server, loop_stopped))
         loop.start()
         try:
             client.until(
@@ -127,7 +127,7 @@ def test_who_comes_late_gets_what_still_holds(server):
                 )
             )
         finally:
-            loops.set()
+            loop_stopped.set()
             loop.join()
     frames = {data["child_frame_id"] for _, data in client.messages["/foxglove/tf"]}
     assert frames == {"base_link", "laser"}
@@ -135,9 +135,9 @@ def test_who_comes_late_gets_what_still_holds(server):
     assert "/log" not in client.messages
 
 
-def greeted(made: Any, *fields: str) -> bytes:
-    """Ask for the protocol with these fields of a request, and return the first line of the answer."""
-    port = int(made.url.rpartition(":")[2])
+def request_upgrade(foxglove_server: Any, *fields: str) -> bytes:
+    """Request the protocol with header ``fields``, and return the first line of the answer."""
+    port = int(foxglove_server.url.rpartition(":")[2])
     head = [
         "GET / HTTP/1.1",
         "Upgrade: websocket",
@@ -147,9 +147,9 @@ def greeted(made: Any, *fields: str) -> bytes:
         "Sec-WebSocket-Protocol: foxglove.sdk.v1",
         *fields,
     ]
-    with socket.create_connection(("127.0.0.1", port), timeout=10) as asks:
-        asks.sendall("".join(f"{line}\r\n" for line in (*head, "")).encode())
-        return asks.makefile("rb").readline().strip()
+    with socket.create_connection(("127.0.0.1", port), timeout=10) as peer:
+        peer.sendall("".join(f"{line}\r\n" for line in (*head, "")).encode())
+        return peer.makefile("rb").readline().strip()
 
 
 @pytest.mark.parametrize(
@@ -168,39 +168,42 @@ def greeted(made: Any, *fields: str) -> bytes:
         ([], b"400"),
     ],
 )
-def test_a_page_of_another_origin_may_not_connect(server, fields, status):
-    """The server of foxglove-sdk answers any: every page of the user's browser could read the run."""
-    _, made = server
-    assert greeted(made, *fields).split()[1] == status
+def test_server_checks_host_and_origin(server, fields, status):
+    """The server of foxglove-sdk accepts each origin, so each page in the browser could read the run."""
+    _, foxglove_server = server
+    assert request_upgrade(foxglove_server, *fields).split()[1] == status
 
 
-def test_beyond_this_machine_it_does_not_start_by_itself(tmp_path):
+def test_host_beyond_loopback_needs_insecure_setting(tmp_path):
     with pytest.raises(CxbridgeError, match=r"0\.0\.0\.0 could be reached"):
         make_foxglove_server(EventBus(RealClock()), FoxgloveSettings(host="0.0.0.0", port=0))
     file = tmp_path / "daemon.yaml"
     file.write_text("cxbridge: {foxglove: {host: 0.0.0.0, port: 0}}\n")
     with pytest.raises(CxbridgeError, match="foxglove/insecure"):
         Daemon(DaemonOptions(config=file))
-    made = make_foxglove_server(
+    foxglove_server = make_foxglove_server(
         EventBus(RealClock()), FoxgloveSettings(host="0.0.0.0", port=0, insecure=True)
     )
-    made.start()
+    foxglove_server.start()
     try:
-        assert greeted(made, "Host: robot:8765").split()[1] == b"101"
-        assert greeted(made, "Host: robot:8765", "Origin: http://evil.example").split()[1] == b"403"
+        assert request_upgrade(foxglove_server, "Host: robot:8765").split()[1] == b"101"
+        assert (
+            request_upgrade(foxglove_server, "Host: robot:8765", "Origin: http://evil.example").split()[1]
+            == b"403"
+        )
     finally:
-        made.stop()
+        foxglove_server.stop()
 
 
-def test_who_says_nothing_or_too_much_is_not_connected(server):
-    _, made = server
-    port = int(made.url.rpartition(":")[2])
-    with socket.create_connection(("127.0.0.1", port), timeout=20) as asks:
-        asks.sendall(b"GET / HTTP/1.1\r\n" + b"X: y\r\n" * 10_000)
-        assert asks.recv(1) == b""
+def test_too_long_request_is_disconnected(server):
+    _, foxglove_server = server
+    port = int(foxglove_server.url.rpartition(":")[2])
+    with socket.create_connection(("127.0.0.1", port), timeout=20) as peer:
+        peer.sendall(b"GET / HTTP/1.1\r\n" + b"X: y\r\n" * 10_000)
+        assert peer.recv(1) == b""
 
 
-def test_without_the_package_the_error_names_the_extra(monkeypatch):
+def test_missing_package_is_error_with_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "foxglove", None)
     monkeypatch.delitem(sys.modules, "cxbridge_web.foxglove.live", raising=False)
     with pytest.raises(CxbridgeError, match="need the package 'foxglove'") as caught:

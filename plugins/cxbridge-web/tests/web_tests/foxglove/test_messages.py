@@ -1,4 +1,4 @@
-"""What Foxglove's panels get, held against its published schemas."""
+"""Messages for Foxglove's panels compared with Foxglove's published schemas."""
 
 from __future__ import annotations
 
@@ -24,11 +24,16 @@ from tests.trace.events import events as any_event
 from tests.trace.runs import MemoryRun
 from web_tests.foxglove.published import check_message, check_schema, descriptor
 
-UNTURNED = [0.0, 0.0, 0.0, 1.0]
+NO_ROTATION = [0.0, 0.0, 0.0, 1.0]
 
 
 def pose(**changes: Any) -> InterfaceWrite:
-    values = {"frame": "/map", "translation": [1.0, 2.0, 0.5], "rotation": UNTURNED, "visibility_history": 1}
+    values = {
+        "frame": "/map",
+        "translation": [1.0, 2.0, 0.5],
+        "rotation": NO_ROTATION,
+        "visibility_history": 1,
+    }
     return InterfaceWrite(1_500_000, "Position3DInterface::Pose", values | changes)
 
 
@@ -38,7 +43,7 @@ def transform(**changes: Any) -> InterfaceWrite:
         "child_frame": "/base_link",
         "static_transform": False,
         "translation": [1.0, 0.0, 0.0],
-        "rotation": UNTURNED,
+        "rotation": NO_ROTATION,
     }
     return InterfaceWrite(2_000_000, "TransformInterface::/tf/base_link", values | changes)
 
@@ -70,26 +75,26 @@ ALL: list[Event] = [
 ]
 
 
-def only(event: Event) -> FoxgloveMessage:
+def single_message(event: Event) -> FoxgloveMessage:
     (message,) = make_foxglove_messages(event)
     return message
 
 
 @pytest.mark.parametrize("message", ["Log", "PoseInFrame", "FrameTransform", "SceneUpdate"])
-def test_our_schemas_have_the_fields_of_the_published_ones(message):
+def test_schemas_have_fields_of_published_schemas(message):
     check_schema(make_json_schema(message), descriptor(message))
 
 
 @pytest.mark.parametrize("event", [pose(), transform(), navigator(), graph(), *ALL[:1]])
-def test_each_message_is_one_that_the_published_schema_takes(event):
-    message = only(event)
+def test_message_matches_published_schema(event):
+    message = single_message(event)
     if isinstance(event, LogLine):
-        message = only(LogLine(1, Level.ERROR, "Test", "no way"))  # protobuf wants whole characters
+        message = single_message(LogLine(1, Level.ERROR, "Test", "no way"))  # protobuf refuses surrogates
     check_message(message.schema, message.data)
 
 
-def test_a_pose_stands_in_its_frame():
-    message = only(pose())
+def test_pose_has_frame_and_time():
+    message = single_message(pose())
     assert (message.topic, message.schema) == ("/foxglove/pose/Position3DInterface/Pose", "PoseInFrame")
     assert message.data == {
         "timestamp": {"sec": 1, "nsec": 500_000_000},
@@ -101,20 +106,20 @@ def test_a_pose_stands_in_its_frame():
     }
 
 
-def test_a_transform_leads_from_parent_to_child():
-    message = only(transform())
+def test_transform_has_parent_and_child():
+    message = single_message(transform())
     assert (message.topic, message.subject) == ("/foxglove/tf", "base_link")
     data = message.data
     assert (data["parent_frame_id"], data["child_frame_id"]) == ("map", "base_link")
 
 
-def test_a_navigator_stands_in_its_odometry():
-    assert only(navigator()).data["frame_id"] == "odom"
-    assert only(navigator(target_frame="/map")).data["frame_id"] == "map"
+def test_navigator_has_odometry_frame_by_default():
+    assert single_message(navigator()).data["frame_id"] == "odom"
+    assert single_message(navigator(target_frame="/map")).data["frame_id"] == "map"
 
 
-def test_a_navigation_graph_is_one_entity_with_nodes_edges_and_names():
-    (entity,) = only(graph()).data["entities"]
+def test_navgraph_is_entity_with_nodes_edges_and_names():
+    (entity,) = single_message(graph()).data["entities"]
     assert (entity["id"], entity["frame_id"]) == ("House", "map")
     assert len(entity["spheres"]) == len(entity["texts"]) == 3
     assert [text["text"] for text in entity["texts"]] == ["hall", "kitchen", "roof"]
@@ -123,14 +128,14 @@ def test_a_navigation_graph_is_one_entity_with_nodes_edges_and_names():
     (arrow,) = entity["arrows"]
     assert arrow["shaft_length"] + arrow["head_length"] == pytest.approx(5.0)
     turn = arrow["pose"]["orientation"]
-    ahead = (1 - 2 * turn["z"] ** 2, 2 * turn["z"] * turn["w"])  # where the arrow's x axis points
-    assert ahead == pytest.approx((-0.8, -0.6))
+    direction = (1 - 2 * turn["z"] ** 2, 2 * turn["z"] * turn["w"])  # the direction of the arrow's x axis
+    assert direction == pytest.approx((-0.8, -0.6))
 
 
 @pytest.mark.parametrize(
     "event",
     [
-        pose(frame=""),  # not written yet
+        pose(frame=""),  # an interface before its first write
         pose(translation=(math.nan, 0.0, 0.0)),
         pose(rotation=(0.0, 1.0)),
         transform(child_frame=""),
@@ -138,24 +143,24 @@ def test_a_navigation_graph_is_one_entity_with_nodes_edges_and_names():
         InterfaceWrite(1, "SkillerInterface::Skiller", {"msgid": 1}),
     ],
 )
-def test_what_has_no_place_has_no_message(event):
+def test_event_without_place_has_no_message(event):
     assert list(make_foxglove_messages(event)) == []
 
 
-def test_a_graph_of_a_strange_recording_is_drawn_as_far_as_it_makes_sense():
+def test_invalid_parts_of_navgraph_are_left_out():
     nodes = {"a": {"x": "far", "y": 0}, "b": {}, "c": {"x": 1.0, "y": 2.0}}
     edges = {"a--c": {"from": "a", "to": "c"}, "?": {}}
-    (entity,) = only(NavGraphRead(1, "Odd", nodes, edges)).data["entities"]
+    (entity,) = single_message(NavGraphRead(1, "Odd", nodes, edges)).data["entities"]
     assert (len(entity["spheres"]), entity["lines"], entity["arrows"]) == (1, [], [])
 
 
 @given(st.lists(any_event, max_size=8))
-def test_a_converted_run_is_the_same_run_with_messages_that_foxglove_takes(tmp_path_factory, events):
+def test_converted_run_has_same_events_and_valid_messages(tmp_path_factory, events):
     path: Path = tmp_path_factory.mktemp("run") / "run.mcap"
     events = [*events, pose(), transform(), navigator(), graph()]
     convert(MemoryRun(events), path, "foxglove")
     assert list(open_run(path)) == events
-    found: dict[str, int] = {}
+    counts: dict[str, int] = {}
     with path.open("rb") as file:
         for schema, channel, message in make_reader(file).iter_messages():
             assert schema is not None
@@ -163,7 +168,7 @@ def test_a_converted_run_is_the_same_run_with_messages_that_foxglove_takes(tmp_p
                 continue
             assert channel.message_encoding == "json"
             assert schema.name.startswith("foxglove.")
-            found[channel.topic] = found.get(channel.topic, 0) + 1
+            counts[channel.topic] = counts.get(channel.topic, 0) + 1
             if channel.topic != "/foxglove/log":
                 check_message(schema.name.removeprefix("foxglove."), json.loads(message.data))
     assert {
@@ -171,10 +176,10 @@ def test_a_converted_run_is_the_same_run_with_messages_that_foxglove_takes(tmp_p
         "/foxglove/pose/NavigatorInterface/Navigator",
         "/foxglove/tf",
         "/foxglove/navgraph/House",
-    } <= set(found)
+    } <= set(counts)
 
 
-def test_the_layout_shows_topics_and_fields_that_there_are():
+def test_layout_has_existing_topics_and_fields():
     layout = json.loads((ROOT / "docs" / "foxglove" / "layout.json").read_text())
     fields = {event_type.KIND.topic: field_names(event_type) for event_type in EVENT_TYPES.values()}
     panels = layout["configById"]
