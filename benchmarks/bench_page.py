@@ -23,8 +23,8 @@ from playwright.sync_api import sync_playwright
 from cxbridge.event_kinds import EVENT_TYPES, RecordLevel
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from tests.trace.html.browser import BROWSER
-from web_tests.page.fake import START_US, FakeDaemon, fact_model, goal_event, goal_model, served
-from web_tests.page.test_moments import viewing
+from web_tests.page.fake import START_US, FakeDaemon, fact_model, goal_event, goal_model, serve_daemon
+from web_tests.page.test_moments import serve_recordings
 
 GOALS, FACTS, EVENTS = 1_000, 10_000, 100_000
 LIMIT_MS = 100
@@ -107,7 +107,7 @@ def measure(browser: Any) -> dict[str, float]:
     """Return the longest task of each view during events, and of an idle page."""
     daemon, begin, each = FakeDaemon(), 0, EVENTS // len(VIEWS)
     fill(daemon)
-    with served(daemon) as site:
+    with serve_daemon(daemon) as site:
         page = browser.new_page(viewport={"width": 1600, "height": 900})
         found = {"nothing": look(browser, page, lambda: page.wait_for_timeout(1500))}
 
@@ -115,7 +115,7 @@ def measure(browser: Any) -> dict[str, float]:
             nonlocal begin
             page.goto(f"{site.url}#/{view}")
             for _ in range(10):
-                daemon.tell(*events(each // 10, begin))
+                daemon.send_events(*events(each // 10, begin))
                 begin += each // 10
                 page.wait_for_timeout(150)
 
@@ -166,7 +166,7 @@ def main(rounds: int = 3) -> int:
         recording = Path(folder, "run.mcap")
         record(recording)
         megabytes = recording.stat().st_size / 1e6
-        with viewing(recording) as (url, recordings):
+        with serve_recordings(recording) as (url, recordings):
             pictures = [first_picture(browser, url + recordings.start_path) for _ in range(rounds)]
         measured = [measure(browser) for _ in range(rounds)]
         browser.close()

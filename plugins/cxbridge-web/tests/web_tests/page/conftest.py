@@ -1,4 +1,4 @@
-"""A real browser for the page: Chromium, driven by playwright. Tests skip where one is missing."""
+"""Chromium, driven by playwright, for tests of the page; tests skip without Chromium."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 from tests.support import needs_full
 from tests.trace.html.browser import BROWSER
-from web_tests.page.fake import FakeDaemon, Served
+from web_tests.page.fake import FakeDaemon, PageServer
 
 PHONE = {"width": 360, "height": 740}
 DESK = {"width": 1280, "height": 800}
@@ -18,7 +18,7 @@ WAIT_MS = 15_000
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Leave the page's stories to FULL; each run has the tests marked `smoke`: one test a view at least."""
+    """Leave most tests to FULL; each run has the tests marked `smoke`, at least one for each view."""
     for item in items:
         if item.path.parent == Path(__file__).parent and item.get_closest_marker("smoke") is None:
             item.add_marker(needs_full)
@@ -26,7 +26,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(scope="package")
 def browser() -> Iterator[Any]:
-    """Chromium, started once for this folder: playwright keeps a loop running in the thread of its tests."""
+    """Chromium, started once for the folder, because playwright keeps a loop in the thread of its tests."""
     sync_api = pytest.importorskip("playwright.sync_api", reason="needs playwright (pip install playwright)")
     if BROWSER is None:
         pytest.skip("needs chromium or google-chrome on the path")
@@ -54,46 +54,46 @@ def empty(page: Any) -> None:
 
 @pytest.fixture
 def errors() -> list[str]:
-    """What went wrong within the page: exceptions, and what its policy refused."""
+    """The errors of the page: exceptions, and requests that the page's policy refuses."""
     return []
 
 
 @pytest.fixture
 def tab(browser: Any, free_tabs: list[Any], errors: list[str]) -> Iterator[Any]:
-    """An empty tab; at the end nothing may have gone wrong in it.
+    """An empty tab, which must have no errors at the end.
 
-    Tests take the same one in turn. One that adds scripts or a clock to its tab makes a separate context.
+    Tests share tabs. A test that adds scripts or a clock opens a separate context.
     """
     page = free_tabs.pop() if free_tabs else browser.new_context(reduced_motion="reduce").new_page()
     page.set_default_timeout(WAIT_MS)
     page.set_viewport_size(DESK)
 
-    def note(text: str) -> None:
-        if "load resource" not in text and "establish a connection" not in text:  # the tests' servers go away
+    def note_error(text: str) -> None:
+        if "load resource" not in text and "establish a connection" not in text:  # tests stop their servers
             errors.append(text)
 
     listeners: dict[str, Callable[[Any], None]] = {
-        "pageerror": lambda error: note(str(error)),
-        "console": lambda line: note(line.text) if line.type == "error" else None,
-        "request": lambda request: _no_stranger(request.url, errors),
+        "pageerror": lambda error: note_error(str(error)),
+        "console": lambda line: note_error(line.text) if line.type == "error" else None,
+        "request": lambda request: note_foreign_request(request.url, errors),
     }
     for kind, listener in listeners.items():
         page.on(kind, listener)
-    found = len(page.context.pages)
+    page_count = len(page.context.pages)
     yield page
     for kind, listener in listeners.items():
         page.remove_listener(kind, listener)
-    if len(page.context.pages) == found:
+    if len(page.context.pages) == page_count:
         empty(page)
         free_tabs.append(page)
-    else:  # the test opened, or closed, some
+    else:  # the test has opened or closed pages
         page.context.close()
     assert errors == []
 
 
-def _no_stranger(url: str, errors: list[str]) -> None:
+def note_foreign_request(url: str, errors: list[str]) -> None:
     if not url.startswith(("http://127.0.0.1:", "data:", "blob:")):
-        errors.append(f"asked for {url}")
+        errors.append(f"request to {url}")
 
 
 @pytest.fixture
@@ -102,21 +102,21 @@ def daemon() -> FakeDaemon:
 
 
 @pytest.fixture(scope="package")
-def server() -> Iterator[Served]:
-    """What tests' daemons are behind, one after the other."""
-    server = Served(FakeDaemon())
+def server() -> Iterator[PageServer]:
+    """The server that serves the daemons of tests, one after another."""
+    server = PageServer(FakeDaemon())
     yield server
     server.stop()
 
 
 @pytest.fixture
-def site(server: Served, daemon: FakeDaemon) -> Iterator[Served]:
-    with server.of(daemon):
+def site(server: PageServer, daemon: FakeDaemon) -> Iterator[PageServer]:
+    with server.serve(daemon):
         yield server
 
 
-def show_gone(tab: Any) -> None:
-    """Let Goals show past goals; the page itself does so if there are no other goals."""
+def show_past_goals(tab: Any) -> None:
+    """Let the view Goals show past goals, which it does by itself only without present goals."""
     box = tab.get_by_role("checkbox", name="past goals")
 
     def is_on() -> bool:
@@ -128,9 +128,9 @@ def show_gone(tab: Any) -> None:
 
 
 def wait_for(tab: Any, condition: Callable[[], bool]) -> None:
-    """Wait until a condition of ours holds; the page keeps running."""
+    """Wait until a condition holds, while the page keeps running."""
     for _ in range(WAIT_MS // 50):
         if condition():
             return
         tab.wait_for_timeout(50)
-    raise AssertionError("did not happen in time")
+    raise AssertionError("the condition does not hold in time")

@@ -1,4 +1,4 @@
-"""A server that plays the daemon: the real page, with answers and events that tests make up."""
+"""A server with the real page and a fake daemon, whose answers and events come from tests."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from cxbridge.listening import LOOPBACK, listen
 from cxbridge_web.pages import Page
 
 BUNCH = 500
-"""Events of a message; the daemon sends about as many."""
+"""The number of events of a message, similar to that of the daemon."""
 
 ROUND_S = 0.02
-"""Seconds after which a stream looks for events."""
-QUIET_ROUNDS = 25
-"""After as many of them without events it sends a comment; each costs the browser more than the test."""
+"""The period of a stream in seconds."""
+MAX_IDLE_ROUNDS = 25
+"""The periods without events before a comment; each comment costs the browser time."""
 
 START_US = 1_700_000_000_000_000
 
@@ -33,44 +33,44 @@ class FakeDaemon:
     """Answers below ``/api``.
 
     :ivar answers: replies to GET, by path below ``/api/``, without the query.
-    :ivar replies: replies to changing requests, by path as well; a function acts first.
-    :ivar asked: every request: method, path with query, body.
-    :ivar files: files of the server besides the page, by name below ``/files/``.
+    :ivar replies: replies to changing requests, by path; a function is called for its reply.
+    :ivar requests: all requests: method, path with query, body.
+    :ivar files: further files of the server, by name below ``/files/``.
     """
 
     def __init__(self) -> None:
         self.answers: dict[str, Any] = {}
         self.replies: dict[str, Any] = {}
         self.files: dict[str, bytes] = {}
-        self.asked: list[tuple[str, str, Any]] = []
+        self.requests: list[tuple[str, str, Any]] = []
         self.events: list[dict[str, Any]] = []
         self.state = "RUNNING"
         self.epoch = "a"
-        """Begins the ids of its events; another daemon has another one."""
+        """The prefix of event ids, which differs between daemons."""
         self.refusal: str | None = None
-        """If set, changes are refused with it."""
+        """The error of each changing request, if set."""
         self.environments = ["executive"]
         self.remote_control = True
         self.stopped: dict[str, Any] | None = None
         self.result: dict[str, Any] | None = None
-        """The result of a run that is over."""
+        """The result of a finished run."""
         self.locked = False
-        """Whether everything below ``/api`` wants a token."""
+        """Whether all requests below ``/api`` need a token."""
         self._lock = threading.Lock()
         self._closed = threading.Event()
 
-    def tell(self, *events: dict[str, Any]) -> None:
-        """Send events to all who follow, now and later."""
+    def send_events(self, *events: dict[str, Any]) -> None:
+        """Send events to present and later streams."""
         with self._lock:
             self.events.extend(events)
 
     def count(self, method: str, path: str) -> int:
-        """Return how often a path was asked for, whatever its query."""
+        """Return the number of requests for a path, with any query."""
         with self._lock:
-            return sum(each[0] == method and each[1].partition("?")[0] == path for each in self.asked)
+            return sum(each[0] == method and each[1].partition("?")[0] == path for each in self.requests)
 
     def status(self) -> dict[str, Any]:
-        """Return what ``/cxbridge/status`` replies."""
+        """Return the reply of ``/cxbridge/status``."""
         return {
             "kind": "Status",
             "state": self.state,
@@ -99,21 +99,21 @@ class FakeDaemon:
         body = await request.body()
         with self._lock:
             query = f"?{request.url.query}" if request.url.query else ""
-            self.asked.append((request.method, path + query, json.loads(body) if body else None))
+            self.requests.append((request.method, path + query, json.loads(body) if body else None))
         if self.locked:
             return PlainTextResponse("A token is needed", 401)
         if request.method == "GET":
-            return self._told(path)
-        return self._done(path)
+            return self._answer_get(path)
+        return self._answer_change(path)
 
-    def _told(self, path: str) -> Response:
+    def _answer_get(self, path: str) -> Response:
         if path == "cxbridge/status":
             return JSONResponse(self.status())
         if path in self.answers:
             return JSONResponse(self.answers[path])
         return PlainTextResponse("no such path", 404)
 
-    def _done(self, path: str) -> Response:
+    def _answer_change(self, path: str) -> Response:
         if self.refusal is not None:
             return PlainTextResponse(self.refusal, 400)
         states = {"cxbridge/pause": "PAUSED", "cxbridge/resume": "RUNNING"}
@@ -125,8 +125,8 @@ class FakeDaemon:
 
     async def file(self, request: Request) -> Response:
         """Serve a file."""
-        found = self.files.get(request.path_params["name"])
-        return PlainTextResponse("Not Found", 404) if found is None else Response(found)
+        content = self.files.get(request.path_params["name"])
+        return PlainTextResponse("Not Found", 404) if content is None else Response(content)
 
     async def follow(self, request: Request) -> Response:
         """Stream events."""
@@ -139,23 +139,25 @@ class FakeDaemon:
             hello = {"kind": "hello", "time_us": 0, "last": f"{self.epoch}-0"}
             yield f"event: hello\ndata: {json.dumps(hello)}\n\n".encode()
             at = int(since)
-            quiet = 0
+            idle_rounds = 0
             while not self._closed.is_set():
                 with self._lock:
-                    fresh = self.events[at:]
-                wanted: list[dict[str, Any]] = []
-                for event in fresh:
+                    new_events = self.events[at:]
+                matching: list[dict[str, Any]] = []
+                for event in new_events:
                     if event["kind"] == "dropped":
                         yield f"event: dropped\ndata: {json.dumps(event)}\n\n".encode()
                     elif event["kind"] in kinds:
-                        wanted.append(event)
-                at += len(fresh)
-                for begin in range(0, len(wanted), BUNCH):
-                    lines = "".join(f"data: {json.dumps(event)}\n" for event in wanted[begin : begin + BUNCH])
+                        matching.append(event)
+                at += len(new_events)
+                for begin in range(0, len(matching), BUNCH):
+                    lines = "".join(
+                        f"data: {json.dumps(event)}\n" for event in matching[begin : begin + BUNCH]
+                    )
                     yield f"id: {at}\n{lines}\n".encode()
-                quiet = 0 if wanted else quiet + 1
-                if quiet >= QUIET_ROUNDS:
-                    quiet = 0
+                idle_rounds = 0 if matching else idle_rounds + 1
+                if idle_rounds >= MAX_IDLE_ROUNDS:
+                    idle_rounds = 0
                     yield b": alive\n\n"
                 await asyncio.sleep(ROUND_S)
 
@@ -166,10 +168,10 @@ class FakeDaemon:
         self._closed.set()
 
 
-class Served:
-    """A fake daemon that is served, and may go away and come back at the same place.
+class PageServer:
+    """A server of a fake daemon, which can stop and restart at the same address.
 
-    :ivar daemon: the one that answers now. Tests have one each, and share the address.
+    :ivar daemon: the present daemon. Each test has its daemon; the address is shared.
     """
 
     def __init__(self, daemon: FakeDaemon) -> None:
@@ -189,7 +191,7 @@ class Served:
         self.start()
 
     def start(self) -> None:
-        """Serve (again)."""
+        """Start or restart the server."""
         self.daemon._closed.clear()
         config = uvicorn.Config(
             self._application, log_config=None, lifespan="off", ws="none", timeout_graceful_shutdown=1
@@ -201,7 +203,7 @@ class Served:
         self._thread.start()
 
     def stop(self) -> None:
-        """Go away, as a daemon that has died."""
+        """Stop, like a killed daemon."""
         assert self._server is not None
         assert self._thread is not None
         self.daemon.close()
@@ -210,8 +212,8 @@ class Served:
         self._listening.close()
 
     @contextmanager
-    def of(self, daemon: FakeDaemon) -> Iterator[Self]:
-        """Serve another daemon for a while."""
+    def serve(self, daemon: FakeDaemon) -> Iterator[Self]:
+        """Serve a daemon."""
         self.daemon = daemon
         if self._listening.fileno() == -1:
             self.start()
@@ -231,9 +233,9 @@ class Served:
 
 
 @contextmanager
-def served(daemon: FakeDaemon) -> Iterator[Served]:
-    """Serve a fake daemon by itself, for a benchmark."""
-    server = Served(daemon)
+def serve_daemon(daemon: FakeDaemon) -> Iterator[PageServer]:
+    """Serve a fake daemon without fixtures, for a benchmark."""
+    server = PageServer(daemon)
     try:
         yield server
     finally:
@@ -251,13 +253,13 @@ def goal_event(goal: str, mode: str, outcome: str = "UNKNOWN", **fields: Any) ->
 def goal_model(
     goal: str, mode: str = "FORMULATED", outcome: str = "UNKNOWN", **fields: Any
 ) -> dict[str, Any]:
-    """Return a goal as the API tells it."""
+    """Return a goal of the API."""
     plain = {"class": "CLASS", "sub-type": "", "parent": "", "error": [], "plans": [], "parameters": []}
     return {"kind": "Goal", "id": goal, "type": "ACHIEVE", "mode": mode, "outcome": outcome} | plain | fields
 
 
 def fact_model(index: int, text: str) -> dict[str, Any]:
-    """Return a fact as the API tells it."""
+    """Return a fact of the API."""
     return {
         "kind": "Fact",
         "index": index,

@@ -1,9 +1,9 @@
 """Makes the pictures of the page in docs/images: each view in light, dark and on a telephone of 390 pixels.
 
-Run with ``python -m web_tests.page.pictures [NAME...]``: of all views, or of those that are named. A daemon
-runs the scenario of two robots; recordings are of the test scenario and of a robot's tour, as ``view``
-shows them. The terminal's pictures are made by tests/docs/terminal_pictures.py, the film of the timeline and
-those of reports by docs/images/make_timeline.py.
+Run with ``python -m web_tests.page.pictures [NAME...]`` for all views, or for the named views. A daemon
+runs the scenario of two robots; ``view`` shows recordings of the test scenario and of a robot's tour.
+tests/docs/terminal_pictures.py makes the pictures of the terminal, docs/images/make_timeline.py the film of
+the timeline and the pictures of reports.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ _POSE: Final = "Position3DInterface::Pose.translation"
 _SERIES: Final = (f"{_POSE}[0]", f"{_POSE}[1]", "executive:plan-action{id=3}.state", "loop")
 
 FAULTY: Final = "two-robots, a place is missing"
-"""The run of two robots with a navigation graph that lacks a place."""
+"""The run of two robots with a navigation graph without a place."""
 _MISSING: Final = "lab"
-STUCK: Final = "two-robots, no robot is free again"
-"""The run of two robots whose agent forgets to free a robot that has done its goal."""
+STUCK: Final = "two-robots, no robot becomes free"
+"""The run of two robots whose agent does not free a robot after its goal."""
 _FREES: Final = "(modify ?robot (goal nil))"
 
 Prepare = Callable[[Any], None]
@@ -58,10 +58,10 @@ Prepare = Callable[[Any], None]
 class Shot:
     """A picture to take.
 
-    :param address: of the view, below ``#/``.
-    :param prepare: what to do before, on the page.
-    :param run: the scenario whose recording is shown, FAULTY or STUCK; empty: the page of the daemon;
-        ``compare``: a run of two robots next to one of the same robots in which skills fail.
+    :param address: the address of the view below ``#/``.
+    :param prepare: changes the page before the picture.
+    :param run: the scenario of the shown recording, FAULTY or STUCK; empty for the page of the daemon;
+        ``compare`` for two runs of two robots, of which the second has failed skills.
     """
 
     address: str
@@ -86,7 +86,7 @@ def _keys(page: Any) -> None:
 
 
 def _moment(part: float) -> Prepare:
-    """Let the recorded run advance."""
+    """Return a function that selects the moment after ``part`` of the run."""
 
     def prepare(page: Any) -> None:
         page.evaluate(
@@ -101,14 +101,14 @@ def _moment(part: float) -> Prepare:
 
 
 def _send(page: Any) -> None:
-    """Choose a moment, and copy its address."""
+    """Select a moment, and copy the address of the moment."""
     _moment(0.6)(page)
     page.keyboard.press("l")
     page.wait_for_selector(".toast >> text=is copied")
 
 
 SHOTS: Final[Mapping[str, Shot]] = {
-    "now": Shot("timeline"),  # the first: the run of the daemon has an end
+    "now": Shot("timeline"),  # comes first, because the run of the daemon ends
     "story": Shot("timeline", run=FAULTY),
     "goals": Shot("goals/INSPECT-lab", run=FAULTY),
     "failed": Shot("goals?goal=&outcome=failed", run=FAULTY),
@@ -130,27 +130,27 @@ SHOTS: Final[Mapping[str, Shot]] = {
 
 
 def record(folder: Path, scenario: str) -> Path:
-    """Return the recording of a run; that of the tour has loop times: its clock is not a virtual one."""
-    folder = Path(tempfile.mkdtemp(dir=folder))  # runs of one scenario have the same name
+    """Return the recording of a run; the tour has a scaled clock, so that its recording has loop times."""
+    folder = Path(tempfile.mkdtemp(dir=folder))  # the runs of a scenario have the same name
     path = folder / f"{scenario.partition(',')[0]}.mcap"
     options = ["--trace", str(path), "--trace-level", "facts", "--quiet"]
     options += ["--clock", "scaled:8"] if scenario == "waypoints" else []
-    options += ["--config", str(_fault(folder))] if scenario == FAULTY else []
-    started = _forgetful(folder) if scenario == STUCK else ROOT / "scenarios" / path.stem
+    options += ["--config", str(_write_faulty_config(folder))] if scenario == FAULTY else []
+    started = _write_stuck_scenario(folder) if scenario == STUCK else ROOT / "scenarios" / path.stem
     command = [sys.executable, "-m", "cxbridge", "run", str(started), "--timeout", "60", *options]
     subprocess.run(command, check=scenario not in {FAULTY, STUCK})
     return path
 
 
-def with_failures(folder: Path) -> Path:
-    """Return the recording of a run of two robots whose skills fail by chance."""
+def record_failures(folder: Path) -> Path:
+    """Return the recording of a run of two robots with random failures of skills."""
     path = folder / "two-robots-today.mcap"
     options = RunOptions(scenario=ROOT / "scenarios" / "two-robots", skiller="none", timeout=120.0)
     play_run(options, (), RandomChooser(_SEED), path)
     return path
 
 
-def _fault(folder: Path) -> Path:
+def _write_faulty_config(folder: Path) -> Path:
     """Write the configuration of a navigation graph without a place, and return its path."""
     lines = (ROOT / "scenarios" / "two-robots" / "navgraph.yaml").read_text("utf-8").splitlines(keepends=True)
     graph, config = folder / "navgraph.yaml", folder / "fault.yaml"
@@ -160,7 +160,7 @@ def _fault(folder: Path) -> Path:
     return config
 
 
-def _forgetful(folder: Path) -> Path:
+def _write_stuck_scenario(folder: Path) -> Path:
     """Write the scenario without the line that frees a robot, and return its path."""
     scenario = folder / "two-robots"
     shutil.copytree(ROOT / "scenarios" / "two-robots", scenario)
@@ -170,13 +170,13 @@ def _forgetful(folder: Path) -> Path:
 
 
 @contextmanager
-def viewing(folder: Path, scenarios: list[str]) -> Iterator[dict[str, str]]:
-    """Serve recordings as ``cxbridge view`` does, each alone; yields the addresses by scenario."""
+def serve_recordings(folder: Path, scenarios: list[str]) -> Iterator[dict[str, str]]:
+    """Serve each recording as ``cxbridge view`` does; yield the addresses by scenario."""
     with ExitStack() as stack:
         addresses = {}
         for scenario in scenarios:
             recordings = RecordingsApp(
-                [record(folder, "two-robots"), with_failures(folder)]
+                [record(folder, "two-robots"), record_failures(folder)]
                 if scenario == COMPARE_PATH
                 else [record(folder, scenario)]
             )
@@ -188,7 +188,7 @@ def viewing(folder: Path, scenarios: list[str]) -> Iterator[dict[str, str]]:
 
 
 def shoot(browser: Any, url: str, name: str, shot: Shot) -> None:
-    """Take the pictures of one view."""
+    """Take the pictures of a view."""
     for look, options in LOOKS.items():
         page = browser.new_page(
             reduced_motion="reduce", permissions=["clipboard-read", "clipboard-write"], **options
@@ -213,17 +213,17 @@ def main(names: list[str]) -> None:
         if "export const tab" in path.read_text()
     }
     shots = {**SHOTS, **{name: Shot(name) for name in sorted(tabs - SHOTS.keys())}}
-    wanted = {name: shots[name] for name in names or shots}
-    runs = sorted({shot.run for shot in wanted.values()} - {""})
+    selected = {name: shots[name] for name in names or shots}
+    runs = sorted({shot.run for shot in selected.values()} - {""})
     with (
         tempfile.TemporaryDirectory() as folder,
-        viewing(Path(folder), runs) as urls,
+        serve_recordings(Path(folder), runs) as urls,
         serving((("clock", "scaled:1"),), config=ROOT / "scenarios" / "two-robots") as (_, client, _lines),
         sync_playwright() as playwright,
     ):
         urls[""] = f"{client.url}/"
         browser = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
-        for name, shot in wanted.items():
+        for name, shot in selected.items():
             shoot(browser, urls[shot.run], name, shot)
         browser.close()
 

@@ -1,4 +1,4 @@
-"""Accessibility: axe-core finds nothing serious in any view, light and dark, on a desk and on a telephone."""
+"""The accessibility of all views after axe-core, light and dark, on a desk and on a telephone."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ async ([theme, options]) => {
   );
   for (const part of around) looked.add(name(part));
   return violations
-    .filter((one) => /serious|critical/.test(one.impact))
-    .map((one) => one.id + " " + one.nodes[0].html);
+    .filter((violation) => /serious|critical/.test(violation.impact))
+    .map((violation) => violation.id + " " + violation.nodes[0].html);
 }
 """
-"""The frame of a view, four fifths of the elements, is checked again only after a change."""
-OF_COLOURS = ("color-contrast", "link-in-text-block")
-COLOURS: dict[str, Any] = {"runOnly": [*OF_COLOURS]}
-"""The rules that look at colours. A theme changes nothing else: the elements and their places stay."""
-PLACES: dict[str, Any] = {"rules": {rule: {"enabled": False} for rule in OF_COLOURS}}
-"""The other rules. A telephone changes nothing but places: its colours are those of the desk."""
+"""The frame of a view, four fifths of the elements, is rechecked only after a change."""
+COLOUR_RULES = ("color-contrast", "link-in-text-block")
+COLOURS: dict[str, Any] = {"runOnly": [*COLOUR_RULES]}
+"""The rules of colours: a theme changes only colours, neither elements nor places."""
+PLACES: dict[str, Any] = {"rules": {rule: {"enabled": False} for rule in COLOUR_RULES}}
+"""All rules but those of colours: a telephone changes only places, and has the colours of the desk."""
 LOOKS: dict[str, list[tuple[str, dict[str, Any]]]] = {
     "desk": [("light", {}), ("dark", COLOURS)],
     "phone": [("light", PLACES)],
@@ -55,39 +55,39 @@ THEME = (
 )
 
 
-def serious(page, where: str) -> dict[str, list[str]]:
-    """Check the page, in its light theme and in its dark one."""
-    found: dict[str, list[str]] = {}
+def find_violations(page, where: str) -> dict[str, list[str]]:
+    """Return the serious violations of the page in its themes."""
+    violations: dict[str, list[str]] = {}
     for theme, options in LOOKS["phone" if page.viewport_size == PHONE else "desk"]:
         page.evaluate(THEME, theme)
-        if wrong := page.evaluate(RUN, [theme, options]):
-            found[f"{where}, {theme}"] = wrong
-    return found
+        if messages := page.evaluate(RUN, [theme, options]):
+            violations[f"{where}, {theme}"] = messages
+    return violations
 
 
-def past(page) -> dict[str, list[str]]:
-    """Look at a moment of the live run, in a view that shows it and in one that cannot."""
+def find_past_violations(page) -> dict[str, list[str]]:
+    """Return the violations at a past moment of the live run, in views with and without past data."""
     page.evaluate("async (time) => (await import('cx/app.js')).app.select({ time })", START_US - 1)
-    found: dict[str, list[str]] = {}
+    violations: dict[str, list[str]] = {}
     for view in ("log", "goals", "clips"):
         page.click(f"nav a[data-view={view}]")
         page.wait_for_selector("#scrub:visible")
         page.wait_for_timeout(300)
-        found |= serious(page, f"past of {view}")
+        violations |= find_violations(page, f"past of {view}")
     page.click("#to-live")
-    return found
+    return violations
 
 
 @pytest.fixture
 def axe():
-    """The text of axe-core."""
+    """The source text of axe-core."""
     pytest.importorskip("axe_playwright_python", reason="needs axe-playwright-python")
     return resources.files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8")
 
 
 @pytest.mark.smoke
 @pytest.mark.parametrize("size", [DESK, pytest.param(PHONE, marks=needs_full)], ids=["desk", "phone"])
-def test_axe_finds_nothing_serious(browser, site, daemon, axe, size):
+def test_views_have_no_serious_violation(browser, site, daemon, axe, size):
     daemon.environments = ["executive", "lab"]
     daemon.answers |= {
         "clips-executive/goals": [goal_model("A", "DISPATCHED"), goal_model("B", "RETRACTED", parent="A")],
@@ -110,7 +110,7 @@ def test_axe_finds_nothing_serious(browser, site, daemon, axe, size):
         ],
         "cxbridge/interfaces": [{"id": "x", "data": {"agent": "robot1", "skills": "move", "state": "IDLE"}}],
     }
-    daemon.tell(
+    daemon.send_events(
         goal_event("C", "RETRACTED", "FAILED", error="STUCK"),
         action_event("A", "1", "RUNNING"),
         skill_event('move{to="lab"}', "S_FAILED"),
@@ -124,17 +124,17 @@ def test_axe_finds_nothing_serious(browser, site, daemon, axe, size):
     context = browser.new_context(reduced_motion="reduce", bypass_csp=True, viewport=size)
     page = context.new_page()
     page.goto(site.url)
-    page.evaluate(f"() => {{ {axe} }}")  # a script of the page itself would be against its policy
-    found: dict[str, list[str]] = {}
+    page.evaluate(f"() => {{ {axe} }}")  # the page's policy forbids a script element
+    violations: dict[str, list[str]] = {}
     for view in share([*pages.list_views(), *ADDRESSES], 10):
         page.goto(f"{site.url}#/{view}")
         page.wait_for_selector("#main h2:visible")
         page.wait_for_timeout(300)
-        found |= serious(page, view)
-    found |= past(page)
+        violations |= find_violations(page, view)
+    violations |= find_past_violations(page)
     page.keyboard.press("Control+k")
     page.keyboard.type("a")
     page.wait_for_selector(".found")
-    found |= serious(page, "search")
+    violations |= find_violations(page, "search")
     context.close()
-    assert found == {}
+    assert violations == {}

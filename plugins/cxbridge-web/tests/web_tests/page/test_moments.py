@@ -1,4 +1,4 @@
-"""A chosen moment holds in all views, live as well. Runs that are over say so. Recordings need no daemon."""
+"""Selected moments in all views, finished runs, and recordings without a daemon."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from web_tests.page.fake import START_US, goal_event, goal_model
 S = 1_000_000
 
 
-def modes(*names, goal="G", **more):
-    """Transitions of a goal, a second apart."""
+def goal_events(*names, goal="G", **more):
+    """Return transitions of a goal with a distance of a second."""
     return [
         goal_event(goal, name, time_us=START_US + second * S, **more)
         for second, name in enumerate(names, start=1)
     ]
 
 
-def test_a_finished_run_says_what_became_of_it(tab, site, daemon):
+def test_finished_run_shows_result(tab, site, daemon):
     daemon.state, daemon.result = (
         "FINISHED",
         {"status": 1, "word": "unsuccessful", "reason": "G ended FAILED"},
@@ -40,10 +40,10 @@ def test_a_finished_run_says_what_became_of_it(tab, site, daemon):
 
 
 @pytest.mark.smoke
-def test_a_moment_of_the_live_run_is_the_moment_of_all_views(tab, site, daemon):
+def test_selected_moment_of_live_run_holds_in_all_views(tab, site, daemon):
     daemon.answers["clips-executive/goals"] = [goal_model("G", "DISPATCHED"), goal_model("LATER", "SELECTED")]
-    daemon.tell(
-        *modes("FORMULATED", "SELECTED", "EXPANDED", "COMMITTED", "DISPATCHED"),
+    daemon.send_events(
+        *goal_events("FORMULATED", "SELECTED", "EXPANDED", "COMMITTED", "DISPATCHED"),
         {"kind": "log", "time_us": START_US + 6 * S, "level": "I", "component": "C", "text": "six"},
         goal_event("LATER", "SELECTED", time_us=START_US + 7 * S),
     )
@@ -53,7 +53,7 @@ def test_a_moment_of_the_live_run_is_the_moment_of_all_views(tab, site, daemon):
     tab.wait_for_selector("#state >> text=PAST")
     tab.wait_for_selector("[role=treeitem]:has-text('G') >> text=EXPANDED")
     assert tab.locator("[role=treeitem] >> text=LATER").count() == 0
-    tab.keyboard.press("2")  # Goals are not left: it is the same recording
+    tab.keyboard.press("2")  # the view stays Goals with the same recording
     tab.keyboard.press(".")
     tab.wait_for_selector("[role=treeitem]:has-text('G') >> text=COMMITTED")
     tab.click("nav >> text=Log")
@@ -70,8 +70,8 @@ def test_a_moment_of_the_live_run_is_the_moment_of_all_views(tab, site, daemon):
 
 
 @contextmanager
-def viewing(*paths):
-    """What `cxbridge view` serves."""
+def serve_recordings(*paths):
+    """Serve recordings as `cxbridge view` does."""
     recordings = RecordingsApp(paths)
     server = HttpThread(WebSettings(port=0), EventBus(RealClock()).logger("Web"))
     server.start(recordings)
@@ -85,32 +85,32 @@ def viewing(*paths):
 def runs(tmp_path_factory):
     """Two recorded runs."""
     folder = tmp_path_factory.mktemp("runs")
-    one, two = folder / "one.mcap", folder / "two.mcap"
+    first, second = folder / "first.mcap", folder / "second.mcap"
     scenario = write_scenario(folder / "mini")
-    command = [sys.executable, "-m", "cxbridge", "run", str(scenario), "-q", "--trace", str(one)]
+    command = [sys.executable, "-m", "cxbridge", "run", str(scenario), "-q", "--trace", str(first)]
     subprocess.run(command, check=True, capture_output=True, timeout=120)
-    shutil.copy(one, two)
-    return [one, two]
+    shutil.copy(first, second)
+    return [first, second]
 
 
-def test_recordings_are_viewed_without_a_daemon_and_without_asking_for_one(tab, runs):
-    asked = []
-    tab.on("request", lambda request: asked.append(request.url) if "/api/" in request.url else None)
-    with viewing(*runs) as (url, recordings):
+def test_recordings_are_shown_without_requests_to_daemon(tab, runs):
+    api_requests = []
+    tab.on("request", lambda request: api_requests.append(request.url) if "/api/" in request.url else None)
+    with serve_recordings(*runs) as (url, recordings):
         tab.goto(url + recordings.start_path)
-        tab.click("a >> text=one")
+        tab.click("a >> text=first.mcap")
         tab.wait_for_selector("#state >> text=RECORDING")
         tab.wait_for_selector(".tl [role=treeitem] >> text=G")
-        assert not tab.locator("#to-live").is_visible(), "there is nothing live to go back to"
+        assert not tab.locator("#to-live").is_visible(), "a recording without a daemon has no live run"
         assert tab.locator("#pause").is_hidden()
         for view in ("Goals", "Skills", "Blackboard", "Plot", "World", "CLIPS", "Log"):
             tab.click(f"nav >> text={view}")
             tab.wait_for_selector("#main :is(h2, .panel):visible")
-        tab.select_option("#run-choice", label="two.mcap")
-        tab.wait_for_url("**/?run=/runs/1/two.mcap")
+        tab.select_option("#run-choice", label="second.mcap")
+        tab.wait_for_url("**/?run=/runs/1/second.mcap")
         tab.wait_for_selector(".tl [role=treeitem] >> text=G")
         tab.goto(f"{url}/?run=/runs/9/none")
-        tab.wait_for_selector("#no-run >> text=two.mcap")
+        tab.wait_for_selector("#no-run >> text=second.mcap")
         tab.wait_for_selector("#state >> text=NO RUN")
-        tab.wait_for_timeout(2500)  # a status is asked for every two seconds
-    assert asked == []
+        tab.wait_for_timeout(2500)  # the page requests the status each two seconds
+    assert api_requests == []

@@ -1,4 +1,4 @@
-"""Panes: runs and their failures, filters, rules, skills, the search."""
+"""Panes of goals and skills, filters, and the search."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from functools import partial
 
 import pytest
 
-from web_tests.page.conftest import show_gone, wait_for
+from web_tests.page.conftest import show_past_goals, wait_for
 from web_tests.page.fake import START_US, fact_model, goal_event, goal_model
 
 SECOND = 1_000_000
@@ -15,8 +15,8 @@ RULE = (
 )
 
 
-def _same(found, wanted):
-    return sorted(found()) == sorted(wanted)
+def _equal(actual, expected):
+    return sorted(actual()) == sorted(expected)
 
 
 def action_event(goal, number, state, **fields):
@@ -31,9 +31,9 @@ def skill_event(text, status, skiller="robot1", **fields):
 
 @pytest.fixture
 def failed_run(daemon):
-    """A root whose sub-goal failed, because a skill of an action did."""
+    """A root goal whose sub-goal fails because of a failed skill."""
     daemon.answers["clips-executive/goals"] = []
-    daemon.tell(
+    daemon.send_events(
         goal_event("ROOT", "DISPATCHED", goal_class="ROUND"),
         goal_event("LEAF", "DISPATCHED", parent="ROOT", goal_class="INSPECT"),
         goal_event("GOOD", "DISPATCHED", parent="ROOT", goal_class="INSPECT"),
@@ -45,14 +45,14 @@ def failed_run(daemon):
         action_event("LEAF", "1", "FAILED", time_us=START_US + 2 * SECOND),
         goal_event("GOOD", "RETRACTED", "COMPLETED", parent="ROOT", goal_class="INSPECT"),
         *(
-            goal_event(name, mode, "FAILED", parent=above, error=error, time_us=START_US + 3 * SECOND)
-            for name, above, error in (("LEAF", "ROOT", "STUCK"), ("ROOT", "nil", ""))
+            goal_event(name, mode, "FAILED", parent=parent, error=error, time_us=START_US + 3 * SECOND)
+            for name, parent, error in (("LEAF", "ROOT", "STUCK"), ("ROOT", "nil", ""))
             for mode in ("FINISHED", "RETRACTED")
         ),
     )
 
 
-def test_the_table_of_goals_says_why_in_words_and_how_long(tab, site, failed_run):
+def test_table_of_goals_shows_cause_and_duration(tab, site, failed_run):
     tab.goto(f"{site.url}#/goals")
     row = tab.locator("[role=treeitem]:has-text('LEAF')")
     wait_for(tab, lambda: 'robot1 could not do move{to="lab"}' in row.inner_text())
@@ -65,7 +65,7 @@ def test_the_table_of_goals_says_why_in_words_and_how_long(tab, site, failed_run
 
 
 def test_goals_are_filtered_by_outcome_class_and_robot(tab, site, daemon, failed_run):
-    daemon.tell(
+    daemon.send_events(
         goal_event("OTHER", "DISPATCHED", goal_class="INSPECT"),
         action_event("OTHER", "1", "PENDING"),
         skill_event('move{to="x"}', "S_RUNNING", skiller="robot2"),
@@ -73,15 +73,15 @@ def test_goals_are_filtered_by_outcome_class_and_robot(tab, site, daemon, failed
     )
     tab.goto(f"{site.url}#/goals")
     tab.wait_for_selector("[role=treeitem]")
-    show_gone(tab)
+    show_past_goals(tab)
     rows = tab.get_by_role("treeitem")
     wait_for(tab, lambda: rows.count() == 4)
 
-    def left():
+    def shown_goals():
         names = ("ROOT", "LEAF", "GOOD", "OTHER")
         return [name for text in rows.all_inner_texts() for name in names if name in text]
 
-    for name, value, wanted in (
+    for name, value, expected in (
         ("outcome", "failed", ["ROOT", "LEAF"]),
         ("outcome", "", ["ROOT", "LEAF", "GOOD", "OTHER"]),
         ("robot", "robot2", ["OTHER"]),
@@ -90,13 +90,13 @@ def test_goals_are_filtered_by_outcome_class_and_robot(tab, site, daemon, failed
         ("class", "CLASS", ["ROOT", "LEAF"]),
     ):
         tab.get_by_label(name, exact=True).select_option(value)
-        wait_for(tab, partial(_same, left, wanted))
+        wait_for(tab, partial(_equal, shown_goals, expected))
     tab.get_by_label("outcome", exact=True).select_option("failed")
     assert tab.url.endswith("#/goals?class=CLASS&outcome=failed")
 
 
 @pytest.mark.smoke
-def test_skills_of_a_skill_board_have_their_executors_and_the_chosen_skill_is_typed(tab, site, daemon):
+def test_skills_of_skill_board_have_executors_and_fill_call(tab, site, daemon):
     daemon.answers |= {
         "blackboard/interfaces": [
             {"type": "SkillerInterface", "id": "robot1", "writer": "b", "readers": []},
@@ -111,7 +111,7 @@ def test_skills_of_a_skill_board_have_their_executors_and_the_chosen_skill_is_ty
     }
     tab.goto(f"{site.url}#/skills")
     tab.wait_for_selector("[role=option]:has-text('jump') >> text=robot1-legs")
-    daemon.tell(*(skill_event('move{to="lab"}', status) for status in ("S_RUNNING", "S_FAILED")))
+    daemon.send_events(*(skill_event('move{to="lab"}', status) for status in ("S_RUNNING", "S_FAILED")))
     tab.wait_for_selector("[role=option]:has-text('move') >> text=FAILED")
     tab.click("[role=option] >> text=move")
     wait_for(tab, lambda: tab.input_value("#skill-string") == 'move{to="lab"}')
@@ -122,7 +122,7 @@ def test_skills_of_a_skill_board_have_their_executors_and_the_chosen_skill_is_ty
     assert tab.locator("#calls li").count() == 0
 
 
-def test_the_search_over_everything_is_driven_by_keys(tab, site, daemon):
+def test_search_finds_all_kinds_by_keys(tab, site, daemon):
     daemon.answers |= {
         "clips-executive/goals": [goal_model("VISIT-LAB")],
         "clips/executive/facts": [fact_model(9, "(lab open)")],
@@ -130,7 +130,7 @@ def test_the_search_over_everything_is_driven_by_keys(tab, site, daemon):
         "skiller/skills": [{"name": "go-lab"}],
         "blackboard/interfaces": [{"type": "LabInterface", "id": "x", "writer": "", "readers": []}],
     }
-    daemon.tell(
+    daemon.send_events(
         {"kind": "log", "time_us": START_US, "component": "C", "level": "I", "text": "in the lab now"}
     )
     tab.goto(f"{site.url}#/blackboard")
@@ -139,8 +139,8 @@ def test_the_search_over_everything_is_driven_by_keys(tab, site, daemon):
     tab.wait_for_selector("#palette[open]")
     tab.keyboard.type("lab")
     kinds = tab.locator(".found .kind")
-    wanted = {"Goal", "Rule", "Skill", "Interface", "Fact", "Log"}
-    wait_for(tab, lambda: wanted <= set(kinds.all_inner_texts()))
+    expected = {"Goal", "Rule", "Skill", "Interface", "Fact", "Log"}
+    wait_for(tab, lambda: expected <= set(kinds.all_inner_texts()))
     tab.keyboard.press("Control+a")
     tab.keyboard.type("rule lab")
     wait_for(tab, lambda: kinds.all_inner_texts() == ["Rule"])

@@ -1,4 +1,4 @@
-"""The tab Plot: series of any value, live and recorded, zoom, the shared moment."""
+"""The tab Plot: live and recorded series, and the selected moment."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ def address(*names: str) -> str:
 
 
 def values_of(tab: Any) -> dict[str, str]:
-    """Return the value at the cursor of each series, by name."""
+    """Return the value of each series at the cursor, by name."""
     rows = tab.locator("#plot-legend tr[data-series]").all()
     return {row.get_attribute("data-series"): row.locator(".value").inner_text() for row in rows}
 
 
 @pytest.mark.smoke
-def test_a_field_is_added_where_it_is_shown_and_follows_its_writes(tab, site, daemon):
+def test_field_is_plotted_from_blackboard_and_follows_writes(tab, site, daemon):
     info = {"type": "Position3DInterface", "id": "Pose", "hash": "", "writer": "W", "readers": []}
     daemon.answers["blackboard/interfaces"] = [info | {"fields": [], "message_types": []}]
     now = {"kind": "InterfaceData", "timestamp": "", "data": write(0, 1.5)["values"]}
@@ -66,16 +66,16 @@ def test_a_field_is_added_where_it_is_shown_and_follows_its_writes(tab, site, da
     x = f"{POSE}.translation[0]"
     wait_for(tab, lambda: values_of(tab).get(x) == "1.5000")
     assert list(values_of(tab)) == [f"{POSE}.translation[{at}]" for at in range(3)]
-    daemon.tell(write(61, 2.25))
+    daemon.send_events(write(61, 2.25))
     wait_for(tab, lambda: values_of(tab)[x] == "2.2500")
-    # it continues while another view is open
+    # the series continues while the view Log is open
     tab.goto(f"{site.url}#/log")
-    daemon.tell(write(62, 9.5))
+    daemon.send_events(write(62, 9.5))
     tab.goto(f"{site.url}#/plot")
     wait_for(tab, lambda: values_of(tab).get(x) == "9.5000")
 
 
-def test_names_are_typed_and_completed(tab, site, daemon):
+def test_typed_names_are_completed(tab, site, daemon):
     daemon.answers |= {
         "cxbridge/interfaces": [{"type": "T", "id": "a/b", "data": {"speed": 1, "way": [1, 2]}}],
         "clips/executive/facts": [fact_model(1, "(robot (name r1) (charge 7))")],
@@ -84,22 +84,22 @@ def test_names_are_typed_and_completed(tab, site, daemon):
     tab.wait_for_selector("text=Nothing is plotted yet")
     tab.fill("#plot-name", "a/b")
     wait_for(tab, lambda: tab.locator("#plot-names option").count() == 3)
-    offered = [each.get_attribute("value") for each in tab.locator("#plot-names option").all()]
-    assert offered == ["T::a/b.speed", "T::a/b.way[0]", "T::a/b.way[1]"]
+    completions = [each.get_attribute("value") for each in tab.locator("#plot-names option").all()]
+    assert completions == ["T::a/b.speed", "T::a/b.way[0]", "T::a/b.way[1]"]
     tab.fill("#plot-name", "robot{name=r1}.charge")
     tab.keyboard.press("Enter")
     name = "executive:robot{name=r1}.charge"
     wait_for(tab, lambda: values_of(tab) == {name: "7"})
-    daemon.tell(fact(70, "(robot (name r2) (charge 1))"), fact(71, "(robot (name r1) (charge 6))"))
+    daemon.send_events(fact(70, "(robot (name r2) (charge 1))"), fact(71, "(robot (name r1) (charge 6))"))
     wait_for(tab, lambda: values_of(tab) == {name: "6"})
     assert quote(name, safe="") in tab.url
 
 
-def test_text_becomes_levels_and_loop_times_are_milliseconds(tab, site, daemon):
+def test_plot_shows_texts_and_loop_times_in_milliseconds(tab, site, daemon):
     state = "executive:plan-action{id=2}.state"
     tab.goto(site.url + address(state, "loop"))
     tab.wait_for_selector("#plot-legend tr >> nth=1")
-    daemon.tell(
+    daemon.send_events(
         loop(60.1, 7, 1500),
         fact(60.2, "(plan-action (id 2) (state FORMULATED))"),
         fact(60.3, "(plan-action (id 2) (state RUNNING))"),
@@ -108,8 +108,8 @@ def test_text_becomes_levels_and_loop_times_are_milliseconds(tab, site, daemon):
     wait_for(tab, lambda: values_of(tab) == {state: "RUNNING", "loop": "12.250"})
 
 
-def test_a_recording_is_plotted_and_shares_its_moment(tab, site, daemon):
-    """A click chooses the moment for all views; the moment chooses the values that are shown."""
+def test_plot_of_recording_shares_selected_moment(tab, site, daemon):
+    """A click selects the moment of all views, and the moment selects the shown values."""
     goals = [goal_event("G", "FORMULATED"), goal_event("G", "SELECTED", time_us=START_US + 10_000_000)]
     daemon.files["run.json"] = lines(goals[0], *(write(at, at * 10.0) for at in range(1, 10)), goals[1])
     x = f"{POSE}.translation[0]"
@@ -126,9 +126,9 @@ def test_a_recording_is_plotted_and_shares_its_moment(tab, site, daemon):
     wait_for(tab, lambda: values_of(tab) == {x: "20"})
 
 
-def test_a_hundred_thousand_points_are_drawn_as_few_and_no_peak_is_lost(tab, site):
+def test_decimation_of_many_points_keeps_peak(tab, site):
     tab.goto(f"{site.url}#/plot")
-    drawn, seen, ordered, greatest = tab.evaluate(
+    drawn_count, has_peak, is_ordered, maximum = tab.evaluate(
         """async () => {
           const { Series, decimate } = await import("cx/plot/series.js");
           const series = new Series({ name: "s", isStep: false });
@@ -140,5 +140,5 @@ def test_a_hundred_thousand_points_are_drawn_as_few_and_no_peak_is_lost(tab, sit
                   series.range(0, 100_000)[1]];
         }"""
     )
-    assert drawn <= 4 * 800
-    assert (seen, ordered, greatest) == (True, True, 1e6)
+    assert drawn_count <= 4 * 800
+    assert (has_peak, is_ordered, maximum) == (True, True, 1e6)

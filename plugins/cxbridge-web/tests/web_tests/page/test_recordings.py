@@ -1,4 +1,4 @@
-"""Recordings in the page: each way to open one, cut off, packed, text, and other files."""
+"""Opening of recordings in the page: dropped, chosen, linked, packed, damaged and invalid files."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ LINES = 2000
 
 
 def events() -> list[dict[str, Any]]:
-    """Return a run: goals, and enough of a log that packing has something to do."""
-    chance = random.Random(7)
+    """Return a run with goals, and with a log that is long enough for compression."""
+    rng = random.Random(7)
     line = {"kind": "log", "level": "I", "component": "Test"}
-    found = [goal_event("G", mode) for mode in ("FORMULATED", "SELECTED", "EXPANDED")]
-    found += [line | {"text": f"line {number} of {chance.random()}"} for number in range(LINES)]
-    return [each | {"time_us": START_US + at} for at, each in enumerate(found)]
+    events_without_time = [goal_event("G", mode) for mode in ("FORMULATED", "SELECTED", "EXPANDED")]
+    events_without_time += [line | {"text": f"line {number} of {rng.random()}"} for number in range(LINES)]
+    return [each | {"time_us": START_US + at} for at, each in enumerate(events_without_time)]
 
 
 def mcap(packed: str = "NONE") -> bytes:
-    """Return the run as an mcap file, its chunks packed by `ZSTD`, `LZ4` or not."""
+    """Return the run as an mcap file, whose chunks are packed by `ZSTD`, by `LZ4` or not."""
     writer = pytest.importorskip("mcap.writer", reason="needs mcap")
     out = io.BytesIO()
     file = writer.Writer(out, chunk_size=40_000, compression=writer.CompressionType[packed])
@@ -55,8 +55,8 @@ def drop(tab: Any, name: str, content: bytes) -> None:
         }""",
         [name, base64.b64encode(content).decode()],
     )
-    for what in ("dragenter", "dragover", "drop"):
-        tab.dispatch_event("body", what, {"dataTransfer": transfer})
+    for event_type in ("dragenter", "dragover", "drop"):
+        tab.dispatch_event("body", event_type, {"dataTransfer": transfer})
 
 
 def choose(tab: Any, path: Any) -> None:
@@ -66,7 +66,7 @@ def choose(tab: Any, path: Any) -> None:
 
 
 @pytest.mark.smoke
-def test_an_mcap_is_dropped_onto_the_page(tab, site):
+def test_dropped_mcap_is_shown(tab, site):
     tab.goto(f"{site.url}#/log")
     tab.wait_for_selector("#state >> text=RUNNING")
     drop(tab, "run.mcap", mcap())
@@ -78,7 +78,7 @@ def test_an_mcap_is_dropped_onto_the_page(tab, site):
     assert tab.locator(".toast.bad").count() == 0
 
 
-def test_a_packed_mcap_tells_the_command_that_unpacks_it(tab, site, tmp_path):
+def test_packed_mcap_is_error_with_command_to_unpack(tab, site, tmp_path):
     path, unpacked = tmp_path / "run.mcap", tmp_path / "unpacked.mcap"
     path.write_bytes(mcap("ZSTD"))
     tab.goto(f"{site.url}#/log")
@@ -99,11 +99,11 @@ def damaged(content: bytes) -> bytes:
 
 
 @pytest.mark.parametrize(
-    ("spoil", "note"), [(cut_off, "The file was cut off"), (damaged, "Some events could not be read")]
+    ("damage", "note"), [(cut_off, "The file was cut off"), (damaged, "Some events could not be read")]
 )
-def test_the_readable_part_of_a_file_is_shown_with_a_note(tab, site, tmp_path, spoil, note):
+def test_readable_part_of_damaged_file_is_shown_with_note(tab, site, tmp_path, damage, note):
     path = tmp_path / "run.mcap"
-    path.write_bytes(spoil(mcap()))
+    path.write_bytes(damage(mcap()))
     tab.goto(f"{site.url}#/log")
     choose(tab, path)
     tab.wait_for_selector(f".toast.bad >> text={note}")
@@ -120,11 +120,11 @@ def test_the_readable_part_of_a_file_is_shown_with_a_note(tab, site, tmp_path, s
         b'{"a": 1}\n',
     ],
 )
-def test_what_is_no_recording_is_refused_with_a_word(tab, site, content):
+def test_invalid_file_is_refused_with_error(tab, site, content):
     tab.goto(f"{site.url}#/goals")
     tab.wait_for_selector("#state >> text=RUNNING")
-    drop(tab, "thing", content)
-    tab.wait_for_selector(".toast.bad >> text=thing is not a recording")
+    drop(tab, "invalid", content)
+    tab.wait_for_selector(".toast.bad >> text=invalid is not a recording")
     assert tab.locator("#state").inner_text().endswith("RUNNING")
 
 
@@ -132,13 +132,13 @@ def test_what_is_no_recording_is_refused_with_a_word(tab, site, content):
     ("path", "reason"),
     [("files/none.mcap", "this server has no"), ("http://example.org/run.mcap", "it is on another server")],
 )
-def test_a_link_that_leads_nowhere_says_so(tab, site, path, reason):
+def test_broken_link_is_error_with_reason(tab, site, path, reason):
     tab.goto(f"{site.url}?run={path}")
     tab.wait_for_selector(f".toast.bad >> text={reason}")
     tab.wait_for_selector("#state >> text=RUNNING")
 
 
-def test_a_recording_of_several_agents_can_be_seen_one_by_one(tab, site, daemon):
+def test_recording_of_several_agents_is_filtered_by_agent(tab, site, daemon):
     fact = {"kind": "fact", "time_us": START_US, "asserted": True, "index": 1, "template": "domain-fact"}
     run = [goal_event("HOUSE", "SELECTED", env=env) for env in ("robot1", "robot2")]
     run += [

@@ -1,4 +1,4 @@
-"""The page's data come from the daemon: a page that is loaded again, or opened late, shows the same."""
+"""Reloaded and late pages show the data of the daemon."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from web_tests.support import serving
 FIRED = ".detail >> text=/fired [0-9]+/"
 
 
-def names(tab):
+def state_names(tab):
     """Return the shown states."""
     return tab.locator("#machine th[scope=row]").all_text_contents()
 
 
-def test_a_page_that_is_opened_late_shows_the_graph_of_a_skill_that_nobody_saw(tab):
+def test_late_page_shows_graph_of_finished_skill(tab):
     with serving() as (_, client, _lines):
         client.ask("POST", "/api/skiller/call", {"skill_string": "wait{seconds=0.2}"})
         client.until("/api/skiller/skills/active", lambda answer: answer["status"] == "FINAL")
@@ -26,11 +26,11 @@ def test_a_page_that_is_opened_late_shows_the_graph_of_a_skill_that_nobody_saw(t
         assert client.get("/api/skiller/skills/active").json["graph"] == first
         tab.goto(f"{client.url}/#/skills")
         tab.wait_for_selector("#machine tr")
-        assert "WAIT" in " ".join(names(tab)).upper()
+        assert "WAIT" in " ".join(state_names(tab)).upper()
 
 
-def test_messages_that_came_before_the_view_was_opened_are_there(tab):
-    """They were heard only while the view was open, but after a reload there all of them were."""
+def test_late_view_shows_earlier_messages(tab):
+    """The page collects messages for views that are not open."""
     with serving() as (_, client, _lines):
         tab.goto(f"{client.url}/#/goals")
         tab.wait_for_selector("#state >> text=RUNNING")
@@ -42,16 +42,16 @@ def test_messages_that_came_before_the_view_was_opened_are_there(tab):
         tab.wait_for_selector("#messages >> text=ExecSkillMessage")
 
 
-def test_two_pages_tell_the_same_number_of_firings(browser, tab, tmp_path):
-    """Each page counted for itself, from when it was opened."""
+def test_late_page_shows_all_firings_of_rule(browser, tab, tmp_path):
+    """The daemon counts the firings, not the page."""
     with serving(config=write_scenario(tmp_path / "mini")) as (_, client, _lines):
         address = f"{client.url}/#/clips/rules/time-retract"
         tab.goto(address)
         tab.wait_for_selector(FIRED)
         client.until("/api/cxbridge/rules?name=time-retract", lambda rows: rows[0].get("firings", 0) > 50)
-        other = browser.new_page()
-        other.goto(address)
-        other.wait_for_selector(FIRED)
-        shown = other.locator(FIRED).inner_text()
+        late_page = browser.new_page()
+        late_page.goto(address)
+        late_page.wait_for_selector(FIRED)
+        shown = late_page.locator(FIRED).inner_text()
         assert int(re.findall(r"fired (\d+)", shown)[0]) > 50
-        other.close()
+        late_page.close()

@@ -1,4 +1,4 @@
-"""Addresses of the page: tabs that are files, old and unknown addresses, and the selection in the address."""
+"""Addresses of the page: tabs, unknown addresses, and the selection."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from shutil import copytree
 import pytest
 
 from cxbridge_web import pages
-from web_tests.page.fake import FakeDaemon, goal_model, served
+from web_tests.page.fake import FakeDaemon, goal_model, serve_daemon
 
 VIEW = """
 export const tab = { title: "Weather", order: 15 };
@@ -22,21 +22,20 @@ export function open(main) {
 
 
 @contextmanager
-def page_of(tmp_path, monkeypatch, views):
-    """A server whose page has other views, too: their texts by name."""
+def serve_page_with(tmp_path, monkeypatch, views):
+    """Serve the page with additional or replaced views, given as texts by name."""
     folder = tmp_path / "static"
     copytree(pages.STATIC_FOLDER, folder, dirs_exist_ok=True)
     for name, text in views.items():
         (folder / "js" / "views" / f"{name}.js").write_text(text, encoding="utf-8")
     with monkeypatch.context() as patch:
         patch.setattr(pages, "STATIC_FOLDER", folder)
-        with served(FakeDaemon()) as site:
+        with serve_daemon(FakeDaemon()) as site:
             yield site
 
 
-def test_a_tab_is_one_file(tab, site, tmp_path, monkeypatch):
-    """A file in the folder of views is a tab; without it there is none."""
-    with page_of(tmp_path, monkeypatch, {"weather": VIEW}) as site_with_tab:
+def test_file_in_folder_of_views_is_tab(tab, site, tmp_path, monkeypatch):
+    with serve_page_with(tmp_path, monkeypatch, {"weather": VIEW}) as site_with_tab:
         tab.goto(site_with_tab.url)
         tab.click("#nav >> text=Weather")
         tab.wait_for_selector("#main h2 >> text=Weather here")
@@ -46,14 +45,14 @@ def test_a_tab_is_one_file(tab, site, tmp_path, monkeypatch):
     assert tab.locator("#nav >> text=Weather").count() == 0
 
 
-def test_a_view_that_cannot_be_loaded_does_not_take_the_others_along(tab, tmp_path, monkeypatch, errors):
-    with page_of(tmp_path, monkeypatch, {"log": "}"}) as site:
+def test_broken_view_does_not_affect_further_views(tab, tmp_path, monkeypatch, errors):
+    with serve_page_with(tmp_path, monkeypatch, {"log": "}"}) as site:
         tab.goto(f"{site.url}#/goals")
         tab.wait_for_selector(".toast >> text=The view log cannot be shown")
         tab.wait_for_selector("#main h2 >> text=Goals")
 
 
-def test_an_unknown_address_says_so_and_has_links(tab, site):
+def test_unknown_address_shows_error_with_links(tab, site):
     tab.goto(f"{site.url}#/nowhere/at/all")
     tab.wait_for_selector("#not-found >> text=There is no view at #/nowhere/at/all")
     assert tab.url.endswith("#/nowhere/at/all")
@@ -62,7 +61,7 @@ def test_an_unknown_address_says_so_and_has_links(tab, site):
 
 
 @pytest.mark.smoke
-def test_the_address_holds_what_is_selected(tab, site, daemon):
+def test_address_has_selection(tab, site, daemon):
     daemon.answers["clips-executive/goals"] = [goal_model("A"), goal_model("B")]
     tab.goto(f"{site.url}#/goals")
     tab.click("[role=treeitem] >> text=A")
@@ -72,7 +71,7 @@ def test_the_address_holds_what_is_selected(tab, site, daemon):
     tab.reload()
     tab.click("#nav >> text=Goals")
     tab.wait_for_selector("#goal h2:text-is('A')")
-    heard = tab.evaluate(
+    changes = tab.evaluate(
         """async () => {
           const { app } = await import("cx/app.js");
           const heard = [];
@@ -83,5 +82,5 @@ def test_the_address_holds_what_is_selected(tab, site, daemon):
           return [heard, app.selection.value.action];
         }"""
     )
-    assert heard == [[["action"], ["goal", "action"]], ""]
+    assert changes == [[["action"], ["goal", "action"]], ""]
     tab.wait_for_selector("#goal h2:text-is('B')")

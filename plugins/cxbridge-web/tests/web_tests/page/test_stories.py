@@ -1,4 +1,4 @@
-"""Questions of a user that the page answers; docs/see.md#the-page has their pictures."""
+"""The page's answers to questions of users; docs/see.md#the-page has pictures of the answers."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from cxbridge.trace.formats.mcap.writer import McapWriter
 from tests.history import runs as made
 from tests.run.mini import AGENT, write_scenario
 from web_tests.page.conftest import wait_for
-from web_tests.page.test_moments import viewing
+from web_tests.page.test_moments import serve_recordings
 
 pytestmark = pytest.mark.smoke
 
 
-def recorded(path: Path, events: Sequence[Event]) -> Path:
+def write_recording(path: Path, events: Sequence[Event]) -> Path:
     with McapWriter(path) as writer:
         writer.event_types(RecordLevel.FACTS)
         for event in events:
@@ -29,7 +29,7 @@ def recorded(path: Path, events: Sequence[Event]) -> Path:
 
 
 def delivery(*, fails: bool) -> list[Event]:
-    """A goal with a plan-action whose skill succeeds, or fails."""
+    """Return a goal with an action whose skill succeeds or fails."""
     end, outcome = ("FAILED", "FAILED") if fails else ("FINAL", "COMPLETED")
     return [
         made.goal(0, "deliver1", "FORMULATED"),
@@ -44,10 +44,10 @@ def delivery(*, fails: bool) -> list[Event]:
     ]
 
 
-def test_what_changed_since_the_run_of_yesterday(tab, tmp_path):
-    yesterday = recorded(tmp_path / "yesterday.mcap", delivery(fails=False))
-    today = recorded(tmp_path / "today.mcap", delivery(fails=True))
-    with viewing(yesterday, today) as (url, recordings):
+def test_comparison_shows_first_difference_of_runs(tab, tmp_path):
+    yesterday = write_recording(tmp_path / "yesterday.mcap", delivery(fails=False))
+    today = write_recording(tmp_path / "today.mcap", delivery(fails=True))
+    with serve_recordings(yesterday, today) as (url, recordings):
         tab.goto(url + recordings.start_path)
         tab.wait_for_selector(".verdict >> text=They part at 5.000 s in A, 4.000 s in B")
         assert "S_FAILED" in tab.locator(".verdict").inner_text()
@@ -59,12 +59,11 @@ def test_what_changed_since_the_run_of_yesterday(tab, tmp_path):
         assert "runs/1/today.mcap" in tab.url
 
 
-def test_why_did_this_rule_not_fire(tab, tmp_path):
-    """Of a recording: the condition that fails, and the rule that asserted the fact in question."""
+def test_why_shows_failing_condition_and_cause_of_fact(tab, tmp_path):
     never = AGENT + "\n(defrule mini-never (goal (id G) (mode RETRACTED)) (never) =>)"
     scenario, path = write_scenario(tmp_path / "mini", agent=never), tmp_path / "run.mcap"
     run_scenario(RunOptions(scenario=scenario, trace=path, trace_level="facts"))
-    with viewing(path) as (url, recordings):
+    with serve_recordings(path) as (url, recordings):
         tab.goto(url + recordings.start_path + "#/clips/rules/mini-never")
         tab.click("#why-rule")
         tab.wait_for_selector("#why-text .failing >> text=RETRACTED")
@@ -74,11 +73,14 @@ def test_why_did_this_rule_not_fire(tab, tmp_path):
         tab.wait_for_selector("#why-text .cause >> text=rule mini-begin fired just before")
 
 
-def test_is_it_stuck_and_on_what(tab, tmp_path):
-    """An action waits, and nothing is under way: the page and its detail say on what."""
+def test_stuck_run_shows_waiting_action(tab, tmp_path):
+    """An action waits and no skill runs."""
     events = [*delivery(fails=False)[:3], made.action(1, "deliver1", 1, "drive", "PENDING")]
     late = InterfaceWrite(made.us(9), "BatteryInterface::B", {"voltage": 12.5})
-    with viewing(recorded(tmp_path / "run.mcap", [*events[:2], events[3], late])) as (url, recordings):
+    with serve_recordings(write_recording(tmp_path / "run.mcap", [*events[:2], events[3], late])) as (
+        url,
+        recordings,
+    ):
         tab.goto(url + recordings.start_path)
         tab.wait_for_selector(".story-head p >> text=action 1 drive of deliver1 has been PENDING")
         assert tab.locator(".story-head a").first.get_attribute("href") == "#/timeline/goal/deliver1"
@@ -94,7 +96,7 @@ def test_is_it_stuck_and_on_what(tab, tmp_path):
         tab.wait_for_selector("text=The action never started.")
 
 
-def test_a_skill_that_fails_again_and_again_is_counted(tab, tmp_path):
+def test_story_counts_failures_of_skill(tab, tmp_path):
     events = []
     for at, name in ((0, "look1"), (10, "look2")):
         events += [
@@ -106,13 +108,13 @@ def test_a_skill_that_fails_again_and_again_is_counted(tab, tmp_path):
             made.action(at + 2, name, 1, "look", "FAILED"),
             made.goal(at + 2, name, "FINISHED", "FAILED"),
         ]
-    with viewing(recorded(tmp_path / "run.mcap", events)) as (url, recordings):
+    with serve_recordings(write_recording(tmp_path / "run.mcap", events)) as (url, recordings):
         tab.goto(url + recordings.start_path)
         tab.wait_for_selector(".story-why >> text=it failed 2 of 2 times (Skiller, Skiller)")
 
 
-def test_where_was_the_robot_when_the_skill_failed(tab, tmp_path):
-    """Two clicks from the recording: the view, the red bar."""
+def test_world_shows_place_of_robot_at_failure(tab, tmp_path):
+    """The place needs two clicks: the view, and the red bar."""
     pose = {"frame": "map", "translation": [0.0, 0.0, 0.0], "rotation": [0, 0, 0, 1], "visibility_history": 1}
     places = [
         InterfaceWrite(
@@ -121,7 +123,7 @@ def test_where_was_the_robot_when_the_skill_failed(tab, tmp_path):
         for at in range(1, 7)
     ]
     events = sorted([*delivery(fails=True), *places], key=lambda event: event.time_us)
-    with viewing(recorded(tmp_path / "run.mcap", events)) as (url, recordings):
+    with serve_recordings(write_recording(tmp_path / "run.mcap", events)) as (url, recordings):
         tab.goto(url + recordings.start_path)
         tab.click("nav >> text=World")
         tab.wait_for_selector(".lane-bar.o-failed")
@@ -140,7 +142,7 @@ def test_plot_proposes_the_values_that_changed(tab, tmp_path):
             for at in range(6, 12)
         ),
     ]
-    with viewing(recorded(tmp_path / "run.mcap", events)) as (url, recordings):
+    with serve_recordings(write_recording(tmp_path / "run.mcap", events)) as (url, recordings):
         tab.goto(url + recordings.start_path + "#/plot")
         tab.click("[aria-label='plot BatteryInterface::B.voltage']")
         tab.wait_for_selector("#plot-legend [data-series='BatteryInterface::B.voltage']")

@@ -1,4 +1,4 @@
-"""The timeline: the drawing of a run, live and recorded; moving, zooming and reading it."""
+"""The timeline of live and recorded runs: drawing, zoom, filters and details."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from cxbridge_web.report import report
 from tests.trace.runs import MemoryRun, goal
 from web_tests.page.conftest import wait_for
-from web_tests.page.fake import START_US, FakeDaemon, Served, goal_event
+from web_tests.page.fake import START_US, FakeDaemon, PageServer, goal_event
 
 SECOND = 1_000_000
 ACTION = {"kind": "plan-action", "env": "executive", "plan": "P", "action_id": "1", "action": "move"}
@@ -33,7 +33,7 @@ def action(goal: str, state: str) -> dict[str, Any]:
 
 
 def failure() -> list[dict[str, Any]]:
-    """A goal with a sub-goal whose action's skill fails, and one that is rejected."""
+    """Return a goal with a failed sub-goal, action and skill, and a rejected goal."""
     sent = {"skiller": SKILL["skiller"], "call": str(SKILL["msgid"])}
     bad = {"parent": "ROOT", "error": "PATH-BLOCKED"}
     return [
@@ -51,8 +51,8 @@ def failure() -> list[dict[str, Any]]:
     ]
 
 
-def again() -> list[dict[str, Any]]:
-    """A goal whose second action fails, and its first action after a rule has set it back to SELECTED."""
+def retried() -> list[dict[str, Any]]:
+    """Return a goal with two lives: the second action fails, then the first action."""
     second = {"action_id": "2", "action": "grasp"}
     modes = ("SELECTED", "DISPATCHED")
     return [
@@ -65,8 +65,8 @@ def again() -> list[dict[str, Any]]:
 
 
 @pytest.fixture
-def recorded(tab: Any, site: Served, daemon: FakeDaemon) -> Any:
-    """The tab, looking at the recorded failure."""
+def recorded(tab: Any, site: PageServer, daemon: FakeDaemon) -> Any:
+    """The tab with the recorded failure."""
     daemon.files["run.jsonl"] = "\n".join(map(json.dumps, failure())).encode()
     tab.goto(f"{site.url}?run=files/run.jsonl")
     tab.wait_for_selector("#state >> text=RECORDING")
@@ -79,13 +79,13 @@ def labels(tab: Any) -> list[str]:
 
 
 def window(tab: Any) -> tuple[float, float]:
-    """Seconds since the begin that are seen, as the overview's and the axis' texts are only pixels."""
-    found = tab.evaluate("document.querySelector('.tl').timeline.window")
-    return (found["from"] - START_US) / SECOND, (found["to"] - START_US) / SECOND
+    """Return begin and end of the shown window in seconds, which the canvas has only as pixels."""
+    shown = tab.evaluate("document.querySelector('.tl').timeline.window")
+    return (shown["from"] - START_US) / SECOND, (shown["to"] - START_US) / SECOND
 
 
 def x_of(tab: Any, seconds: float) -> float:
-    """Pixels within the window."""
+    """Return the horizontal position of a time in pixels."""
     box = tab.locator(".tl-chart").bounding_box()
     begin, end = window(tab)
     return float(box["x"] + (seconds - begin) / (end - begin) * box["width"])
@@ -97,8 +97,8 @@ def y_of(tab: Any, name: str) -> float:
 
 
 def colour(tab: Any, x: float, y: float) -> list[int]:
-    """The most frequent colour of some pixels of the chart."""
-    found: list[int] = tab.evaluate(
+    """Return the most frequent colour of the pixels around a point of the chart."""
+    rgb: list[int] = tab.evaluate(
         """([x, y]) => {
           const canvas = document.querySelector(".tl-chart"), box = canvas.getBoundingClientRect();
           const ratio = canvas.width / box.width, counts = new Map();
@@ -112,11 +112,12 @@ def colour(tab: Any, x: float, y: float) -> list[int]:
         }""",
         [x, y],
     )
-    return found
+
+    return rgb
 
 
-def fill(tab: Any, outcome: str) -> list[int]:
-    """The colour of an outcome in the page's style sheet."""
+def outcome_colour(tab: Any, outcome: str) -> list[int]:
+    """Return the colour of an outcome in the style sheet."""
     text = tab.evaluate(
         """(outcome) => {
           const node = document.createElement("i");
@@ -132,26 +133,26 @@ def fill(tab: Any, outcome: str) -> list[int]:
 
 
 @pytest.mark.smoke
-def test_the_page_opens_with_it_and_goals_arrive(tab, site, daemon):
+def test_page_opens_timeline_and_shows_new_goals(tab, site, daemon):
     tab.goto(site.url)
     tab.wait_for_url("**/#/timeline")
     tab.wait_for_selector("text=No goals yet")
-    daemon.tell(goal_event("ROOT", "FORMULATED"), goal_event("LEAF", "DISPATCHED", parent="ROOT"))
+    daemon.send_events(goal_event("ROOT", "FORMULATED"), goal_event("LEAF", "DISPATCHED", parent="ROOT"))
     tab.wait_for_selector('.tl [role=treeitem][aria-level="2"]')
     assert labels(tab) == ["goal ROOT, waiting", "goal LEAF, running"]
-    daemon.tell(goal_event("LEAF", "FINISHED", "FAILED", parent="ROOT", error="NO-WAY"))
+    daemon.send_events(goal_event("LEAF", "FINISHED", "FAILED", parent="ROOT", error="NO-WAY"))
     tab.wait_for_selector(".tl-legend .o-failed >> text=1")
     wait_for(tab, lambda: "goal LEAF, failed, ran 0 ms, NO-WAY" in labels(tab))
 
 
-def test_bars_have_the_colours_of_their_outcomes(recorded):
+def test_bars_have_colours_of_outcomes(recorded):
     tab = recorded
-    assert colour(tab, x_of(tab, 4.5), y_of(tab, "FETCH")) == fill(tab, "failed")
-    assert colour(tab, x_of(tab, 0.5), y_of(tab, "IDLE")) != fill(tab, "failed")
+    assert colour(tab, x_of(tab, 4.5), y_of(tab, "FETCH")) == outcome_colour(tab, "failed")
+    assert colour(tab, x_of(tab, 0.5), y_of(tab, "IDLE")) != outcome_colour(tab, "failed")
 
 
-def test_bars_of_a_report_are_beside_their_names(tab):
-    """Also far down: the list learns how high a row is when the page shows it, later than it is filled."""
+def test_bars_of_report_are_beside_names(tab):
+    """The list gets the height of a row only when the page shows it, after it is filled."""
     names = [f"G{number}" for number in range(12)]
     begins = [goal(name, "DISPATCHED", time_us=0) for name in names]
     ends = [goal(name, "FINISHED", "FAILED", time_us=SECOND) for name in names]
@@ -159,14 +160,14 @@ def test_bars_of_a_report_are_beside_their_names(tab):
     tab.wait_for_selector(".tl [role=treeitem]:has-text('G11')")
     box = tab.locator(".tl-chart").bounding_box()
     middle = box["x"] + box["width"] / 2
-    wait_for(tab, lambda: colour(tab, middle, y_of(tab, "G0")) == fill(tab, "failed"))
-    assert colour(tab, middle, y_of(tab, "G11")) == fill(tab, "failed")
-    assert colour(tab, middle, y_of(tab, "G11") + 28) != fill(tab, "failed")
+    wait_for(tab, lambda: colour(tab, middle, y_of(tab, "G0")) == outcome_colour(tab, "failed"))
+    assert colour(tab, middle, y_of(tab, "G11")) == outcome_colour(tab, "failed")
+    assert colour(tab, middle, y_of(tab, "G11") + 28) != outcome_colour(tab, "failed")
 
 
 @pytest.mark.smoke
-def test_the_first_screen_tells_the_story_and_leads_to_each_part_of_it_and_back(recorded):
-    """The robot that failed, and the cause, need no click; the skill call with its log needs one."""
+def test_story_links_to_its_parts_and_back(recorded):
+    """The failed robot and the cause need no click; the skill call with its log needs a click."""
     tab = recorded
     tab.wait_for_selector(".story-head >> text=Failed after 7.0 s")
     tab.wait_for_selector('.story-head >> text=robot1 could not do move{to="lab"}')
@@ -189,7 +190,7 @@ def test_the_first_screen_tells_the_story_and_leads_to_each_part_of_it_and_back(
     tab.wait_for_selector(".story")
 
 
-def test_errors_are_marks_with_their_text(recorded):
+def test_errors_are_marks_with_text(recorded):
     tab = recorded
     box = tab.locator(".tl-chart").bounding_box()
     tab.mouse.move(x_of(tab, 6), box["y"] + 34)
@@ -203,42 +204,42 @@ def test_errors_are_marks_with_their_text(recorded):
 def test_wheel_keys_and_buttons_zoom_and_pan(recorded):
     tab = recorded
     tab.mouse.move(x_of(tab, 6), y_of(tab, "FETCH"))
-    whole = window(tab)
+    full_window = window(tab)
     tab.mouse.wheel(0, -400)
-    wait_for(tab, lambda: window(tab)[1] - window(tab)[0] < 0.6 * (whole[1] - whole[0]))
+    wait_for(tab, lambda: window(tab)[1] - window(tab)[0] < 0.6 * (full_window[1] - full_window[0]))
     assert window(tab)[0] < 6 < window(tab)[1]
     tab.get_by_role("tree").focus()
     before = window(tab)
     tab.keyboard.press("d")
     wait_for(tab, lambda: window(tab)[0] > before[0])
     tab.keyboard.press("0")
-    wait_for(tab, lambda: window(tab) == whole)
+    wait_for(tab, lambda: window(tab) == full_window)
     tab.keyboard.press("+")
-    wait_for(tab, lambda: window(tab)[1] - window(tab)[0] < whole[1] - whole[0])
+    wait_for(tab, lambda: window(tab)[1] - window(tab)[0] < full_window[1] - full_window[0])
     tab.click(".tl-zoom >> text=Fit")
-    wait_for(tab, lambda: window(tab) == whole)
+    wait_for(tab, lambda: window(tab) == full_window)
 
 
-def test_live_it_follows_until_it_is_panned_and_comes_back(tab, site, daemon):
+def test_live_timeline_follows_until_panned(tab, site, daemon):
     tab.goto(site.url)
-    daemon.tell(*at(0, goal_event("A", "DISPATCHED")), *at(30, goal_event("B", "DISPATCHED")))
+    daemon.send_events(*at(0, goal_event("A", "DISPATCHED")), *at(30, goal_event("B", "DISPATCHED")))
     wait_for(tab, lambda: len(labels(tab)) == 2)
     tab.wait_for_selector(".tl-now >> text=Following")
     tab.get_by_role("tree").focus()
     for _ in range(4):
         tab.keyboard.press("a")
     tab.wait_for_selector(".tl-now >> text=Back to now")
-    stays = window(tab)
-    daemon.tell(*at(90, goal_event("C", "DISPATCHED")))
+    window_before = window(tab)
+    daemon.send_events(*at(90, goal_event("C", "DISPATCHED")))
     wait_for(tab, lambda: len(labels(tab)) == 3)
-    assert window(tab) == stays
+    assert window(tab) == window_before
     tab.click(".tl-now")
     wait_for(tab, lambda: window(tab)[1] >= 90)
-    daemon.tell(*at(200, goal_event("D", "DISPATCHED")))
+    daemon.send_events(*at(200, goal_event("D", "DISPATCHED")))
     wait_for(tab, lambda: window(tab)[1] >= 200)
 
 
-def test_outcomes_and_words_filter(recorded):
+def test_goals_are_filtered_by_outcome_and_text(recorded):
     tab = recorded
     tab.click(".tl-legend .o-rejected")
     wait_for(
@@ -249,21 +250,21 @@ def test_outcomes_and_words_filter(recorded):
     )
     tab.wait_for_selector(".tl .count >> text=1 of 3 goals")
     tab.click(".tl-legend .o-rejected")
-    tab.fill(".tl .find", "blocked")
-    # with the goal above it
+    tab.outcome_colour(".tl .find", "blocked")
+    # the matching goal and its parent
     tab.wait_for_selector(".tl .count >> text=2 of 3 goals")
-    tab.fill(".tl .find", "nothing like it")
+    tab.outcome_colour(".tl .find", "nothing like it")
     tab.wait_for_selector(".tl .count >> text=0 of 3 goals")
 
 
-def test_arrows_walk_and_fold_without_steps_in_the_history(recorded):
+def test_arrows_select_and_fold_without_history(recorded):
     tab = recorded
     length = tab.evaluate("history.length")
     tab.get_by_role("tree").focus()
     for key in ("Home", "ArrowDown", "ArrowDown", "ArrowDown"):
         tab.keyboard.press(key)
     tab.wait_for_selector(".tl-detail h2:has-text('FETCH')")
-    assert not any("action" in each for each in labels(tab)), "the action is within the bar of its goal"
+    assert not any("action" in each for each in labels(tab)), "the action is folded into the bar of its goal"
     tab.keyboard.press("ArrowRight")
     wait_for(tab, lambda: any("action" in each for each in labels(tab)))
     tab.keyboard.press("ArrowLeft")

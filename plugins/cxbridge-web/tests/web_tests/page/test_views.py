@@ -1,4 +1,4 @@
-"""The views against a server that plays the daemon: their contents, requests and changes."""
+"""Contents, requests and changes of the views with a fake daemon."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ WHY = {
 
 
 @pytest.mark.smoke
-def test_goals_are_a_tree_that_follows_the_events(tab, site, daemon):
+def test_tree_of_goals_follows_events(tab, site, daemon):
     daemon.answers["clips-executive/goals"] = [
         goal_model("ROOT", "DISPATCHED", **{"sub-type": "RUN-ALL-OF-SUBGOALS"}),
         goal_model("LEAF", "SELECTED", parent="ROOT"),
@@ -46,13 +46,13 @@ def test_goals_are_a_tree_that_follows_the_events(tab, site, daemon):
     rows = tab.get_by_role("treeitem")
     tab.wait_for_selector('[role=treeitem][aria-level="2"]')
     assert rows.count() == 2
-    daemon.tell(goal_event("LEAF", "FINISHED", "FAILED", parent="ROOT", error="NO-WAY"))
+    daemon.send_events(goal_event("LEAF", "FINISHED", "FAILED", parent="ROOT", error="NO-WAY"))
     tab.wait_for_selector("[role=treeitem] .o-failed >> text=failed")
     assert "no way" in rows.nth(1).inner_text()
 
 
-def test_events_that_come_while_a_list_is_asked_for_stand_once_in_the_history(tab, site):
-    """A page that was opened in the midst of a run showed the way of each goal twice."""
+def test_event_during_request_is_in_history_once(tab, site):
+    """A page that opens during a run must not show the transitions of a goal twice."""
     tab.goto(site.url)
     modes = ["FORMULATED", "SELECTED", "EXPANDED"]
     history, mode = tab.evaluate(
@@ -69,7 +69,7 @@ def test_events_that_come_while_a_list_is_asked_for_stand_once_in_the_history(ta
     assert (history, mode) == (modes, "EXPANDED")
 
 
-def test_the_chosen_goal_shows_its_plan_and_why(tab, site, daemon):
+def test_selected_goal_shows_plan_and_cause(tab, site, daemon):
     action = {
         "id": 1,
         "operator-name": "move",
@@ -88,7 +88,7 @@ def test_the_chosen_goal_shows_its_plan_and_why(tab, site, daemon):
     tab.wait_for_selector(".action >> text=move")
     assert "speed fast" in tab.locator("#goal").inner_text()
     event = {"kind": "plan-action", "time_us": START_US, "env": "executive", "action_id": "1"}
-    daemon.tell(event | {"goal": "G", "plan": "P", "action": "move", "state": "RUNNING"})
+    daemon.send_events(event | {"goal": "G", "plan": "P", "action": "move", "state": "RUNNING"})
     tab.wait_for_selector(".action >> text=RUNNING")
     tab.click("#why")
     tab.wait_for_selector("#why-text .causes >> text=it is young")
@@ -96,7 +96,7 @@ def test_the_chosen_goal_shows_its_plan_and_why(tab, site, daemon):
     assert tab.locator("#why-text .causes a").get_attribute("href") == "#/goals/G"
 
 
-def test_ten_thousand_facts_follow_the_events_and_are_found(tab, site, daemon):
+def test_many_facts_follow_events_and_are_found(tab, site, daemon):
     daemon.answers["clips/executive/facts"] = [
         fact_model(n, f"(thing (number {n}))") for n in range(1, 10_001)
     ]
@@ -105,8 +105,8 @@ def test_ten_thousand_facts_follow_the_events_and_are_found(tab, site, daemon):
     assert tab.get_by_role("option").count() < 80
     reads = daemon.count("GET", "clips/executive/facts")
     fact = {"kind": "fact", "time_us": START_US, "env": "executive", "template": "thing"}
-    daemon.tell(*({**fact, "asserted": False, "index": n, "text": ""} for n in range(1, 5001)))
-    daemon.tell({**fact, "asserted": True, "index": 10_001, "text": "(thing (number new))"})
+    daemon.send_events(*({**fact, "asserted": False, "index": n, "text": ""} for n in range(1, 5001)))
+    daemon.send_events({**fact, "asserted": True, "index": 10_001, "text": "(thing (number new))"})
     tab.wait_for_selector(".count:text-is('5001')")
     tab.keyboard.press("/")
     tab.keyboard.type("number new")
@@ -116,7 +116,7 @@ def test_ten_thousand_facts_follow_the_events_and_are_found(tab, site, daemon):
 
 
 @pytest.mark.smoke
-def test_a_refusal_is_shown_and_the_typed_text_stays(tab, site, daemon):
+def test_refused_call_shows_error_and_keeps_text(tab, site, daemon):
     daemon.refusal = "there is no skill 'dor'"
     tab.goto(f"{site.url}#/skills")
     tab.fill("#skill-string", "dor{}")
@@ -125,20 +125,20 @@ def test_a_refusal_is_shown_and_the_typed_text_stays(tab, site, daemon):
     assert tab.input_value("#skill-string") == "dor{}"
 
 
-def test_a_row_drawn_again_between_press_and_release_is_chosen(tab, site, daemon):
+def test_row_redrawn_between_press_and_release_is_selected(tab, site, daemon):
     daemon.answers["clips-executive/goals"] = [goal_model("A"), goal_model("B")]
     tab.goto(f"{site.url}#/goals")
     tab.hover("[role=treeitem] >> text=B")
     tab.mouse.down()
-    daemon.tell(goal_event("B", "SELECTED"), goal_event("C", "FORMULATED"))
+    daemon.send_events(goal_event("B", "SELECTED"), goal_event("C", "FORMULATED"))
     tab.wait_for_selector(".count:text-is('3')")
     tab.mouse.up()
     tab.wait_for_selector("#goal h2:text-is('B')")
     tab.wait_for_selector("[role=treeitem] >> text=SELECTED")
 
 
-def test_each_rule_that_is_chosen_is_shown(tab, site, daemon):
-    """It said that there is no such rule, until the list was read the next time."""
+def test_each_selected_rule_is_shown(tab, site, daemon):
+    """The detail needs no further request of the list of rules."""
     daemon.answers |= {"cxbridge/rules": [{"name": "goal-expand"}, {"name": "goal-select"}]}
     tab.goto(f"{site.url}#/clips/rules")
     for name in ("goal-expand", "goal-select") * 2:
@@ -148,7 +148,7 @@ def test_each_rule_that_is_chosen_is_shown(tab, site, daemon):
 
 
 @pytest.mark.smoke
-def test_a_skill_is_drawn_called_and_stopped(tab, site, daemon):
+def test_skill_is_drawn_called_and_stopped(tab, site, daemon):
     daemon.answers |= {
         "skiller/skills": [{"name": "say"}, {"name": "goto"}],
         "skiller/skills/active": {
@@ -166,13 +166,13 @@ def test_a_skill_is_drawn_called_and_stopped(tab, site, daemon):
     assert 'a "quoted" reason → FAILED' in states[1]
     tab.fill("#skill-string", 'say{text="x"}')
     tab.keyboard.press("Enter")
-    wait_for(tab, lambda: ("POST", "skiller/call", {"skill_string": 'say{text="x"}'}) in daemon.asked)
+    wait_for(tab, lambda: ("POST", "skiller/call", {"skill_string": 'say{text="x"}'}) in daemon.requests)
     tab.click("#stop-skill")
-    wait_for(tab, lambda: ("DELETE", "skiller/skills/active", None) in daemon.asked)
+    wait_for(tab, lambda: ("DELETE", "skiller/skills/active", None) in daemon.requests)
 
 
 @pytest.mark.parametrize("text", ["", "digraph {", "graph x {}", "digraph x { A -> A; A -> B; B -> A }"])
-def test_a_graph_of_any_text_does_no_harm(tab, site, daemon, text):
+def test_invalid_graph_does_not_break_view(tab, site, daemon, text):
     active = {"name": "ACTIVE", "graph": text, "skill-string": "x{}", "status": "FINAL"}
     daemon.answers["skiller/skills/active"] = active
     tab.goto(f"{site.url}#/skills")
@@ -180,7 +180,7 @@ def test_a_graph_of_any_text_does_no_harm(tab, site, daemon, text):
 
 
 @pytest.mark.smoke
-def test_interfaces_show_live_values_and_take_messages(tab, site, daemon):
+def test_interface_shows_live_values_and_sends_message(tab, site, daemon):
     fields = [{"name": "x", "type": "float", "is_array": False, "enums": []},
               {"name": "mode", "type": "Mode", "is_array": False, "enums": ["OFF", "ON"]}]  # fmt: skip
     info = {
@@ -201,7 +201,7 @@ def test_interfaces_show_live_values_and_take_messages(tab, site, daemon):
     tab.goto(f"{site.url}#/blackboard")
     tab.click("text=Base/1")
     tab.wait_for_selector("#values td >> text=0.5")
-    daemon.tell(
+    daemon.send_events(
         {"kind": "interface", "time_us": START_US, "uid": "MotorInterface::Base/1", "values": {"x": 2.25}}
     )
     tab.wait_for_selector("#values td >> text=2.25")
@@ -210,13 +210,13 @@ def test_interfaces_show_live_values_and_take_messages(tab, site, daemon):
     tab.click("#message button")
     tab.wait_for_selector("text=GotoMessage sent, number 12")
     path = "cxbridge/blackboard/MotorInterface/Base/1/messages"
-    assert ("POST", path, {"type": "GotoMessage", "fields": {"x": 1.5, "mode": "ON"}}) in daemon.asked
+    assert ("POST", path, {"type": "GotoMessage", "fields": {"x": 1.5, "mode": "ON"}}) in daemon.requests
 
 
 @pytest.mark.smoke
-def test_the_log_has_levels_and_search(tab, site, daemon):
+def test_log_is_filtered_by_level_and_text(tab, site, daemon):
     line = {"kind": "log", "time_us": START_US, "component": "Test"}
-    daemon.tell(*({**line, "level": level, "text": f"line {level} {HOSTILE}"} for level in "DIWE"))
+    daemon.send_events(*({**line, "level": level, "text": f"line {level} {HOSTILE}"} for level in "DIWE"))
     tab.goto(f"{site.url}#/log")
     tab.wait_for_selector("text=3 of 4")
     tab.get_by_role("checkbox", name="debug").check()
@@ -230,7 +230,7 @@ def test_the_log_has_levels_and_search(tab, site, daemon):
 
 
 @pytest.mark.smoke
-def test_a_lost_connection_is_shown_and_mended(tab, site, daemon):
+def test_page_shows_lost_connection_and_reconnects(tab, site, daemon):
     daemon.answers["clips-executive/goals"] = [goal_model("BEFORE")]
     tab.goto(site.url)
     tab.wait_for_selector("[role=treeitem] >> text=BEFORE")
@@ -243,9 +243,9 @@ def test_a_lost_connection_is_shown_and_mended(tab, site, daemon):
     tab.wait_for_selector("[role=treeitem] >> text=AFTER")
 
 
-def test_what_another_daemon_told_is_forgotten(tab, site, daemon):
+def test_page_forgets_events_of_earlier_daemon(tab, site, daemon):
     line = {"kind": "log", "time_us": START_US, "component": "Test", "level": "I", "text": "of the first"}
-    daemon.tell(line)
+    daemon.send_events(line)
     tab.goto(f"{site.url}#/log")
     tab.wait_for_selector("[role=option] >> text=of the first")
     site.stop()
@@ -255,18 +255,18 @@ def test_what_another_daemon_told_is_forgotten(tab, site, daemon):
     tab.wait_for_selector("text=Nothing logged yet")
 
 
-def test_missed_events_are_told_and_read_again(tab, site, daemon):
+def test_page_shows_missed_events_and_reloads(tab, site, daemon):
     tab.goto(site.url)
     tab.wait_for_selector("#state >> text=RUNNING")
     wait_for(tab, lambda: daemon.count("GET", "clips-executive/goals") == 1)
-    daemon.tell({"kind": "dropped", "count": 12})
+    daemon.send_events({"kind": "dropped", "count": 12})
     tab.wait_for_selector("text=12 events were missed")
     wait_for(tab, lambda: daemon.count("GET", "clips-executive/goals") == 2)
 
 
 @pytest.mark.smoke
 @pytest.mark.parametrize("view", VIEWS)
-def test_every_view_is_empty_without_harm_and_fits_a_phone(tab, site, view):
+def test_empty_view_fits_telephone(tab, site, view):
     tab.set_viewport_size(PHONE)
     tab.goto(f"{site.url}#/{view}")
     tab.wait_for_selector("#main h2")
@@ -274,7 +274,7 @@ def test_every_view_is_empty_without_harm_and_fits_a_phone(tab, site, view):
     assert tab.locator("#nav a[aria-current=page]").count() == 1
 
 
-def test_the_header_says_why_the_rules_are_stopped_and_resumes_them(tab, site, daemon):
+def test_header_shows_breakpoint_and_resumes(tab, site, daemon):
     daemon.stopped = STOP
     tab.goto(site.url)
     tab.wait_for_selector("#state[title*='before rule goal-expand'] >> text=BREAK")
@@ -283,7 +283,7 @@ def test_the_header_says_why_the_rules_are_stopped_and_resumes_them(tab, site, d
 
 
 @pytest.mark.smoke
-def test_without_remote_control_nothing_can_be_pressed_and_the_reason_is_there(tab, site, daemon):
+def test_buttons_are_disabled_without_remote_control(tab, site, daemon):
     daemon.remote_control = False
     tab.goto(f"{site.url}#/skills")
     tab.wait_for_selector("#read-only >> text=remote-control is off")
