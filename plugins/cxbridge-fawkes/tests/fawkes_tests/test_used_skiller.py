@@ -114,10 +114,10 @@ def check_run_side(skiller: UsedSkiller, url: str, skill: str) -> None:
         finally:
             remote.close()
     assert skiller.executed == [skill]
-    ours = [state for state in recorder.states if state[2] == sent]
-    assert ours[-1] == ("S_FINAL", skill, sent)
-    assert ours[:-1] in ([], [("S_RUNNING", skill, sent)])
-    assert [state for state in recorder.states if state not in ours] in ([], [("S_INACTIVE", "", 0)])
+    own_states = [state for state in recorder.states if state[2] == sent]
+    assert own_states[-1] == ("S_FINAL", skill, sent)
+    assert own_states[:-1] in ([], [("S_RUNNING", skill, sent)])
+    assert [state for state in recorder.states if state not in own_states] in ([], [("S_INACTIVE", "", 0)])
 
 
 def wait_free(board) -> None:

@@ -88,7 +88,7 @@ def test_type_of_subfolder_can_be_registered(bus, tmp_path):
     manager.close()
 
 
-def test_reference_shares_message_and_outlives_it(pb):
+def test_reference_shares_message_beyond_destruction(pb):
     message = pb.call("pb-create", ORDER)
     reference = pb.call("pb-ref", message)
     assert reference != message

@@ -30,12 +30,12 @@ def test_frame_has_documented_bytes():
 def test_stream_decoder_returns_frames_of_any_chunks(frames, data):
     stream = b"".join(encode_frame(frame) for frame in frames)
     decoder = StreamDecoder(100)
-    found: list[Frame] = []
+    decoded: list[Frame] = []
     while stream:
         size = data.draw(st.integers(1, len(stream)))
-        found += decoder.feed(stream[:size])
+        decoded += decoder.feed(stream[:size])
         stream = stream[size:]
-    assert found == frames
+    assert decoded == frames
 
 
 @given(FRAMES)
@@ -69,9 +69,9 @@ def test_invalid_header_is_refused_without_payload(start, problem):
 
 
 def test_frames_before_broken_frame_are_returned():
-    good = Frame(1, 2, b"x")
-    frames = StreamDecoder(1000).feed(encode_frame(good) + b"\xff" * 8)
-    assert next(frames) == good
+    valid = Frame(1, 2, b"x")
+    frames = StreamDecoder(1000).feed(encode_frame(valid) + b"\xff" * 8)
+    assert next(frames) == valid
     with pytest.raises(ProtobufError):
         next(frames)
 

@@ -20,8 +20,8 @@ OUTCOMES = ("formulated", "running", "completed", "failed", "rejected", "retract
 def colours() -> dict[str, tuple[str, str]]:
     """Return the light and the dark value of each variable of the style sheet."""
     text = (STATIC_FOLDER / "css" / "outcomes.css").read_text("utf-8")
-    found = re.findall(r"--([\w-]+): light-dark\((#\w{6}), (#\w{6})\)", text)
-    return {name: (light, dark) for name, light, dark in found}
+    variables = re.findall(r"--([\w-]+): light-dark\((#\w{6}), (#\w{6})\)", text)
+    return {name: (light, dark) for name, light, dark in variables}
 
 
 def luminance(colour: str) -> float:

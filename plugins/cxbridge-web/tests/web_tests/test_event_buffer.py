@@ -81,10 +81,10 @@ def test_bunches_are_bounded_and_consecutive():
     buffer.add([line("z" * 1000) for _ in range(300)])
     at, positions = START, []
     while at != buffer.end:
-        found, at, lost = buffer.read_bunch_after(at, ALL)
+        bunch, at, lost = buffer.read_bunch_after(at, ALL)
         assert lost == 0
-        assert sum(len(text) for _, text in found) < BUNCH_BYTES + 2000
-        positions += [after for after, _ in found]
+        assert sum(len(text) for _, text in bunch) < BUNCH_BYTES + 2000
+        positions += [after for after, _ in bunch]
     assert positions == [at_line(number) for number in range(1, 301)]
 
 
@@ -115,9 +115,9 @@ def test_sent_and_lost_events_add_up(steps, room):
         buffer.count_lost(lost)
         buffer.add([*(line() for _ in range(lines)), *(goal() for _ in range(goals))])
         if lines % 2:
-            found, at, missing = buffer.read_bunch_after(at, ALL)
-            sent, missed = sent + len(found), missed + missing
+            bunch, at, missing = buffer.read_bunch_after(at, ALL)
+            sent, missed = sent + len(bunch), missed + missing
             assert sum(at.counts) + at.lost == sent + missed
-    found, at, missing = buffer.read_bunch_after(at, ALL)
-    assert sent + len(found) + missed + missing == sum(at.counts) + at.lost
+    bunch, at, missing = buffer.read_bunch_after(at, ALL)
+    assert sent + len(bunch) + missed + missing == sum(at.counts) + at.lost
     assert at == buffer.end

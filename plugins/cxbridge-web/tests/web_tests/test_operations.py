@@ -58,7 +58,7 @@ ENDPOINTS = (
 '''
 
 
-def test_new_endpoint_of_rest_api_needs_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_new_endpoint_of_rest_api_needs_single_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "greeting.py").write_text(VIEW)
     with monkeypatch.context() as patch:
         patch.setattr(cxbridge_web.fawkes, "__path__", [*cxbridge_web.fawkes.__path__, str(tmp_path)])

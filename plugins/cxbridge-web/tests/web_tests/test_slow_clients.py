@@ -45,7 +45,7 @@ def scope() -> dict[str, Any]:
     return {"type": "http", "method": "GET", "path": "/", "headers": [], "query_string": b"kinds=log"}
 
 
-def test_stopped_client_costs_one_bunch_and_gets_number_of_lost_events():
+def test_stopped_client_holds_single_bunch_and_gets_loss_count():
     """The stream waits for the connection; the buffer keeps the events of the wait up to its limit."""
     collector, buffer = EventCollector(), EventBuffer(max_events=100)
     sent: list[bytes] = []

@@ -55,10 +55,10 @@ def test_reader_ignores_byte_order_flag(tmp_path: Path, flag: int) -> None:
 def test_old_or_big_endian_header_is_refused(tmp_path: Path) -> None:
     """The header of 2010 has texts of 32 bytes; the second header is big-endian."""
     path = tmp_path / "a.log"
-    good = make_file([(1, 0)])
-    old = good[:64] + good[96:128] + good[160:]
-    fields = struct.unpack_from("<II32s48s64s16sIqq", good, 8)
-    big = good[:8] + struct.pack(">II32s48s64s16sIqq", *fields) + good[196:]
+    valid = make_file([(1, 0)])
+    old = valid[:64] + valid[96:128] + valid[160:]
+    fields = struct.unpack_from("<II32s48s64s16sIqq", valid, 8)
+    big = valid[:8] + struct.pack(">II32s48s64s16sIqq", *fields) + valid[196:]
     for data in (old, big):
         path.write_bytes(data)
         with pytest.raises(
@@ -217,20 +217,20 @@ def test_cut_off_recording_has_first_events(tmp_path: Path) -> None:
     (source,) = (RECORDINGS / "skiller-1" / "bblogger").glob("*-SkillerInterface-*.log")
     path = tmp_path / "a.log"
     shutil.copyfile(source, path)
-    whole: list[Event] = list(open_run(source))
+    complete_events: list[Event] = list(open_run(source))
     for length in sorted(Random(1).sample(range(196, source.stat().st_size), many(500, 100)), reverse=True):
         os.truncate(path, length)
         events = list(open_run(path))
-        assert events == whole[: len(events)]
+        assert events == complete_events[: len(events)]
         assert len(events) == 2 * ((length - 196) // (8 + 1216))
 
 
 def test_damaged_file_raises_only_cxbridge_errors(tmp_path: Path) -> None:
     path = tmp_path / "a.log"
     random = Random(2)
-    good = make_file([(1, 0), (2, 5)], count=2)
+    valid = make_file([(1, 0), (2, 5)], count=2)
     for _ in range(many(2000, 500)):
-        data = bytearray(good)
+        data = bytearray(valid)
         for _ in range(random.randint(1, 6)):
             data[random.randrange(HEADER_SIZE)] = random.randrange(256)
         path.write_bytes(data)

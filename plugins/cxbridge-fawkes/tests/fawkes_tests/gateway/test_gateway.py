@@ -371,7 +371,7 @@ def test_parallel_gateways_mirror_each_write_once(rig):
         assert (info.writer, info.readers) == ("skiller", ("gateway",))
 
 
-def test_gateways_in_ring_do_not_mirror_each_others_writer(rig, monkeypatch):
+def test_gateways_in_ring_do_not_mirror_mirrored_writers(rig, monkeypatch):
     """Gateways that mirror each other's writer would stop Fawkes from loading its Skiller."""
     monkeypatch.setattr("cxbridge_fawkes.gateway.gateway.RIVAL_PAUSE_S", 3600.0)
     with Gateway(rig.left, rig.right, [SKILLER], sweep_period_s=0) as second:
@@ -395,8 +395,8 @@ DEFINITION = """<interface name="SkillerInterface"><data><comment>Of a test.</co
 
 
 def test_different_definition_is_logged_and_not_mirrored(rig):
-    other = make_interface_class(parse_bytes(DEFINITION.encode(), "SkillerInterface.xml"))
-    rig.right.registry.add(other)
+    changed_class = make_interface_class(parse_bytes(DEFINITION.encode(), "SkillerInterface.xml"))
+    rig.right.registry.add(changed_class)
     rig.mirrored()
     assert rig.gateway.mirrors() == []
     assert any("on the two blackboards differ" in text for text in rig.log)

@@ -95,10 +95,10 @@ def serve(host: str, gone_s: str) -> None:
     writer: Any = board.open_for_writing("TestInterface", "served")
     skiller = SkillerSimulator(board, clock, EventBus(clock), [StaticEstimator(seconds=3600.0)])
     control: Any = board.open_for_reading("SkillerInterface", "Skiller")
-    done = threading.Event()
+    stopped = threading.Event()
 
     def loop() -> None:
-        while not done.wait(0.01):
+        while not stopped.wait(0.01):
             skiller.loop()
 
     def write(number: int) -> int:
@@ -124,7 +124,7 @@ def serve(host: str, gone_s: str) -> None:
                 "controller": controller,
             },
         )
-    done.set()
+    stopped.set()
     looping.join()
 
 

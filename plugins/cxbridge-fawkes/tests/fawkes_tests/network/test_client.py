@@ -385,7 +385,7 @@ def test_client_offers_hash_of_fawkes_first():
         assert script.requests[0] == bb.Open("TestInterface", "a", real, writing=False)
 
 
-def test_client_offers_own_hash_if_server_lists_it():
+def test_client_offers_own_hash_if_listed_by_server():
     own = NetTest.SCHEMA.hash
     with connect_to_script(FawkesWithHash(own), default_registry()) as (script, board):
         for _ in range(2):

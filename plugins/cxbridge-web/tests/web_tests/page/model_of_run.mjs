@@ -1,5 +1,5 @@
-// Prints what the page's model makes of the events that stdin has, one a line: each skill call with its action.
-// Run with the folder of the page's modules, and the outcomes as the page gets them, as the arguments.
+// Prints the page's model of the events on stdin, with an event a line: the goals, the actions and the skill calls.
+// The arguments are the folder of the page's modules, and the outcomes as JSON.
 import { readFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 

@@ -35,7 +35,7 @@ def action(goal: str, state: str) -> dict[str, Any]:
 def failure() -> list[dict[str, Any]]:
     """Return a goal with a failed sub-goal, action and skill, and a rejected goal."""
     sent = {"skiller": SKILL["skiller"], "call": str(SKILL["msgid"])}
-    bad = {"parent": "ROOT", "error": "PATH-BLOCKED"}
+    failure_fields = {"parent": "ROOT", "error": "PATH-BLOCKED"}
     return [
         *at(0, goal_event("ROOT", "FORMULATED"), goal_event("FETCH", "FORMULATED", parent="ROOT")),
         *at(0, goal_event("IDLE", "FORMULATED"), SKILL | {"skill_string": "", "status": "S_INACTIVE"}),
@@ -46,7 +46,11 @@ def failure() -> list[dict[str, Any]]:
         *at(2.1, action("FETCH", "RUNNING") | sent, LINE | {"level": "I", "text": "driving"}),
         *at(6, LINE | {"level": "E", "text": "the way is blocked"}, SKILL | {"status": "S_FAILED"}),
         *at(6.1, action("FETCH", "EXECUTION-FAILED"), action("FETCH", "FAILED")),
-        *at(7, goal_event("FETCH", "FINISHED", "FAILED", **bad), goal_event("ROOT", "FINISHED", "FAILED")),
+        *at(
+            7,
+            goal_event("FETCH", "FINISHED", "FAILED", **failure_fields),
+            goal_event("ROOT", "FINISHED", "FAILED"),
+        ),
         *at(9, LINE | {"level": "I", "text": "waiting"}),
     ]
 
