@@ -54,15 +54,15 @@ def test_interrupted_exploration_resumes_to_complete_result(tmp_path: Path, word
 
 
 @LINUX
-def test_an_exploration_without_a_checkpoint_still_has_its_result(tmp_path: Path):
+def test_interrupted_exploration_without_checkpoint_has_result(tmp_path: Path):
     (tmp_path / "explore.resume").mkdir()  # a folder in place of the file
-    status, said = interrupted(tmp_path, write_retrying(tmp_path / "retrying", tries=5), *EACH)
+    status, errors = interrupt(tmp_path, write_retrying(tmp_path / "retrying", tries=5), *UNMERGED)
     assert status == 3
-    assert "no checkpoint was written: explore.resume: cannot be written" in said
+    assert "no checkpoint was written: explore.resume: cannot be written" in errors
 
 
 @LINUX
-def test_only_the_same_exploration_goes_on(tmp_path: Path):
+def test_changed_exploration_cannot_resume(tmp_path: Path):
     scenario = write_retrying(tmp_path / "retrying", tries=4)
     interrupt(tmp_path, scenario, *FAULTS)
     (tmp_path / "slow.yaml").write_text("otherwise: {fails: []}\n")
