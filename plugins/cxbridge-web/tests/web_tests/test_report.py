@@ -72,7 +72,7 @@ def embedded_recording(page: str) -> bytes:
     return gzip.decompress(b64decode(match[1]))
 
 
-def look_at(page: str, tmp_path: Path, fragment: str = "") -> RenderedPage:
+def show_page(page: str, tmp_path: Path, fragment: str = "") -> RenderedPage:
     file = tmp_path / "run.html"
     file.write_text(page, encoding="utf-8")
     shown = show(file, tmp_path / "profile", fragment=fragment)
