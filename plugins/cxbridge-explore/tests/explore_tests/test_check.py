@@ -23,11 +23,11 @@ from tests.support import ROOT, needs_plugin
         ("skills: [\n", 2, ""),
     ],
 )
-def test_a_wrong_world(tmp_path, world, line, message):
-    (found,) = check(RunOptions(scenario=write_agent(tmp_path, world_yaml=world)))
-    assert (found.code.name, found.place.file) == ("CX121", str(tmp_path / "world.yaml"))
-    assert found.place.line == line
-    assert message in found.message
+def test_invalid_world_is_error_with_line(tmp_path, world, line, message):
+    (diagnostic,) = check(RunOptions(scenario=write_agent(tmp_path, world_yaml=world)))
+    assert (diagnostic.code.name, diagnostic.place.file) == ("CX121", str(tmp_path / "world.yaml"))
+    assert diagnostic.place.line == line
+    assert message in diagnostic.message
 
 
 @pytest.mark.parametrize(
@@ -39,14 +39,14 @@ def test_a_wrong_world(tmp_path, world, line, message):
         ("- a: never (fact)\n- a: never (other)\n", 0, "there are two properties 'a'"),
     ],
 )
-def test_a_wrong_property(tmp_path, properties, line, message):
-    (found,) = check(RunOptions(scenario=write_agent(tmp_path, properties_yaml=properties)))
-    assert (found.code.name, found.place.file) == ("CX122", str(tmp_path / "properties.yaml"))
-    assert found.place.line == line
-    assert message in found.message
+def test_invalid_property_is_error_with_line(tmp_path, properties, line, message):
+    (diagnostic,) = check(RunOptions(scenario=write_agent(tmp_path, properties_yaml=properties)))
+    assert (diagnostic.code.name, diagnostic.place.file) == ("CX122", str(tmp_path / "properties.yaml"))
+    assert diagnostic.place.line == line
+    assert message in diagnostic.message
 
 
-def test_right_files_beside_a_scenario(tmp_path):
+def test_valid_world_and_properties_pass(tmp_path):
     folder = write_agent(
         tmp_path, world_yaml="skills:\n  - name: say\n    hangs: 0.1\n", properties_yaml="[]\n"
     )
