@@ -143,7 +143,7 @@ TWICE = (
         pytest.param(
             "executed-once",
             20,
-            [building(TWICE)],
+            [build_construct(TWICE)],
             r"action \d+ of \S+ has a skill already",
             {},
             id="second skill",
