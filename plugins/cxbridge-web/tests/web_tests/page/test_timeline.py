@@ -254,10 +254,10 @@ def test_goals_are_filtered_by_outcome_and_text(recorded):
     )
     tab.wait_for_selector(".tl .count >> text=1 of 3 goals")
     tab.click(".tl-legend .o-rejected")
-    tab.outcome_colour(".tl .find", "blocked")
+    tab.fill(".tl .find", "blocked")
     # the matching goal and its parent
     tab.wait_for_selector(".tl .count >> text=2 of 3 goals")
-    tab.outcome_colour(".tl .find", "nothing like it")
+    tab.fill(".tl .find", "nothing like it")
     tab.wait_for_selector(".tl .count >> text=0 of 3 goals")
 
 
