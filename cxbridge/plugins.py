@@ -296,7 +296,7 @@ def _import_tables(name: str, entries: list[tuple[str, str]]) -> tuple[str, Modu
     module, package = entries[0]
     packages = " and ".join(sorted({package for _, package in entries}))
     if packages != package:
-        message = f"two plug-ins are called '{name}': of {packages}"
+        message = f"{packages} both have a plug-in named '{name}'"
         return packages, PluginError(message, hint="uninstall one of them")
     try:
         return package, import_module(module)

@@ -272,7 +272,7 @@ def test_plug_ins_of_same_name_are_an_error_with_packages(broken):
     broken("API = 1")
     broken("API = 1", "other", "broken = other.plugin")
     (plugin,) = (plugin for plugin in installed_plugins() if plugin.name == "broken")
-    assert "of broken 1.0 and other 1.0" in str(plugin.error)
+    assert "broken 1.0 and other 1.0 both have" in str(plugin.error)
 
 
 @pytest.mark.parametrize(

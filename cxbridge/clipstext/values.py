@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import chain, repeat
+from math import copysign, isnan
 from typing import Any, Final, TypeAlias
 
 from msgspec import Struct
@@ -46,7 +47,9 @@ def float_text(value: float) -> str:
 
     Source: ``FloatToString`` of CLIPS, 6.30 and 6.4.
     """
-    text = f"{value:.15g}"
+    # Python omits the sign of NaN, which C prints
+    sign = "-" if isnan(value) and copysign(1, value) < 0 else ""
+    text = f"{sign}{value:.15g}"
     return text if "." in text or "e" in text else text + ".0"
 
 

@@ -32,7 +32,7 @@ EXPLAINERS: Final[Table[ModuleType]] = Table(
 """Explainer modules, each with at least one of the functions."""
 
 
-class Explainer(Protocol):
+class RunExplainer(Protocol):
     """Answers questions about a recorded run at a moment, e.g. why a rule has not fired."""
 
     def __call__(self, kind: str, name: str) -> Mapping[str, Any]:
@@ -93,14 +93,14 @@ def why(run: RecordedRun, name: str) -> Sequence[str]:
     return lines
 
 
-def explainer(run: RecordedRun, at_s: float | None = None, env: str | None = None) -> Explainer:
+def make_explainer(run: RecordedRun, at_s: float | None = None, env: str | None = None) -> RunExplainer:
     """Return an explainer of a recorded run, which reads the run once.
 
     :param at_s: the moment, seconds since the start of the run; None: its end.
     :param env: the CLIPS environment; None: the executive's, or the only one.
     :raises CxbridgeError: if the run cannot be read, or no plug-in explains runs.
     """
-    explain_question: Explainer = next(_find_functions("explainer"), _raise_no_explainer)(run, at_s, env)
+    explain_question: RunExplainer = next(_find_functions("explainer"), _raise_no_explainer)(run, at_s, env)
     return explain_question
 
 
@@ -110,7 +110,7 @@ def _raise_no_explainer(*_arguments: object) -> NoReturn:
 
 
 @contextmanager
-def explained(options: RunOptions) -> Iterator[None]:
+def explaining_mistakes(options: RunOptions) -> Iterator[None]:
     """Extend a :class:`BrokenAgentError` of the block by the findings of the explainers."""
     try:
         yield

@@ -72,10 +72,10 @@ def start(options: DaemonOptions, console: ConsoleOptions) -> int:
     Example: cxbridge daemon start scenarios/test-scenario --web
     """
     from cxbridge.daemon.daemon import Daemon
-    from cxbridge.run.explainers import explained
+    from cxbridge.run.explainers import explaining_mistakes
 
     daemon = Daemon(options, console.make_log(info=True))
-    with explained(daemon.options):
+    with explaining_mistakes(daemon.options):
         return daemon.run()
 
 

@@ -46,7 +46,7 @@ def run(options: RunOptions, output: _OutputOptions) -> int:
     Example: cxbridge run test-scenario --trace out/run.mcap
     """
     from cxbridge.cli.story import RunLog, RunStory
-    from cxbridge.run.explainers import explained, mistakes
+    from cxbridge.run.explainers import explaining_mistakes, mistakes
     from cxbridge.run.result import TIMED_OUT, UNSUCCESSFUL
     from cxbridge.run.run import run_scenario
 
@@ -81,7 +81,7 @@ def run(options: RunOptions, output: _OutputOptions) -> int:
         return _has_pressed_enter
 
     # with --json, stdout is only for the result, not for the output of a prompt
-    with explained(options), redirect_stdout(sys.stderr if output.as_json else stdout):
+    with explaining_mistakes(options), redirect_stdout(sys.stderr if output.as_json else stdout):
         result = run_scenario(options, log, attach, wait_for_user=wait_for_user)
     if not is_shown:
         show(result)

@@ -20,16 +20,16 @@ from cxbridge.rights import Right
 
 OPERATIONS: Final = Operations()
 _PATH: Final = "/cxbridge/components"
-_KIND: Final = "ComponentInfo"
-_UNKNOWN: Final = {404: "No component has this name"}
+_ROW_KIND: Final = "ComponentInfo"
+_UNKNOWN_COMPONENT: Final = {404: "No component has this name"}
 _TRANSITIONS: Final = ["configure", "activate", "deactivate", "cleanup", "shutdown"]
 
 
-class _Component(Struct):
+class _ComponentParameters(Struct):
     component: str
 
 
-class _Transition(_Component):
+class _TransitionParameters(_ComponentParameters):
     transition: Annotated[str, Meta(extra_json_schema={"enum": _TRANSITIONS})]
 
 
@@ -48,11 +48,11 @@ def _make_route(
         f"{_PATH}/{{component}}",
         summary,
         ComponentState,
-        _KIND,
+        _ROW_KIND,
         answer=_describe_component,
         check=lambda context, path: _find_component(context, path["component"]),
         body=body,
-        errors={**_UNKNOWN, **errors},
+        errors={**_UNKNOWN_COMPONENT, **errors},
     )
 
 
@@ -60,8 +60,13 @@ def _describe_component(context: OperationContext, parameters: Any) -> Mapping[s
     return _find_component(context, parameters.component)
 
 
+# no verb: the command line reads a component from component-list
 OPERATIONS.add(
-    "component-info", Right.LOOK, _Component, _make_route("GET", "Return a component."), is_verb=False
+    "component-info",
+    Right.LOOK,
+    _ComponentParameters,
+    _make_route("GET", "Return a component."),
+    is_verb=False,
 )(_describe_component)
 
 
@@ -69,7 +74,7 @@ OPERATIONS.add(
     "component-list",
     Right.LOOK,
     NoParameters,
-    Route("GET", _PATH, "List the components in the order of their start.", list[ComponentState], _KIND),
+    Route("GET", _PATH, "List the components in the order of their start.", list[ComponentState], _ROW_KIND),
 )
 def _list_components(context: OperationContext, _parameters: NoParameters) -> Sequence[Mapping[str, Any]]:
     return context.component_rows()
@@ -78,7 +83,7 @@ def _list_components(context: OperationContext, _parameters: NoParameters) -> Se
 @OPERATIONS.add(
     "component-change",
     Right.CONTROL,
-    _Transition,
+    _TransitionParameters,
     _make_route(
         "PUT",
         "Change the state of a component by a transition of its lifecycle.",
@@ -89,5 +94,5 @@ def _list_components(context: OperationContext, _parameters: NoParameters) -> Se
         },
     ),
 )
-def _change_component(context: OperationContext, parameters: _Transition) -> None:
+def _change_component(context: OperationContext, parameters: _TransitionParameters) -> None:
     context.change_component(parameters.component, parameters.transition)

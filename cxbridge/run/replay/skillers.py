@@ -114,9 +114,7 @@ class RecordedSkiller(SkillerBackend):
             self.expected.refuse(f"{kind.value} '{text}'" if text else kind.value, now_us)
             return
         if self._pending_writes:
-            self._log.warn(
-                f"{self.name}: {expected} came before the commands that precede it in the recording"
-            )
+            self._log.warn(f"{self.name}: {expected} came before the writes that precede it in the recording")
         self.expected.meet(now_us)
         self._current = expected
         self._initial_writes.clear()

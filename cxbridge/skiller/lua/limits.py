@@ -15,8 +15,9 @@ class Limits(Struct, frozen=True):
     :param seconds_per_loop: seconds of processor time per loop, because a single instruction such as
         ``s .. s`` may be expensive.
     :param seconds_to_load: seconds of processor time for loading the skill space.
-    :param memory: the bytes of all Lua objects.
-    :param memory_per_loop: additional bytes per step, and the maximum length of a text.
+    :param memory: the maximum size of all Lua objects in bytes.
+    :param memory_per_loop: the maximum growth of the Lua objects in a loop, and the maximum length of a
+        string, both in bytes.
     """
 
     instructions_per_loop: int = 2_000_000

@@ -179,7 +179,7 @@ class TokenReader:
         self.count = 0
         self.namer = Namer()
         self._contents = compared_contents(run, view, selection)
-        self._skillers = SkillerBacklog()
+        self._skillers = StaleStateFilter()
         self._missing = missing_details or {}
 
     def __iter__(self) -> Iterator[Token]:
@@ -196,6 +196,7 @@ class TokenReader:
 
     def _make_key(self, event: Event) -> tuple[Key, Names, int | None]:
         """Return the key of an event, its names, and the message id."""
+        # facts and interfaces have ids within a text, so their keys do not follow KEY_FORMS
         if isinstance(event, FactChange):
             text_without_id, msgid = split_msgid(event.text)
             text, names = self.namer.split(text_without_id, is_fact=True)
@@ -227,7 +228,7 @@ class TokenReader:
         return key, names, event.msgid if isinstance(event, SkillStatus) else None
 
 
-class SkillerBacklog:
+class StaleStateFilter:
     """Shows the states of Skillers as if the Skillers were fresh at the start of the run.
 
     Until a used Skiller runs a skill, the Skiller shows the end of its last skill, even after an agent has

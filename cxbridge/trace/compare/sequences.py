@@ -15,7 +15,7 @@ from cxbridge.events import Event, InterfaceWrite, SkillStatus
 from cxbridge.trace.compare.align import MISSING
 from cxbridge.trace.compare.checks import TimeCheck, describe_lag
 from cxbridge.trace.compare.edits import ONE_SIDED_KINDS, Alignment, Edit
-from cxbridge.trace.compare.keys import SkillerBacklog
+from cxbridge.trace.compare.keys import StaleStateFilter
 from cxbridge.trace.compare.model import (
     Comparison,
     Difference,
@@ -166,7 +166,7 @@ class ValueStreams:
     def __init__(self, events: Iterable[Event] = ()) -> None:
         self.count = 0
         self._streams: dict[str, list[Step]] = {}
-        self._skillers = SkillerBacklog()
+        self._skillers = StaleStateFilter()
         for event in events:
             self.add(event, self.count)
             self.count += 1

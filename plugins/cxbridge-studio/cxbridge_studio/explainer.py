@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.errors import BrokenAgentError
-from cxbridge.run.explainers import Explainer
+from cxbridge.run.explainers import RunExplainer
 from cxbridge.run.options import RunOptions
 from cxbridge.trace.formats.base import Run as RecordedRun
 
@@ -27,7 +27,7 @@ def why(run: RecordedRun, name: str) -> Sequence[str]:
     return explain(RecordedEvidence(run, None, None), name).lines
 
 
-def explainer(run: RecordedRun, at_s: float | None, env: str | None) -> Explainer:
+def explainer(run: RecordedRun, at_s: float | None, env: str | None) -> RunExplainer:
     """Return the function that answers questions about a recorded run at a moment.
 
     :param at_s: the moment in seconds since the start of the run; None for the end.

@@ -19,9 +19,10 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.rights import RefusedError
 from cxbridge_web import openapi
 from cxbridge_web.directory import make_directory
-from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Handler, Text, to_json
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Handler, Text
 from cxbridge_web.extensions.state import ServerState
 from cxbridge_web.host import WebHost
+from cxbridge_web.models import to_json
 from cxbridge_web.queue import RequestQueue
 
 if TYPE_CHECKING:

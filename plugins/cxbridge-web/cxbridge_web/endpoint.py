@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any, Final
 
-import msgspec
 from msgspec import Struct
 
 from cxbridge.plugins import package_hint
 from cxbridge.rights import Right, Rights
 from cxbridge_web.host import WebHost
-from cxbridge_web.models import Model, convert_unknown
+from cxbridge_web.models import Model
 
 if TYPE_CHECKING:
     from cxbridge_web.extensions.state import ServerState
@@ -184,14 +182,3 @@ class Directory:
         hint = package_hint(f"/api{path_prefix}")
         is_installed = any(endpoint.path.startswith(path_prefix) for endpoint in self.endpoints)
         return f": {hint}" if hint and not is_installed else ""
-
-
-def to_json(value: Any, *, is_pretty: bool = False) -> bytes:
-    """Return a value as JSON. NaN and infinities become null, lone surrogates become question marks."""
-    try:
-        text = msgspec.json.encode(value, enc_hook=convert_unknown)
-    except UnicodeEncodeError:  # a lone surrogate; rare, so only then is the whole value converted
-        members = msgspec.to_builtins(value, enc_hook=convert_unknown)
-        text = json.dumps(members, ensure_ascii=False).encode("utf-8", "replace")
-        text = msgspec.json.encode(json.loads(text))  # encoded again, since only msgspec turns NaN into null
-    return msgspec.json.format(text, indent=4) if is_pretty else text

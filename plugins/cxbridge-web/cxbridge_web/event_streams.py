@@ -17,9 +17,9 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, StreamingResponse
 
 from cxbridge.event_kinds import EVENT_TYPES
-from cxbridge_web.endpoint import to_json
 from cxbridge_web.event_buffer import GROUPS, EventBuffer, StreamPosition
 from cxbridge_web.event_collector import EventCollector, list_default_kinds
+from cxbridge_web.models import to_json
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send

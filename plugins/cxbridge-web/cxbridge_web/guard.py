@@ -78,7 +78,7 @@ class Guard:
             return PlainTextResponse("Pages of other origins may not use this server\n", 403)
         # Browsers send no origin with the GET of another site's images and scripts, but Sec-Fetch-Site.
         if not origin and _is_cross_site(scope, headers):
-            return PlainTextResponse("Other sites may only lead to the page\n", 403)
+            return PlainTextResponse("Other sites may only link to the pages of this server\n", 403)
         if scope["method"] == "OPTIONS" and "access-control-request-method" in headers:
             return Response(
                 status_code=204,

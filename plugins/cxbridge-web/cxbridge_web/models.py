@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any, Final, Literal, cast
@@ -92,3 +93,14 @@ def _require_defaults(schema: Schema) -> Schema:
         if name in schema["required"] or "default" in member
     ]
     return schema | {"required": required}
+
+
+def to_json(value: Any, *, is_pretty: bool = False) -> bytes:
+    """Return a value as JSON. NaN and infinities become null, lone surrogates become question marks."""
+    try:
+        text = msgspec.json.encode(value, enc_hook=convert_unknown)
+    except UnicodeEncodeError:  # a lone surrogate; rare, so only then is the whole value converted
+        members = msgspec.to_builtins(value, enc_hook=convert_unknown)
+        text = json.dumps(members, ensure_ascii=False).encode("utf-8", "replace")
+        text = msgspec.json.encode(json.loads(text))  # encoded again, since only msgspec turns NaN into null
+    return msgspec.json.format(text, indent=4) if is_pretty else text

@@ -9,7 +9,7 @@ from typing import Any, Final
 from cxbridge.errors import CxbridgeError
 from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.linking import find_skill_links
-from cxbridge.run.explainers import explainer
+from cxbridge.run.explainers import make_explainer
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.formats.base import Run
 from cxbridge_web.pages import make_page
@@ -48,7 +48,7 @@ def _make_explanations(run: Run, history: RunHistory) -> dict[str, Any]:
     explanations: dict[str, Any] = {}
     try:
         for env in environments:
-            explain = explainer(run, env=env)
+            explain = make_explainer(run, env=env)
             agent = f"{env} " if len(environments) > 1 else ""
             troubled_goals = [
                 goal.name

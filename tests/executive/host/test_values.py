@@ -43,6 +43,7 @@ def test_clips_reads_quoted_text_back(values_env: ClipsEnvironment, text: str) -
 @example(100.0)
 @example(-0.0)
 @example(float("inf"))
+@example(-float("nan"))
 def test_floats_print_as_in_clips(values_env: ClipsEnvironment, value: float) -> None:
     text = values_env.call("str-cat", value)
     index = values_env.assert_ordered("floats", (value,))

@@ -11,7 +11,7 @@ from typing import Final
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import write_file
-from cxbridge.run.explainers import explainer
+from cxbridge.run.explainers import make_explainer
 from cxbridge.run.options import RunOptions
 from cxbridge.run.pages import VIEWS
 from cxbridge.trace.formats.registry import open_run
@@ -91,7 +91,7 @@ def _write_report(recording: Path, title: str, file: Path) -> None:
 def _find_headline(example: Counterexample) -> str:
     """Return the first sentence of the story of a counterexample; empty if no plug-in explains runs."""
     try:
-        headline: str = explainer(open_run(example.recording))("run", "")["data"]["headline"]
+        headline: str = make_explainer(open_run(example.recording))("run", "")["data"]["headline"]
     except CxbridgeError:
         return ""
     return headline

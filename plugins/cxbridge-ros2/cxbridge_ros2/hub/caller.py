@@ -259,13 +259,13 @@ class HubSkills(RosExecutor):
         if message.kind == MessageKind.FEEDBACK:
             open_request.feedback, open_request.idle_heartbeat_count = message, 0
             # feedback counts as a heartbeat, but only of a performer that has sent a heartbeat before
-            performer = self._find_performer_record(message)
+            performer = self._ensure_performer_record(message)
             performer.heartbeat_us = self.clock.now_us() if performer.heartbeat_us else 0
         elif message.kind == MessageKind.FINISH:
             open_request.finish = message
 
     def _handle_response(self, message: HubMessage) -> None:
-        self._find_performer_record(message).response_us = self.clock.now_us()
+        self._ensure_performer_record(message).response_us = self.clock.now_us()
         if message.key not in self._request_nodes:
             return  # this is a response to another caller
         open_request = self._open_request
@@ -281,7 +281,7 @@ class HubSkills(RosExecutor):
         else:
             self._send_message(MessageKind.REJECT, message.node, message.key)
 
-    def _find_performer_record(self, message: HubMessage) -> _PerformerRecord:
+    def _ensure_performer_record(self, message: HubMessage) -> _PerformerRecord:
         return self._performers.setdefault(
             message.node,
             _PerformerRecord(Heartbeat(message.node, message.key.action, PerformerState.NOT_READY)),

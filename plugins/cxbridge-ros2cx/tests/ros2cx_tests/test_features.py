@@ -146,7 +146,7 @@ def call_skill(env, skill_id="move_gen1", agent=""):
 @pytest.mark.parametrize(("state", "error"), [("FAILED", "door closed"), ("CANCELLED", "CANCELLED")])
 def test_failed_skill_has_reason(bench, state, error):
     call_skill(bench.env)
-    bench.skills.tell(1, state=state, error="door closed")
+    bench.skills.set_action(1, state=state, error="door closed")
     assert bench.feedback() == [("move_gen1", "", "S_FAILED", error)]
 
 
@@ -180,7 +180,7 @@ def test_effects_of_dummy_are_sensed(bench, executor, senses, kind):
     )
     if kind == "NEGATIVE":
         bench.env.assert_string("(domain-fact (name at) (param-values r2 work))")
-    bench.skills.tell(1, state="SUCCEEDED", executor=executor)
+    bench.skills.set_action(1, state="SUCCEEDED", executor=executor)
     bench.feedback()
     for action in (7, 8):
         bench.env.assert_string(

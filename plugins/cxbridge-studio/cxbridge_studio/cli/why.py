@@ -77,9 +77,10 @@ def why(
         list[str],
         typer.Argument(
             metavar="[rule|goal|action|fact] NAME [SCENARIO]",
-            help="Explain a rule, the id of a goal, a goal class, a plan-action GOAL/ID, a fact f-12, or "
-            "with 'run' the whole run; by default, of a daemon's run. SCENARIO: run this scenario up to "
-            "--at; with --run, take the rules of the recording from this scenario.",
+            help="What to explain: a rule, a goal by id or class, a plan-action GOAL/ID, a fact f-12, or "
+            "with 'run' the whole run. Without SCENARIO and --run, the daemon explains its present run. With "
+            "SCENARIO, the command runs the scenario up to --at; with --run, too, it reads the rules of the "
+            "recording from the scenario.",
         ),
     ],
     url: Connect = DEFAULT_URL,

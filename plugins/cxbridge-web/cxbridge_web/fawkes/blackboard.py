@@ -120,6 +120,7 @@ def _list_interfaces(call: ApiCall) -> list[InterfaceInfo]:
 def _get_interface(call: ApiCall) -> InterfaceInfo:
     info = find_interface(call)
     if info is None:
+        # the texts of Fawkes, with its colons
         raise ApiError(404, f"Interface {call.path['type']}:{call.path['id']} not found")
     return _make_info(call, info)
 

@@ -24,7 +24,7 @@ from starlette.responses import (
 from cxbridge.errors import CxbridgeError
 from cxbridge.event_kinds import View
 from cxbridge.history.builder import UNLIMITED, RunHistory
-from cxbridge.run.explainers import Explainer, explainer
+from cxbridge.run.explainers import RunExplainer, make_explainer
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_web.pages import Page, make_icon_link, read_style
@@ -153,7 +153,7 @@ class RecordingsApp:
             return JSONResponse({"message": str(error)}, 400)
 
 
-def _make_explainer(file: Path, at_text: str, env: str) -> Explainer:
+def _make_explainer(file: Path, at_text: str, env: str) -> RunExplainer:
     """Return the explainer of a recording at a time.
 
     :param at_text: the seconds since the start; empty for the end of the recording.
@@ -164,7 +164,7 @@ def _make_explainer(file: Path, at_text: str, env: str) -> Explainer:
         at_s = float(at_text) if at_text else None
     except ValueError:
         raise CxbridgeError(f"'{at_text}' is not a time", hint="give the seconds since the start") from None
-    return explainer(open_run(file), at_s, env or None)
+    return make_explainer(open_run(file), at_s, env or None)
 
 
 class _RecordingResponse(FileResponse):
@@ -200,6 +200,6 @@ def make_comparison_page(a: Path, b: Path, view: View, order: Order, page_links:
     }
     with suppress(CxbridgeError):  # no headlines without a plug-in that explains runs
         document["headlines"] = {
-            side: explainer(run)("run", "")["data"]["headline"] for side, run in runs_by_side.items()
+            side: make_explainer(run)("run", "")["data"]["headline"] for side, run in runs_by_side.items()
         }
     return document_page("comparison", f"{a.name} and {b.name}", document)

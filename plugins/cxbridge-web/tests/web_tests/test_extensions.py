@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from cxbridge_web.endpoint import to_json
+from cxbridge_web.models import to_json
 from tests.run.mini import AGENT, write_scenario
 from tests.support import needs_plugin
 from web_tests.support import read_events, serving
