@@ -32,8 +32,8 @@ def nearest_names(name: str, known_names: Iterable[str], cutoff: float = MIN_LIK
         return []
     candidates = {candidate.lower(): candidate for candidate in sorted(set(known_names))}
     name = name.lower()
-    nearest_lengths = sorted(candidates, key=lambda candidate: abs(len(candidate) - len(name)))
-    similar = get_close_matches(name, nearest_lengths[:_MAX_COMPARED], _MAX_SUGGESTIONS, cutoff)
+    candidates_by_length = sorted(candidates, key=lambda candidate: abs(len(candidate) - len(name)))
+    similar = get_close_matches(name, candidates_by_length[:_MAX_COMPARED], _MAX_SUGGESTIONS, cutoff)
     if similar:
         min_likeness = likeness(similar[0], name) - _MARGIN
         similar = [candidate for candidate in similar if likeness(candidate, name) >= min_likeness]

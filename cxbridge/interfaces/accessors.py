@@ -196,7 +196,8 @@ def fit_text(text: str, room: int) -> bytes:
 _MAX_QUOTED_CHARACTERS = 60  # characters of a refused value in an error
 _MAX_CACHED_TEMPLATES = 1024  # for each template and number of a field
 
-# A setter compares values only while the block is not marked as changed.
+# The setters of numbers and strings compare values only while the block is not marked as changed; the setter
+# of truth values always compares, which is as fast as writing. `adapt` converts a value, or raises an error.
 
 _ENUM_GETTER_TEMPLATE = """
 def make(item_of):
@@ -221,7 +222,7 @@ def make(pack_into, offset, adapt):
         try:
             pack_into(self._buf, offset, value)
         except (StructError, OverflowError):
-            pack_into(self._buf, offset, old)
+            pack_into(self._buf, offset, old)  # a part of an array may be written already
             pack_into(self._buf, offset, adapt(value))
         if not self._changed and view.SLOT != old:
             self._changed = True

@@ -124,7 +124,8 @@ def compare_with_golden(
     """Compare a run with a golden file; return the lines of a report, empty if they are equal.
 
     :param page: a file for a page with both runs side by side, written if they differ.
-    :raises TraceError: if the file cannot be read, or has no events of the level, or no times.
+    :raises TraceError: if the file cannot be read, has no transitions, or has no times although the
+        comparison needs times.
     """
     with tempfile.TemporaryDirectory(prefix="cxbridge-golden-") as folder:
         run_file = Path(folder, "this run")

@@ -33,7 +33,7 @@ def _load_operations(rows: tuple[Row, ...]) -> Mapping[str, Operation[Any]]:
     for row in rows:
         for operation in getattr(OPERATION_MODULES.load_target(row), "OPERATIONS", ()):
             if (origin := origins.setdefault(operation.name, row)) is not row:
-                raise PluginError(f"two operations are called '{operation.name}': of {origin}, and of {row}")
+                raise PluginError(f"{origin} and {row} both define the operation '{operation.name}'")
             operations_by_name[operation.name] = operation
     return MappingProxyType(operations_by_name)
 

@@ -53,6 +53,7 @@ class Reader:
         start_positions: list[int] = []
         for token in tokens:
             kind, _, start = token
+            # a negative step reduces by the rule with the number -1 - step; another step is the next state
             while (step := table[state].get(kind)) is not None and step < 0:
                 size, result, reduce = rules[-1 - step]
                 rule_start = start_positions[-size]

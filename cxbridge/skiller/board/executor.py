@@ -170,7 +170,7 @@ class SkillExecutor:
     """
 
     skills: tuple[str, ...] = ()
-    """The executed skills."""
+    """The names of the skills that the executor executes."""
 
     known_settings: ClassVar[tuple[str, ...]] = ()
     """The accepted settings."""
@@ -230,14 +230,14 @@ class SkillExecutor:
         raise NotImplementedError
 
     def idle(self) -> None:
-        """Do a step without a skill."""
+        """Do the work of a loop without a running skill."""
 
     def close(self) -> None:
         """Release all resources."""
 
 
 Execution: TypeAlias = Callable[[SkillExecutor, SkillCall], Steps]
-"""Executes a call: the executor itself, a test or a simulation."""
+"""A function that executes a call: the executor's own method, or its replacement in tests and simulations."""
 
 
 def execute_itself(executor: SkillExecutor, call: SkillCall) -> Steps:

@@ -40,9 +40,9 @@ class Outcome:
         """Whether the skill fails."""
         return self.status is not Status.S_FINAL
 
-    def take_duration(self, usual_outcome: Outcome) -> Outcome:
-        """Return this outcome with the duration of a usual outcome; a success becomes the usual outcome."""
-        # a failure takes its share of the usual duration, which then includes the share
+    def complete_with(self, usual_outcome: Outcome) -> Outcome:
+        """Return this failure with its share of a usual duration; for a success, the usual outcome itself."""
+        # with known seconds the share is applied here, so the result has the share 1
         seconds = None if usual_outcome.seconds is None else usual_outcome.seconds * self.share
         then = self.then or usual_outcome.then
         if not self.failed:
@@ -71,7 +71,7 @@ def decide_outcome(deciders: Iterable[Decider], call: SkillStringCall) -> Outcom
         outcome = decider.decide(call)
         if outcome is None:
             continue
-        decision = outcome if decision is None else decision.take_duration(outcome)
+        decision = outcome if decision is None else decision.complete_with(outcome)
         if decision.seconds is not None:
             break
     return decision

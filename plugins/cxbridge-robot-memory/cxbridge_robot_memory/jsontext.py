@@ -24,7 +24,7 @@ def parse(text: str) -> Document:
         raise QueryError(f"not a JSON document: {error}") from None
     if not isinstance(document, dict):
         raise QueryError("a document must be a JSON object")
-    return copy(document)
+    return copy(document)  # which checks the names and values, and limits the depth
 
 
 def _extended_value(fields: dict[str, Any]) -> Any:

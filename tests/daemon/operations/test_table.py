@@ -37,7 +37,7 @@ def test_new_operation_is_one_row() -> None:
 
 def test_duplicate_name_of_operation_is_an_error() -> None:
     rows = OPERATION_MODULES.rows
-    with pytest.raises(PluginError, match="two operations are called"):
+    with pytest.raises(PluginError, match="both define the operation"):
         _load_operations((*rows, *map(copy, rows)))
 
 

@@ -105,10 +105,10 @@ def test_effect_happens_once_at_end_and_not_after_abort():
 
 def test_failure_takes_share_of_next_duration():
     failure = Outcome(None, Status.S_FAILED, "slipped", share=0.25)
-    assert failure.take_duration(Outcome(4.0)) == Outcome(1.0, Status.S_FAILED, "slipped")
-    assert failure.take_duration(Outcome()) == failure
+    assert failure.complete_with(Outcome(4.0)) == Outcome(1.0, Status.S_FAILED, "slipped")
+    assert failure.complete_with(Outcome()) == failure
     broken = Outcome(4.0, Status.S_FAILED, "broken")
-    assert Outcome().take_duration(broken) == broken
+    assert Outcome().complete_with(broken) == broken
 
 
 @pytest.mark.parametrize(

@@ -38,6 +38,7 @@ class CollectionFunctions:
             ("robmem-insert", self.insert, "*;sy", None, "Insert"),
             ("robmem-update", self.update, "*;sy", None, "Update"),
             ("robmem-upsert", self.upsert, "*;sy", None, "Update"),
+            # as in Fawkes, whose robmem-replace updates documents
             ("robmem-replace", self.update, "*;sy", None, "Update"),
             ("robmem-remove", self.remove, "*;sy", None, "Remove"),
             ("robmem-query", self.query, "*;sy", FALSE, "Query"),

@@ -38,8 +38,8 @@ _REQUEST_SIZES: Final[Mapping[int, int]] = {
 MAX_EXCESS: Final = 1024
 """The number of bytes by which a message to a server may exceed its known size.
 
-The server refuses such a message; a longer message ends the connection. Messages of unknown size may have
-this number of bytes.
+The server refuses such a message; a longer message ends the connection. For messages of other
+components and kinds, see `CONFIG_LIMIT` and `UNKNOWN_LIMIT`.
 """
 
 

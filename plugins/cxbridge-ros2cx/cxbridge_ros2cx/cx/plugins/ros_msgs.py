@@ -36,6 +36,7 @@ class RosMsgsPlugin(RosPlugin):
         )
 
     def init_context(self, env: ClipsEnvironment) -> None:
+        # the last element of a row has the types of the arguments in the codes of CLIPS
         self.define_functions(
             env,
             NAME_PREFIX,
@@ -74,4 +75,5 @@ class RosMsgsPlugin(RosPlugin):
     def finalize(self) -> None:
         """Warn about messages that the rules never destroyed."""
         if count := len(self.messages):
+            # the text of the original; here, the messages are freed with the plug-in
             self.log.warn(f"Found {count} message(s), cleaning up ...")
