@@ -24,8 +24,7 @@ REST = """
 import json
 from cxbridge.run.program.additions import NO_ADDITIONS
 from cxbridge_web.fawkes.executive import Goal, _make_goal
-from cxbridge_web.endpoint import to_json
-from cxbridge_web.models import make_schemas
+from cxbridge_web.models import make_schemas, to_json
 from cxbridge.executive.host.values import Symbol
 values = {"id": Symbol("g"), "priority": 0.0, "message": "", "deadline": 7}
 for name in ("type", "sub-type", "class", "mode", "outcome", "parent"):
