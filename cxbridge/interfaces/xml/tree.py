@@ -127,7 +127,7 @@ class _TreeReader:
             )
 
     def _refuse_entity(self, name: str, _is_parameter: bool) -> None:
-        """Refuse an entity in another encoding than that of `read_tree`'s search."""
+        """Refuse an entity that the search in `read_tree` misses in files of other encodings."""
         raise self._make_error(f"the entity '&{name};' is not expanded", _ENTITY_HINT)
 
     def _start_element(self, name: str, attributes: dict[str, str]) -> None:

@@ -92,8 +92,8 @@ class _Step:
         return self.end - self.start if self.action.durative else None
 
 
-class _Event(NamedTuple):
-    """A moment to execute: ``start`` or ``end`` of a durative action; without a part, the whole action."""
+class _Happening(NamedTuple):
+    """A happening of the plan: the ``start`` or ``end`` of a durative action, or a whole other action."""
 
     time: float
     step: _Step
@@ -176,7 +176,7 @@ class _Checker:
         start, duration = planned.start or 0.0, planned.duration or 0.0
         return _Step(number, planned, action, binding, start, start + duration, is_running=is_running)
 
-    def _events(self, steps: Sequence[_Step]) -> Iterator[_Event]:
+    def _events(self, steps: Sequence[_Step]) -> Iterator[_Happening]:
         """Yield the moments of the steps. In a plan without times, the steps are consecutive."""
         is_timed = any(step.planned.start is not None for step in steps)
         clock = 0.0
@@ -185,14 +185,14 @@ class _Checker:
                 step.start, step.end = clock, clock + (step.planned.duration or 1.0)
                 clock = step.end + 1.0  # a gap, because simultaneous moments may interfere
             if step.action.durative:
-                yield from (_Event(step.start, step, "start"), _Event(step.end, step, "end"))
+                yield from (_Happening(step.start, step, "start"), _Happening(step.end, step, "end"))
             else:
-                yield _Event(step.start, step, "")
+                yield _Happening(step.start, step, "")
 
-    def _execute(self, events: Sequence[_Event]) -> None:
+    def _execute(self, events: Sequence[_Happening]) -> None:
         """Execute simultaneous moments."""
         state_before = self._state
-        executed_events = [(event, *self._execute_event(event, state_before)) for event in events]
+        executed_events = [(event, *self._execute_happening(event, state_before)) for event in events]
         _refuse_interference(executed_events)
         for _, _, changes in executed_events:
             # all steps have computed their numbers from the same state: simultaneous changes add up
@@ -209,7 +209,7 @@ class _Checker:
         for step in self._unfinished:
             self._require(step, list(parts_at(step.action.condition, OVER_ALL)), self._state)
 
-    def _execute_event(self, event: _Event, state: WorldState) -> tuple[set[Ground], Changes]:
+    def _execute_happening(self, event: _Happening, state: WorldState) -> tuple[set[Ground], Changes]:
         """Return the facts that a moment reads, and its changes."""
         step, action = event.step, event.step.action
         moment = Moment(state, self._objects, step.duration, step.start_moment)
@@ -238,9 +238,9 @@ class _Checker:
                 raise _StepError(max(0, step.number), f"{_describe_step(step)}: {false_part}")
 
 
-def _group_simultaneous(events: Sequence[_Event]) -> Iterator[list[_Event]]:
+def _group_simultaneous(events: Sequence[_Happening]) -> Iterator[list[_Happening]]:
     """Yield the moments, sorted by time, in groups of the same time."""
-    group: list[_Event] = []
+    group: list[_Happening] = []
     for event in events:
         if group and event.time - group[0].time > SAME_TIME_S:
             yield group
@@ -250,7 +250,7 @@ def _group_simultaneous(events: Sequence[_Event]) -> Iterator[list[_Event]]:
         yield group
 
 
-def _refuse_interference(executed_events: Sequence[tuple[_Event, set[Ground], Changes]]) -> None:
+def _refuse_interference(executed_events: Sequence[tuple[_Happening, set[Ground], Changes]]) -> None:
     """Refuse simultaneous moments if one changes a fact that another reads or changes differently.
 
     :param executed_events: each moment with the facts that it reads, and its changes.

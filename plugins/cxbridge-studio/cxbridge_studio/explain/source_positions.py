@@ -51,17 +51,17 @@ class SourcePositions:
             self._model.find_mentions(class_name, Use.ASSERTED)
         )
 
-    def find_interface_position(self, kind: str, name: str) -> str:
+    def find_interface_position(self, interface_type: str, interface_id: str) -> str:
         """Return the position where rules open an interface."""
-        for mention in self._model.find_mentions(Name(NameKind.INTERFACE, kind), Use.NAMED):
+        for mention in self._model.find_mentions(Name(NameKind.INTERFACE, interface_type), Use.NAMED):
             # The id follows the type: "TYPE::ID", or as the next argument of the call.
             rest_of_line = mention.file.text[mention.mention.end :].partition("\n")[0]
-            if name in rest_of_line:
+            if interface_id in rest_of_line:
                 return _format_position(mention)
         return ""
 
     def make_similar_fact_hint(self, template: str) -> str:
-        """Return the question whether an asserted fact of a similar name is meant, with its position."""
+        """Return ``did you mean (NAME), which FILE:LINE asserts?``; empty without a similar asserted fact."""
         # A template that rules match is not misspelt.
         unmatched_templates = self._model.find_names(
             NameKind.TEMPLATE, Use.ASSERTED
@@ -75,8 +75,8 @@ class SourcePositions:
 
     def find_deffacts(self) -> Iterator[tuple[str, str]]:
         """Yield the name and the position of each deffacts."""
-        for mention in self._model.find_definitions_of_kind(NameKind.FACTS):
-            yield mention.mention.name.text, _format_position(mention)
+        for definition in self._model.find_definitions_of_kind(NameKind.FACTS):
+            yield definition.mention.name.text, _format_position(definition)
 
     def find_goal_asserting_rules(self) -> list[str]:
         """Return the rules that assert goals."""

@@ -83,9 +83,12 @@ ENDPOINTS: Final = (
         method="GET",
         path="/cxbridge/interfaces",
         handler=_list_interfaces,
-        summary="The values of all interfaces.",
+        summary="The values of the interfaces that match.",
         reply=list[InterfaceData],
-        query=(Query("type", "A pattern of the types."), Query("id", "A pattern of the ids.")),
+        query=(
+            Query("type", "A shell pattern for the type; by default all types."),
+            Query("id", "A shell pattern for the id; by default all ids."),
+        ),
     ),
     Endpoint(
         method="POST",

@@ -130,6 +130,7 @@ class Tf2PoseTrackerPlugin(RosPlugin):
             env.eval(f"(modify {lookup.fact} {slots})")
             return
         if lookup.fact is not None:
+            # the text of the original, for a retracted fact
             self.log.warn("fact was retained but does not exist anymore")
         lookup.fact = env.assert_fact(
             _POSE_TEMPLATE,
