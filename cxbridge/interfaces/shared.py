@@ -1,8 +1,8 @@
 """The data of an opened interface: a private copy of a shared block.
 
 Reads and writes copy between the private and the shared block. The version of a shared block is the number of
-its writes. A reader compares the versions of the last write, time stamp and change with that of its last
-read, and so knows whether time stamp and values are new.
+its writes. The block also has the versions of its last new time stamp and of its last changed value; a reader
+compares both with the version of its last read.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ def doctor(
 ) -> int:
     """Check the installed packages, and print how to install the missing ones.
 
-    Exit status: 0 all packages that a run needs work; 1 a needed package is missing.
+    Exit status: 0 all required packages work; 1 a required package is missing.
 
     Example: cxbridge doctor
     """

@@ -1,4 +1,4 @@
-"""Processes of multiprocessing without the working directory on their path: its files may be untrusted."""
+"""Starts processes of multiprocessing without the working directory, which may be untrusted, in `sys.path`."""
 
 from __future__ import annotations
 

@@ -58,6 +58,7 @@ def find_unclosed_lists(text: str, slots: Mapping[str, Collection[str]] | None =
             or (is_first_in_line and token != ")" and column <= open_lists[-1].column)
             or (is_head and _is_misplaced(token, open_lists, slots))
         ):
+            # the list of a misplaced head is complete itself; its parent is unclosed
             unclosed_starts.append(open_lists.pop(-2 if is_head else -1).start)
         if token == "(":
             open_lists.append(_OpenList(match.start(), column))
@@ -79,7 +80,7 @@ def _is_misplaced(head: str, open_lists: list[_OpenList], slots: Mapping[str, Co
     outer, parent = open_lists[-3].head, open_lists[-2].head
     if head in SLOT_KEYWORDS:
         return parent in SLOT_KEYWORDS
-    # A change does not name the template of its fact.
+    # modify and duplicate do not name the template of the fact, so any template may match.
     templates = slots.values() if outer in ("modify", "duplicate") else [slots.get(outer, ())]
     return any(head in names and parent in names for names in templates)
 

@@ -111,7 +111,9 @@ def why(
 ) -> int:
     """Explain why a rule has not fired, the outcome of a goal or an action, or the whole run.
 
-    If a rule and a goal have the name: `why rule NAME` or `why goal NAME`. `why run` explains the whole run.
+    If a rule and a goal have the same name, write `why rule NAME` or `why goal NAME`. `why run` explains
+    the whole run.
+
     Exit status: 0 explained; 2 the name is unknown, or the source lacks the needed events; 3 the daemon did
     not answer.
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 CLASS_NAME: Final = "cx::ExecutivePlugin"
 _REFRESH_TOPIC: Final = "clips_executive/refresh_agenda"
 _DEFAULT_HZ: Final = 10  # the default of the ROS 2 CX
-_MAX_HZ: Final = 10_000  # far above useful rates: a typing error would only load the processor
+_MAX_HZ: Final = 10_000  # far above useful rates; a higher value is a typing error
 _SALIENCE_GLOBAL: Final = "?*PRIORITY-TIME-RETRACT*"
 # the rule with the lowest salience retracts the time fact, after all further rules could use the fact
 _CONSTRUCTS: Final = (
