@@ -1,4 +1,4 @@
-"""Starts processes of multiprocessing without the working directory, which may be untrusted, in `sys.path`."""
+"""Starts processes of multiprocessing without the untrusted working directory in `sys.path`."""
 
 from __future__ import annotations
 
