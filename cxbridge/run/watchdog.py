@@ -148,7 +148,8 @@ class Watchdog:
             # counted in ticks: after SIGSTOP or a laptop's sleep, elapsed time would look like a stall
             cycle_s += tick_s
             self._measure_right_hand_side(tick_s)
-            limit_s = min(self._limit_s, SPIN_S) if self._is_spinning else self._limit_s
+            is_spinning = self._has_long_firing and self._list_frequent_rules()[:1] != [MATCHING]
+            limit_s = min(self._limit_s, SPIN_S) if is_spinning else self._limit_s
             # a report at the limit, then each time the duration has doubled
             if cycle_s >= max(limit_s, 2 * reported_s):
                 reported_s = cycle_s
@@ -185,10 +186,9 @@ class Watchdog:
         self._firing_count = firing_count
 
     @property
-    def _is_spinning(self) -> bool:
-        """Whether the time is spent in a single right-hand side rather than in matching."""
-        is_long = self._same_rule_s >= min(self._limit_s, SPIN_S)
-        return is_long and self._list_frequent_rules()[:1] != [MATCHING]
+    def _has_long_firing(self) -> bool:
+        """Whether a single right-hand side, or the matching, has lasted until the limit."""
+        return self._same_rule_s >= min(self._limit_s, SPIN_S)
 
     def _make_stall(self, cycle_s: float) -> Stall:
         """Describe the current cycle by the call stack of the watched thread."""
@@ -200,24 +200,27 @@ class Watchdog:
         function = _read_local_value(
             frames, "UdfTable._make_entry_point.<locals>.call", lambda local: local["name"]
         )
-        firing_envs = [env for env in self._list_environments() if env.is_firing]
+        rules = self._list_frequent_rules()
+        # between two rules, an environment still counts as firing
+        firing_envs = [env for env in self._list_environments() if env.is_firing] if rules else []
+        in_rules = bool(firing_envs) and not function
         return Stall(
             cycle_s,
             component,
-            self._describe_activity(frames, function, firing_envs),
-            in_rules=bool(firing_envs) and not function,
-            is_spin=not function and self._is_spinning,
+            self._describe_activity(frames, function, firing_envs, rules),
+            in_rules=in_rules,
+            is_spin=in_rules and self._has_long_firing and rules[0] != MATCHING,
         )
 
     def _describe_activity(
-        self, frames: list[FrameType], function: str, firing_envs: list[ClipsEnvironment]
+        self, frames: list[FrameType], function: str, firing_envs: list[ClipsEnvironment], rules: list[str]
     ) -> str:
         """Return the endless activity as text.
 
         :param function: the Python function that a rule has called; empty without one.
         :param firing_envs: the environments whose rules run.
+        :param rules: the most frequent rules of these environments; empty without an environment.
         """
-        rules = self._list_frequent_rules()
         if not firing_envs:
             # the budget of the Lua engine counts Lua instructions, but none inside C functions like
             # string.find
@@ -228,7 +231,7 @@ class Watchdog:
                 else f"a loop does not end, at {_describe_innermost_location(frames)}"
             )
         if function:
-            caller_text = f", which rule {rules[0]} has called" if rules and rules[0] != MATCHING else ""
+            caller_text = f", which rule {rules[0]} has called" if rules[0] != MATCHING else ""
             return (
                 f"function {function}{caller_text}, does not end, at {_describe_innermost_location(frames)}"
             )
@@ -236,7 +239,7 @@ class Watchdog:
             return text
         if rules == [MATCHING]:
             return "matching facts against the conditions of rules does not end"
-        if self._is_spinning:
+        if self._has_long_firing and rules[0] != MATCHING:
             return f"rule {rules[0]} does not end"
         names = ", ".join(rule for rule in rules if rule != MATCHING)
         firing_count = sum(env.endless.firing_count for env in firing_envs)
