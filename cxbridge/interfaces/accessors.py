@@ -146,7 +146,7 @@ def _make_array_setter(owner: str, field: FieldSchema, layout: Struct, enum: typ
         try:
             pack_into(buffer, offset, *value)
         except (StructError, OverflowError, TypeError):
-            # struct has packed the elements before the element that does not fit
+            # struct clears the bytes before it raises
             buffer[offset:end] = previous_bytes
             try:
                 pack_into(buffer, offset, *_pad_elements(field, value, enum))

@@ -53,7 +53,7 @@
                         coats (rest$ ?words)))))
 
 (defrule workshop-game-over
-  "Fail the orders that are not delivered at the end."
+  "Finish the game; it fails if an order was not delivered."
   ?game <- (goal (id GAME) (mode DISPATCHED))
   (GameInterface (phase POST_GAME) (points ?points) (deliveries ?deliveries) (orders ?orders))
   (not (goal (parent GAME) (mode ~FORMULATED&~RETRACTED)))

@@ -13,7 +13,7 @@ from cxbridge.cli.main import app
 
 TREE: Any = typer.main.get_command(app)
 COMMON = 5
-"""An option that so many commands share is described once."""
+"""An option of at least this many commands is described once."""
 
 
 class Option(NamedTuple):

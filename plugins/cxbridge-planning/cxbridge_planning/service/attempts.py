@@ -54,9 +54,7 @@ class Attempts:
     def advice(self) -> str:
         """The advice after a timeout, as the end of a sentence."""
         names = [planner.name for planner in self.choice.planners]
-        # The planner that the timeout has ended has no result. At least two planners are named, because the
-        # first one leaves a part of the time to the second.
-        tried_names = names[: max(1, len(self._results)) + 1]
+        tried_names = names[: len(self._results) + 1]  # the planner that the timeout has ended has no result
         text = f" (tried: {', '.join(tried_names)})" if names else ""
         if self._requested_planner != AUTO:
             return f"{text}: give more time, or try the planner {AUTO}"

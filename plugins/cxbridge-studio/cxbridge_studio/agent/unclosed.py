@@ -58,7 +58,7 @@ def find_unclosed_lists(text: str, slots: Mapping[str, Collection[str]] | None =
             or (is_first_in_line and token != ")" and column <= open_lists[-1].column)
             or (is_head and _is_misplaced(token, open_lists, slots))
         ):
-            # the list of a misplaced head is complete itself; its parent is unclosed
+            # a head belongs to the list that was just opened, so its parent is the unclosed list
             unclosed_starts.append(open_lists.pop(-2 if is_head else -1).start)
         if token == "(":
             open_lists.append(_OpenList(match.start(), column))

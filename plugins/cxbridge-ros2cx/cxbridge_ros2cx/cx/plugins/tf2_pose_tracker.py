@@ -131,7 +131,10 @@ class Tf2PoseTrackerPlugin(RosPlugin):
             return
         if lookup.fact is not None:
             # the text of the original, for a retracted fact
-            self.log.warn("fact was retained but does not exist anymore")
+            self.log.warn(
+                f"TF lookup from {lookup.parent} to {lookup.child}: "
+                "fact was retained but does not exist anymore"
+            )
         lookup.fact = env.assert_fact(
             _POSE_TEMPLATE,
             {"parent": lookup.parent, "child": lookup.child, **pose_slots, "timer": lookup.address},

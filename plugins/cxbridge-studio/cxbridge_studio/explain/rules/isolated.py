@@ -87,7 +87,7 @@ class IsolatedEnvironment(ClipsEnvironment):
     def _remove_forbidden_functions(self, kept_function: str = "") -> None:
         """Remove all functions that are not allowed.
 
-        :param kept_function: the name of a function to keep for now.
+        :param kept_function: the name of a function that stays until the next call.
         """
         present_functions = frozenset(str(function) for function in self.call(_FUNCTION_LIST))
         forbidden_functions = present_functions - ALLOWED_FUNCTIONS.keys() - {kept_function}
