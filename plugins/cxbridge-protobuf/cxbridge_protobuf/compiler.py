@@ -29,10 +29,10 @@ def compile_folder(folder: Path, import_path: Sequence[Path]) -> list[Any]:
 
 
 def compile_files(file_names: Sequence[str], folder: Path, import_path: Sequence[Path]) -> bytes:
-    """Return the descriptor set of files, see :func:`compile_folder`."""
+    """Compile files of a folder; return the encoded ``FileDescriptorSet``, see :func:`compile_folder`."""
     with tempfile.TemporaryDirectory(prefix="cxbridge-proto-") as temporary_folder:
         output = Path(temporary_folder) / "set"
-        arguments = [f"-I{folder}" for folder in import_path]
+        arguments = [f"-I{import_folder}" for import_folder in import_path]
         arguments += ["--include_imports", f"--descriptor_set_out={output}", *file_names]
         process = subprocess.run(  # noqa: S603 - the compiler, with files that the configuration names
             # a separate process, since the import of grpc_tools changes Python's import system, and its

@@ -1,4 +1,4 @@
-"""The interface of an environment's connections.
+"""The interface of the connections of a CLIPS environment.
 
 A connection links a client with a server over TCP. A peer broadcasts messages over UDP. The class ``Network``
 implements the interface with sockets, ``LocalConnections`` within the process.
@@ -15,7 +15,7 @@ from cxbridge_protobuf.types import MessageTypes
 
 
 class Connections(Protocol):
-    """The server, clients and peers of an environment; all connections and peers share a sequence of ids."""
+    """The server, clients and peers of an environment; connections and peers get ids from one counter."""
 
     def drain(self) -> list[InboxEvent]:
         """Return the events since the last call."""

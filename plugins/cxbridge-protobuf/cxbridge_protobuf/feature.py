@@ -43,7 +43,7 @@ _NOT_SET = Symbol("NOT-SET")
 class ProtobufState:
     """The feature's state in an environment: its message types, messages and connections.
 
-    The texts of log lines are those of Fawkes, where Fawkes logs the same problem.
+    Where Fawkes logs the same problem, the log line has the text of Fawkes.
     """
 
     def __init__(
@@ -203,7 +203,10 @@ class ProtobufState:
         return fields.list_values(message, field, self._add_message)
 
     def _change_field(self, verb: str, address: Value, name: str, value: Value) -> None:
-        """Set a field or add to a list; as in Fawkes, a message that is the value is destroyed afterwards."""
+        """Set a field or add to a list; as in Fawkes, this destroys a message that is the value.
+
+        :param verb: ``set`` or ``add``.
+        """
         message, field = self._find_field(address, name)
         if message is None:
             return
@@ -261,16 +264,17 @@ class ProtobufState:
     # --- received messages ------------------------------------------------------------------------------
 
     def before_run(self) -> None:
-        """Assert received messages."""
+        """Assert facts for received messages and for changes of connections, and log the warnings."""
         for event in self.network.drain():
             if isinstance(event, ReceivedMessage):
                 self._assert_message(event)
             elif isinstance(event, ConnectionChange):
-                self._assert_presence(event)
-            else:
+                self._assert_connection_change(event)
+            else:  # a LogWarning
                 self._log.warn(event.text)
 
     def _assert_message(self, event: ReceivedMessage) -> None:
+        # the server's end of a connection receives the messages of a client
         is_from_peer, is_from_client = event.origin is Origin.PEER, event.origin is Origin.SERVER
         slots: dict[str, Value] = {
             "comp-id": event.component,
@@ -304,12 +308,12 @@ class ProtobufState:
         """Return the value of the slot ``rcvd-at``."""
         return split_us(time_us)
 
-    def _assert_presence(self, event: ConnectionChange) -> None:
-        state = "connected" if event.connected else "disconnected"
+    def _assert_connection_change(self, event: ConnectionChange) -> None:
+        state = "connected" if event.is_connected else "disconnected"
         if event.origin is Origin.CLIENT:
             self._env.assert_string(f"(protobuf-client-{state} {event.link_id})")
         else:
-            address = f" {event.host} {event.port}" if event.connected else ""
+            address = f" {event.host} {event.port}" if event.is_connected else ""
             self._env.assert_string(f"(protobuf-server-client-{state} {event.link_id}{address})")
 
 
@@ -317,8 +321,8 @@ class ProtobufFeature(Feature):
     """Defines the ``pb-*`` functions, and asserts facts for received messages.
 
     :param make_connections: makes the connections of an environment; None for connections over sockets.
-    :param templates: whether to define the templates of the facts, and the rules that retract facts of
-        previous loops; False if the caller defines them.
+    :param defines_templates: whether to define the templates of the facts, and the rules that retract facts
+        of previous loops; False if the caller defines the templates.
     """
 
     name = "protobuf"
@@ -330,11 +334,11 @@ class ProtobufFeature(Feature):
         settings: ProtobufSettings | None = None,
         make_connections: MakeConnections | None = None,
         *,
-        templates: bool = True,
+        defines_templates: bool = True,
     ) -> None:
         self._settings = settings or ProtobufSettings()
         self._make_connections = make_connections
-        self._templates = templates
+        self._defines_templates = defines_templates
         self._states: dict[str, ProtobufState] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
@@ -342,18 +346,21 @@ class ProtobufFeature(Feature):
         state = self.state_class(env, self._settings, self._make_connections)
         self._states[env.name] = state
         state.define()
-        if self._templates:
+        if self._defines_templates:
             env.load(_CLIPS_FILE)
 
     def before_run(self, env: ClipsEnvironment) -> None:
-        """Assert received messages."""
+        """Assert facts for received messages and for changes of connections, and log the warnings."""
         self._states[env.name].before_run()
 
     def connections(self, env: ClipsEnvironment) -> Connections:
         return self._states[env.name].network
 
     def delete_messages(self, env: ClipsEnvironment) -> None:
-        """Delete all messages of an environment whose rules have no ``pb-destroy``, and keep no message."""
+        """Delete all messages of an environment, for a caller whose rules never call ``pb-destroy``.
+
+        Such rules must not keep the address of a message beyond the call.
+        """
         self._states[env.name].delete_messages()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:

@@ -17,13 +17,14 @@ from cxbridge.errors import ProtobufError
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 from cxbridge_protobuf.types import Message
 
+# The names for rules by type code. Fawkes has no name for groups, either: their type is UNKNOWN.
 _TYPE_NAMES: Final = {
     value: Symbol(name.removeprefix("TYPE_"))
     for name, value in vars(FieldDescriptor).items()
     if name.startswith("TYPE_") and name != "TYPE_GROUP"
 }
-_FLOATS: Final = frozenset([FieldDescriptor.TYPE_DOUBLE, FieldDescriptor.TYPE_FLOAT])
-_UNSIGNED_64: Final = frozenset([FieldDescriptor.TYPE_UINT64, FieldDescriptor.TYPE_FIXED64])
+_FLOAT_TYPES: Final = frozenset([FieldDescriptor.TYPE_DOUBLE, FieldDescriptor.TYPE_FLOAT])
+_UNSIGNED_64_TYPES: Final = frozenset([FieldDescriptor.TYPE_UINT64, FieldDescriptor.TYPE_FIXED64])
 # CLIPS has only signed 64-bit integers: an unsigned number from 2**63 appears there smaller by 2**64
 _HALF_RANGE, _FULL_RANGE = 1 << 63, 1 << 64
 
@@ -187,7 +188,7 @@ def _to_clips(field: MessageField, item: Any, add_message: AddMessage) -> Value:
         return Symbol(
             enum_value.name if enum_value else f"UNKNOWN_ENUM_VALUE_{field.descriptor.enum_type.name}_{item}"
         )
-    if field.type_code in _UNSIGNED_64 and item >= _HALF_RANGE:
+    if field.type_code in _UNSIGNED_64_TYPES and item >= _HALF_RANGE:
         return item - _FULL_RANGE
     return item
 
@@ -212,13 +213,15 @@ def _to_protobuf(field: MessageField, clips_value: Value, get_message: GetMessag
         )
     if isinstance(clips_value, bool) or not isinstance(clips_value, int | float):
         raise ProtobufError(f"{clips_value} is not a number")
-    if type_code in _FLOATS:
+    if type_code in _FLOAT_TYPES:
         return float(clips_value)
     try:
         integer = int(clips_value)
     except (OverflowError, ValueError):
         raise ProtobufError(f"{clips_value} is not a whole number") from None
-    return integer + _FULL_RANGE if type_code in _UNSIGNED_64 and -_HALF_RANGE <= integer < 0 else integer
+    return (
+        integer + _FULL_RANGE if type_code in _UNSIGNED_64_TYPES and -_HALF_RANGE <= integer < 0 else integer
+    )
 
 
 class UnknownEnumValueError(ProtobufError):

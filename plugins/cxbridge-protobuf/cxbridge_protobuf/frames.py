@@ -27,12 +27,11 @@ class Frame:
 
     :param component: the component id, 0 to 65535.
     :param type: the number of the message type, 0 to 65535.
-    :param data: the encoded message.
     """
 
     component: int
     type: int
-    data: bytes
+    encoded_message: bytes
 
 
 def encode_frame(frame: Frame) -> bytes:
@@ -41,7 +40,7 @@ def encode_frame(frame: Frame) -> bytes:
 
 def encode_payload(frame: Frame) -> bytes:
     """Return the payload of a frame: the part that may be encrypted."""
-    return _MESSAGE_HEADER.pack(frame.component, frame.type) + frame.data
+    return _MESSAGE_HEADER.pack(frame.component, frame.type) + frame.encoded_message
 
 
 def add_header(cipher_number: int, payload: bytes) -> bytes:
@@ -63,17 +62,17 @@ def decode_payload(payload: bytes) -> Frame:
     return Frame(component, type_, payload[_MESSAGE_HEADER.size :])
 
 
-def decode_datagram(data: bytes) -> tuple[int, bytes]:
-    """Return the cipher number of a datagram, and its payload.
+def decode_datagram(datagram: bytes) -> tuple[int, bytes]:
+    """Return the cipher number of a datagram, and the payload, which is still encrypted if there is a cipher.
 
     As in protobuf_comm, the size in the header is ignored if the payload is encrypted.
 
     :raises ProtobufError: if the datagram is not a frame.
     """
-    if len(data) < _HEADER.size:
+    if len(datagram) < _HEADER.size:
         raise ProtobufError("the datagram is too short for a frame")
-    version, cipher_number, size = _HEADER.unpack_from(data)
-    payload = data[_HEADER.size :]
+    version, cipher_number, size = _HEADER.unpack_from(datagram)
+    payload = datagram[_HEADER.size :]
     if version != _VERSION:
         raise ProtobufError(f"the datagram is not a frame of version {_VERSION}")
     if cipher_number == NO_CIPHER and size != len(payload):

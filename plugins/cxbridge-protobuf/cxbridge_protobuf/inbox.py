@@ -24,7 +24,11 @@ MAX_MESSAGES: Final = 10_000  # the number of waiting messages at which reading 
 
 
 class Origin(Enum):
-    """The kind of connection that an event belongs to: the slot ``client-type`` of facts."""
+    """The environment's end of a connection: the slot ``client-type`` of facts.
+
+    ``SERVER``: a connection that the environment's server accepted; ``CLIENT``: a connection that the
+    environment opened; ``PEER``: a broadcast peer of the environment.
+    """
 
     SERVER = "SERVER"
     CLIENT = "CLIENT"
@@ -36,7 +40,9 @@ class ReceivedMessage:
     """A received message.
 
     :param link_id: the id of the connection or of the peer.
-    :param host: the address of the sender; empty for messages to a client.
+    :param host: the address of the sender; empty for messages to a client, whose port is 0.
+    :param component: the component id in the frame.
+    :param type: the number of the message type in the frame.
     :param arrival_us: the time of the arrival in microseconds.
     :param message: the message; None for an invalid message.
     :param problem: the reason why the message is invalid.
@@ -69,11 +75,11 @@ def parse_message(
 
 @dataclass(frozen=True, slots=True)
 class ConnectionChange:
-    """The start or end of a connection."""
+    """The start or end of a connection; only the start has host and port of the opposite end."""
 
     origin: Origin
     link_id: int
-    connected: bool
+    is_connected: bool
     host: str = ""
     port: int = 0
 
@@ -115,7 +121,7 @@ class Inbox:
     def add_event(self, event: InboxEvent, size: int = 0) -> None:
         """Add an event.
 
-        :param size: the message's size in bytes.
+        :param size: the size of a received message in bytes; 0 for other events.
         """
         with self._lock:
             self._events.append(event)

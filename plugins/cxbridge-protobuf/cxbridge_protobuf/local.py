@@ -1,7 +1,7 @@
 """Connections between the environments of a process, without sockets and threads.
 
 Frames arrive in sending order, so runs on the virtual clock are repeatable. Ports work as if all environments
-had the same address: the message of a peer reaches each further peer that receives on the port, and a client
+had the same address: the message of a peer reaches each other peer that receives on the port, and a client
 reaches the server of its port.
 """
 
@@ -57,7 +57,7 @@ class LocalNetwork:
         self.ports = count(49152)  # ports of clients, from the start of the range of dynamic ports
 
     def join(self, types: MessageTypes, now_us: Callable[[], int]) -> LocalConnections:
-        """Return the connections of a further environment. The method is a :data:`MakeConnections`."""
+        """Return the connections of another environment. The method is a :data:`MakeConnections`."""
         member = LocalConnections(self, types, now_us)
         self.members.append(member)
         return member
@@ -112,11 +112,13 @@ class LocalConnections:
         if server is None:
             self._events += (
                 LogWarning(f"Cannot connect to {host}:{port}: connection refused"),
-                ConnectionChange(Origin.CLIENT, client_id, connected=False),
+                ConnectionChange(Origin.CLIENT, client_id, is_connected=False),
             )
             return client_id
         self._links[client_id] = _LocalLink(Origin.CLIENT, server, server.accept(self, client_id))
-        self._events.append(ConnectionChange(Origin.CLIENT, client_id, connected=True, host=host, port=port))
+        self._events.append(
+            ConnectionChange(Origin.CLIENT, client_id, is_connected=True, host=host, port=port)
+        )
         return client_id
 
     def accept(self, client: LocalConnections, client_id: int) -> int:
@@ -125,7 +127,7 @@ class LocalConnections:
         port = next(self._network.ports)
         self._links[server_link_id] = _LocalLink(Origin.SERVER, client, client_id, port)
         self._events.append(
-            ConnectionChange(Origin.SERVER, server_link_id, connected=True, host=LOCAL_HOST, port=port)
+            ConnectionChange(Origin.SERVER, server_link_id, is_connected=True, host=LOCAL_HOST, port=port)
         )
         return server_link_id
 
@@ -139,7 +141,7 @@ class LocalConnections:
         """Report that the opposite end has closed a connection."""
         link = self._links.pop(link_id, None)
         if link is not None:
-            self._events.append(ConnectionChange(link.origin, link_id, connected=False))
+            self._events.append(ConnectionChange(link.origin, link_id, is_connected=False))
 
     # -- peers
 
@@ -188,7 +190,7 @@ class LocalConnections:
     def receive_broadcast(
         self, port: int, sender_port: int, key: tuple[str, str], frame: Frame, sender_id: int
     ) -> None:
-        """Deliver a peer's message to the peers on a port.
+        """Deliver a peer's message to the peers of this environment that receive on a port.
 
         :param sender_port: the port of the sender.
         :param sender_id: the id of the sending peer if the peer belongs to this environment, else 0; a peer
@@ -224,7 +226,7 @@ class LocalConnections:
             self._events.append(event)
 
     def close(self) -> None:
-        """Leave the network."""
+        """Close all connections and peers, and leave the network."""
         self.disable_server()
         for link_id in list(self._links):
             self.disconnect(link_id)

@@ -49,6 +49,7 @@ class Network:
         self._server_address = server_address
         self.inbox: Final = Inbox(now_us)
         self._ids = itertools.count(1)
+        # held while both threads could change the tables; a single look-up needs no lock
         self._lock = threading.Lock()
         self._links: dict[int, StreamLink] = {}
         self._peers: dict[int, Peer] = {}
@@ -150,9 +151,9 @@ class Network:
         if link is None:
             self.broadcast(link_id, frame)
             return
-        if len(frame.data) > MAX_MESSAGE_BYTES:
+        if len(frame.encoded_message) > MAX_MESSAGE_BYTES:
             raise ProtobufError("Serialized message too big")
-        if not link.connected:
+        if not link.is_connected:
             raise ProtobufError("Cannot send while not connected")
         self._call_in_thread(link.write, frames.encode_frame(frame))
 
@@ -164,7 +165,7 @@ class Network:
         peer = self._peers.get(peer_id)
         if peer is None:
             return
-        if len(frame.data) > MAX_PEER_BYTES:
+        if len(frame.encoded_message) > MAX_PEER_BYTES:
             raise ProtobufError("Serialized message too big")
         self._call_in_thread(peer.send, frame)
 
@@ -222,6 +223,7 @@ class Network:
     async def _connect(self, link: StreamLink, host: str, port: int) -> None:
         try:
             await asyncio.get_running_loop().create_connection(lambda: link, host, port)
+        # OverflowError: a port above 65535; UnicodeError: a host name that IDNA cannot encode
         except (OSError, OverflowError, UnicodeError) as error:
             self.inbox.warn(f"Cannot connect to {host}:{port}: {error}", kind=f"connect {host}:{port}")
             self._report_end(link)
@@ -248,7 +250,7 @@ class Network:
                     self._links[link.id] = link
         if is_accepted:
             self.inbox.add_event(
-                ConnectionChange(link.origin, link.id, connected=True, host=link.host, port=link.port)
+                ConnectionChange(link.origin, link.id, is_connected=True, host=link.host, port=link.port)
             )
         elif link.origin is Origin.SERVER:
             self.inbox.warn(f"Client {link.host} is rejected: there are too many clients", kind="many")
@@ -264,13 +266,13 @@ class Network:
 
     def _report_end(self, link: StreamLink) -> None:
         """Report the end of a connection unless the environment closed it."""
-        link.connected = False
+        link.is_connected = False
         with self._lock:
             was_open = link.id in self._links
             if link.origin is Origin.SERVER:
                 self._links.pop(link.id, None)
         if was_open:
-            self.inbox.add_event(ConnectionChange(link.origin, link.id, connected=False))
+            self.inbox.add_event(ConnectionChange(link.origin, link.id, is_connected=False))
 
     def receive_frame(self, link: StreamLink, frame: Frame) -> None:
         """Add the message of a frame from a connection to the inbox."""
@@ -286,7 +288,7 @@ class Network:
                 kind=f"message for {link_id}",
             )
         else:
-            self.inbox.add_event(event, size=len(frame.data))
+            self.inbox.add_event(event, size=len(frame.encoded_message))
 
 
 def _make_crypter(secret: str, cipher: str) -> Crypter | None:

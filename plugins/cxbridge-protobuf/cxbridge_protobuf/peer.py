@@ -21,6 +21,7 @@ from cxbridge_protobuf.inbox import Inbox, Origin
 # the limit of a message: the peers of protobuf_comm receive into a buffer of this size
 MAX_PEER_BYTES: Final = 1024
 
+# gets the origin, the id of the peer, host and port of the sender, and the frame
 ReceiveFrame = Callable[[Origin, int, str, int, Frame], None]
 
 
@@ -29,8 +30,9 @@ class Peer(asyncio.DatagramProtocol):
 
     :param peer_id: the id of the peer in the environment.
     :param address: the IPv4 address or the name of the host to which the peer sends.
+    :param send_port: the port of that host.
     :param crypter: encrypts the messages; None for unencrypted messages.
-    :param receive: called with the sender and the frame of each received datagram.
+    :param receive_frame: called with the sender and the frame of each received datagram.
     :param inbox: gets warnings; while the inbox is full, datagrams are dropped.
     """
 
@@ -40,20 +42,20 @@ class Peer(asyncio.DatagramProtocol):
         self,
         peer_id: int,
         address: str,
-        port: int,
+        send_port: int,
         crypter: Crypter | None,
-        receive: ReceiveFrame,
+        receive_frame: ReceiveFrame,
         inbox: Inbox,
     ) -> None:
         self.id: Final = peer_id
         self.crypter = crypter
         self._address = address
-        self._port = port
-        self._receive = receive
+        self._send_port = send_port
+        self._receive_frame = receive_frame
         self._inbox = inbox
         self._closed = asyncio.Event()
 
-    async def open(self, port: int) -> None:
+    async def open(self, recv_port: int) -> None:
         """Resolve the target host, and open the receiving port.
 
         :raises ProtobufError: if the host is unknown or the port is unavailable.
@@ -66,17 +68,18 @@ class Peer(asyncio.DatagramProtocol):
         except (OSError, UnicodeError):
             raise ProtobufError(f"cannot resolve the host {self._address}") from None
         (*_, (host, *_)), *_ = addresses  # the socket address is the last item of each result
-        self._target = (str(host), self._port)
-        self._own_address = (_find_source_address(str(host)), port)
+        self._target_address = (str(host), self._send_port)
+        self._own_address = (_find_source_address(str(host)), recv_port)
         with ExitStack() as cleanup:
             udp_socket = cleanup.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
             try:
                 udp_socket.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-                udp_socket.bind((LOOPBACK if is_loopback(self._address) else "", port))
+                # a peer that sends to this machine only is not open to other machines
+                udp_socket.bind((LOOPBACK if is_loopback(self._address) else "", recv_port))
             except OSError as error:
-                raise ProtobufError(f"Cannot receive on UDP port {port}: {error.strerror}") from None
+                raise ProtobufError(f"Cannot receive on UDP port {recv_port}: {error.strerror}") from None
             self._transport, _ = await loop.create_datagram_endpoint(lambda: self, sock=udp_socket)
-            cleanup.pop_all()
+            cleanup.pop_all()  # from here on, the transport owns the socket
 
     async def close(self) -> None:
         """Close the socket, and wait until the port is available again."""
@@ -89,13 +92,13 @@ class Peer(asyncio.DatagramProtocol):
     def send(self, frame: Frame) -> None:
         crypter = self.crypter
         if crypter is None:
-            data = frames.encode_frame(frame)
+            datagram = frames.encode_frame(frame)
         else:
-            data = frames.add_header(crypter.cipher_number, crypter.encrypt(frames.encode_payload(frame)))
-        self._transport.sendto(data, self._target)
+            datagram = frames.add_header(crypter.cipher_number, crypter.encrypt(frames.encode_payload(frame)))
+        self._transport.sendto(datagram, self._target_address)
 
     def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
-        """Receive a frame from a further peer."""
+        """Receive a frame from another peer, or warn about an invalid datagram."""
         host, port = addr
         if addr == self._own_address:
             return  # a broadcast reaches its sender, too
@@ -107,13 +110,17 @@ class Peer(asyncio.DatagramProtocol):
         except ProtobufError as error:
             self._warn(host, port, error.message)
             return
-        self._receive(Origin.PEER, self.id, host, port, frame)
+        self._receive_frame(Origin.PEER, self.id, host, port, frame)
 
     def error_received(self, exc: Exception) -> None:
         self._inbox.warn(f"Failed to send peer message: {exc}", kind=f"send {self.id}")
 
-    def _decode_datagram(self, data: bytes) -> Frame:
-        cipher_number, payload = frames.decode_datagram(data)
+    def _decode_datagram(self, datagram: bytes) -> Frame:
+        """Return the frame of a datagram.
+
+        :raises ProtobufError: if the datagram is invalid, or if only one side encrypts.
+        """
+        cipher_number, payload = frames.decode_datagram(datagram)
         crypter = self.crypter
         if crypter is None:
             if cipher_number != frames.NO_CIPHER:
@@ -131,7 +138,7 @@ class Peer(asyncio.DatagramProtocol):
 
 
 def _find_source_address(address: str) -> str:
-    """Return the local address from which datagrams to another address are sent."""
+    """Return the local address from which datagrams to an address are sent; empty if there is no route."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
         try:

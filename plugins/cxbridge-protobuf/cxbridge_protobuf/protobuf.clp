@@ -2,7 +2,7 @@
 
 (deftemplate protobuf-msg "A received message. A rule that keeps the message makes another reference (pb-ref)."
   (slot type (type STRING))                             ; full name
-  (slot comp-id (type INTEGER)) (slot msg-type (type INTEGER))
+  (slot comp-id (type INTEGER)) (slot msg-type (type INTEGER)) ; the type's numbers in frames
   (slot rcvd-via (type SYMBOL) (allowed-values STREAM BROADCAST))
   (multislot rcvd-from (cardinality 2 2))               ; host and port
   (multislot rcvd-at (type INTEGER) (cardinality 2 2))  ; seconds and microseconds
@@ -23,25 +23,27 @@
 
 (deffunction pb-is-broadcast (?rcvd-via) (eq ?rcvd-via BROADCAST))
 
-(deffunction pb-print-failed (?what ?component ?type ?host ?port ?message)
-  (printout t ?what " rcv fail for " ?component ":" ?type " from " ?host ":" ?port ": " ?message crlf))
+(deffunction pb-print-failed (?receiver ?component ?type ?host ?port ?problem)
+  (printout t ?receiver " rcv fail for " ?component ":" ?type " from " ?host ":" ?port ": " ?problem crlf))
 
-;; These rules delete received messages after all rules of the agent, since CLIPS keeps facts forever.
+;; These rules delete received messages, since CLIPS keeps facts forever. Fawkes' salience is low, so that the
+;; agent's rules see the messages first.
 
 (defrule protobuf-cleanup-receive-failed
   (declare (salience -4000))
-  ?fact <- (protobuf-receive-failed (comp-id ?component) (msg-type ?type) (rcvd-from ?host ?port) (message ?text))
+  ?fact <- (protobuf-receive-failed (comp-id ?component) (msg-type ?type) (rcvd-from ?host ?port)
+                                    (message ?problem))
   =>
   (retract ?fact)
-  (pb-print-failed "Protobuf" ?component ?type ?host ?port ?text))
+  (pb-print-failed "Protobuf" ?component ?type ?host ?port ?problem))
 
 (defrule protobuf-cleanup-server-receive-failed
   (declare (salience -4000))
   ?fact <- (protobuf-server-receive-failed (comp-id ?component) (msg-type ?type) (rcvd-from ?host ?port)
-                                           (message ?text))
+                                           (message ?problem))
   =>
   (retract ?fact)
-  (pb-print-failed "Protobuf server" ?component ?type ?host ?port ?text))
+  (pb-print-failed "Protobuf server" ?component ?type ?host ?port ?problem))
 
 (defrule protobuf-cleanup-message
   (declare (salience -4000))

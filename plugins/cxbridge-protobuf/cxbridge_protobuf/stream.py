@@ -40,53 +40,54 @@ class StreamLink(asyncio.Protocol):
 
     :param link_id: the id of the connection in the environment.
     :param origin: whether the connection belongs to a client or to the server of the environment.
-    :param network: gets the events of the connection.
+    :param owner: gets the events of the connection.
     """
 
     _transport: asyncio.Transport  # set when the connection is open
 
-    def __init__(self, link_id: int, origin: Origin, network: LinkOwner) -> None:
+    def __init__(self, link_id: int, origin: Origin, owner: LinkOwner) -> None:
         self.id: Final = link_id
         self.origin: Final = origin
-        self.connected = False
+        self.is_connected = False
         self.host = ""
         self.port = 0
-        self._network = network
+        self._owner = owner
         self._decoder = StreamDecoder(MAX_MESSAGE_BYTES + _MESSAGE_HEADER_BYTES)
         self._abort_reason = ""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Tell the network about the connection, and abort the connection if the network rejects it."""
+        """Report the connection to the owner, and abort the connection if the owner rejects it."""
         assert isinstance(transport, asyncio.Transport)
         self._transport = transport
+        # an address of IPv6 has two more items; a connection that is already lost has no address
         self.host, self.port = transport.get_extra_info("peername", ("", 0))[:2]
         self.host = self.host.removeprefix(_MAPPED_PREFIX)
         # set before accept_link(): afterwards the environment may send at once
-        self.connected = True
-        if not self._network.accept_link(self):
-            self.connected = False
+        self.is_connected = True
+        if not self._owner.accept_link(self):
+            self.is_connected = False
             transport.abort()
 
     def data_received(self, data: bytes) -> None:
         """Decode received bytes, and abort the connection if they are invalid."""
-        if not self.connected:
+        if not self.is_connected:
             return
         try:
             for frame in self._decoder.feed(data):
-                self._network.receive_frame(self, frame)
+                self._owner.receive_frame(self, frame)
         except ProtobufError as error:
             self._abort(error.message)
             return
-        if self._network.inbox.is_full:
+        if self._owner.inbox.is_full:
             self._transport.pause_reading()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Decode the bytes that arrived before a failed send, then report the end."""
-        if exc is not None and self.connected:
+        if exc is not None and self.is_connected:
             self._read_remaining()
-        was_connected, self.connected = self.connected or bool(self._abort_reason), False
+        was_connected, self.is_connected = self.is_connected or bool(self._abort_reason), False
         if was_connected:
-            self._network.report_loss(self, self._abort_reason)
+            self._owner.report_loss(self, self._abort_reason)
 
     def _read_remaining(self) -> None:
         """Decode the bytes that are still in the buffer of the operating system.
@@ -96,29 +97,29 @@ class StreamLink(asyncio.Protocol):
         """
         with suppress(OSError), self._transport.get_extra_info("socket").dup() as unread:
             unread.setblocking(False)
-            while self.connected and (data := unread.recv(_READ_BYTES)):
+            while self.is_connected and (data := unread.recv(_READ_BYTES)):
                 self.data_received(data)
 
     def resume_reading(self) -> None:
         """Read again after a pause for a full inbox."""
-        if self.connected:
+        if self.is_connected:
             self._transport.resume_reading()
 
     def write(self, data: bytes) -> None:
         """Send bytes, and abort the connection if the receiver reads too slowly."""
-        if not self.connected:
+        if not self.is_connected:
             return
         self._transport.write(data)
         if self._transport.get_write_buffer_size() > MAX_OUTBOUND_BYTES:
             self._abort("the receiver reads too slowly")
 
     def close(self) -> None:
-        """Send the waiting bytes, then close the connection without a report to the network."""
-        if self.connected:
+        """Send the waiting bytes, then close the connection without a report to the owner."""
+        if self.is_connected:
             self._transport.close()
-        self.connected = False
+        self.is_connected = False
 
     def _abort(self, reason: str) -> None:
-        self.connected = False
+        self.is_connected = False
         self._abort_reason = reason
         self._transport.abort()

@@ -35,7 +35,7 @@ class MessageTypes:
         self._warn = warn
         self._pool = descriptor_pool.DescriptorPool()
         self._file_names: set[str] = set()
-        self._class_by_numbers: dict[tuple[int, int], Any] = {}  # by component id and message type
+        self._classes_by_numbers: dict[tuple[int, int], Any] = {}  # by component id and message type
 
     def add_folders(self, folders: Sequence[Path]) -> None:
         """Compile the .proto files of folders, and register their types with numbers."""
@@ -45,6 +45,7 @@ class MessageTypes:
                 self._warn(f"There is no folder {folder} for .proto files (/clips-protobuf/proto-dirs)")
         for folder in existing_folders:
             try:
+                # protoc searches in this order: the folder's own files hide files of the same name
                 files = compile_folder(folder, [folder, *existing_folders])
             except ProtobufError as error:
                 self._warn(f"Cannot read the .proto files of {folder}: {error}")
@@ -81,14 +82,14 @@ class MessageTypes:
         """
         message_class = self._find_class(full_name)
         component, type_ = message_numbers(message_class.DESCRIPTOR)
-        if (component, type_) in self._class_by_numbers:
+        if (component, type_) in self._classes_by_numbers:
             raise ProtobufError(f"Message type {component}:{type_} already registered")
-        self._class_by_numbers[component, type_] = message_class
+        self._classes_by_numbers[component, type_] = message_class
 
     def is_registered(self, full_name: str) -> bool:
         return any(
             message_class.DESCRIPTOR.full_name == full_name
-            for message_class in self._class_by_numbers.values()
+            for message_class in self._classes_by_numbers.values()
         )
 
     def create(self, full_name: str) -> Message:
@@ -99,14 +100,14 @@ class MessageTypes:
 
         :raises ProtobufError: if the type of the message is not registered, or parsing fails.
         """
-        message_class = self._class_by_numbers.get((frame.component, frame.type))
+        message_class = self._classes_by_numbers.get((frame.component, frame.type))
         if message_class is None:
             raise ProtobufError(f"Message type {frame.component}:{frame.type} not registered")
         try:
-            parsed_message = message_class.FromString(frame.data)
+            parsed_message = message_class.FromString(frame.encoded_message)
         except (message.DecodeError, RuntimeError):
             raise ProtobufError("Failed to parse message") from None
-        if not parsed_message.IsInitialized():
+        if not parsed_message.IsInitialized():  # FromString accepts messages without required fields
             raise ProtobufError("Failed to parse message: required fields are missing")
         return parsed_message
 

@@ -53,7 +53,9 @@ class Referee(Component):
         self._clock = context.clock
         self.env = ClipsEnvironment(ENVIRONMENT, context.bus, "Referee")
         # without the feature's templates, since the rules of the referee box define them
-        self._protobuf = ProtobufFeature(ProtobufSettings((message_folder,)), network.join, templates=False)
+        self._protobuf = ProtobufFeature(
+            ProtobufSettings((message_folder,)), network.join, defines_templates=False
+        )
         self._define_functions(refbox, config, seed)
         self._load_rules(refbox, seed)
 

@@ -49,7 +49,7 @@ def test_garbage_gives_frames_or_protobuf_error(garbage):
     decoder = StreamDecoder(50)
     with contextlib.suppress(ProtobufError):
         for frame in decoder.feed(garbage):
-            assert len(frame.data) <= 50
+            assert len(frame.encoded_message) <= 50
     with contextlib.suppress(ProtobufError):
         decode_payload(decode_datagram(garbage)[1])
 

@@ -78,15 +78,15 @@ def test_client_and_server_exchange_messages(members, frame):
     server.enable_server(4444)
     link = client.connect("anywhere", 4444)
     (accepted,) = server.drain()
-    assert (accepted.origin, accepted.connected, accepted.host) == (Origin.SERVER, True, LOCAL_HOST)
+    assert (accepted.origin, accepted.is_connected, accepted.host) == (Origin.SERVER, True, LOCAL_HOST)
     assert client.drain() == [
-        ConnectionChange(Origin.CLIENT, link, connected=True, host="anywhere", port=4444)
+        ConnectionChange(Origin.CLIENT, link, is_connected=True, host="anywhere", port=4444)
     ]
     client.send(link, frame)
     server.send(accepted.link_id, frame)
     assert texts(server) == texts(client) == ["hello"]
     client.disconnect(link)
-    assert server.drain() == [ConnectionChange(Origin.SERVER, accepted.link_id, connected=False)]
+    assert server.drain() == [ConnectionChange(Origin.SERVER, accepted.link_id, is_connected=False)]
     server.send(accepted.link_id, frame)
     assert client.drain() == []
     with pytest.raises(ProtobufError, match="address already in use"):
@@ -94,7 +94,7 @@ def test_client_and_server_exchange_messages(members, frame):
     client.connect("anywhere", 4444)
     client.drain()
     server.close()
-    assert [event.connected for event in client.drain()] == [False]
+    assert [event.is_connected for event in client.drain()] == [False]
     second_server.enable_server(4444)
 
 
@@ -102,7 +102,7 @@ def test_connection_without_server_is_refused(members):
     link = members[0].connect("robot", 4444)
     assert members[0].drain() == [
         LogWarning("Cannot connect to robot:4444: connection refused"),
-        ConnectionChange(Origin.CLIENT, link, connected=False),
+        ConnectionChange(Origin.CLIENT, link, is_connected=False),
     ]
     assert members[0].connect("robot", 0) == members[0].create_peer("x", 0, 1, "", "") == 0
 

@@ -41,9 +41,9 @@ def connect_pair(nets):
     client = nets()
     client_id = client.connect("127.0.0.1", port)
     change = client.presence()
-    assert (change.origin, change.link_id, change.connected) == (Origin.CLIENT, client_id, True)
+    assert (change.origin, change.link_id, change.is_connected) == (Origin.CLIENT, client_id, True)
     accepted = server.presence()
-    assert (accepted.origin, accepted.connected, accepted.host) == (Origin.SERVER, True, "127.0.0.1")
+    assert (accepted.origin, accepted.is_connected, accepted.host) == (Origin.SERVER, True, "127.0.0.1")
     return server, accepted.link_id, client, client_id
 
 
@@ -64,7 +64,7 @@ def test_client_gets_disconnection_by_server(nets, end):
     server, server_link, client, client_link = connect_pair(nets)
     end(server, server_link)
     change = client.presence()
-    assert (change.link_id, change.connected) == (client_link, False)
+    assert (change.link_id, change.is_connected) == (client_link, False)
     with pytest.raises(ProtobufError, match="not connected"):
         client.send(client_link, ORDER)
 
@@ -73,7 +73,7 @@ def test_only_server_gets_disconnection_by_client(nets):
     server, server_link, client, client_link = connect_pair(nets)
     client.disconnect(client_link)
     change = server.presence()
-    assert (change.link_id, change.connected) == (server_link, False)
+    assert (change.link_id, change.is_connected) == (server_link, False)
     client.send(client_link, ORDER)  # the link no longer exists
     assert client.drain() == []
 
@@ -82,7 +82,7 @@ def test_connection_without_server_is_closed(nets):
     client = nets()
     client_id = client.connect("127.0.0.1", free_port())
     change = client.presence()
-    assert (change.origin, change.link_id, change.connected) == (Origin.CLIENT, client_id, False)
+    assert (change.origin, change.link_id, change.is_connected) == (Origin.CLIENT, client_id, False)
     with pytest.raises(ProtobufError, match="not connected"):
         client.send(client_id, ORDER)
 
@@ -120,7 +120,7 @@ def test_garbage_or_huge_frame_closes_only_its_connection(nets, garbage):
         server.wait(2, ConnectionChange)
         faulty.sendall(garbage)
         assert faulty.recv(10) == b""
-        assert not server.presence().connected
+        assert not server.presence().is_connected
         assert "closed:" in server.warning()
         valid.sendall(encode_frame(ORDER))
         assert server.message().message.id == 5
@@ -137,7 +137,7 @@ def test_client_that_never_reads_is_disconnected(nets, types, monkeypatch):
             for _ in range(100):
                 server.send(server_link, make_frame(order))
         assert "reads too slowly" in server.warning()
-        assert not server.presence().connected
+        assert not server.presence().is_connected
 
 
 def test_server_reads_flood_only_up_to_limit(nets, monkeypatch):
@@ -164,7 +164,7 @@ def test_server_refuses_clients_beyond_limit(nets, monkeypatch):
     monkeypatch.setattr(network_module, "MAX_CLIENTS", 1)
     server, port = start_server(nets)
     with connect_raw(port):
-        assert server.presence().connected
+        assert server.presence().is_connected
         with connect_raw(port) as second:
             assert second.recv(1) == b""
         assert "too many" in server.warning()
@@ -303,4 +303,4 @@ def test_last_message_of_client_with_unread_data_is_delivered(nets):
         for _ in range(5):
             server.send(server_link, ORDER)  # fails after the reset
         assert server.message().message.id == 5
-        assert not server.presence().connected
+        assert not server.presence().is_connected

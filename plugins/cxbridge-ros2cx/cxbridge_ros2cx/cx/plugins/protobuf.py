@@ -93,7 +93,7 @@ class ProtobufPlugin(CxPlugin):
             else:
                 folders.append(folder.resolve())
         self._feature = _CxProtobufFeature(
-            ProtobufSettings(tuple(dict.fromkeys(folders))), self.context.connections, templates=False
+            ProtobufSettings(tuple(dict.fromkeys(folders))), self.context.connections, defines_templates=False
         )
 
     def init_context(self, env: ClipsEnvironment) -> None:
