@@ -56,7 +56,7 @@ class Ros2CxCheckout(Struct, frozen=True):
 
     @property
     def bringup_folder(self) -> Path:
-        """The value of ``@CONFDIR@``: the share folder of the package cx_bringup."""
+        """The share folder of the package cx_bringup: the value of ``@CONFDIR@`` in parameter files."""
         return self.root / _BRINGUP
 
     @property

@@ -12,6 +12,7 @@ from cxbridge.config import Configuration, ConfigValue
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2cx.parameters import EXECUTIVE_TREE
 
+# the keys that the executive reads: of the executive, its debug settings, a spec, and the spec's world model
 _EXECUTIVE_KEYS = (
     "assert-time-each-loop",
     "automatic-goal-retraction",

@@ -19,6 +19,7 @@ from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 from cxbridge_ros2cx.parameters import EXECUTIVE_NODE, EXECUTIVE_TREE, YAML_FALSE, YAML_INTEGER, YAML_TRUE
 
 CONFIG_FEATURE = "config_feature"
+# a number with or without a point and an exponent, as yaml-cpp accepts for a double
 _FLOAT = re.compile(r"[+-]?(\d+\.\d*|\.\d+|\d+)([eE][+-]?\d+)?\Z")
 # the index of a map within a list, in the path of a value: /stages/0/name
 _INDEX = re.compile(r"/\d+/")

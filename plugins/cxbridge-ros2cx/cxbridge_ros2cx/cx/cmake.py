@@ -13,9 +13,11 @@ from typing import Final
 
 from msgspec import Struct
 
+# a bracket comment, or a comment to the end of the line
 _COMMENT: Final = re.compile(r"#\[\[.*?\]\]|#[^\n]*", re.DOTALL)
 # a command, whose arguments may contain one level of parentheses
 _COMMAND: Final = re.compile(r"\b(\w+)\s*\(([^()]*(?:\([^()]*\)[^()]*)*)\)")
+# a quoted argument, which may contain escaped quotes, or an unquoted argument
 _ARGUMENT: Final = re.compile(r'"((?:[^"\\]|\\.)*)"|([^\s"]+)')
 _VARIABLE: Final = re.compile(r"\$\{(\w+)\}")
 _INSTALL_KINDS: Final = ("DIRECTORY", "FILES", "PROGRAMS")
@@ -31,7 +33,7 @@ _END_KEYWORDS: Final = frozenset(
 class InstalledEntry(Struct, frozen=True):
     """A file or folder that a package installs.
 
-    :param target: the destination of the file or folder, relative to the prefix.
+    :param target: the destination of the file, or of the folder's content, relative to the install prefix.
     """
 
     source: Path
@@ -74,7 +76,7 @@ def find_installed_entries(commands: list[CMakeCommand], folder: Path) -> Iterat
             continue
         target = arguments[arguments.index("DESTINATION") + 1].strip("/")
         new_name = arguments[arguments.index("RENAME") + 1] if "RENAME" in arguments else ""
-        for source_text in takewhile(lambda source_text: source_text not in _END_KEYWORDS, arguments[1:]):
+        for source_text in takewhile(lambda argument: argument not in _END_KEYWORDS, arguments[1:]):
             source = folder / source_text
             # as in CMake, the slash means the content of the folder
             if arguments[0] == "DIRECTORY" and source_text.endswith("/"):

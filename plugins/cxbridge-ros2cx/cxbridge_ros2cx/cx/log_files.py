@@ -18,6 +18,7 @@ _BUFFER_BYTES: Final = 1 << 16  # far above the default, since an agent may log 
 class EnvironmentLog:
     """Writes the lines of an environment into a file.
 
+    :param name: the name of the environment, and of the file without its suffix.
     :param clock: the clock for time stamps, which are in UTC for a virtual clock, otherwise in local time.
     :raises TraceError: if the file is not writable.
     """
@@ -35,7 +36,7 @@ class EnvironmentLog:
             raise TraceError(f"cannot write the log: {error.strerror}", file=file) from error
 
     def write(self, _level: Level, line: str) -> None:
-        # the text of a second is kept, since formatting it for each line is slow
+        # the text of a second is kept, since formatting the text for each line is slow
         second, microseconds = divmod(self._clock.now_us(), MICROSECONDS)
         if second != self._second:
             calendar = time.gmtime(second) if self._clock.is_virtual else time.localtime(second)

@@ -46,7 +46,7 @@ class CxManager(EnvironmentManager):
         self._log_folder = log_folder
         self._log_files: list[EnvironmentLog] = []
         self.plugins: dict[str, CxPlugin] = {}  # created plug-ins by name
-        self._loaded_plugins: dict[str, list[str]] = {}
+        self._loaded_plugins: dict[str, list[str]] = {}  # plug-ins in loading order, by environment
         self._reported_errors: set[str] = set()
         # whether a plug-in that cannot be created is an error; otherwise the environment runs without it
         self.is_strict = False
@@ -69,7 +69,7 @@ class CxManager(EnvironmentManager):
             log_file = EnvironmentLog(self._log_folder, name, self.bus.clock)
             self._log_files.append(log_file)
             env.line_listeners["file"] = log_file.write
-        if not isinstance(env, StockEnvironment):
+        if not isinstance(env, StockEnvironment):  # an environment for inspection, in which no rule fires
             return env
         try:
             env.watch_items(watch_items)
@@ -102,22 +102,22 @@ class CxManager(EnvironmentManager):
 
         :raises CxbridgeError: if a plug-in or a parameter is invalid and the manager is strict.
         """
-        env, functions = self.find(name), self._managed_environments[name].functions
+        env, functions_by_plugin = self.find(name), self._managed_environments[name].functions
         try:
             plugin = self._get_plugin(feature_name)
         except Exception as error:  # noqa: BLE001 - a plug-in of another package may raise anything
-            located = locate_error(feature_name, error)
+            located_error = locate_error(feature_name, error)
             if self.is_strict:
-                raise located from None
-            self.plugin_log.error(str(located))
+                raise located_error from None
+            self.plugin_log.error(str(located_error))
             return FALSE
         with env.lock:
             # as in the ROS 2 CX, a second request defines all functions again
-            env.udfs.revoke(functions.get(feature_name, ()), "")
+            env.udfs.revoke(functions_by_plugin.get(feature_name, ()), "")
             previous_names = env.udfs.names
             if not self.attempt(plugin, partial(plugin.init_context, env)):
                 return FALSE
-            functions[feature_name] = env.udfs.names - previous_names
+            functions_by_plugin[feature_name] = env.udfs.names - previous_names
         self._loaded_plugins[name].append(feature_name)
         return TRUE
 
@@ -137,7 +137,7 @@ class CxManager(EnvironmentManager):
         return True
 
     def _get_plugin(self, plugin_name: str) -> CxPlugin:
-        """Return a plug-in, created at the first request."""
+        """Return a plug-in; the first request creates the plug-in."""
         if plugin_name not in self.plugins:
             class_name = read_class_name(plugin_name, self.context.parameters)
             plugin = find_plugin_class(plugin_name, class_name, self.context)(plugin_name, self.context)
@@ -151,7 +151,7 @@ class CxManager(EnvironmentManager):
         return tuple(self._loaded_plugins[name])
 
     def destroy_context(self, name: str, feature_name: str) -> None:
-        """Unload a plug-in from an environment; plug-ins are the features of this manager.
+        """Unload a plug-in from an environment; in this manager, features are plug-ins.
 
         :raises ClipsError: if the environment lacks the plug-in.
         """

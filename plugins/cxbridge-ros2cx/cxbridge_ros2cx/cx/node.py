@@ -117,7 +117,10 @@ class CxNode(Executive):
                     self.manager.request(self.environment_names[0], plugin)
 
     def _run_environment(self, env: StockEnvironment) -> int:
-        """Run an environment's rules until its agenda is empty; the caller holds its lock."""
+        """Run an environment's rules until its agenda is empty; return the number of fired rules.
+
+        The caller holds the environment's lock.
+        """
         env.refresh_agenda()
         fired_count = self._run() if env is self.env else env.run()
         self._fired_count += fired_count
@@ -126,7 +129,7 @@ class CxNode(Executive):
     def loop(self) -> int:
         """Let plug-ins do the work that is due; return the number of fired rules.
 
-        After a stop of the debugger, only the stopped run continues.
+        If the debugger has stopped within a loop, only the stopped run of the rules continues.
         """
         if self.control is not None and self.control.is_within_loop:
             return self.control.run()
@@ -160,7 +163,7 @@ class CxNode(Executive):
         return self._is_active
 
     def follow_transitions(self) -> None:
-        """Do nothing: agents have their own templates."""
+        """Do nothing: agents have their own templates, so the executive knows no goals to follow."""
 
     def deactivate(self) -> bool:
         """Run the shutdown rules and unload the plug-ins; the environments stay."""

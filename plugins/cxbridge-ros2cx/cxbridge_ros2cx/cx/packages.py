@@ -24,8 +24,8 @@ _INDEX: Final = "share/ament_index/resource_index"
 _PACKAGE_RESOURCE: Final = "packages"
 _PLUGIN_RESOURCE: Final = "cx_plugin__pluginlib__plugin"
 _LINKED_PLUGIN_COMMAND: Final = "cx_generate_linked_protobuf_plugin_from_proto"
-# A pattern finds the name in package.xml: a folder whose file has no name is not a package.
-_NAME: Final = re.compile(r"<name>\s*([\w-]+)\s*</name>")
+# the name in a package.xml; without such a name, the folder of the file is not a package
+_PACKAGE_NAME: Final = re.compile(r"<name>\s*([\w-]+)\s*</name>")
 # the folders that Python packages usually install; their setup.py, a program, is not executed
 _PYTHON_FOLDERS: Final = (
     *("clips", "config", "launch", "params", "pddl", "proto"),
@@ -60,9 +60,9 @@ class InstalledPrefix:
     def find_proto_files(self, class_name: str) -> list[Path]:
         """Return the .proto files of the package whose plug-in description contains a class."""
         for package, description in self.find_resources(_PLUGIN_RESOURCE).items():
-            for file_text in description.split():
+            for relative_path in description.split():
                 with suppress(OSError):  # a description may name a missing file
-                    if f'"{class_name}"' in (self.path / file_text).read_text("utf-8", "replace"):
+                    if f'"{class_name}"' in (self.path / relative_path).read_text("utf-8", "replace"):
                         return sorted(self.find_share_folder(package).rglob("*.proto"))
         return []
 
@@ -82,9 +82,10 @@ class SourceTree:
     @cached_property
     def path(self) -> Path:
         """The prefix: a cache folder of this tree, or a temporary folder if the cache is not writable."""
-        base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-        name = hashlib.sha256(str(self.root).encode("utf-8", "surrogateescape")).hexdigest()[:12]
-        path = Path(base).expanduser() / "cxbridge" / "ros2cx" / name
+        cache_root = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+        # 12 digits are enough to tell the trees of a user apart
+        tree_digest = hashlib.sha256(str(self.root).encode("utf-8", "surrogateescape")).hexdigest()[:12]
+        path = Path(cache_root).expanduser() / "cxbridge" / "ros2cx" / tree_digest
         with suppress(OSError):
             path.mkdir(parents=True, exist_ok=True)
             return path
@@ -104,6 +105,7 @@ class SourceTree:
         contents = {}
         for package, commands in self._commands.items():
             for command in commands:
+                # the command ament_vendor registers a resource of this kind, with the folder of the software
                 if command.name == "ament_vendor" and kind == "vendor_packages":
                     contents[package] = f"opt/{package}"
                 elif command.name == "ament_index_register_resource" and command.arguments[:1] == (kind,):
@@ -152,7 +154,7 @@ class Packages:
 
     @classmethod
     def from_folders(
-        cls, definition_folders: Iterable[Path], environment: Mapping[str, str] = os.environ
+        cls, definition_folders: Iterable[Path], environment_variables: Mapping[str, str] = os.environ
     ) -> Packages:
         """Return the packages in checkouts, workspaces and prefixes, and the packages of a sourced ROS."""
         prefixes: list[Prefix] = []
@@ -161,7 +163,7 @@ class Packages:
                 InstalledPrefix(path) for path in _find_installed_prefixes(folder.resolve())
             ]
             prefixes += installed_prefixes or [SourceTree(folder)]
-        sourced_paths = environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+        sourced_paths = environment_variables.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
         prefixes += (InstalledPrefix(Path(path)) for path in sourced_paths if path)
         return cls(prefixes)
 
@@ -170,7 +172,7 @@ class Packages:
         resources: dict[str, tuple[str, Prefix]] = {}
         # reversed: the update with the first prefix comes last, so its resources hide equal names
         for prefix in reversed(self.prefixes):
-            resources.update({name: (text, prefix) for name, text in prefix.find_resources(kind).items()})
+            resources |= {name: (content, prefix) for name, content in prefix.find_resources(kind).items()}
         return dict(sorted(resources.items()))
 
     @cached_property
@@ -200,6 +202,7 @@ class Packages:
 
 
 def _read_option(command: CMakeCommand, name: str) -> str:
+    """Return the argument that follows a keyword; empty without the keyword."""
     arguments = command.arguments
     return arguments[arguments.index(name) + 1] if name in arguments[:-1] else ""
 
@@ -207,14 +210,15 @@ def _read_option(command: CMakeCommand, name: str) -> str:
 def _find_packages(root: Path) -> Iterator[tuple[str, Path]]:
     """Yield the names and folders of the packages below a folder.
 
-    As in colcon, a file ``COLCON_IGNORE`` excludes a folder, and a package contains no further packages.
+    As in colcon, a file ``COLCON_IGNORE`` or ``AMENT_IGNORE`` excludes a folder, and a package contains no
+    other packages.
     """
     for folder, subfolders, files in walk_folders(root):
         if any(name in files for name in _IGNORE_FILES):
             subfolders.clear()
         elif "package.xml" in files:
             subfolders.clear()
-            match = _NAME.search((Path(folder) / "package.xml").read_text("utf-8", "replace"))
+            match = _PACKAGE_NAME.search((Path(folder) / "package.xml").read_text("utf-8", "replace"))
             if match:
                 yield match[1], Path(folder)
         else:
@@ -246,6 +250,7 @@ def _link(source: Path, target: Path) -> None:
 
 
 def find_package_folder(file_path: Path) -> Path | None:
+    """Return the folder of the package that contains a file; None for a file outside packages."""
     return next(
         (folder for folder in file_path.resolve().parents if (folder / "package.xml").is_file()), None
     )

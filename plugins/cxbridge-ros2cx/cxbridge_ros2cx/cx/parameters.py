@@ -62,11 +62,11 @@ class NodeParameters:
         :raises ConfigError: if the file is unreadable or not a parameter file.
         """
         try:
-            data = file.read_bytes()
+            yaml_bytes = file.read_bytes()
         except OSError as error:
             raise ConfigError(f"cannot read the parameters: {error.strerror}", file=file) from None
         sections = [
-            section for root in parse_documents(data, str(file)) for section in _find_sections(root, "")
+            section for root in parse_documents(yaml_bytes, str(file)) for section in _find_sections(root, "")
         ]
         name = f"/{NODE_NAME}"
         # a launch file may rename the node: the section with the parameter `environments` is its section
@@ -197,7 +197,8 @@ def _read_scalar(node: YamlScalar) -> Scalar:
     if YAML_INTEGER.match(text):
         return int(text, 16 if "x" in lower_text else 10)
     if _FLOAT.match(text):
-        return float(text.replace(".inf", "inf").replace(".nan", "nan").replace(".Inf", "inf").lower())
+        # Python writes infinity and NaN without the point of YAML
+        return float(lower_text.replace(".inf", "inf").replace(".nan", "nan"))
     return text
 
 

@@ -102,7 +102,7 @@ class CxPlugin(Feature):
         """
 
     def receive_messages(self) -> None:
-        """Receive messages of further nodes; called before and after the ticks of a loop."""
+        """Receive messages of other nodes; called before and after the ticks of a loop."""
 
     def tick(self) -> None:
         """Do the work that is due; called once in each loop."""
@@ -115,7 +115,7 @@ class CxPlugin(Feature):
         return f"{self.name}.{name}"
 
     def or_false(self, function: Callable[..., Value], log_prefix: str = "") -> Callable[..., Value]:
-        """Return a function that calls another, and logs an error of the call and returns FALSE.
+        """Wrap a function for rules: the wrapper logs a ClipsError of the function and returns FALSE.
 
         :param log_prefix: the text before the error in the log.
         """
@@ -157,14 +157,14 @@ def read_class_name(plugin: str, parameters: NodeParameters) -> str:
 
     :raises ConfigError: if the parameters name no class.
     """
-    name = f"{plugin}.plugin"
-    text = parameters.get(name, "")
-    if not text:
-        raise parameters.find_mark(name).error(
-            f"the plug-in '{plugin}' has no class: there is no parameter '{name}'",
+    parameter = f"{plugin}.plugin"
+    class_name = parameters.get(parameter, "")
+    if not class_name:
+        raise parameters.find_mark(parameter).error(
+            f"the plug-in '{plugin}' has no class: there is no parameter '{parameter}'",
             f'write below {plugin}: plugin: "cx::..."',
         )
-    return text
+    return class_name
 
 
 def find_plugin_class(plugin: str, class_name: str, context: NodeContext) -> MakePlugin:
@@ -179,10 +179,11 @@ def find_plugin_class(plugin: str, class_name: str, context: NodeContext) -> Mak
         return make_plugin
     from importlib.metadata import entry_points  # noqa: PLC0415 - slow, and rarely needed
 
-    external_classes = {entry.name: entry for entry in entry_points(group=PLUGIN_GROUP)}
+    external_classes = {entry_point.name: entry_point for entry_point in entry_points(group=PLUGIN_GROUP)}
     if class_name in external_classes:
         make_plugin = external_classes[class_name].load()
         return make_plugin
+    # the next modules are imported only if needed: protobuf and ROS types are slow to import
     proto_files = context.packages.find_proto_files(class_name)
     if proto_files:
         return partial(import_module(f"{_PLUGIN_PACKAGE}.protobuf").ProtobufPlugin, proto_files=proto_files)

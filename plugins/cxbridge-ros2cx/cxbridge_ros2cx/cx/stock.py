@@ -79,14 +79,14 @@ class StockEnvironment(ClipsEnvironment):
         """Replace the functions of CLIPS that end the process, and those whose effects the host follows."""
         self._clips630_functions = Clips630Functions(self.c_env, self.udfs, self.build_unrecorded)
         self._open_files: list[Path] = []
-        for name, function, minimum, maximum, types in (
+        for name, function, min_arguments, max_arguments, types in (
             ("exit", self._exit, 0, 1, "*"),
             ("clear", self._clear, 0, 0, "*"),
             ("load*", self._load_star, 1, 1, "*;sy"),
             ("batch*", self.batch, 1, 1, "*;sy"),
         ):
             EXTRA_FUNCTIONS.RemoveUDF(self.c_env, encode(name))
-            self.define(name, function, minimum, maximum, types)
+            self.define(name, function, min_arguments, max_arguments, types)
         self.define("cx-shutdown", self._quit)
         # CLIPS watches compilations from the start, a node only the items in its parameters
         EXTRA_FUNCTIONS.UnwatchString(self.c_env, b"all")
@@ -123,29 +123,30 @@ class StockEnvironment(ClipsEnvironment):
 
     def batch(self, path: Path | str) -> bool:
         """Execute a file like ``batch*``; return whether the file could be opened."""
-        with self._mark_reading(Path(path), batch=True):
+        with self._mark_reading(Path(path), is_batch=True):
             return bool(lib.BatchStar(self.c_env, encode(str(path))))
 
     @contextmanager
-    def _mark_reading(self, path: Path, *, batch: bool = False) -> Iterator[None]:
+    def _mark_reading(self, path: Path, *, is_batch: bool = False) -> Iterator[None]:
         """Mark a file as being read.
 
-        :raises ClipsError: if the file is being read already: it would read itself without end.
+        :param is_batch: whether the file has commands, as for ``batch*``; otherwise it has constructs.
+        :raises ClipsError: if the file is being read already, since the file would read itself without end.
         """
         file = path.resolve()
         if file in self._open_files:
-            chain = " -> ".join(entry.name for entry in (*self._open_files, file))
+            chain = " -> ".join(open_file.name for open_file in (*self._open_files, file))
             raise ClipsError("this file reads itself", file=path, hint=f"files that read each other: {chain}")
         self.watcher.forget_names()
         self._open_files.append(file)
         try:
-            with self.loader.recorded_inner_load(str(path), batch=batch):
+            with self.loader.recorded_inner_load(str(path), batch=is_batch):
                 yield
         finally:
             self._open_files.pop()
 
     def _load_star(self, file: str) -> Value:
-        """Load a file for rules; return whether it has no error, as CLIPS' function ``load*`` does."""
+        """Load a file for rules; return whether the file has no error, as CLIPS' function ``load*`` does."""
         with self._mark_reading(Path(file)):
             return bool(lib.Load(self.c_env, encode(file)) == lib.LE_NO_ERROR)
 
@@ -155,16 +156,16 @@ class StockEnvironment(ClipsEnvironment):
         :raises ClipsError: if the expression does not parse or fails.
         """
         value = ffi.new("CLIPSValue *")
-        outer = self.output.begin_error_capture()
-        error = lib.Eval(self.c_env, encode(expression), value)
-        error_text = self.output.end_error_capture(outer)
-        if error != lib.EE_NO_ERROR:
+        outer_capture = self.output.begin_error_capture()
+        error_code = lib.Eval(self.c_env, encode(expression), value)
+        error_text = self.output.end_error_capture(outer_capture)
+        if error_code != lib.EE_NO_ERROR:
             self.api.clear_halt()
             raise ClipsError(f"CLIPS cannot evaluate {expression}: {' '.join(error_text.split())}")
         return to_python(value)
 
     def assert_string(self, fact: str) -> int | None:
-        """Assert a fact in CLIPS syntax; CLIPS prints it if facts are watched.
+        """Assert a fact in CLIPS syntax; CLIPS prints the fact if facts are watched.
 
         :returns: the index of the fact; None if CLIPS rejects the fact.
         """
@@ -174,6 +175,7 @@ class StockEnvironment(ClipsEnvironment):
     def fire(self, limit: int = -1, fired_before: int = 0) -> int:
         """Fire rules of a run in chunks; an evaluation error and ``(halt)`` end the run.
 
+        :returns: the number of firings.
         :param limit: the maximum number of firings; -1 for no limit.
         :param fired_before: the number of firings in previous calls for the same run.
         """

@@ -1,5 +1,5 @@
-;;; Replaces the original's skills.clp, whose skill-call omits the agent's id. The original is
-;;; in a folder named clips, this file is not.
+;;; Replaces skills.clp of the thesis' executive, whose skill-call omits the agent's id. This file loads that
+;;; skills.clp first, by the path "../clips/skills.clp": that file is in a folder clips, this file in sane.
 
 (batch* (path-resolve "../clips/skills.clp"))
 (undeffunction skill-call)

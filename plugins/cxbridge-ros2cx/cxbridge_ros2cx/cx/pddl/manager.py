@@ -40,7 +40,8 @@ MAX_WAITING_GOALS: Final = 64  # goals that may wait for the planner; further go
 _UNKNOWN_INSTANCE: Final = "Unknown pddl instance"
 _UNKNOWN_TYPE: Final = "Type not in instance"
 
-_MAX_CLASS_GAP_S: Final = 0.1  # actions whose starts are closer than this are in the same class
+# actions that start within this time of the first action of a class are in that equivalence class
+_MAX_CLASS_GAP_S: Final = 0.1
 
 # the starts of expressions, statements and comments of jinja2
 _TEMPLATE_MARKS: Final = ("{{", "{%", "{#")
@@ -69,8 +70,8 @@ class PddlManager(GoalHandler, Closing):
                     wrap_handler(handler, self._log_error),
                     right=Right.CONTROL,
                 )
-        self._updates = node.create_publisher(f"{NODE_NAME}/instance_update", "std_msgs/msg/String")
-        self._server = GoalServer(
+        self._update_publisher = node.create_publisher(f"{NODE_NAME}/instance_update", "std_msgs/msg/String")
+        self._goal_server = GoalServer(
             node, f"{NODE_NAME}/temp_plan", f"{package}/action/PlanTemporal", self, clock
         )
 
@@ -152,7 +153,7 @@ class PddlManager(GoalHandler, Closing):
                 errors.append(error.message)
         # as in the ROS 2 CX, the update names only the problem of the first item, if there is any item
         for item in request[field][:1]:
-            self._updates.publish({"data": item["pddl_instance"]})
+            self._update_publisher.publish({"data": item["pddl_instance"]})
         return {"success": not errors, "error": " ".join(errors)}
 
     def _get_fluents(self, request: Message) -> Fields:
@@ -169,20 +170,20 @@ class PddlManager(GoalHandler, Closing):
         }
 
     def _get_predicates(self, request: Message) -> Fields:
-        name = request["pddl_instance"]
+        problem_name = request["pddl_instance"]
         return {
             "predicates": [
                 {
-                    "pddl_instance": name,
+                    "pddl_instance": problem_name,
                     "name": predicate.name,
                     "param_types": [
                         group.types[0] if group.types else "object"
                         for group in predicate.parameters
                         for _ in group.names
                     ],
-                    "param_names": [text for group in predicate.parameters for text in group.names],
+                    "param_names": [name for group in predicate.parameters for name in group.names],
                 }
-                for predicate in self._find_problem(name).domain.predicates
+                for predicate in self._find_problem(problem_name).domain.predicates
             ]
         }
 
@@ -292,7 +293,7 @@ class PddlManager(GoalHandler, Closing):
         return {"success": True, "actions": list(_add_times(result.actions, name, goal_name))}
 
     def close(self) -> None:
-        self._server.close()
+        self._goal_server.close()
         if self._planning is not None:
             self._planning.close()
         self._node.close()
@@ -305,7 +306,7 @@ def _make_common_fields(problem_name: str, ground: Ground) -> dict[str, Any]:
 
 
 def _add_times(actions: Iterable[PlannedAction], problem_name: str, goal_name: str) -> Iterable[Fields]:
-    """Yield a plan's actions with times; actions that start at about the same time have the same class."""
+    """Yield a plan's actions with times; actions that start at about the same time are equivalent."""
     class_number, class_start_s = 0, 0.0
     for number, action in enumerate(actions):
         # in a plan without times, one action starts each second

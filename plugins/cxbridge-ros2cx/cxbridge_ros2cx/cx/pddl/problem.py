@@ -54,6 +54,7 @@ _OPERATORS: Final = {"assign": "=", "increase": "+", "decrease": "-"}
 class FluentChange(Struct, frozen=True):
     """The effect of an action on a fluent or a function.
 
+    :param ground: the name of the fluent or function, and its arguments.
     :param time_point: START or END.
     :param operator: the operator on a function's value: ``=``, ``+`` or ``-``; empty for a fluent.
     :param value: the operand; for a fluent, 1.0 means true and 0.0 means false.
@@ -154,8 +155,14 @@ class ManagedProblem:
     def remove_object(self, name: str) -> None:
         """Remove an object, and all fluents and functions about the object."""
         self.objects.pop(name, None)
-        self.fluents = {ground: None for ground in self.fluents if name not in ground[1]}
-        self.functions = {ground: value for ground, value in self.functions.items() if name not in ground[1]}
+        self.fluents = {
+            (predicate, arguments): None for predicate, arguments in self.fluents if name not in arguments
+        }
+        self.functions = {
+            (function, arguments): value
+            for (function, arguments), value in self.functions.items()
+            if name not in arguments
+        }
 
     def find_objects(self, type_names: Sequence[str]) -> list[str]:
         """Return the objects of types and of their subtypes; all objects if no type is given."""
@@ -278,7 +285,11 @@ class ManagedProblem:
             )
         return domain, problem_of_facts(
             domain,
-            [pair for pair in self.objects.items() if _is_kept(pair[0], managed_goal.kept_objects)],
+            [
+                (object_name, type_name)
+                for object_name, type_name in self.objects.items()
+                if _is_kept(object_name, managed_goal.kept_objects)
+            ],
             [fluent for fluent in self.fluents if is_ground_kept(fluent)],
             And(tuple(managed_goal.formulas)),
             re.sub(r"\W", "_", name) or "problem",
@@ -297,6 +308,7 @@ def _declare_all_requirements(text: str) -> str:
 
 
 def _list_argument_names(terms: Sequence[Term], bindings: Binding = EMPTY_BINDING) -> tuple[str, ...]:
+    """Return the objects of terms; a variable without a value and a function term are no objects."""
     return tuple(
         bindings.get(term.name, term.name) if isinstance(term, Variable) else getattr(term, "name", "")
         for term in terms

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def _refuse_empty(function: Callable[..., Value]) -> Callable[..., Value]:
-    """Return a function that calls another, but raises an error for an empty argument."""
+    """Wrap a function for rules: the wrapper raises an error for an empty argument."""
 
     def call(*arguments: str) -> Value:
         if not all(arguments):
@@ -32,7 +32,7 @@ class AmentIndexPlugin(CxPlugin):
 
     def init_context(self, env: ClipsEnvironment) -> None:
         # types are the codes of CLIPS' AddUDF: any result (*), SYMBOLs or STRINGs as arguments (sy)
-        for name, function, count, types in (
+        for name, function, argument_count, types in (
             ("get-package-prefix", self._get_package_prefix, 1, "*;sy"),
             ("get-package-share-directory", self._get_package_share, 1, "*;sy"),
             ("get-packages-with-prefixes", self._get_packages, 0, "*"),
@@ -43,7 +43,10 @@ class AmentIndexPlugin(CxPlugin):
         ):
             full_name = f"ament-index-{name}"
             env.define(
-                full_name, self.or_false(_refuse_empty(function), f"{full_name}: "), count, types=types
+                full_name,
+                self.or_false(_refuse_empty(function), f"{full_name}: "),
+                argument_count,
+                types=types,
             )
 
     def _get_package_prefix(self, package: str) -> Value:
@@ -69,6 +72,7 @@ class AmentIndexPlugin(CxPlugin):
         return content, str(prefix.path)
 
     def _get_resources(self, kind: str) -> Value:
+        """Return a multifield in which names and prefixes alternate."""
         resources = self.context.packages.find_resources(kind).items()
         return tuple(item for name, (_, prefix) in resources for item in (name, str(prefix.path)))
 

@@ -61,6 +61,7 @@ class ConfigPlugin(CxPlugin):
             self.log.error(str(error))
 
     def make_slots(self, node: YamlNode | None, path: str) -> Iterator[Slots]:
+        """Yield the slots of a fact for each value below a node."""
         return _make_map_slots(node, path)
 
 
@@ -85,19 +86,25 @@ class QuotedKeyConfigPlugin(ConfigPlugin):
 
 
 def _find_node(roots: list[YamlNode], segments: list[str], file: str) -> YamlNode | None:
-    """Return the node below the keys of a prefix."""
+    """Return the node below the keys of a prefix; None for an empty file.
+
+    :raises ConfigError: if a key is missing.
+    """
     node = roots[0] if roots else None
     for segment in segments:
         pairs = node.pairs if isinstance(node, YamlMap) else []
-        values = {key.text: value for key, value in pairs if isinstance(key, YamlScalar)}
-        if segment not in values:
+        values_by_key = {key.text: value for key, value in pairs if isinstance(key, YamlScalar)}
+        if segment not in values_by_key:
             raise ConfigError(f"Segment '{segment}' not found in YAML file.", file=file)
-        node = values[segment]
+        node = values_by_key[segment]
     return node
 
 
 def _make_map_slots(node: YamlNode | None, path: str, *, is_in_list: bool = False) -> Iterator[Slots]:
-    """Yield the slots of the facts for the values below a map; within a list each value is a string."""
+    """Yield the slots of the facts for the values below a map; other nodes have none.
+
+    :param is_in_list: whether a list contains the map; then each value is a string.
+    """
     for key, value in node.pairs if isinstance(node, YamlMap) else ():
         name = key.text if isinstance(key, YamlScalar) else ""
         if isinstance(value, YamlMap):

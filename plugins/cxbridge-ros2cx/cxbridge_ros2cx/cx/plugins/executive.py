@@ -19,7 +19,7 @@ _REFRESH_TOPIC: Final = "clips_executive/refresh_agenda"
 _DEFAULT_HZ: Final = 10  # the default of the ROS 2 CX
 _MAX_HZ: Final = 10_000  # far above useful rates; a higher value is a typing error
 _SALIENCE_GLOBAL: Final = "?*PRIORITY-TIME-RETRACT*"
-# the rule with the lowest salience retracts the time fact, after all further rules could use the fact
+# the rule with the lowest salience retracts the time fact, after all other rules could use the fact
 _CONSTRUCTS: Final = (
     f"(defglobal {_SALIENCE_GLOBAL} = -10000)",
     f"(defrule time-retract (declare (salience {_SALIENCE_GLOBAL})) ?time <- (time $?) => (retract ?time))",
@@ -97,10 +97,15 @@ def read_period_us(plugin: str, parameters: NodeParameters) -> int:
 
 
 def find_shortest_period_us(parameters: NodeParameters) -> int:
-    """Return the shortest time between two ticks of the executive plug-ins in the parameters."""
+    """Return the shortest time between two ticks of the executive plug-ins in the parameters.
+
+    Without such a plug-in, the time is that of the default rate.
+    """
     return min(
         (
-            read_period_us(name.removesuffix(".plugin"), parameters)
+            read_period_us(
+                name.removesuffix(".plugin"), parameters
+            )  # PLUGIN.plugin names the plug-in's class
             for name, parameter in parameters
             if parameter.value == CLASS_NAME and "." in name
         ),

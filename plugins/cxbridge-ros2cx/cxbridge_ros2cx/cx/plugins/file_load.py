@@ -13,7 +13,7 @@ from cxbridge_ros2cx.cx.plugin import CxPlugin
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-_FILE_LISTS = ("load", "batch", "cleanup_batch")
+_FILE_LIST_PARAMETERS = ("load", "batch", "cleanup_batch")
 
 
 class FileLoadPlugin(CxPlugin):
@@ -21,12 +21,12 @@ class FileLoadPlugin(CxPlugin):
 
     def initialize(self) -> None:
         """Find the files, by absolute paths or in the share folders of packages; log the missing files."""
-        self._files: dict[str, list[Path]] = {parameter_name: [] for parameter_name in _FILE_LISTS}
+        self._files: dict[str, list[Path]] = {parameter_name: [] for parameter_name in _FILE_LIST_PARAMETERS}
         folders = self.find_share_folders()
         for parameter_name, paths in self._files.items():
             for file in self.parameters.get_strings(self.parameter(parameter_name)):
-                # `folder / file` is `file` if that is absolute; without any folder, only absolute paths are
-                # found
+                # If `file` is absolute, `folder / file` is `file`. Without a folder, the only candidate is an
+                # absolute `file`: the product of the list and False is empty.
                 candidates = [folder / file for folder in folders] or [Path(file)] * Path(file).is_absolute()
                 path = next((path for path in candidates if path.is_file()), None)
                 if path is None:
@@ -45,8 +45,7 @@ class FileLoadPlugin(CxPlugin):
             return
         for parameter_name, execute in (("load", env.load), ("batch", env.batch)):
             for file in self._files[parameter_name]:
-                # since pull request 33, each file starts in MAIN: the previous file may have changed the
-                # module
+                # each file starts in MAIN since pull request 33: the file before may have changed the module
                 if self.context.has_2026_changes:
                     env.call("set-current-module", Symbol("MAIN"))
                 if not execute(file):

@@ -93,7 +93,10 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
             self._refresh_publisher.publish({"data": fired_count})
 
     def _run_passes(self, env: StockEnvironment) -> int:
-        """Run passes until no rule fires or the limit is reached."""
+        """Run passes until no rule fires or the limit is reached; return the number of fired rules.
+
+        The parameter ``rule_limit`` of an environment is the limit; without the parameter, there is none.
+        """
         stack, limit = self._read_focus_stack(env), self.parameters.get(f"{env.name}.rule_limit", -1)
         env.call("set-current-module", Symbol(_MAIN_MODULE))
         time_fact = env.assert_ordered("time", (self._now_s(),)) if self._asserts_time else None
@@ -111,6 +114,10 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
                 return fired_count
 
     def _run_pass(self, env: StockEnvironment, stack: list[str], limit: int) -> int:
+        """Focus on each module of the stack and run its rules; return the number of fired rules.
+
+        :param limit: the maximum number of firings, which only counts for an empty stack; -1: no limit.
+        """
         if not stack:
             env.refresh_agenda()
             return env.run(limit)
@@ -154,6 +161,12 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
         operation: str,
         reasons_by_code: dict[str, str],
     ) -> Mapping[str, Any]:
+        """Execute a CLIPS command in an environment, and return the response.
+
+        :param execute: executes the encoded command, and returns an error code of CLIPS.
+        :param operation: the noun for the command in the response.
+        :param reasons_by_code: the reasons of failures by the names of the error codes.
+        """
         name = request["env_name"]
         # an empty name means the first environment
         env = next((env for env in self._environments if name in ("", env.name)), None)
@@ -166,7 +179,7 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
             }
         with env.lock:
             code = execute(env, encode(request["command"]))
-            env.api.clear_halt()
+            env.api.clear_halt()  # an error in the command would halt the next run of the rules, too
         reason = next(
             (text for code_name, text in reasons_by_code.items() if getattr(lib, code_name) == code), ""
         )

@@ -33,6 +33,7 @@ _TEMPLATES: Final = {
     "protobuf-receive-failed": _FAILURE_SLOTS,
     "protobuf-server-receive-failed": _FAILURE_SLOTS,
 }
+# the pattern and the action of each clean-up rule, by the last part of its name
 _CLEANUP_ACTIONS: Final = {
     "receive-failed": ("(protobuf-receive-failed)", ""),
     "server-receive-failed": ("(protobuf-server-receive-failed)", ""),
@@ -48,11 +49,11 @@ class _CxProtobufState(ProtobufState):
     """The protobuf state of an environment, with the values and texts of the ROS 2 CX."""
 
     def register(self, full_name: str) -> Value:
-        """Register a type. TRUE for a registered type, too: the plug-in has registered its own types."""
+        """Register a type; return TRUE for a registered type, too, e.g. a type of the plug-in's folders."""
         return TRUE if self.types.is_registered(full_name) else super().register(full_name)
 
     def sender_value(self, event: ReceivedMessage) -> Value:
-        """Return the address and the port of a sender; as in the ROS 2 CX, a server has no address."""
+        """Return host and port of a sender; as in the ROS 2 CX, a message to a client has no sender."""
         if event.origin.value == "CLIENT":
             return (Symbol(""),)
         return (Symbol(event.host), event.port)
@@ -85,7 +86,7 @@ class ProtobufPlugin(CxPlugin):
         share_folders = (Path("/"), *self.find_share_folders())
         folders = [file.parent for file in self._proto_files]
         for path_text in self.parameters.get_strings(self.parameter("proto_paths")):
-            # `share_folder / path_text` is `path_text` if that is absolute
+            # if `path_text` is absolute, `share_folder / path_text` is `path_text`
             candidates = (share_folder / path_text for share_folder in share_folders)
             folder = next(filter(Path.is_dir, candidates), None)
             if folder is None:
@@ -108,7 +109,7 @@ class ProtobufPlugin(CxPlugin):
         self._environments.append(env)
 
     def receive_messages(self) -> None:
-        """Assert received messages."""
+        """Assert facts for received messages and for changes of connections."""
         for env in self._environments:
             with env.lock:
                 self._feature.before_run(env)

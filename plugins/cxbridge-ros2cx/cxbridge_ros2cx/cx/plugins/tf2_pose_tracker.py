@@ -41,7 +41,7 @@ class _PeriodicLookup(Struct, eq=False):
     """A lookup that a rule has started.
 
     :param address: the handle of the lookup, which is set when the table allocates it.
-    :param fact: the index of the fact; None before the first successful lookup.
+    :param fact_index: the index of the fact; None before the first successful lookup.
     :param pose_slots: the pose in the fact.
     """
 
@@ -50,7 +50,7 @@ class _PeriodicLookup(Struct, eq=False):
     child: str
     timer: RefreshTimer
     address: ExternalAddress = ExternalAddress(0)
-    fact: int | None = None
+    fact_index: int | None = None
     pose_slots: dict[str, Value] = {}
 
 
@@ -74,7 +74,7 @@ class Tf2PoseTrackerPlugin(RosPlugin):
         for transform in message["transforms"]:
             try:
                 self._buffer.set_transform(decode_transform(transform), static=is_static)
-            except TransformError as error:  # further frames of the message may be valid
+            except TransformError as error:  # the other frames of the message may be valid
                 self.log.warn(f"a frame is ignored: {error.message}")
 
     def init_context(self, env: ClipsEnvironment) -> None:
@@ -120,22 +120,22 @@ class Tf2PoseTrackerPlugin(RosPlugin):
     def _update_fact(self, lookup: _PeriodicLookup, pose: StampedTransform) -> None:
         """Assert the fact of a lookup, or modify the changed slots of the present fact."""
         env, pose_slots = lookup.env, _make_pose_slots(pose)
-        previous_values, lookup.pose_slots = lookup.pose_slots, pose_slots
-        if lookup.fact is not None and env.has_fact(lookup.fact):
-            slots = " ".join(
+        previous_slots, lookup.pose_slots = lookup.pose_slots, pose_slots
+        if lookup.fact_index is not None and env.has_fact(lookup.fact_index):
+            changed_slots = " ".join(
                 f"({name} {' '.join(map(show, value)) if isinstance(value, tuple) else show(value)})"
                 for name, value in pose_slots.items()
-                if previous_values.get(name) != value
+                if previous_slots.get(name) != value
             )
-            env.eval(f"(modify {lookup.fact} {slots})")
+            env.eval(f"(modify {lookup.fact_index} {changed_slots})")
             return
-        if lookup.fact is not None:
+        if lookup.fact_index is not None:
             # the text of the original, for a retracted fact
             self.log.warn(
                 f"TF lookup from {lookup.parent} to {lookup.child}: "
                 "fact was retained but does not exist anymore"
             )
-        lookup.fact = env.assert_fact(
+        lookup.fact_index = env.assert_fact(
             _POSE_TEMPLATE,
             {"parent": lookup.parent, "child": lookup.child, **pose_slots, "timer": lookup.address},
         )

@@ -104,7 +104,7 @@ class ActionClients(ClientGroup[ClientEndpoint]):
             (names.cancel, partial(self._cancel_goal, env), "sy;e"),
             (names.destroy_handle, self.handles.destroy, "e"),
         ]
-        cancel = partial(self._cancel_goals_before, env)
+        cancel = partial(self._cancel_goals_before, env)  # without a time, for all goals
         if self.type_name is None:
             functions.append(("create-goal-request", self._create_goal_message, "sy"))
         else:
@@ -190,10 +190,10 @@ class ActionClients(ClientGroup[ClientEndpoint]):
         self.find(env, server)
         self.handles.find(address).cancel()
 
-    def _cancel_goals_before(self, env: ClipsEnvironment, server: str, seconds: float = 0.0) -> None:
-        """Cancel the goals that a server accepted before a time of the epoch; 0 cancels all goals."""
+    def _cancel_goals_before(self, env: ClipsEnvironment, server: str, time_s: float = 0.0) -> None:
+        """Cancel the goals that a server accepted until a time, in seconds since the epoch; 0: all goals."""
         self.find(env, server).ros_client.cancel_goals_until(
-            float(seconds), partial(self.assert_cancel_response, env, str(server), NO_HANDLE)
+            float(time_s), partial(self.assert_cancel_response, env, str(server), NO_HANDLE)
         )
 
     def assert_cancel_response(
@@ -251,7 +251,7 @@ class _GoalFactWriter(GoalObserver):
             self._handle = self._clients.handles.add(sent_goal)
         self._add_goal_fact("goal-response", {"client-goal-handle-ptr": self._handle})
 
-    def on_feedback(self, sent_goal: SentGoal, feedback: Message) -> None:  # noqa: ARG002
+    def on_feedback(self, sent_goal: SentGoal, feedback: Message) -> None:  # noqa: ARG002 - of GoalObserver
         address = self._clients.plugin.messages.add_received(self._type_name.derive("Feedback"), feedback)
         self._add_goal_fact(
             self._clients.names.feedback,
@@ -275,5 +275,5 @@ class _GoalFactWriter(GoalObserver):
             },
         )
 
-    def on_cancel_response(self, sent_goal: SentGoal, response: Message) -> None:  # noqa: ARG002
+    def on_cancel_response(self, sent_goal: SentGoal, response: Message) -> None:  # noqa: ARG002 - of GoalObserver
         self._clients.assert_cancel_response(self._env, self._server, self._handle, response)

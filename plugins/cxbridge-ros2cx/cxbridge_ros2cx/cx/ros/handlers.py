@@ -14,7 +14,7 @@ Handler = Callable[["Message"], Mapping[str, Any]]
 
 
 def wrap_handler(handler: Handler, log_error: Callable[[str], None]) -> Handler:
-    """Return a handler that calls another, logs its errors, and sends them as responses."""
+    """Wrap a handler: the wrapper logs an error of the handler, and sends the error as the response."""
 
     def respond(request: Message) -> Mapping[str, Any]:
         try:

@@ -76,8 +76,8 @@ class MessageTable:
         :raises Ros2Error: if the type is unknown, or a field does not fit.
         """
         # encoding and decoding checks the given fields and adds the missing fields
-        data = self._codec.encode(type_name, field_values or {})
-        return self.add_received(type_name, self._codec.decode(type_name, data))
+        encoded_message = self._codec.encode(type_name, field_values or {})
+        return self.add_received(type_name, self._codec.decode(type_name, encoded_message))
 
     def add_received(self, type_name: TypeName, fields: Fields) -> ExternalAddress:
         """Return the address of a received message, without a copy."""
@@ -187,7 +187,7 @@ class MessageTable:
             raise FieldError(
                 f"the field '{field}' takes a message of type {type_name}, not {_describe_value(value)}"
             )
-        # the ROS 2 CX does not compare the types, and agents rely on it for types with the same fields
+        # the ROS 2 CX does not compare the types, and agents exchange messages of types with the same fields
         find_fields = self.definitions.find_fields
         if view.type_name != type_name and [*find_fields(view.type_name)] != [*find_fields(type_name)]:
             raise FieldError(f"the field '{field}' takes a {type_name}, not a {view.type_name}")

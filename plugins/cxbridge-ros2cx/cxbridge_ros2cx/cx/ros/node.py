@@ -112,12 +112,12 @@ class RosNode(Closing):
     def full_name(self, name: str) -> str:
         """Return the full name of a topic, a service or an action."""
         if name.startswith("~/"):
-            return f"{self.name}/{name[2:]}"
+            return f"{self.name}/{name.removeprefix('~/')}"
         return name if name.startswith("/") else f"{self._namespace}/{name}"
 
     @property
     def has_peers(self) -> bool:
-        """Whether there may be further nodes: on a virtual clock, further nodes of this process."""
+        """Whether there may be other nodes: on a virtual clock, other nodes of this process."""
         if not self._clock.is_virtual:
             return True
         own_nodes = {self._short_name, _PDDL_NAMESPACE.strip("/")}

@@ -173,8 +173,8 @@ class NodeServices(Closing):
     def close(self) -> None:
         self._break_bond()
         self._manager.bus.unsubscribe(self._rosout)
-        while self._close_functions:
-            self._close_functions.popitem()[1]()
+        for name in list(self._close_functions):
+            self._close_functions.pop(name)()
         self._lifecycle.close()
         self._parameters.close()
         self._rosout.close()
@@ -188,7 +188,7 @@ class Bond(Closing):
 
     def __init__(self, manager: CxManager, period_s: float) -> None:
         context = manager.context
-        self._topic = context.ros.node.create_publisher(context.ros.full_name(_BOND), "bond/msg/Status")
+        self._publisher = context.ros.node.create_publisher(context.ros.full_name(_BOND), "bond/msg/Status")
         self._timer = RefreshTimer(context.clock, int(period_s * MICROSECONDS))
         self._status = {
             "id": context.parameters.name.rpartition("/")[2],
@@ -197,7 +197,7 @@ class Bond(Closing):
             "heartbeat_timeout": _BOND_TIMEOUT_S,
             "heartbeat_period": period_s,
         }
-        self._topic.publish(self._status)
+        self._publisher.publish(self._status)
 
     @classmethod
     def from_parameters(cls, manager: CxManager) -> Bond | None:
@@ -207,11 +207,11 @@ class Bond(Closing):
 
     def tick(self) -> None:
         if self._timer.advance_if_due():
-            self._topic.publish(self._status)
+            self._publisher.publish(self._status)
 
     def close(self) -> None:
-        self._topic.publish(self._status | {"active": False})
-        self._topic.close()
+        self._publisher.publish(self._status | {"active": False})
+        self._publisher.close()
 
 
 class TopicLogging:

@@ -99,13 +99,15 @@ class RosPlugin(CxPlugin):
     def define_template(self, env: ClipsEnvironment, name: str, /, **slots: str) -> None:
         """Define a deftemplate unless the environment has a deftemplate of this name.
 
+        The first parameters are positional only, so that a slot may be called ``name``.
+
         :param slots: the attributes of each slot by its name, in which ``_`` stands for ``-``.
         """
         if not env.has_template(name):
-            text = " ".join(
+            slots_text = " ".join(
                 f"(slot {slot.replace('_', '-')} {attributes})" for slot, attributes in slots.items()
             )
-            env.build(f"(deftemplate {name} {text})")
+            env.build(f"(deftemplate {name} {slots_text})")
 
     def assert_fact(self, env: ClipsEnvironment, template: str, slots: Mapping[str, Value]) -> int | None:
         """Assert a fact; return the index of this or of an equal fact, or None if CLIPS refuses the fact."""

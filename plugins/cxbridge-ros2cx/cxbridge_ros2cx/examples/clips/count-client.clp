@@ -1,4 +1,4 @@
-; Sends two goals: count to 3, and count to 100, which it cancels at 5.
+; Sends two goals, one after the other: count to 3, and count to 100, which is cancelled at 5.
 (deffacts goals (goal 3) (goal 100))
 
 (defrule open
@@ -7,6 +7,7 @@
   =>
   (cxbridge-examples-count-create-client "count"))
 
+; sends the goal with the lowest number; (sent GOAL) keeps the goal's message until its result
 (defrule send
   (time ?)
   (cxbridge-examples-count-client (server ?server))
@@ -21,7 +22,7 @@
   (assert (sent ?goal))
   (printout info "count to " ?to crlf))
 
-(deffunction over (?sent)
+(deffunction destroy-sent-goal (?sent)
   (cxbridge-examples-count-goal-destroy (nth$ 1 (fact-slot-value ?sent implied)))
   (retract ?sent))
 
@@ -43,7 +44,7 @@
   (cxbridge-examples-count-result-destroy ?result)
   (cxbridge-examples-count-client-goal-handle-destroy ?handle)
   (retract ?fact ?response)
-  (over ?sent))
+  (destroy-sent-goal ?sent))
 
 (defrule end
   (not (goal ?))

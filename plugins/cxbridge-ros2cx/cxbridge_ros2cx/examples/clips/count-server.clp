@@ -1,6 +1,8 @@
 ; Counts to the goal, one number each tick; rejects negative goals, and accepts cancellation.
+; `last` is the time of the last count, so that each tick counts only once
 (deftemplate counting (slot handle) (slot to) (multislot counted) (slot last (default 0.0)))
 
+; answers of rclcpp_action: 1 rejects a goal, 2 accepts and executes the goal
 (deffunction cxbridge-examples-count-handle-goal-callback (?server ?goal ?uuid)
   (if (< (cxbridge-examples-count-goal-get-field ?goal "to") 0) then (return 1))
   (return 2))

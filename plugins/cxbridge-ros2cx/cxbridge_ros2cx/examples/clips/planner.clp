@@ -1,4 +1,6 @@
-; Requests a plan of pddl_manager for a problem file, with the robot in the cellar as goal, and prints it.
+; Requests a plan of pddl_manager for a problem file, with the robot in the cellar as goal, and prints the plan.
+
+; sends a request, in whose ?fields names and values alternate
 (deffunction ask (?service ?type $?fields)
   (bind ?name (str-cat "/pddl_manager/" ?service))
   (bind ?request (ros-msgs-create-request (str-cat "cx_pddl_interfaces/srv/" ?type)))

@@ -91,6 +91,7 @@ RATE = """    environments: [a]
         ("    environments: [a, b, a]\n", "the environment 'a' twice", 3),
         ("    environments: [a, 1]\n", "values of several types: a string .*, an integer", 3),
         ("    environments: one\n", "must be a list of strings", 3),
+        ("    environments: [.INF, .NaN]\n", "must be a list of strings, not a list of 2 values", 3),
         ("    environments: [a]\n    a:\n      watch: [fact]\n", "Unknown watch item: fact", 5),
         ("    environments: [a]\n    a:\n      plugins:\n", "has no value", 5),
         ("    environments: [a]\n    a: {watch: {}}\n    b: [[1]]\n", "must be a list of scalars", 5),
