@@ -88,7 +88,7 @@ class SentGoal:
     :ivar reason: why the result is missing, if the transport knows; else empty.
     :ivar is_cancel_requested: whether a cancel request was sent.
     :ivar cancel_refusal: the reason why the last cancel request was refused, or None.
-    :ivar server_numbers: the numbers of the present servers, at the last check.
+    :ivar server_numbers: the numbers of all servers that were present at a check so far.
     """
 
     def __init__(self, client: ActionClient, goal_id: bytes, observer: GoalObserver) -> None:
@@ -192,7 +192,7 @@ class ActionClient(Closing):
         return sent_goal
 
     def check_server(self, sent_goal: SentGoal) -> None:
-        """End the goal with the status UNKNOWN if the server of the goal was restarted."""
+        """End the goal with the status UNKNOWN if the server of the goal was restarted or replaced."""
         present_servers = self._result_client.server_numbers
         if present_servers - sent_goal.server_numbers and sent_goal.is_accepted:
             # if the new server replaces the server of the goal, it responds with the status UNKNOWN
@@ -309,14 +309,14 @@ class ServedGoal:
 class GoalHandler:
     """Callbacks of a goal server. The defaults accept each goal and each cancel request."""
 
-    def decide(self, served_goal: ServedGoal) -> GoalResponse:  # noqa: ARG002
+    def decide(self, served_goal: ServedGoal) -> GoalResponse:  # noqa: ARG002 - for subclasses
         """Decide about a new goal, before the client gets a response."""
         return GoalResponse.ACCEPT_AND_EXECUTE
 
     def begin(self, served_goal: ServedGoal) -> None:
         """Start an accepted goal."""
 
-    def may_cancel(self, served_goal: ServedGoal) -> bool:  # noqa: ARG002
+    def may_cancel(self, served_goal: ServedGoal) -> bool:  # noqa: ARG002 - for subclasses
         """Return whether a goal may be cancelled on a client's request."""
         return True
 
@@ -349,7 +349,7 @@ class GoalServer(Closing):
         self._status_publisher = node.create_publisher(
             f"{name}/_action/status", STATUS_TYPE, PROFILES["action_status"]
         )
-        self._end_functions = [
+        self._close_functions = [
             node.serve(
                 f"{name}/_action/send_goal",
                 str(type_name.derive("SendGoal")),
@@ -401,7 +401,7 @@ class GoalServer(Closing):
         for served_goal in self.running_goals:
             self.finish(served_goal, GoalStatus.ABORTED, {})
         publishers = (self.feedback_publisher, self._status_publisher)
-        for close_endpoint in (*self._end_functions, *(publisher.close for publisher in publishers)):
+        for close_endpoint in (*self._close_functions, *(publisher.close for publisher in publishers)):
             close_endpoint()
 
     def _handle_goal_request(self, request: Message) -> Mapping[str, Any]:
@@ -419,16 +419,16 @@ class GoalServer(Closing):
 
     def _handle_cancel_request(self, request: Message) -> Mapping[str, Any]:
         goal_id = request["goal_info"]["goal_id"]["uuid"]
-        goal = self._goals.get(goal_id)
-        if goal is not None and goal.status.is_final:
+        named_goal = self._goals.get(goal_id)
+        if named_goal is not None and named_goal.status.is_final:
             return {"return_code": CancelCode.GOAL_TERMINATED}
-        if goal is None and any(goal_id):
+        if named_goal is None and any(goal_id):
             return {"return_code": CancelCode.UNKNOWN_GOAL_ID}
         # an id of zeros stands for several goals: all, or those accepted until the stamp of the request
         until_ns = stamp_to_ns(request["goal_info"]["stamp"])
         goals = (
-            [goal]
-            if goal
+            [named_goal]
+            if named_goal
             else [goal for goal in self.running_goals if not until_ns or stamp_to_ns(goal.stamp) <= until_ns]
         )
         cancelled_goals = [goal for goal in goals if self._handler.may_cancel(goal)]
@@ -473,7 +473,7 @@ class AbortedError(Exception):
 
 
 class ActionServer(Closing, GoalHandler):
-    """Server of an action whose goals are executed by generators, one step of each per call of :meth:`step`.
+    """Server of an action. A generator executes each goal; :meth:`step` advances all generators by one step.
 
     :param execute: starts the execution of a goal.
     :param clock: the clock for the stamps of goals.

@@ -63,9 +63,11 @@ class Definitions:
 
     :param folders: packages, or folders with packages.
     :param distribution: the distribution of the well-known types.
-    :param environment: the environment with ``AMENT_PREFIX_PATH``; by default that of the process.
-    :param texts: further definitions by type, with less priority than files.
-    :ivar store: the type store of rosbags.
+    :param environment: the environment variables, of which ``AMENT_PREFIX_PATH`` is read; by default those of
+        the process.
+    :param texts: more definitions by type, with less priority than files.
+    :ivar store: the type store of rosbags, whose ``fielddefs`` has the constants and the fields of each
+        message.
     :ivar has_type_hashes: whether types have hashes and services have events, as since ROS 2 Iron.
     :raises Ros2Error: if a folder or the distribution does not exist.
     """
@@ -292,7 +294,7 @@ def _parse_messages(text: str, name: str) -> dict[str, Fields]:
 
 
 def _parse_defaults(text: str) -> dict[str, Any]:
-    """Return the default values in a section by field; rosbags ignores them."""
+    """Return the default values in a section by field, since rosbags ignores default values."""
     matches = (_DEFAULT_PATTERN.match(line.strip()) for line in text.splitlines())
     return {match[1]: yaml.safe_load(match[2]) for match in matches if match}
 
@@ -369,15 +371,19 @@ def _replace_char_fields(fields: Fields) -> Fields:
 
 
 def _replace_char_type(field_type: FieldType) -> FieldType:
-    kind, details = field_type
-    if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-        return kind, (_replace_char_type(details[0]), details[1])
-    return _make_base_type("uint8") if kind == Nodetype.BASE and details[0] == "char" else field_type
+    match field_type:
+        case (Nodetype.ARRAY | Nodetype.SEQUENCE as kind, (element_type, length)):
+            return kind, (_replace_char_type(element_type), length)
+        case (Nodetype.BASE, ("char", _)):
+            return _make_base_type("uint8")
+    return field_type
 
 
 def _find_nested_type(field_type: FieldType) -> str | None:
     """Return the name of the message in a field or in its elements; None for base types."""
-    kind, details = field_type
-    if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-        return _find_nested_type(details[0])
-    return str(details) if kind == Nodetype.NAME else None
+    match field_type:
+        case (Nodetype.ARRAY | Nodetype.SEQUENCE, (element_type, _)):
+            return _find_nested_type(element_type)
+        case (Nodetype.NAME, name):
+            return str(name)
+    return None

@@ -56,21 +56,21 @@ class RosExecutor(SkillExecutor):
             self._node.close()
 
     def limit_time(
-        self, seconds: float, name: str, steps: Generator[StepT, None, ValueT]
+        self, limit_s: float, name: str, steps: Generator[StepT, None, ValueT]
     ) -> Generator[StepT, None, ValueT]:
         """Yield the steps of a skill and return its value, within a time limit.
 
         :param name: the name of the skill, for the error.
         :raises SkillFailedError: after the limit.
         """
-        deadline_us = self.clock.now_us() + round(seconds * MICROSECONDS)
+        deadline_us = self.clock.now_us() + round(limit_s * MICROSECONDS)
         with closing(steps):  # the `finally` of the steps cancels the goal at once, not at garbage collection
             while self.clock.now_us() <= deadline_us:
                 try:
                     yield next(steps)
                 except StopIteration as end:
-                    return cast("ValueT", end.value)
-        raise SkillFailedError(f"{name} has not ended within {seconds:g} s")
+                    return cast("ValueT", end.value)  # the type checker does not know the type of end.value
+        raise SkillFailedError(f"{name} has not ended within {limit_s:g} s")
 
 
 def parse_seconds(skill: str, key: str, value: Any) -> float:

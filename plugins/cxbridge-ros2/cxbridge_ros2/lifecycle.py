@@ -142,7 +142,7 @@ class Lifecycle(Closing):
             ),
             "get_transition_graph": ("GetAvailableTransitions", self._get_transition_graph),
         }
-        self._end_functions = [
+        self._close_functions = [
             node.serve(
                 f"/{name}/{service}",
                 f"{_PACKAGE}/srv/{service_type}",
@@ -183,11 +183,11 @@ class Lifecycle(Closing):
 
     def _call_callback(self, name: str) -> TransitionOutcome:
         try:
-            succeeded = self._callbacks[name]() if name in self._callbacks else True
+            has_succeeded = self._callbacks[name]() if name in self._callbacks else True
         except Exception as error:  # noqa: BLE001 - any exception is an error of the transition
             self._report_error(f"{name} has failed: {error}")
             return TransitionOutcome.ERROR
-        return TransitionOutcome.SUCCESS if succeeded else TransitionOutcome.FAILURE
+        return TransitionOutcome.SUCCESS if has_succeeded else TransitionOutcome.FAILURE
 
     def _end_transition(self, outcome: TransitionOutcome) -> None:
         """Go from the current transition state to the primary state after an outcome."""
@@ -222,7 +222,7 @@ class Lifecycle(Closing):
         return {"available_transitions": [*_describe_first_changes(_TRANSITIONS), *end_descriptions]}
 
     def close(self) -> None:
-        for close_endpoint in (*self._end_functions, self._event_publisher.close):
+        for close_endpoint in (*self._close_functions, self._event_publisher.close):
             close_endpoint()
 
 

@@ -55,28 +55,29 @@ class Codec:
         """
         return bytes(self._store.serialize_cdr(self._to_instance(name, message, str(name)), str(name)))
 
-    def decode(self, name: TypeName, data: bytes | memoryview) -> Message:
+    def decode(self, name: TypeName, encoded_message: bytes | memoryview) -> Message:
         """Return the message in CDR bytes. Extra bytes at the end are ignored, since some RMWs send them.
 
         :raises Ros2Error: if the bytes are not a message of this type.
         """
         self._definitions.find_fields(name)  # loads the type into the store
         try:
-            instance = self._deserialize(name, data)
+            instance = self._deserialize(name, encoded_message)
         except Exception:  # noqa: BLE001 - generated code raises many kinds of errors
-            raise Ros2Error(f"{len(data)} bytes are not a {name}") from None
+            raise Ros2Error(f"{len(encoded_message)} bytes are not a {name}") from None
         return self._to_message(name, instance)
 
-    def _deserialize(self, name: TypeName, data: bytes | memoryview) -> Any:
+    def _deserialize(self, name: TypeName, encoded_message: bytes | memoryview) -> Any:
         """Deserialise a message with the generated function of its type.
 
         rosbags' public function is not used, since it rejects more than three extra bytes.
         """
-        if bytes(data[:2]) not in _CDR_IDENTIFIERS:
+        if bytes(encoded_message[:2]) not in _CDR_IDENTIFIERS:
             raise ValueError("not plain CDR")
         definition = self._store.get_msgdef(str(name))
-        deserialize = definition.deserialize_cdr_le if data[1] else definition.deserialize_cdr_be
-        instance, _end = deserialize(data[_HEADER_BYTES:], 0, definition.cls, self._store)
+        # the second byte of the identifier is 1 for little-endian CDR
+        deserialize = definition.deserialize_cdr_le if encoded_message[1] else definition.deserialize_cdr_be
+        instance, _end = deserialize(encoded_message[_HEADER_BYTES:], 0, definition.cls, self._store)
         return instance
 
     # --- to ROS -------------------------------------------------------------------------------------------
@@ -107,10 +108,10 @@ class Codec:
         if kind == Nodetype.BASE:
             name, limit = details
             return _CHECKS_BY_TYPE[name](value, path, name, limit)
-        element, size = details
-        return self._to_ros_list(kind, element, size, value, path)
+        element_type, size = details
+        return self._to_ros_list(kind, element_type, size, value, path)
 
-    def _to_ros_list(self, kind: Nodetype, element: FieldType, size: int, values: Any, path: str) -> Any:
+    def _to_ros_list(self, kind: Nodetype, element_type: FieldType, size: int, values: Any, path: str) -> Any:
         if isinstance(values, str | Mapping) or not isinstance(
             values, Sequence | np.ndarray | bytearray | memoryview
         ):
@@ -119,10 +120,12 @@ class Codec:
             raise Ros2Error(f"{path} must have {size} elements, not {len(values)}")
         if kind == Nodetype.SEQUENCE and size and len(values) > size:
             raise Ros2Error(f"{path} must have at most {size} elements, not {len(values)}")
-        base_type = _find_base_type_name(element)
+        base_type = _find_base_type_name(element_type)
         if base_type in BYTE_TYPES and isinstance(values, bytes | bytearray | memoryview):
             return np.frombuffer(bytes(values), dtype=np.uint8)  # without checks, since each byte fits
-        elements = [self._to_ros(element, value, f"{path}[{index}]") for index, value in enumerate(values)]
+        elements = [
+            self._to_ros(element_type, value, f"{path}[{index}]") for index, value in enumerate(values)
+        ]
         if base_type in BYTE_TYPES:  # the mask removes the sign that `_check_byte` gives to numbers above 127
             return np.array([number & 0xFF for number in elements], dtype=np.uint8)
         return np.array(elements, dtype=_DTYPES[base_type]) if base_type in _DTYPES else elements
@@ -140,35 +143,37 @@ class Codec:
         }
 
     def _to_python(self, field_type: FieldType, value: Any) -> Any:
-        kind, details = field_type
-        if kind == Nodetype.NAME:
-            return self._to_message(parse_type(details), value)
-        if kind == Nodetype.BASE:
-            return value & 0xFF if details[0] == "byte" else value
-        element_kind, element_details = details[0]
-        if element_kind == Nodetype.NAME:
-            name = parse_type(element_details)
-            return [self._to_message(name, instance) for instance in value]
-        if element_details[0] in BYTE_TYPES:
-            return bytes(value)
+        match field_type:
+            case (Nodetype.NAME, message_name):
+                return self._to_message(parse_type(message_name), value)
+            case (Nodetype.BASE, (base_type, _)):
+                return value & 0xFF if base_type == "byte" else value  # rosbags reads a byte with a sign
+            case (_, ((Nodetype.NAME, message_name), _)):
+                element_name = parse_type(message_name)
+                return [self._to_message(element_name, instance) for instance in value]
+            case (_, ((_, (base_type, _)), _)) if base_type in BYTE_TYPES:
+                return bytes(value)
         return value.tolist() if isinstance(value, np.ndarray) else list(value)
 
 
 def _make_zero(field_type: FieldType) -> Any:
     """Return the value of a missing field without a default."""
-    kind, details = field_type
-    if kind == Nodetype.NAME:
-        return {}
-    if kind == Nodetype.BASE:
-        return _ZEROS_BY_TYPE.get(details[0], 0)
-    element, size = details
-    return [_make_zero(element)] * size if kind == Nodetype.ARRAY else []
+    match field_type:
+        case (Nodetype.NAME, _):
+            return {}
+        case (Nodetype.BASE, (base_type, _)):
+            return _ZEROS_BY_TYPE.get(base_type, 0)
+        case (Nodetype.ARRAY, (element_type, size)):
+            return [_make_zero(element_type)] * size
+    return []
 
 
 def _find_base_type_name(field_type: FieldType) -> str:
     """Return the name of a base type; empty for a message or a list."""
-    kind, details = field_type
-    return str(details[0]) if kind == Nodetype.BASE else ""
+    match field_type:
+        case (Nodetype.BASE, (base_type, _)):
+            return str(base_type)
+    return ""
 
 
 def find_value(message: Any, path: str) -> Any:

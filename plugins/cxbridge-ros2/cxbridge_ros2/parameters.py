@@ -45,10 +45,10 @@ def encode_value(value: ParameterValue) -> Message:
     """Return a value as rcl_interfaces/msg/ParameterValue."""
     if isinstance(value, list):
         # an empty list has no element that shows its type: any type of array would do
-        number, field = _ARRAY_TYPES[type(value[0]) if value else str]
+        type_number, field = _ARRAY_TYPES[type(value[0]) if value else str]
     else:
-        number, field = _SCALAR_TYPES[type(value)]
-    return {"type": number, field: value}
+        type_number, field = _SCALAR_TYPES[type(value)]
+    return {"type": type_number, field: value}
 
 
 class Parameters(Closing):
@@ -104,12 +104,12 @@ class Parameters(Closing):
     def _describe_each(
         self, request: Message, field: str, describe: Callable[[str], Any]
     ) -> Mapping[str, Any]:
-        """Return a response with data of each requested parameter.
+        """Return a response with a description of each requested parameter.
 
         As in rclcpp, the response is empty if one of the parameters is unknown.
 
         :param field: the field of the response.
-        :param describe: returns the data of a parameter.
+        :param describe: returns the description of a parameter, such as its value or its type.
         """
         names = request["names"]
         are_known = all(name in self._values for name in names)
@@ -142,7 +142,7 @@ def _is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
     """Return whether ``list_parameters`` lists a parameter.
 
     :param prefixes: the names whose parameters are listed; empty for all names.
-    :param depth: the maximum number of further parts of a name; 0 for any number (DEPTH_RECURSIVE).
+    :param depth: the maximum number of parts of a name after its prefix; 0 for any number (DEPTH_RECURSIVE).
     """
     paths = [
         name.removeprefix(prefix).removeprefix(_SEPARATOR)

@@ -72,7 +72,7 @@ class NodeSettings(Struct, frozen=True):
     def parse(cls, settings: Mapping[str, Any], folder: Path, subject: str) -> NodeSettings:
         """Parse the settings of a node.
 
-        :param settings: values by key; further keys are ignored.
+        :param settings: values by key; keys that are not in :data:`NODE_KEYS` are ignored.
         :param folder: the base of relative paths.
         :param subject: the configured thing as the subject of an error text, such as ``the topic X``.
         :raises ConfigError: if a setting has a wrong type, or does not belong to the transport.
@@ -116,7 +116,7 @@ class NodeSettings(Struct, frozen=True):
         """Join the domain.
 
         :param name: the name of the node; invalid characters are replaced.
-        :param report: called with complaints about other nodes; None turns them into Python warnings.
+        :param report: called with complaints about other nodes; None turns complaints into Python warnings.
         :param rights: the rights of other nodes.
         :raises Ros2Error: if the domain cannot be joined.
         """
@@ -175,8 +175,8 @@ def check_keys(settings: object, known_keys: Iterable[str], subject: str) -> Non
     if not isinstance(settings, Mapping):
         raise ConfigError(f"the settings of {subject} must be a mapping, not {settings!r}")
     names = [*known_keys]
-    for key in settings:
-        check_choice(key.split("/")[0], names, f"{subject} has no setting '{key}'")
+    for key in settings:  # a key may be a path, such as skills/goto/name
+        check_choice(key.partition("/")[0], names, f"{subject} has no setting '{key}'")
 
 
 def check_choice(name: str, choices: Collection[str], problem: str) -> None:

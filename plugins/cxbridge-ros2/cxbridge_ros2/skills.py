@@ -30,7 +30,7 @@ DEFAULT_SERVER_TIMEOUT_S: Final = 5.0  # the default time without a server after
 
 _ACTION_KEYS: Final = ("action", "name", "goal", "feedback", "error", "timeout", "patience")
 _SERVICE_KEYS: Final = ("service", "name", "request", "success", "error", "timeout", "patience")
-_PARAMETER: Final = re.compile(r"\$(?:([A-Za-z_]\w*)|\{([A-Za-z_]\w*)\})")
+_PARAMETER: Final = re.compile(r"\$(?:([A-Za-z_]\w*)|\{([A-Za-z_]\w*)\})")  # $place or ${place}
 
 
 class RosSkill(Struct, frozen=True):
@@ -91,16 +91,16 @@ class RosSkills(RosExecutor):
             skill = _read_skill(name, value, node_settings.namespace)
             ros_type = parse_type(skill.type_name, "action" if skill.is_action else "srv")
             response = ros_type.derive("Result" if skill.is_action else "Response")
-            paths = (
+            typed_paths = (
                 (ros_type.derive("Feedback"), skill.feedback_path),
                 (response, skill.success_path),
                 (response, skill.error_path),
             )
             try:
                 definitions.find_fields(response)
-                for message, path in paths:
+                for message_type, path in typed_paths:
                     if path:
-                        definitions.check_path(message, path)
+                        definitions.check_path(message_type, path)
             except Ros2Error as error:
                 error.message = f"the skill {name}: {error.message}"
                 yield error
@@ -176,25 +176,29 @@ class RosSkills(RosExecutor):
                 yield None
                 continue
             shown_feedback = sent_goal.feedback
-            value = find_value(shown_feedback, skill.feedback_path) if skill.feedback_path else shown_feedback
-            amount = value if isinstance(value, int | float) and math.isfinite(value) else 0.0
+            shown_value = (
+                find_value(shown_feedback, skill.feedback_path) if skill.feedback_path else shown_feedback
+            )
+            amount = (
+                shown_value if isinstance(shown_value, int | float) and math.isfinite(shown_value) else 0.0
+            )
             max_amount = max(max_amount, amount)
             # the amount remains to be done, such as a distance, and falls to zero; a detour may raise the
             # amount above that of the start
             progress = 1 - amount / max_amount if max_amount > 0 else 0.0
-            yield Progress(progress, f"{skill.feedback_path} {value}".strip())
+            yield Progress(progress, f"{skill.feedback_path} {shown_value}".strip())
 
     def _call_service(self, skill: RosSkill, client: Client, request: Message) -> Generator[Any, None, None]:
         yield from self._wait_for_server(skill, client)
         responses: list[Message] = []
-        reasons: list[str] = []
-        number = client.call(request, responses.append, reasons.append)
+        failure_reasons: list[str] = []
+        number = client.call(request, responses.append, failure_reasons.append)
         try:
             while not responses:
                 yield None
                 self.poll()
-                if reasons:
-                    raise SkillFailedError(f"{skill.name}: {reasons[0]}")
+                if failure_reasons:
+                    raise SkillFailedError(f"{skill.name}: {failure_reasons[0]}")
         finally:
             client.forget(number)  # a later response has no receiver
         if skill.success_path and find_value(responses[0], skill.success_path) is not True:
@@ -202,7 +206,7 @@ class RosSkills(RosExecutor):
             raise SkillFailedError(f"{skill.name}: {reason or f'{skill.success_path} is not true'}")
 
 
-def fill_template(value: Any, call: SkillCall, tables: Mapping[str, Mapping[str, Any]]) -> Any:
+def fill_template(template: Any, call: SkillCall, tables: Mapping[str, Mapping[str, Any]]) -> Any:
     """Return a template with the arguments of a call in place of its parameters.
 
     A text that is only a parameter, such as ``$place``, becomes the argument, which keeps its type. If a
@@ -211,15 +215,15 @@ def fill_template(value: Any, call: SkillCall, tables: Mapping[str, Mapping[str,
 
     :raises SkillError: if the call lacks an argument, or a table an entry.
     """
-    if isinstance(value, Mapping):
-        return {key: fill_template(element, call, tables) for key, element in value.items()}
-    if isinstance(value, list):
-        return [fill_template(element, call, tables) for element in value]
-    if not isinstance(value, str):
-        return value
-    match = _PARAMETER.fullmatch(value)
+    if isinstance(template, Mapping):
+        return {key: fill_template(element, call, tables) for key, element in template.items()}
+    if isinstance(template, list):
+        return [fill_template(element, call, tables) for element in template]
+    if not isinstance(template, str):
+        return template
+    match = _PARAMETER.fullmatch(template)
     if match is None:
-        return _PARAMETER.sub(lambda parameter: str(call.get(parameter[1] or parameter[2])), value)
+        return _PARAMETER.sub(lambda match: str(call.get(match[1] or match[2])), template)
     name = match[1] or match[2]
     argument = call.get(name)
     if name not in tables:

@@ -41,13 +41,14 @@ class DummyExecutor(SkillExecutor):
         return Progress(1.0, "completed")
 
     def compute_progress(self, number: int, feedback_count: int) -> float:
+        """Return the progress from 0 to 1 before a feedback message, whose number counts from 0."""
         return number / feedback_count
 
 
 class ThesisDummyExecutor(DummyExecutor):
     """The dummy with a defect of the thesis' dummy: a factor of 0 in its progress."""
 
-    def compute_progress(self, number: int, feedback_count: int) -> float:  # noqa: ARG002
+    def compute_progress(self, number: int, feedback_count: int) -> float:  # noqa: ARG002 - the defect
         return 0.0
 
 
@@ -96,7 +97,7 @@ class MoveExecutor(SkillExecutor):
                 yield None
                 continue
             last_feedback_us += _FEEDBACK_PERIOD_US
-            text = f"Move running: {distance_m - driven_m:.2f} m remaining at {self.speed:g} m/s"
-            yield Progress(driven_share, text)
+            remaining_m = distance_m - driven_m
+            yield Progress(driven_share, f"Move running: {remaining_m:.2f} m remaining at {self.speed:g} m/s")
         self.position = target_position
         return Progress(1.0, "Move completed")

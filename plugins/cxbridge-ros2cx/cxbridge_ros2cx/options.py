@@ -39,8 +39,8 @@ def _has_clips_manager_package(folder: Path | None) -> bool:
 def _is_clips_manager_file(file: Path | None) -> bool:
     if file is None or file.suffix not in _SUFFIXES or not is_readable_file(str(file)):
         return False
-    data = file.read_bytes()
-    return all(mark in data for mark in _FILE_MARKS)
+    content = file.read_bytes()
+    return all(mark in content for mark in _FILE_MARKS)
 
 
 @dataclass(frozen=True, kw_only=True)

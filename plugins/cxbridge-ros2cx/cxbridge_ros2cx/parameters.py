@@ -11,6 +11,7 @@ from pathlib import Path
 
 from msgspec import Struct
 
+from cxbridge.clock import MICROSECONDS
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 
@@ -93,8 +94,10 @@ def load_feature_entries(folder: Path) -> tuple[FeatureEntry, ...]:
                 f"the feature '{name}' has no plugin",
                 f'write below ros__parameters: {name}: {{plugin: "cx::..."}}',
             )
-        value = config.get(path)
-        entries.append(FeatureEntry(name, config.get_str(path), value.file or str(file), value.line or None))
+        plugin = config.get(path)
+        entries.append(
+            FeatureEntry(name, config.get_str(path), plugin.file or str(file), plugin.line or None)
+        )
     return tuple(entries)
 
 
@@ -105,7 +108,7 @@ def read_refresh_period_us(config: Configuration) -> int:
     """
     rate_hz = config.get_float(REFRESH_RATE_PATH, default=float(_DEFAULT_REFRESH_HZ))
     if 0 < rate_hz <= _MAX_REFRESH_HZ:
-        return round(1_000_000 / rate_hz)
+        return round(MICROSECONDS / rate_hz)
     raise config.error(
         REFRESH_RATE_PATH,
         f"refresh-rate cannot be {rate_hz:g}",

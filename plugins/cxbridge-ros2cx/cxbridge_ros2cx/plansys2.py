@@ -63,31 +63,32 @@ class _PlanSys2Functions(PlanningFunctions):
         except PddlError as error:
             self._log.error(f"Problem adding instance: {name} - {type_name}: {error.message}")
 
-    def add_predicate(self, text: str) -> None:
-        name, *arguments = str(text).strip().removeprefix("(").removesuffix(")").split() or [""]
+    def add_predicate(self, predicate: str) -> None:
+        # the domain has no predicate with an empty name, so an empty text is an error
+        name, *arguments = str(predicate).strip().removeprefix("(").removesuffix(")").split() or [""]
         # PlanSys2 counts a constant of the domain as an instance only after a client has added the constant
         instances = self._problem_expert.knowledge.instances
         unknown_names = [argument for argument in arguments if argument not in instances]
         try:
             if unknown_names:
-                raise PddlError(f"there is no instance {', '.join(unknown_names)}")  # noqa: TRY301
+                raise PddlError(f"there is no instance {', '.join(unknown_names)}")  # noqa: TRY301 - logged below
             self._problem_expert.add_predicate((name, tuple(arguments)))
         except PddlError as error:
-            self._log.error(f"Problem adding predicate: {text}: {error.message}")
+            self._log.error(f"Problem adding predicate: {predicate}: {error.message}")
 
     def call_planner(self, goal_id: str, formula: str, plan_id: str) -> None:
         arguments = _PlanArguments(str(goal_id), str(plan_id), str(formula))
         try:
             request, reporter = self.request(arguments.goal_id, arguments.formula)
         except PddlError as error:
-            # Without feedback the agent would hang: the thesis' executive asserts none in this case.
+            # the thesis' executive asserts no feedback in this case, and the agent hangs
             self._log.error(f"Could not set the goal '{formula}' of {goal_id}: {error}")
             self._assert_feedback(arguments, "PLAN-FAILED")
             return
         call = self.service.call(request)
         reporter.report_start(arguments.plan_id, request.problem)
         if self.env.bus.clock.is_virtual:
-            # planning takes no virtual time, and the thesis' executive, too, waits for the planner here
+            # planning takes no virtual time; the thesis' executive waits for the planner here, too
             result = call.wait()
             assert result is not None
             self._report_result(arguments, result, reporter)
@@ -103,10 +104,10 @@ class _PlanSys2Functions(PlanningFunctions):
 
     def before_run(self) -> None:
         """Assert the plans of the calls that have ended."""
-        for entry in list(self._running_calls):
-            arguments, call, reporter = entry
+        for running_call in list(self._running_calls):
+            arguments, call, reporter = running_call
             if call.result is not None:
-                self._running_calls.remove(entry)
+                self._running_calls.remove(running_call)
                 self._report_result(arguments, call.result, reporter)
 
     def _report_result(

@@ -61,6 +61,7 @@ def _read_node_template(name: str, parameter_file: Path, package_folder: Path | 
     # an invalid agent is an error before any file of the project is written
     options.check()
     source_of(options).load_configuration()
+    # NAME_TEXT is for a string of Python or JSON, NAME_JSON for a value of JSON, the rest for plain text
     replacements = {
         "@NAME@": name,
         "@PARAMS@": str(parameter_file),

@@ -104,10 +104,17 @@ class _EnvironmentSkills:
         self._sensors = SimulatedSensors(env)
         self._calls: dict[str, _SkillCall] = {}
 
-    def call(self, skill_id: str, action: str, parameter_text: str, mapped_action: str, agent: str) -> None:
-        """Request an executor for a skill, and cancel the skill that the agent still executes."""
+    def call(
+        self, skill_id: str, action_name: str, parameter_text: str, mapped_action: str, agent: str
+    ) -> None:
+        """Request an executor for a skill, and cancel the skill that the agent still executes.
+
+        :param parameter_text: the parameters of the action, separated by blanks.
+        :param mapped_action: the skill string of the action; empty without an action mapping.
+        :param agent: the id of the agent; may be empty.
+        """
         self._log.info(
-            f"Requesting skill ({action}, {parameter_text})"
+            f"Requesting skill ({action_name}, {parameter_text})"
             f" with mapped_action {mapped_action} for agent {agent}"
         )
         previous_call = self._calls.pop(str(agent), None)
@@ -115,11 +122,11 @@ class _EnvironmentSkills:
             self._log.warn(f"Previous skill {previous_call.skill_id} is running: cancelled")
             self._cancel_action(previous_call)
         self._calls[str(agent)] = self._request_skill(
-            str(skill_id), str(action), str(parameter_text), str(mapped_action), str(agent)
+            str(skill_id), str(action_name), str(parameter_text), str(mapped_action), str(agent)
         )
 
     def _request_skill(
-        self, skill_id: str, action: str, parameter_text: str, mapped_action: str, agent: str
+        self, skill_id: str, action_name: str, parameter_text: str, mapped_action: str, agent: str
     ) -> _SkillCall:
         skills = self._feature.get_skills()
         if skills is None:
@@ -132,7 +139,10 @@ class _EnvironmentSkills:
         if mapped_action:
             parameters[MAPPED_ACTION] = mapped_action
         try:
-            skill_action = skills.ask(action, parameters, agent or NO_AGENT, lambda _action: None, skill_id)
+            # no callback for changes, since each tick reads the state
+            skill_action = skills.ask(
+                action_name, parameters, agent or NO_AGENT, lambda _action: None, skill_id
+            )
         except CxbridgeError as error:
             self._log.error(str(error))
             return _SkillCall(skill_id, agent, None, str(error))
@@ -163,8 +173,8 @@ class _EnvironmentSkills:
             )
             is_unsensed = skills is not None and action is not None and skills.lacks_sensors(action.executor)
             if is_unsensed and status == "S_FINAL":
-                # before the rules run: at the end of a skill they retract the fact that connects the skill
-                # with its plan-action
+                # before the rules run, since at the end of a skill the rules retract the fact that connects
+                # the skill with its plan-action
                 self._sensors.add_skill(call.skill_id)
             if status in ("S_FINAL", "S_FAILED"):
                 del self._calls[agent]

@@ -29,7 +29,7 @@ class Ros2CxSkills:
     """Requests executors for skills, and creates dummies.
 
     No dummy replaces a vanished executor. An agent without executors gets no dummy either if executors of
-    further agents exist. Both are errors, which the timeout of the request reports.
+    other agents exist. In both cases a dummy would hide an error, which the timeout of the request reports.
 
     :param service: the skill board, which also runs the executors of this process.
     :param run: the run, for new executors.
@@ -116,16 +116,17 @@ class Ros2CxSkills:
         """Return whether the effects of an executor have no sensor."""
         return not self._repeats_defects and executor in self._unsensed_executors
 
-    def add_executor(self, text: str) -> None:
+    def add_executor(self, executor_option: str) -> None:
         """Create an executor for the agent without a name.
 
-        :param text: ``ACTION=MODULE:CLASS`` or ``ACTION=FILE.py:CLASS``, relative to the current folder.
-        :raises SkillError: if the text does not have this form or the class is missing.
+        :param executor_option: ``ACTION=MODULE:CLASS`` or ``ACTION=FILE.py:CLASS``, relative to the current
+            folder.
+        :raises SkillError: if the option does not have this form or the class is missing.
         """
-        action, separator, target = text.partition("=")
+        action, separator, class_location = executor_option.partition("=")
         if not action or not separator:
-            raise SkillError(f"--executor cannot be '{text}'", hint="write ACTION=FILE.py:CLASS")
-        executor_class = load_executor(target, Path.cwd())
+            raise SkillError(f"--executor cannot be '{executor_option}'", hint="write ACTION=FILE.py:CLASS")
+        executor_class = load_executor(class_location, Path.cwd())
         self._service.settle()  # register executors that appeared since the last loop
         previous_count = sum(info.agent == NO_AGENT and action in info.skills for info in self.executors)
         name = f"{action}-{executor_class.__name__}-{previous_count + 1}"

@@ -46,7 +46,7 @@ class ThesisMaster(Master):
                 f" and skill ({self.skill} {' '.join(parameters)})"
             )
 
-    def handle_response(self, executor: str, now_us: int) -> None:  # noqa: ARG002
+    def handle_response(self, executor: str, now_us: int) -> None:  # noqa: ARG002 - no further deadline
         """Confirm each executor, and follow the last."""
         if self.is_over:
             return
@@ -76,7 +76,7 @@ class ThesisMaster(Master):
     def handle_undelivered(self, executor: str, why: str) -> None:
         """Ignore failed delivery."""
 
-    def cancel(self, now_us: int) -> bool:  # noqa: ARG002
+    def cancel(self, now_us: int) -> bool:  # noqa: ARG002 - cancelling has no deadline here
         """Send CANCEL to the executor; do nothing if no executor has responded."""
         if not self.has_executor:
             return False

@@ -146,11 +146,11 @@ class BagRun(Run):
         if not connections:
             return  # rosbags takes an empty list for all connections
         try:
-            for connection, time_ns, data in bag.messages(
+            for connection, time_ns, encoded_message in bag.messages(
                 [*connections, *_find_differing_connections(bag, connections)]
             ):
                 try:
-                    message = self._codec.decode(parse_type(connection.msgtype), data)
+                    message = self._codec.decode(parse_type(connection.msgtype), encoded_message)
                 except CxbridgeError as error:
                     self.note(f"{connection.topic} at {time_ns} ns: {error.message}")
                 else:
@@ -174,7 +174,8 @@ class BagRun(Run):
 def _find_differing_connections(bag: Reader, connections: list[Connection]) -> Iterator[Connection]:
     """Yield the connections in files of the bag whose QoS differs from that in the metadata.yaml.
 
-    If rosbags does not get these connections, it leaves out the messages of the files.
+    Without these connections, rosbags would leave out the messages of the files. The attribute ``ext`` of a
+    connection has the QoS.
     """
     # only the reader of a folder, which has a metadata.yaml, has the attribute
     for file in getattr(bag.storage, "storages", ()):

@@ -32,7 +32,7 @@ SOURCES_TOPIC: Final = "/cxbridge/sources"  # has a record of each file that the
 TEXT_TYPE: Final = "std_msgs/msg/String"
 
 _HUB_TYPES: Final = ("plansys2_msgs/msg/ActionExecution", "cx_msgs/msg/SkillExecution")
-_GOAL_EVENT_SUFFIX: Final = "_SendGoal_Event"
+_GOAL_EVENT_SUFFIX: Final = "_SendGoal_Event"  # the end of the type of the events about goals' requests
 _SKILL_STATUSES: Final = {
     GoalStatus.ACCEPTED: "S_RUNNING",
     GoalStatus.EXECUTING: "S_RUNNING",
@@ -62,7 +62,7 @@ class ConverterTable:
             {} if has_events else {make_ros_message_type(name): name for name in registry.names()}
         )
         self._has_events = has_events
-        self._goals: dict[bytes, _Goal] = {}
+        self._goals: dict[bytes, _Goal] = {}  # by the id of an action's goal, or by a key for a hub
         self._last_number = 0
         self._converters_by_type: dict[str, Converter] = {
             LOG_TYPE: _convert_log,
@@ -119,12 +119,12 @@ class ConverterTable:
             message["action"], {str(number): value for number, value in enumerate(arguments, start=1)}
         )
         # messages on a hub have no id of the goal: topic, performer and skill string identify the goal
-        key = f"{topic} {message['node_id']} {skill_string}".encode()
+        goal_key = f"{topic} {message['node_id']} {skill_string}".encode()
         if message["type"] == MessageKind.CONFIRM:
             self._last_number += 1
-            self._goals[key] = _Goal(message["node_id"], "", skill_string, self._last_number)
+            self._goals[goal_key] = _Goal(message["node_id"], "", skill_string, self._last_number)
             yield SkillStatus(time_us, "", message["node_id"], skill_string, self._last_number, "S_RUNNING")
-        elif message["type"] == MessageKind.FINISH and (goal := self._goals.pop(key, None)) is not None:
+        elif message["type"] == MessageKind.FINISH and (goal := self._goals.pop(goal_key, None)) is not None:
             status = "S_FINAL" if message["success"] else "S_FAILED"
             yield SkillStatus(time_us, "", goal.action, skill_string, goal.number, status)
 
@@ -142,15 +142,15 @@ class ConverterTable:
 
     def _convert_transforms(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
         for message_transform in message["transforms"]:
-            frame = decode_transform(message_transform)
+            stamped = decode_transform(message_transform)
             values = {
                 "static_transform": topic.endswith("_static"),
-                "frame": frame.frame,
-                "child_frame": frame.child_frame,
-                "translation": frame.transform.translation,
-                "rotation": frame.transform.rotation,
+                "frame": stamped.frame,
+                "child_frame": stamped.child_frame,
+                "translation": stamped.transform.translation,
+                "rotation": stamped.transform.rotation,
             }
-            yield InterfaceWrite(time_us, f"TransformInterface::{ROS_ID_PREFIX}{frame.child_frame}", values)
+            yield InterfaceWrite(time_us, f"TransformInterface::{ROS_ID_PREFIX}{stamped.child_frame}", values)
 
 
 class _Goal(msgspec.Struct):
@@ -175,10 +175,10 @@ def _convert_log(_topic: str, message: Message, time_us: int) -> Iterator[Event]
 
 def _convert_event(_topic: str, message: Message, _time_us: int) -> Iterator[Event]:
     # events of unknown kinds are left out: a later version of cxbridge may have more kinds
-    data = message["data"].encode("utf-8", "surrogatepass")
-    kind = msgspec.json.decode(data, type=_EventKind).kind
+    event_json = message["data"].encode("utf-8", "surrogatepass")
+    kind = msgspec.json.decode(event_json, type=_EventKind).kind
     if kind in EVENT_TYPES:
-        yield make_decoder(EVENT_TYPES[kind])(data)
+        yield make_decoder(EVENT_TYPES[kind])(event_json)
 
 
 class _EventKind(msgspec.Struct):

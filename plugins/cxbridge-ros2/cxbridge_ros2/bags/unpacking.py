@@ -44,6 +44,7 @@ def _decompress(make_decompressor: Callable[[], Any], data: bytes) -> bytes:
         if not frame.eof and not chunk:
             raise ReaderError("a truncated chunk or message")
         chunks.append(chunk)
+        # the next frame begins after the end of this frame; without an end, the frame has used all bytes
         data = frame.unused_data or b"" if frame.eof else b""
     return b"".join(chunks)
 
@@ -83,8 +84,9 @@ class _LimitedZstd:
 @functools.cache
 def limit_unpacking() -> None:
     """Replace the functions in rosbags for the rest of this process. Further calls do nothing."""
-    bags: Any = bag_module
-    mcap: Any = mcap_module
-    for module in (bags, mcap):
+    # typed as Any, since the type checker forbids to replace the members of a module
+    any_bag_module: Any = bag_module
+    any_mcap_module: Any = mcap_module
+    for module in (any_bag_module, any_mcap_module):
         module.zstd = _LimitedZstd(module.zstd)
-    mcap.lz4_decompress = functools.partial(_decompress, lz4.frame.LZ4FrameDecompressor)
+    any_mcap_module.lz4_decompress = functools.partial(_decompress, lz4.frame.LZ4FrameDecompressor)

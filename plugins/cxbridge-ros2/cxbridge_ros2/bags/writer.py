@@ -107,14 +107,14 @@ class BagWriter(RunWriter):
 
     def _write_message(self, topic: str, message_type: str, time_us: int, message: Message) -> None:
         name = parse_type(message_type)
-        data = self._codec.encode(name, message)
+        encoded_message = self._codec.encode(name, message)
         self._last_us = max(0, min(time_us, _MAX_TIME_US))
         with _convert_errors(self.path):
             if topic not in self._connections:
                 self._connections[topic] = self._bag.add_connection(
                     topic, message_type, typestore=self._definitions.store
                 )
-            self._bag.write(self._connections[topic], self._last_us * NS_PER_US, data)
+            self._bag.write(self._connections[topic], self._last_us * NS_PER_US, encoded_message)
 
 
 @contextmanager
@@ -135,6 +135,6 @@ def open_sqlite3(path: Path, _registry: InterfaceRegistry) -> BagWriter:
     return BagWriter(path, StoragePlugin.SQLITE3)
 
 
-def _to_ros_text(data: bytes) -> str:
+def _to_ros_text(event_json: bytes) -> str:
     """Return JSON as a text without invalid UTF-8 and NULs, which ROS strings cannot contain."""
-    return data.decode("utf-8", "backslashreplace").replace("\0", "\\u0000")
+    return event_json.decode("utf-8", "backslashreplace").replace("\0", "\\u0000")

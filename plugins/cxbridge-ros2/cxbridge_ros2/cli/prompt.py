@@ -40,8 +40,8 @@ def run_terminal(settings: Mapping[str, Any], command: str | None) -> int:
         )
         for line in _read_lines() if command is None else [command]:
             try:
-                for text in terminal.run_line(line):
-                    say_text(text)
+                for output_line in terminal.run_line(line):
+                    say_text(output_line)
             except CxbridgeError as error:
                 complain(error)
                 worst_status = max(worst_status, error.exit_status)
@@ -58,4 +58,5 @@ def _read_lines() -> Iterator[str]:
             while True:
                 yield input(_PROMPT)
     else:
-        yield from iter(lambda: lines.next(lambda: False), None)  # no wait ends before the next line
+        # `next` waits for a line without a limit, and returns None at the end of the pipe
+        yield from iter(lambda: lines.next(lambda: False), None)

@@ -48,28 +48,28 @@ class Ros2Skiller(Component):
         self._node.poll()
         self._server.step()
 
-    def _execute(self, goal: ServedGoal) -> Execution:
+    def _execute(self, served_goal: ServedGoal) -> Execution:
         statuses: list[str] = []
         try:
             with SkillerCall(
                 self._board,
                 skiller=self._skiller,
-                steal=goal.goal["steal"],
+                steal=served_goal.goal["steal"],
                 on_status=lambda status, _error: statuses.append(status),
             ) as call:
-                steps = call.poll(goal.goal["skill_string"])
+                steps = call.poll(served_goal.goal["skill_string"])
                 while True:
                     try:
                         next(steps)
                     except StopIteration as end:
                         result = end.value
                         break
-                    if goal.is_cancel_requested:  # leaving the `with` block stops the skill
+                    if served_goal.is_cancel_requested:  # leaving the `with` block stops the skill
                         return {"success": False, "error": "the goal was cancelled"}
                     # feedback that the newest status makes obsolete is never sent
                     yield {"status": statuses.pop()} if statuses else None
         except CxbridgeError as error:
-            # there is no Skiller, or another client controls it: this goal fails, but the component continues
+            # without a Skiller, or if another client has control, only this goal fails
             raise AbortedError({"success": False, "error": error.message}) from None
         if result.outcome is not CallOutcome.FINAL:
             raise AbortedError({"success": False, "error": result.error})

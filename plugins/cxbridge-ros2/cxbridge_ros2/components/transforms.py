@@ -51,11 +51,11 @@ class Ros2Transforms(Component):
         self._node = node = settings.join(
             f"cxbridge_tf_{context.name}", settings.load_definitions(), self._log.warn, context.rights
         )
-        for topic, profile, static in FRAME_TOPICS:
+        for topic, profile, is_static in FRAME_TOPICS:
             node.subscribe(
                 topic,
                 TF_MESSAGE_TYPE,
-                partial(self._receive_transforms, static=static),
+                partial(self._receive_transforms, is_static=is_static),
                 PROFILES[profile],
                 right=right_of_frame("ros2-tf", topic),
             )
@@ -66,7 +66,7 @@ class Ros2Transforms(Component):
         if self._frame_publisher is not None:
             self._frame_publisher.publish_changes()
 
-    def _receive_transforms(self, message: Message, *, static: bool) -> None:
+    def _receive_transforms(self, message: Message, *, is_static: bool) -> None:
         for transform in message["transforms"]:
             # tf of ROS 1 began the names of frames with a slash, and some old nodes still do
             child = transform["child_frame_id"].lstrip("/")
@@ -75,11 +75,15 @@ class Ros2Transforms(Component):
             ):
                 continue
             try:
-                self._find_publisher(child).send(decode_transform(transform), static=static)
+                self._find_publisher(child).send(decode_transform(transform), static=is_static)
             except CxbridgeError as error:
                 self._refuse_frame(child, error.message)
 
     def _find_publisher(self, child: str) -> TransformPublisher:
+        """Return the publisher of a frame; the first call for the frame creates its interface.
+
+        :raises InterfaceError: if there are :data:`MAX_FRAMES` frames already.
+        """
         if child not in self._publishers:
             if len(self._publishers) >= MAX_FRAMES:
                 raise InterfaceError(f"the limit of {MAX_FRAMES} frames is reached")

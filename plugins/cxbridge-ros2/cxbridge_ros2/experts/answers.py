@@ -151,7 +151,7 @@ PROBLEM_SERVICES: Final[Mapping[str, ExpertService]] = {
     "/problem_expert/get_problem_instance": ExpertService(_get_instance, "Instance not found"),
     "/problem_expert/get_problem_instances": ExpertService(
         lambda expert, _codec, _request: {
-            "instances": [make_param(*pair) for pair in expert.instances.items()]
+            "instances": [make_param(name, type_name) for name, type_name in expert.instances.items()]
         }
     ),
     "/problem_expert/get_problem_predicate": ExpertService(

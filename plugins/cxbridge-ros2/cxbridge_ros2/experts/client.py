@@ -61,12 +61,12 @@ class ExpertClient:
                 f"{name} has no server", hint="check 'ros2 service list', the domain and the reach"
             )
         responses: list[Message] = []
-        reasons: list[str] = []
-        number = client.call(request or {}, responses.append, reasons.append)
-        self.wait(lambda: bool(responses or reasons), server_timeout_s or self._server_timeout_s)
+        failure_reasons: list[str] = []
+        number = client.call(request or {}, responses.append, failure_reasons.append)
+        self.wait(lambda: bool(responses or failure_reasons), server_timeout_s or self._server_timeout_s)
         client.forget(number)
         if not responses:
-            raise Ros2Error(f"{name}: {reasons[0]}" if reasons else f"{name} does not answer")
+            raise Ros2Error(f"{name}: {failure_reasons[0]}" if failure_reasons else f"{name} does not answer")
         return responses[0]
 
     def request(
@@ -83,7 +83,7 @@ class ExpertClient:
         return response
 
     def wait(self, condition: Callable[[], bool], timeout_s: float) -> bool:
-        """Handle messages until a condition is true or the time is over; return whether it is true."""
+        """Handle messages until a condition is true or the time is over; return the condition's value."""
         end_us = self.clock.now_us() + round(timeout_s * MICROSECONDS)
         while not condition():
             if self.clock.now_us() > end_us:

@@ -69,6 +69,7 @@ class NodeCodec:
 
     def __init__(self, distribution: str) -> None:
         self._is_before_jazzy = distribution in BEFORE_JAZZY
+        # NUMBER is the last kind before Jazzy
         self._kinds = [*TreeNodeKind][: TreeNodeKind.NUMBER + 1 if self._is_before_jazzy else None]
         self._operator_numbers = {
             operator: number for number, operator in enumerate((*_OPERATORS, *_CHANGES), len(self._kinds))
@@ -177,6 +178,7 @@ class _TreeReader:
         raise Ros2Error(f"a node of the type {node['node_type']} is not a number")
 
     def _decode_operation(self, operator_number: int, node: Message, depth: int) -> tuple[str, Term, Term]:
+        """Return the operator of a node, and the left and the right operand."""
         operator = self._operators.get(operator_number)
         match node["children"]:
             case [left, right] if operator is not None:
@@ -187,6 +189,10 @@ class _TreeReader:
                 )
 
     def _visit_node(self, index: int, depth: int) -> tuple[Message, TreeNodeKind]:
+        """Return a node and its kind, UNKNOWN for a number that the distribution does not have.
+
+        :raises Ros2Error: if the index is invalid, the tree is too deep, or the node was visited before.
+        """
         if index >= len(self._nodes):
             raise Ros2Error(f"the tree has no node {index}")
         if depth > _MAX_DEPTH:
@@ -256,7 +262,8 @@ class _TreeWriter:
     def _add_ground(self, kind: TreeNodeKind, name: str, terms: tuple[Term, ...]) -> int:
         types = (*self._find_types(name), *[""] * len(terms))  # an unknown predicate has no types
         parameters = [
-            make_param(self._format_term_name(term), text) for term, text in zip(terms, types, strict=False)
+            make_param(self._format_term_name(term), type_name)
+            for term, type_name in zip(terms, types, strict=False)
         ]
         return self._add_node(kind, name=name, parameters=parameters)
 

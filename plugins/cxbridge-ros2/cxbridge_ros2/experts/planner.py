@@ -19,12 +19,12 @@ _STEP_S: Final = 0.001  # seconds between the actions of a plan without times, a
 
 
 class PlanServer(Closing):
-    """Makes plans in the background, and responds when they are made.
+    """Makes plans in the background, and responds when the plans are made.
+
+    The types of the planner and its calls are ``Any``, since their plug-in may not be installed.
 
     :param make_planner: makes the feature ``planner`` of another plug-in, at the first request.
     """
-
-    # the types of planners are those of the other plug-in, which may not be installed
 
     def __init__(self, make_planner: Callable[[], Any]) -> None:
         self._make_planner = make_planner

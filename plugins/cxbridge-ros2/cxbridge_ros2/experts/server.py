@@ -91,7 +91,7 @@ class ExpertServer(Closing):
         self._node, self._feature, self._log = node, feature, log
         self._planner = planner
         self._codec = NodeCodec(distribution)
-        self._published_version = -1
+        self._published_version = -1  # no version of the knowledge has been published
         # by service: the row of the table of rights, and the handler
         handlers: dict[str, tuple[str, RequestHandler]] = {
             "/planner/get_plan": ("plan", planner.start_planning),
@@ -104,8 +104,8 @@ class ExpertServer(Closing):
             )
         for served_node in served_nodes:
             for name, service_type in list_services(served_node, distribution).items():
-                frame, handler = handlers[name]
-                right = right_of_frame("ros2-experts", frame)
+                rights_row, handler = handlers[name]
+                right = right_of_frame("ros2-experts", rights_row)
                 node.serve_later(
                     namespace + name, service_type, handler, right=right, make_refusal=_make_refusal
                 )

@@ -108,10 +108,12 @@ class Terminal:
                 return
         first_words = dict.fromkeys(command.split()[0] for command in self.commands)
         similar_commands = [command for command in self.commands if command.split()[0] == words[0]]
-        known_texts = similar_commands or [*first_words]
+        suggested_texts = similar_commands or [*first_words]
         raise Ros2Error(
             f"unknown command '{line.strip()}'",
-            hint=did_you_mean(" ".join(words[:2]), known_texts, f"there are: {', '.join(known_texts)}"),
+            hint=did_you_mean(
+                " ".join(words[:2]), suggested_texts, f"there are: {', '.join(suggested_texts)}"
+            ),
         )
 
     def _request_domain(self, service: str, request: Mapping[str, Any] | None = None) -> Message:
@@ -140,12 +142,13 @@ class Terminal:
         if name.lower() in map(str.lower, durative_names):
             request = {"durative_action": name}
             action = self._request_domain("_durative_action_details", request)["durative_action"]
-            trees = [(title, action[field]) for field, title in _TIMED_FIELD_TITLES.items()]
+            titled_trees = [(title, action[field]) for field, title in _TIMED_FIELD_TITLES.items()]
         else:
             action = self._request_domain("_action_details", {"action": name})["action"]
-            trees = [("needs", action["preconditions"]), ("does", action["effects"])]
+            titled_trees = [("needs", action["preconditions"]), ("does", action["effects"])]
         yield _format_signature(action)
-        for title, tree in trees:
+        for title, tree in titled_trees:
+            # the experts send an empty tree or an empty conjunction for a missing formula
             if tree["nodes"] and (formula := self._format_tree(tree)) != "(and)":
                 yield f"{title}: {formula}"
 

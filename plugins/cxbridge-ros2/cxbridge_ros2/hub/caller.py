@@ -1,7 +1,7 @@
 """The calling side of a hub: an executor of the skill board whose skills performers execute.
 
 The caller behaves like the callers of PlanSys2 and of ros2-clips-executive, except where these hang. The
-caller repeats a REQUEST until a performer responds, confirms one performer, and rejects each further
+caller repeats a REQUEST until a performer responds, confirms one performer, and rejects each other
 performer, even after the end. A performer whose RESPONSE was lost would wait forever, so the caller rejects
 the performer. A performer that vanishes or restarts is a failure of the skill.
 """

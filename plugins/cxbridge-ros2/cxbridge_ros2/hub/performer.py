@@ -120,7 +120,7 @@ class _Job(Struct, eq=False):
     :ivar deadline_us: the time until which a CONFIRM must arrive.
     :ivar repeat_us: the time to repeat the RESPONSE; 0 for never, after the CONFIRM of another performer.
     :ivar master: the execution on the skill board; None before the CONFIRM.
-    :ivar last_feedback: progress and status in the last FEEDBACK.
+    :ivar last_feedback: progress and status in the last FEEDBACK; None before the first.
     """
 
     request: HubMessage
@@ -152,7 +152,9 @@ class HubPerformer(Closing):
         self._protocol = settings.protocol
         self._actions = {action.action: action for action in settings.actions}
         # node names of performers: one per action, as in PlanSys2, since callers confirm a node for an action
-        self._nodes = {re.sub(r"\W", "_", f"{settings.name}_{action}"): action for action in self._actions}
+        self._actions_by_node = {
+            re.sub(r"\W", "_", f"{settings.name}_{action}"): action for action in self._actions
+        }
         self._agent = settings.agent
         self._find_skill_calls, self._clock, self._log = find_skill_calls, clock, log
         # REQUESTs without a RESPONSE, each with the time until which a RESPONSE is useful
@@ -186,7 +188,7 @@ class HubPerformer(Closing):
                 self._send_response(job)
         if now_us >= self._next_heartbeat_us:
             self._next_heartbeat_us = now_us + round(HEARTBEAT_PERIOD_S * MICROSECONDS)
-            for node, action in self._nodes.items():
+            for node, action in self._actions_by_node.items():
                 self._hub.publish_heartbeat(
                     Heartbeat(node, action, self._find_performer_state(action)), now_us
                 )
@@ -204,7 +206,7 @@ class HubPerformer(Closing):
 
     def _handle_message(self, message: HubMessage) -> None:
         key = message.key
-        is_for_this_performer = self._nodes.get(message.node) == key.action
+        is_for_this_performer = self._actions_by_node.get(message.node) == key.action
         job = self._jobs.get(key)
         if message.kind == MessageKind.REQUEST and key.action in self._actions:
             # at this time the caller repeats the REQUEST, or gives up
@@ -249,7 +251,7 @@ class HubPerformer(Closing):
 
     def _make_job(self, request: HubMessage) -> _Job:
         action = self._actions[request.key.action]
-        node = next(node for node, name in self._nodes.items() if name == action.action)
+        node = next(node for node, name in self._actions_by_node.items() if name == action.action)
         call: SkillCall | str
         try:
             call = action.make_call(request, self._protocol.intended_arguments(request.key), self._agent)
@@ -281,7 +283,7 @@ class HubPerformer(Closing):
             return PerformerState.RUNNING
         # NOT_READY without the right, so that callers do not wait for a performer that refuses their messages
         is_allowed = self._node.rights.allow(right_of_frame("ros2-performers", "word"))
-        is_able = is_allowed and self._find_executors(self._actions[action].skill)
+        is_able = is_allowed and bool(self._find_executors(self._actions[action].skill))
         return PerformerState.READY if is_able else PerformerState.NOT_READY
 
     # --- execution

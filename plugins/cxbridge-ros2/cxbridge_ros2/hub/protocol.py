@@ -30,7 +30,7 @@ class MessageKind(IntEnum):
 
 
 class PerformerState(IntEnum):
-    """The state that a performer publishes once a second."""
+    """The state that a performer publishes once a second, with the numbers of PlanSys2, which has no 3."""
 
     NOT_READY = 0
     READY = 1
@@ -91,12 +91,13 @@ class HubProtocol(Struct, frozen=True):
     :param arguments_field: the field with the arguments of the action.
     :param progress_field: the field with the progress.
     :param heartbeat_action_field: the field of a heartbeat with the action.
-    :param server_timeout_s: the time without a RESPONSE after which the original caller gives up.
-    :param request_lifetime_s: the time after which the original caller repeats a REQUEST or gives up, so that
-        a later RESPONSE is useless.
+    :param server_timeout_s: the time without a RESPONSE after which the caller in PlanSys2 or in
+        ros2-clips-executive gives up.
+    :param request_lifetime_s: the time after which that caller repeats a REQUEST or gives up, so that a later
+        RESPONSE is useless.
     :param cancelled_status: the status in the FINISH of a cancelled action; None if there is no FINISH.
-    :param empty_argument: the argument that the original caller sends in place of an empty list; None for the
-        name of the action.
+    :param empty_argument: the argument that the same caller sends in place of an empty list; None if that
+        argument is the name of the action.
     :param has_skill_strings: whether messages have a skill string.
     :param has_heartbeat_stamps: whether heartbeats have a stamp.
     """

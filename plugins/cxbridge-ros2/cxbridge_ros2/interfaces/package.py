@@ -46,17 +46,17 @@ ament_package()
 
 def write_package(schemas: Iterable[InterfaceSchema], folder: Path) -> Path:
     """Write the package into a folder, such as the ``src`` of a workspace; return the package's folder."""
-    texts = ACTION_DEFINITIONS | generate_definitions(schemas)
-    type_names = map(parse_type, texts)
-    files = {
-        f"{name.kind}/{name.name}.{name.kind}": text
-        for name, text in zip(type_names, texts.values(), strict=True)
+    definitions = ACTION_DEFINITIONS | generate_definitions(schemas)
+    type_names = map(parse_type, definitions)
+    texts_by_file = {
+        f"{name.kind}/{name.name}.{name.kind}": definition
+        for name, definition in zip(type_names, definitions.values(), strict=True)
     }
-    file_list = "\n".join(f'  "{file}"' for file in sorted(files))
-    files["CMakeLists.txt"] = _BUILD_FILE.substitute(name=PACKAGE, files=file_list)
+    file_list = "\n".join(f'  "{file}"' for file in sorted(texts_by_file))
+    texts_by_file["CMakeLists.txt"] = _BUILD_FILE.substitute(name=PACKAGE, files=file_list)
     numbers = [number for number in __version__.split(".") if number.isdecimal()]
     version = ".".join((*numbers, "0", "0", "0")[:3])  # ROS requires three numbers
-    files["package.xml"] = _MANIFEST.substitute(name=PACKAGE, version=version)
-    for file, text in files.items():
+    texts_by_file["package.xml"] = _MANIFEST.substitute(name=PACKAGE, version=version)
+    for file, text in texts_by_file.items():
         write_file(folder / PACKAGE / file, text)
     return folder / PACKAGE

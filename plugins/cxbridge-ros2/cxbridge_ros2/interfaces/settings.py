@@ -84,8 +84,8 @@ def _parse_topic_settings(key: str, values_by_path: Mapping[str, Any], folder: P
     direction = typed_setting(values, "direction", PUBLISH, subject)
     check_choice(direction, (PUBLISH, WRITE), f"{subject} has the unknown direction '{direction}'")
     topic, type_name, profile = (
-        typed_setting(values, key, default, subject)
-        for key, default in (("topic", ""), ("type", ""), ("qos", "default"))
+        typed_setting(values, setting, default, subject)
+        for setting, default in (("topic", ""), ("type", ""), ("qos", "default"))
     )
     check_choice(profile, PROFILES, f"{subject}: there is no QoS profile '{profile}'")
     if _GLOB_CHARACTERS.search(f"{pattern.type_glob}{pattern.id_glob}") and (

@@ -54,7 +54,7 @@ class LocalGraph:
         self.servers: dict[str, _Server] = {}
         # the last messages of topics with transient-local durability, for late subscriptions
         self.latched_messages: dict[str, deque[tuple[TypeName, bytes]]] = {}
-        self.numbers = count(1)
+        self.server_numbers = count(1)  # a new server gets the next number
         self._nodes: list[LocalNode] = []
 
     @property
@@ -109,11 +109,12 @@ class LocalNode(Node):
         check_topic(topic)
 
         def publish(message: Mapping[str, Any]) -> None:
-            data = graph.codec.encode(type_name, message)
+            encoded_message = graph.codec.encode(type_name, message)
             if qos.durability == "transient_local":
-                graph.latched_messages.setdefault(topic, deque(maxlen=qos.depth)).append((type_name, data))
+                latched_messages = graph.latched_messages.setdefault(topic, deque(maxlen=qos.depth))
+                latched_messages.append((type_name, encoded_message))
             for subscription in list(graph.subscriptions.get(topic, ())):
-                subscription.node.queue_message(topic, subscription, type_name, data)
+                subscription.node.queue_message(topic, subscription, type_name, encoded_message)
 
         return Publisher(publish, lambda: len(graph.subscriptions.get(topic, ())), lambda: None)
 
@@ -124,8 +125,8 @@ class LocalNode(Node):
         subscriptions = self.graph.subscriptions.setdefault(check_topic(topic), [])
         subscriptions.append(subscription)
         if qos.durability == "transient_local":
-            for type_name, data in self.graph.latched_messages.get(topic, ()):
-                self.queue_message(topic, subscription, type_name, data)
+            for type_name, encoded_message in self.graph.latched_messages.get(topic, ()):
+                self.queue_message(topic, subscription, type_name, encoded_message)
 
         def end_subscription() -> None:
             if subscription in subscriptions:
@@ -134,7 +135,7 @@ class LocalNode(Node):
         return end_subscription
 
     def queue_message(
-        self, topic: str, subscription: _Subscription, type_name: TypeName, data: bytes
+        self, topic: str, subscription: _Subscription, type_name: TypeName, encoded_message: bytes
     ) -> None:
         """Queue a message for a subscription of this node, until the node is polled."""
         if type_name != subscription.type_name:
@@ -146,7 +147,7 @@ class LocalNode(Node):
         def deliver() -> None:
             # the subscription may have ended after the message was queued
             if subscription in self.graph.subscriptions[topic]:
-                subscription.callback(self.graph.codec.decode(type_name, data))
+                subscription.callback(self.graph.codec.decode(type_name, encoded_message))
 
         self.deliveries.append(deliver)
 
@@ -154,7 +155,9 @@ class LocalNode(Node):
         return _LocalClient(self, check_topic(service), self._parse_type(service_type, "srv"))
 
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
-        server = _Server(self, self._parse_type(service_type, "srv"), handler, next(self.graph.numbers))
+        server = _Server(
+            self, self._parse_type(service_type, "srv"), handler, next(self.graph.server_numbers)
+        )
         self.graph.servers[check_topic(service)] = server
 
         def end_service() -> None:

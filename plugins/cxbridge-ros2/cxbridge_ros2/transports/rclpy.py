@@ -75,7 +75,7 @@ class RclpyNode(Node):
                 name,
                 context=self._context,
                 use_global_arguments=False,  # the arguments of this process are not arguments of ROS
-                start_parameter_services=False,  # the class Parameters serves them
+                start_parameter_services=False,  # the class Parameters has the services
                 enable_rosout=False,  # the class RosoutPublisher publishes the log
             )
         except Exception as error:  # noqa: BLE001 - rclpy's errors have no common base class
@@ -107,9 +107,9 @@ class RclpyNode(Node):
     ) -> Callable[[], None]:
         type_name = parse_type(message_type)
 
-        def receive(data: bytes) -> None:
+        def receive(encoded_message: bytes) -> None:
             self._received_count += 1
-            message = self._try_decode(topic, partial(self._codec.decode, type_name, data))
+            message = self._try_decode(topic, partial(self._codec.decode, type_name, encoded_message))
             if message is not None:
                 callback(message)
 
@@ -129,14 +129,14 @@ class RclpyNode(Node):
         def encode(message: Mapping[str, Any]) -> Any:
             return self._to_object(service_class.Request, request, message)
 
-        def decode(message: Any) -> Message:
+        def count_and_decode(message: Any) -> Message:
             self._received_count += 1
             return self._from_object(response, message)
 
         return _Client(
             rcl_client,
             encode,
-            decode,
+            count_and_decode,
             lambda: self._find_server_numbers(rcl_client, service),
             self._make_close_function("client", rcl_client),
         )
@@ -161,8 +161,8 @@ class RclpyNode(Node):
             qos_profile=self._make_qos(PROFILES["services_default"]),
         )
         # rclpy supports later responses by coroutines only, which would keep its executor busy until the
-        # response. Therefore the callback returns a deferred response, and this replaces the function of
-        # rclpy that sends the returned object.
+        # response. Therefore the callback returns a deferred response, and a function that understands the
+        # deferred response replaces rclpy's function that sends the returned object.
         send = rcl_service.send_response
         rcl_service.send_response = lambda deferred_response, header: deferred_response.set_sender(
             lambda encoded_response: send(encoded_response, header)
@@ -272,9 +272,9 @@ class _Client(Client):
         number = next(self._numbers)
         self._futures[number] = future = self._client.call_async(self._encode(request))
 
-        def finish(response: Any) -> None:
+        def finish(done_future: Any) -> None:
             if self._futures.pop(number, None) is not None:
-                on_response(self._decode(response.result()))
+                on_response(self._decode(done_future.result()))
 
         future.add_done_callback(finish)
         return number

@@ -121,7 +121,7 @@ class CxSource(Source):
         """Return the name of the parameter file; the settings of Fawkes' specs do not exist."""
         return choose_spec(config, self.options.spec, config_file), []
 
-    def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:  # noqa: ARG002
+    def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:  # noqa: ARG002 - of Source
         return RunPaths(
             config_file=config_file,
             library_dir=HOST_LIBRARY,
@@ -132,7 +132,7 @@ class CxSource(Source):
             substitutions={},
         )
 
-    def loop_period_us(self, config: Configuration) -> int:  # noqa: ARG002
+    def loop_period_us(self, config: Configuration) -> int:  # noqa: ARG002 - of Source
         """Return the period of the fastest executive plug-in, on a real clock a fraction of that period."""
         period_us = find_shortest_period_us(self.parameters)
         if self.options.clock_name == "virtual":
@@ -140,13 +140,14 @@ class CxSource(Source):
         # the largest fraction that is short enough; -(-a // b) rounds up
         return period_us // -(-period_us // _MAX_LOOP_PERIOD_US)
 
-    def features(self, context: Run) -> list[Feature] | None:  # noqa: ARG002
+    def features(self, context: Run) -> list[Feature] | None:  # noqa: ARG002 - of Source
+        """Return no features: the plug-ins of the parameters take their place."""
         return []
 
     def make_manager(
         self,
         context: Run,
-        features: Sequence[Feature | LazyFeature],  # noqa: ARG002
+        features: Sequence[Feature | LazyFeature],  # noqa: ARG002 - there are none
         environment: type[ClipsEnvironment],
     ) -> EnvironmentManager:
         parameters, packages = self.parameters, self.packages

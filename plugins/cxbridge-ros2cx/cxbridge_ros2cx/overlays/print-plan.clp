@@ -1,4 +1,4 @@
-;;; A plan for goals of the class PRINT. The original file of temporal plans has only plans for TALK.
+;;; A plan for goals of the class PRINT: talk-plan-temporal.clp has only plans for goals of the class TALK.
 
 (defrule print-plan
   (goal (id ?goal) (class PRINT) (mode SELECTED))

@@ -102,7 +102,7 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
             self._encode_observation(),
             float(result["reward"]),
             is_over,
-            False,
+            False,  # never truncated: the agent alone ends an episode
             self._make_step_info(outcome),
         )
 

@@ -1,8 +1,8 @@
-"""Runs a learning agent of the ROS 2 CX on the virtual clock, in place of its peer.
+"""Runs a learning agent of the ROS 2 CX on the virtual clock, and takes the place of the agent's peer.
 
-In carologistics/clips_executive the peer of an agent is the node ``cx_rl_node``, the learner. It calls
-services of the agent, and sends goals of the actions ``reset_env`` and ``action_selection``. Here goals go
-directly to the handlers of the agent's action servers, which is faster than messages. Observations and
+In carologistics/clips_executive the peer of an agent is the learner, the node ``cx_rl_node``. The learner
+calls services of the agent, and sends goals of the actions ``reset_env`` and ``action_selection``. Here goals
+go directly to the handlers of the agent's action servers, which is faster than messages. Observations and
 executable actions come from the facts that the agent's services read.
 """
 
@@ -43,7 +43,7 @@ _STARTUP_TIMEOUT_S: Final = 10.0  # time on the agent's clock until its services
 _NO_TIMEOUT_S: Final = 1e9  # 30 years: the learner decides when the run ends
 
 
-FoundT = TypeVar("FoundT")
+ResultT = TypeVar("ResultT")
 
 
 class Decision(Struct, frozen=True):
@@ -155,22 +155,23 @@ class LearningAgent(Closing):
         )
 
     def _run_until(
-        self, find: Callable[[], FoundT | None], timeout_message: str, seconds: float = 0.0
-    ) -> FoundT:
+        self, find: Callable[[], ResultT | None], timeout_message: str, timeout_s: float = 0.0
+    ) -> ResultT:
         """Advance the agent's time until a function returns a result; return the result.
 
-        :param seconds: the time limit; 0 for the limit of the constructor.
+        :param find: returns None as long as there is no result.
+        :param timeout_s: the time limit; 0 for the limit of the constructor.
         :raises CxbridgeError: if the time is over or the agent has shut down.
         """
         clock, executive = self._run.clock, self._run.executive
-        end_us = clock.now_us() + int((seconds or self._patience) * MICROSECONDS)
-        while (found := find()) is None:
+        end_us = clock.now_us() + int((timeout_s or self._patience) * MICROSECONDS)
+        while (result := find()) is None:
             if clock.now_us() >= end_us or executive.is_over:
                 hint = executive.first_error and f"the first error of the agent: {executive.first_error}"
                 message = "the agent has shut down" if executive.is_over else timeout_message
                 raise CxbridgeError(message, file=self._file, hint=hint or None)
             self._tick()
-        return found
+        return result
 
     def _tick(self) -> None:
         self._run.clock.sleep_until(self._run.clock.now_us() + self._run.loop.period_us)
@@ -191,6 +192,7 @@ class LearningAgent(Closing):
         return self._clients[service]
 
     def call_service(self, service: str, type_name: str, **request: Any) -> Message:
+        """Call a service of the agent with the fields of a request; return the response."""
         responses: list[Message] = []
         client = self._find_client(service, type_name)
         self._run_until(
@@ -224,6 +226,7 @@ class LearningAgent(Closing):
     # --- spaces and facts ----------------------------------------------------------------------------------
 
     def observables(self) -> list[str]:
+        """Return the groundings that observations may contain."""
         predefined_items = self.call_service("get_predefined_observables", "GetPredefinedObservables")
         predicates = self.call_service("get_observable_predicates", "GetObservablePredicates")
         return [
@@ -232,6 +235,7 @@ class LearningAgent(Closing):
         ]
 
     def all_actions(self) -> list[str]:
+        """Return the groundings of all actions, whether executable or not."""
         predefined_items = self.call_service("get_predefined_actions", "GetPredefinedActions")
         actions = self.call_service("get_observable_actions", "GetObservableActions")
         return [
@@ -253,7 +257,7 @@ class LearningAgent(Closing):
                     response = self.call_service(
                         "get_observable_objects", "GetObservableObjects", type=type_name
                     )
-                    objects[type_name] = [text for text in response["objects"] if text != _NO_OBJECTS_TEXT]
+                    objects[type_name] = [name for name in response["objects"] if name != _NO_OBJECTS_TEXT]
             if parameters:
                 for arguments in product(*(objects[type_name] for type_name in parameters)):
                     yield format_grounding(name, arguments)

@@ -37,11 +37,13 @@ _POLICIES: Final = {
 }  # fmt: skip
 
 # Topics of requests to the services of an action, except send_goal, which stands for the action.
-_FURTHER_SERVICES: Final = ("/_action/get_resultRequest", "/_action/cancel_goalRequest")
+_OTHER_ACTION_REQUESTS: Final = ("/_action/get_resultRequest", "/_action/cancel_goalRequest")
 _MAX_SAMPLES: Final = 1000  # limit of the samples of a read, which is repeated until no sample is left
 _MAX_ENDPOINTS: Final = 20_000  # limit of stored endpoints, since other nodes decide how many exist
 
 _TYPE_HASH_PATTERN: Final = re.compile(rb"typehash=(RIHS01_[0-9a-f]{64});")
+# rt/NAME of a topic, rq/NAMERequest and rr/NAMEReply of a service; the topics and services of an action are
+# below NAME/_action/
 _DDS_TOPIC_PATTERN: Final = re.compile(
     r"\Art(/.*?)(?:/_action/(?:feedback|status))?|\Ar[qr](/.*?)(?:/_action/\w+?)?(?:Request|Reply)"
 )
@@ -92,6 +94,7 @@ class Discovery:
             True: BuiltinDataReader(participant, BuiltinTopicDcpsPublication),
             False: BuiltinDataReader(participant, BuiltinTopicDcpsSubscription),
         }
+        # the found endpoints by their keys, likewise by whether the endpoints are writers
         self._discovered_endpoints: dict[bool, dict[Any, DcpsEndpoint]] = {True: {}, False: {}}
         self._local_endpoints: list[LocalEndpoint] = []
         self._participant_keys: set[Any] = set()
@@ -156,6 +159,7 @@ class Discovery:
 
     def _check_qos(self, local_endpoint: LocalEndpoint) -> None:
         entity = local_endpoint.entity
+        # ignored types: these two methods of cyclonedds have no annotations
         status = (
             entity.get_requested_incompatible_qos_status()  # type: ignore[no-untyped-call]
             if isinstance(entity, DataReader)
@@ -185,7 +189,8 @@ class Discovery:
         served_types = {
             _find_ros_name(endpoint.topic_name): endpoint.type_name
             for endpoint in self._discovered_endpoints[False].values()
-            if endpoint.topic_name.startswith("rq/") and not endpoint.topic_name.endswith(_FURTHER_SERVICES)
+            if endpoint.topic_name.startswith("rq/")
+            and not endpoint.topic_name.endswith(_OTHER_ACTION_REQUESTS)
         }
         return describe_missing_server(
             _find_ros_name(topic), request_type, served_types, "" if self._participant_keys else network

@@ -53,7 +53,7 @@ _node_counts: Counter[int] = Counter()
 def enter_domain(number: int, reach: str) -> Callable[[], None]:
     """Configure a domain for the first node in it, unless the user's CYCLONEDDS_URI configures all domains.
 
-    :returns: a function that leaves the domain; further calls of it do nothing.
+    :returns: a function that leaves the domain; later calls of the function do nothing.
     """
     if reach not in _REACHES:
         raise Ros2Error(f"'{reach}' is not a range of discovery", hint="write localhost or subnet")

@@ -30,7 +30,7 @@ def describe_mismatch(
     :param name: the topic, service or action.
     :param peer: the kind of the other node's endpoint, such as ``publisher``.
     :param their_type: the DDS type of the other node's endpoint.
-    :param their_hash: its type hash; empty if unknown, since Humble has no hashes.
+    :param their_hash: the type hash of that endpoint; empty if unknown, since Humble has no hashes.
     :param our_hash: the type hash of our endpoint; may be empty.
     """
     our_name = our_type.definition

@@ -183,7 +183,9 @@ class DdsNode(Node):
             writer,
             reader.entity,
             partial(self._codec.encode, request),
-            lambda data: self._try_decode(service, partial(self._codec.decode, response, data)),
+            lambda encoded_response: self._try_decode(
+                service, partial(self._codec.decode, response, encoded_response)
+            ),
             lambda: self._discovery.describe_missing_server(
                 request_topic, request, self._network_description
             ),
@@ -207,7 +209,9 @@ class DdsNode(Node):
             writer,
             reader.entity,
             partial(self._codec.encode, response),
-            lambda data: self._try_decode(service, partial(self._codec.decode, request, data)),
+            lambda encoded_request: self._try_decode(
+                service, partial(self._codec.decode, request, encoded_request)
+            ),
             handler,
         )
         self._servers.append(server)
@@ -225,20 +229,20 @@ class DdsNode(Node):
         busy_servers = [server for server in self._servers if server.send_responses()]
         if timeout_s > 0:
             wait_s = min(timeout_s, _RETRY_PERIOD_S) if busy_servers else timeout_s
-            self._wait_set.wait(int(wait_s * MICROSECONDS) * NS_PER_US)
+            self._wait_set.wait(int(wait_s * MICROSECONDS) * NS_PER_US)  # takes nanoseconds
         now_s = time.monotonic()
         if now_s - self._last_discovery_s > _DISCOVERY_PERIOD_S:
             self._last_discovery_s = now_s
             self._discovery.update()
-        any_received = False
+        has_received = False
         for reader in list(self._readers):
             if reader not in self._readers:
                 continue  # a callback has closed the reader
             for sample in reader.entity.take(N=_MAX_SAMPLES):
                 if hasattr(sample, "cdr"):  # a sample without data reports the end of a writer
-                    any_received = True
+                    has_received = True
                     reader.handle_sample(sample)
-        return any_received
+        return has_received
 
     def close(self) -> None:
         for server in self._servers:

@@ -149,14 +149,14 @@ class DdsClient(Client):
 
     def handle_sample(self, sample: Any) -> None:
         """Handle a response, perhaps to another client: the clients of a service share a topic."""
-        data = sample.cdr
-        if len(data) < _CDR_HEADER_BYTES + _REQUEST_ID.size:
+        encoded_response = sample.cdr
+        if len(encoded_response) < _CDR_HEADER_BYTES + _REQUEST_ID.size:
             return
-        client_id, number = _REQUEST_ID.unpack_from(data, _CDR_HEADER_BYTES)
+        client_id, number = _REQUEST_ID.unpack_from(encoded_response, _CDR_HEADER_BYTES)
         if client_id != self._id or number not in self._pending_callbacks:
             return
         on_response, on_failure = self._pending_callbacks.pop(number)
-        response = self._decode(_remove_request_id(data))
+        response = self._decode(_remove_request_id(encoded_response))
         if response is not None:
             on_response(response)
         elif on_failure is not None:
@@ -214,6 +214,7 @@ class _Introduction:
             return handles
         if now_s - self._last_probe_s > _PROBE_PERIOD_S:
             self._last_probe_s = now_s
+            # a sample without content, since the messages have no key that could identify the instance
             self._writer.dispose(object.__new__(self._writer.data_type))
         # give up after a while: a killed reader never acknowledges, and must not delay the live ones
         if self._is_acknowledged() or now_s - self._start_s > _INTRODUCTION_TIMEOUT_S:
@@ -234,7 +235,7 @@ class _UnsentResponse(Struct, frozen=True, eq=False):
     :param client_id: the id of the client; empty if the client has no id.
     """
 
-    data: bytes
+    encoded_response: bytes
     request_writer: int
     client_id: str
 
@@ -288,7 +289,7 @@ class DdsServer:
         responses, self._unsent_responses = self._unsent_responses, []
         for response in responses:
             if not response.client_id or self._response_readers.has_endpoint(response.client_id):
-                write_data(self._writer, response.data)
+                write_data(self._writer, response.encoded_response)
             # kept while the client has the writer of the request, dropped otherwise
             elif (
                 self._request_writers is not None
@@ -298,21 +299,24 @@ class DdsServer:
         return bool(self._unsent_responses)
 
 
-def write_data(writer: DataWriter[Any], data: bytes) -> None:
-    """Write a message as CDR with its four-byte header."""
+def write_data(writer: DataWriter[Any], encoded_message: bytes) -> None:
+    """Write a message as CDR with its four-byte header.
+
+    :raises Ros2Error: if DDS rejects the message.
+    """
     try:
-        writer.write(make_sample(writer.data_type, data))
+        writer.write(make_sample(writer.data_type, encoded_message))
     except DDSException as error:
         raise Ros2Error(f"DDS rejects a message: {error}") from None
 
 
-def make_sample(sample_class: Any, data: bytes, /, *_arguments: object, **_options: object) -> Any:
-    """Return a sample with CDR bytes; further arguments are ignored.
+def make_sample(sample_class: Any, encoded_message: bytes, /, *_arguments: object, **_options: object) -> Any:
+    """Return a sample with CDR bytes; the remaining arguments are ignored.
 
     cyclonedds calls this function as the ``deserialize`` of a class, with its own arguments.
     """
     sample = object.__new__(sample_class)
-    sample.cdr = data
+    sample.cdr = encoded_message
     return sample
 
 
@@ -332,9 +336,9 @@ def _to_signed(handle: int) -> int:
     return handle - 2**64 if handle >= 2**63 else handle
 
 
-def _insert_request_id(data: bytes, request_id: bytes) -> bytes:
-    return data[:_CDR_HEADER_BYTES] + request_id + data[_CDR_HEADER_BYTES:]
+def _insert_request_id(encoded_message: bytes, request_id: bytes) -> bytes:
+    return encoded_message[:_CDR_HEADER_BYTES] + request_id + encoded_message[_CDR_HEADER_BYTES:]
 
 
-def _remove_request_id(data: bytes) -> bytes:
-    return data[:_CDR_HEADER_BYTES] + data[_CDR_HEADER_BYTES + _REQUEST_ID.size :]
+def _remove_request_id(encoded_message: bytes) -> bytes:
+    return encoded_message[:_CDR_HEADER_BYTES] + encoded_message[_CDR_HEADER_BYTES + _REQUEST_ID.size :]

@@ -169,8 +169,8 @@ class RosbridgeAction:
 
     def fail_goals(self, reason: str) -> None:
         """End the goals that wait for results as failures, after the loss of the connection."""
-        results, self._result_callbacks = self._result_callbacks, {}
-        for _, on_failure in results.values():
+        callbacks, self._result_callbacks = self._result_callbacks, {}
+        for _, on_failure in callbacks.values():
             if on_failure is not None:
                 on_failure(reason)
 

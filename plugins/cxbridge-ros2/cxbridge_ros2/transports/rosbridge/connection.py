@@ -47,7 +47,7 @@ class RosbridgeConnection:
         self._inbox: queue.Queue[Operation] = queue.Queue(MAX_QUEUED_OPERATIONS)
         self._registered_operations: dict[int, Operation] = {}
         self._numbers = count()
-        self._lock = threading.Lock()
+        self._lock = threading.Lock()  # guards `_registered_operations`
         self._close_requested = threading.Event()
         self.connection_count = 0
         self._socket: ClientConnection | None = None

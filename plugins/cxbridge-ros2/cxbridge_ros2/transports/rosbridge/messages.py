@@ -41,15 +41,15 @@ class JsonCodec:
         }
 
     def _read_value(self, field_type: FieldType, value: Any) -> Any:
-        kind, details = field_type
-        if kind == Nodetype.NAME:
-            return self.from_json(parse_type(details), value)
-        if kind == Nodetype.BASE:
-            return to_base_type(details[0], value)
-        element_kind, element_details = element = details[0]
-        if element_kind == Nodetype.BASE and element_details[0] in BYTE_TYPES:
-            return _decode_bytes(value)
-        return [self._read_value(element, item) for item in value] if isinstance(value, list) else []
+        match field_type:
+            case (Nodetype.NAME, message_name):
+                return self.from_json(parse_type(message_name), value)
+            case (Nodetype.BASE, (base_type, _)):
+                return to_base_type(base_type, value)
+            case (_, ((Nodetype.BASE, (base_type, _)), _)) if base_type in BYTE_TYPES:
+                return _decode_bytes(value)
+        _, (element_type, _size) = field_type
+        return [self._read_value(element_type, item) for item in value] if isinstance(value, list) else []
 
 
 def to_base_type(field_type: str, value: Any) -> Any:

@@ -89,9 +89,9 @@ class RosbridgeNode(Node):
         type_name = parse_type(message_type, "msg")
         if _ACTION_PART in topic:
             return self._find_action(topic, type_name).subscribe(topic.rpartition("/")[2], callback)
-        self._definitions.find_fields(type_name)
-        entry = (type_name, callback)
-        self._subscriptions.setdefault(check_topic(topic), []).append(entry)
+        self._definitions.find_fields(type_name)  # raises the error about an unknown type
+        subscription = (type_name, callback)
+        self._subscriptions.setdefault(check_topic(topic), []).append(subscription)
         op_id = f"subscribe:{topic}:{next(self._ids)}"
         op = {
             "op": "subscribe",
@@ -103,8 +103,8 @@ class RosbridgeNode(Node):
         unsubscribe = self._connection.register(op, {"op": "unsubscribe", "id": op_id, "topic": topic})
 
         def end_subscription() -> None:
-            if entry in self._subscriptions[topic]:
-                self._subscriptions[topic].remove(entry)
+            if subscription in self._subscriptions[topic]:
+                self._subscriptions[topic].remove(subscription)
                 unsubscribe()
 
         return end_subscription
@@ -115,7 +115,7 @@ class RosbridgeNode(Node):
             return ActionServiceClient(
                 self._connection, self._find_action(service, type_name), service.rpartition("/")[2]
             )
-        self._definitions.find_fields(type_name.derive("Request"))
+        self._definitions.find_fields(type_name.derive("Request"))  # raises the error about an unknown type
         encode = partial(self._codec.to_json, type_name.derive("Request"))
         return ServiceClient(
             self._connection, encode, partial(self._call_service, check_topic(service), type_name)
@@ -127,7 +127,7 @@ class RosbridgeNode(Node):
                 "actions are not served over rosbridge", hint="use the transport dds to serve actions"
             )
         type_name = parse_type(service_type, "srv")
-        self._definitions.find_fields(type_name.derive("Request"))
+        self._definitions.find_fields(type_name.derive("Request"))  # raises the error about an unknown type
         self._servers[check_topic(service)] = (type_name, handler)
         op = {"op": "advertise_service", "service": service, "type": str(type_name)}
         unadvertise = self._connection.register(op, {"op": "unadvertise_service", "service": service})
@@ -144,14 +144,14 @@ class RosbridgeNode(Node):
             call()
         for action in self._actions.values():
             action.repeat_cancel_requests()
-        any_received = bool(deferred_calls)
-        for op in self._connection.receive(0.0 if any_received else timeout_s):
-            any_received = True
+        has_received = bool(deferred_calls)
+        for op in self._connection.receive(0.0 if has_received else timeout_s):
+            has_received = True
             if op is CONNECTION_LOST:
                 self._fail_pending()
             elif (handle := self._handlers.get(op.get("op", ""))) is not None:
                 handle(self, op)
-        return any_received
+        return has_received
 
     def close(self) -> None:
         self._connection.close()
@@ -177,11 +177,12 @@ class RosbridgeNode(Node):
         if server is None:
             return
         type_name, handler = server
-        address = {key: op[key] for key in ("id", "service") if key in op}
+        # the bridge assigns the response to the call by these two values
+        call_fields = {key: op[key] for key in ("id", "service") if key in op}
 
         def reply(message: Mapping[str, Any]) -> None:
             values = self._codec.to_json(type_name.derive("Response"), message)
-            self._connection.send({**address, "op": "service_response", "values": values, "result": True})
+            self._connection.send({**call_fields, "op": "service_response", "values": values, "result": True})
 
         handler(self._codec.from_json(type_name.derive("Request"), op.get("args")), reply)
 

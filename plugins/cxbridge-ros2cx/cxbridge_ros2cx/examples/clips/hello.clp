@@ -11,7 +11,7 @@
   =>
   (bind ?*ticks* (+ ?*ticks* 1)))
 
-(defrule part
+(defrule say-good-bye
   (executive-finalize)
   =>
   (printout info "good-bye after " ?*ticks* " ticks" crlf))

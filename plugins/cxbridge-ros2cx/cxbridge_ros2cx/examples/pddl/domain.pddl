@@ -1,3 +1,4 @@
+; A robot goes from room to room through doors.
 (define (domain rooms)
   (:requirements :strips :typing)
   (:types room)

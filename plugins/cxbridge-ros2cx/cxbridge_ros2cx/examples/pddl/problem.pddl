@@ -1,4 +1,4 @@
-{# a template: the rooms are in a row #}
+{# A template of jinja2: the rooms are in a row. PDDL requires a goal, but agents set their own goals. #}
 {% set rooms = ["hall", "kitchen", "cellar"] %}
 (define (problem home)
   (:domain rooms)
