@@ -67,6 +67,7 @@ def main() -> None:
     gc.set_threshold(_GARBAGE_THRESHOLD, *gc.get_threshold()[1:])
     with default_interrupt():
         from cxbridge.cli.main import main as run
+    gc.freeze()  # a collection in a short run would examine all imported modules
     try:
         run()
     finally:

@@ -43,7 +43,7 @@ _MESSAGE_IDS: Final = frozenset({"msgid", "msg-id"})
 # The word after each opening parenthesis in CLIPS code: the names of called functions, and further words.
 _CALLED_FUNCTION: Final = re.compile(r"\(([^\s()\"]+)")
 
-# Seconds after which the CX core requests control of a Skiller again (`skills.clp`).
+# Seconds after which the CX core requests control of a Skiller again (`skills-calls.clp`).
 _CONTROL_RETRY_S: Final = 3.0
 
 # Computes the digest of the state at a choice point. Returns the digest and an empty text; or an empty digest

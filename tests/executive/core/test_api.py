@@ -52,6 +52,7 @@ _ORDER = [
     "wm-domain-sync-objects",
     "wm-config",
     "skills",
+    "skills-calls",
     "goal-tree",
     "skills-actions",
     "goals/*",

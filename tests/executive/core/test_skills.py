@@ -29,7 +29,7 @@ class Skills:
         self.mapped: list[tuple[str, Value, Value]] = []
         self.env.define("map-action-skill", self._map, 3, types="*;sy;m;m")
         self.skiller.env.call("blackboard-enable-time-read")
-        for name in ("skills.clp", "skills-actions.clp"):
+        for name in ("skills.clp", "skills-calls.clp", "skills-actions.clp"):
             self.bench.load(f"cx/{name}")
         self.bench.config("/clips-executive/spec", "s")
         for action in ("say", "unmappable"):

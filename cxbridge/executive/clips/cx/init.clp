@@ -29,7 +29,9 @@
         (bind ?files (create$ ?files "domain-index.clp" "domain-grounding.clp"
                               "domain-effects.clp" "domain-exogenous.clp")))
       (case "wm-domain-sync.clp" then
-        (bind ?files (create$ ?files "wm-domain-sync-facts.clp" "wm-domain-sync-objects.clp")))))
+        (bind ?files (create$ ?files "wm-domain-sync-facts.clp" "wm-domain-sync-objects.clp")))
+      (case "BATCH|skills.clp" then
+        (bind ?files (create$ ?files "skills-calls.clp")))))
   ?files)
 
 (deftemplate executive-init-request "A feature to request and files to load."
