@@ -14,8 +14,8 @@ from cxbridge.trace.sources import RunSource, run_sources
 def find_building_steps(run: Run, owner: str, until_us: int | None = None) -> list[RunSource]:
     """Return the sources of a CLIPS environment in the order in which an environment is built from them.
 
-    Load each file without executing its commands, because the results of the commands are sources, too, and
-    precede the file.
+    The caller must load each file without executing its commands: the results of the commands are sources,
+    too, and precede the file.
 
     :param owner: the environment's name; after a reset of a daemon, the last environment of that name.
     :param until_us: the time of the last included source, in microseconds since the epoch; None for all.
@@ -34,6 +34,7 @@ def find_building_steps(run: Run, owner: str, until_us: int | None = None) -> li
         enclosing_file = source.details.get("within", "")
         index = step_indices.get(enclosing_file, len(steps)) if enclosing_file else len(steps)
         steps.insert(index, source)
+        # The insertion moves the files at and after this index by one.
         for file, file_index in step_indices.items():
             step_indices[file] = file_index + (file_index >= index)
         if source.role == "clips":

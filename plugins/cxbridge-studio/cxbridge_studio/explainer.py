@@ -42,7 +42,7 @@ def explainer(run: RecordedRun, at_s: float | None, env: str | None) -> RunExpla
     def answer(kind: str, name: str) -> Mapping[str, Any]:
         evidence.notes = [*recording_notes]  # drops the notes of earlier questions
         explanation = explain(evidence, name, kind)
-        return {"lines": explanation.lines, "data": explanation.data}
+        return {"lines": explanation.lines, "data": explanation.json_report}
 
     return answer
 

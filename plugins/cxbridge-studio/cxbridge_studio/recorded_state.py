@@ -46,12 +46,13 @@ class EnvironmentFacts:
 
     def read_slots(self, env: str, template: str) -> list[Mapping[str, str]]:
         """Return the slots of a deftemplate's facts, as CLIPS prints their values."""
-        slots: list[Mapping[str, str]] = []
+        slots_by_fact: list[Mapping[str, str]] = []
         for change in self.by_env.get(env, {}).values():
             if change.template == template:
                 with suppress(FactSyntaxError):  # a recording may contain any text as a fact
-                    slots.append(parse_fact(change.text)[1])
-        return slots
+                    _, slots = parse_fact(change.text)
+                    slots_by_fact.append(slots)
+        return slots_by_fact
 
 
 @dataclass
@@ -70,6 +71,7 @@ class RunState:
     rule: RuleFired | None = None
     """The rule that fired last."""
     _goal_facts: dict[tuple[str, str], int] = field(default_factory=dict)
+    """The number of each goal's facts, by environment and goal id."""
 
     def add_event(self, event: Event) -> None:
         """Process the next event."""
@@ -110,5 +112,6 @@ class RunState:
         self.facts.add_change(event)
         if event.template == "goal":
             with suppress(FactSyntaxError, KeyError):  # a recording may contain any text
-                key = event.env, parse_fact(event.text)[1]["id"]
+                _, slots = parse_fact(event.text)
+                key = event.env, slots["id"]
                 self._goal_facts[key] = self._goal_facts.get(key, 0) + (1 if event.asserted else -1)

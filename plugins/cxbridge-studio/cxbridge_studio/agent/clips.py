@@ -84,12 +84,14 @@ def read_clips(path: str, text: str, previous: SourceFile | None = None) -> Sour
 
     :param previous: the previous version of the file; the pieces of unchanged constructs are reused.
     """
-    pieces = {} if previous is None else {placed.piece.text: placed.piece for placed in previous.pieces}
+    previous_pieces = (
+        {} if previous is None else {placed.piece.text: placed.piece for placed in previous.pieces}
+    )
     return SourceFile(
         path,
         text,
         tuple(
-            PlacedPiece(top_list.start, _read_piece(top_list, pieces.get(top_list.text)))
+            PlacedPiece(top_list.start, _read_piece(top_list, previous_pieces.get(top_list.text)))
             for top_list in split_top_level_lists(text)
         ),
     )
@@ -185,8 +187,8 @@ class _ConstructReader:
     def _read_rule(self, node: SyntaxNode) -> None:
         self._read_definition(node)
         condition, actions = split_rule(node)
-        declarations = (entry for item in condition if item.head == "declare" for entry in item.arguments)
-        self._read_expressions(item for entry in declarations for item in entry.arguments)
+        declarations = (node for item in condition if item.head == "declare" for node in item.arguments)
+        self._read_expressions(value for declaration in declarations for value in declaration.arguments)
         self._read_conditions(parse_elements(condition))
         self._read_expressions(actions)
 
@@ -257,6 +259,7 @@ class _ConstructReader:
             for value in filter(literal, values):
                 self._add_mention(NameKind.PARAMETER, value, use)
         elif (template, slot) == ("wm-fact", "key"):
+            # (key domain fact PREDICATE args? PARAMETER VALUE ...)
             is_domain_key = [value.text for value in values[:2]] == ["domain", "fact"]
             for value in filter(literal, values[2:3] if is_domain_key else ()):
                 self._add_mention(NameKind.PREDICATE, value, use)
@@ -356,6 +359,7 @@ class _ConstructReader:
         """Add a mention of the name in a node, without quotes, the marks of variables, and the module."""
         text, start, end = node.text, node.start, node.end
         if text.startswith('"'):
+            # An unclosed string may be a single quote: the end must not precede the start.
             text, start, end = text.strip('"'), start + 1, max(end - 1, start + 1)
             if kind is NameKind.INTERFACE:  # TYPE::ID: the type is the interface
                 text = text.partition("::")[0]

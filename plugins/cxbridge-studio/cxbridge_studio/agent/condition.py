@@ -46,8 +46,8 @@ class FieldConstraint:
     text: str
 
     @property
-    def name(self) -> str:
-        """The name of the bound or repeated variable, or empty."""
+    def variable_name(self) -> str:
+        """The name of the variable in :attr:`binder`; empty for a wildcard or without a binder."""
         match = _VARIABLE.match(self.binder)
         return match[1] if match else ""
 
@@ -101,7 +101,7 @@ class SlotConstraint:
     @property
     def bound_variables(self) -> frozenset[str]:
         """The variables at the starts of fields."""
-        return frozenset(field.name for field in self.fields if field.name)
+        return frozenset(field.variable_name for field in self.fields if field.variable_name)
 
     @property
     def used_variables(self) -> frozenset[str]:
@@ -116,7 +116,7 @@ class SlotConstraint:
         # A variable restricts a field if it has a value before, or occurs twice in the slot.
         return all(field.binder and not field.alternatives for field in self.fields) and not (
             self.bound_variables & bound
-            or len(self.bound_variables) < sum(bool(field.name) for field in self.fields)
+            or len(self.bound_variables) < sum(bool(field.variable_name) for field in self.fields)
         )
 
     def join_fields(self, fields: list[str]) -> str:
@@ -155,7 +155,7 @@ class PatternCE(Struct, frozen=True, dict=True):
         return not arguments or any(item.items is None for item in arguments)
 
     @cached_property
-    def parts(self) -> tuple[SlotConstraint, ...]:
+    def constraints(self) -> tuple[SlotConstraint, ...]:
         """The constraints of the slots, or of the fields of an ordered fact."""
         arguments = self.node.arguments
         if self.is_ordered:
@@ -168,56 +168,63 @@ class PatternCE(Struct, frozen=True, dict=True):
         )
 
     @property
-    def slots(self) -> dict[str, frozenset[str]]:
-        """The allowed words by slot, for slots restricted to words."""
-        return {part.slot: words for part in self.parts if part.slot and (words := part.words) is not None}
+    def words_by_slot(self) -> dict[str, frozenset[str]]:
+        """The allowed words by slot, without the slots that allow other values."""
+        return {
+            constraint.slot: words
+            for constraint in self.constraints
+            if constraint.slot and (words := constraint.words) is not None
+        }
 
     @property
     def field_counts(self) -> tuple[int, float]:
         """The minimum and maximum number of fields of an ordered pattern."""
-        multifields = sum(part.fields[0].binder.startswith("$") for part in self.parts)
-        minimum = len(self.parts) - multifields
+        multifields = sum(constraint.fields[0].binder.startswith("$") for constraint in self.constraints)
+        minimum = len(self.constraints) - multifields
         return minimum, inf if multifields else minimum
 
     @property
     def bound_variables(self) -> frozenset[str]:
         """The variables at the starts of fields."""
-        return frozenset().union(*(part.bound_variables for part in self.parts))
+        return frozenset().union(*(constraint.bound_variables for constraint in self.constraints))
 
-    def restrictive_parts(self, bound: frozenset[str]) -> list[SlotConstraint]:
-        """Return the parts that some values do not satisfy.
+    def find_restrictive_constraints(self, bound: frozenset[str]) -> list[SlotConstraint]:
+        """Return the constraints that some values do not satisfy.
 
         :param bound: the variables with a value before the pattern.
         """
-        restrictive_parts = []
-        for part in self.parts:
-            restrictive_parts += [] if part.is_open(bound) else [part]
-            bound |= part.bound_variables
-        return restrictive_parts
+        restrictive_constraints = []
+        for constraint in self.constraints:
+            restrictive_constraints += [] if constraint.is_open(bound) else [constraint]
+            bound |= constraint.bound_variables
+        return restrictive_constraints
 
     def text_without_variable(self) -> str:
         """Return the text without the variable of the fact."""
         return self.text.split("<-", 1)[1].strip() if self.variable else self.text
 
     def restricted_text(self, selected: SlotConstraint, foreign_variables: frozenset[str]) -> str:
-        """Return the pattern with one part only, and with the bindings that this part needs.
+        """Return the pattern with a single constraint, and with the bindings that the constraint needs.
 
+        :param selected: the constraint to keep, one of :attr:`constraints`.
         :param foreign_variables: the variables that earlier CEs bind.
         """
         required_variables = (selected.used_variables | selected.bound_variables) - foreign_variables
-        earlier_parts = self.parts[: self.parts.index(selected)]
+        earlier_constraints = self.constraints[: self.constraints.index(selected)]
         texts = []
-        for part in self.parts:
-            if part is selected:
-                texts.append(part.join_fields([field.text for field in part.fields]))
+        for constraint in self.constraints:
+            if constraint is selected:
+                texts.append(constraint.join_fields([field.text for field in constraint.fields]))
             # Slots can be omitted, but the fields of an ordered fact must stay at their positions.
-            elif not part.slot or (part in earlier_parts and part.bound_variables & required_variables):
-                bound_variables = required_variables if part in earlier_parts else frozenset()
+            elif not constraint.slot or (
+                constraint in earlier_constraints and constraint.bound_variables & required_variables
+            ):
+                bound_variables = required_variables if constraint in earlier_constraints else frozenset()
                 texts.append(
-                    part.join_fields(
+                    constraint.join_fields(
                         [
-                            field.binder if field.name in bound_variables else field.wildcard
-                            for field in part.fields
+                            field.binder if field.variable_name in bound_variables else field.wildcard
+                            for field in constraint.fields
                         ]
                     )
                 )

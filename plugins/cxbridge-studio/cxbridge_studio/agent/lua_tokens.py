@@ -16,6 +16,7 @@ _TOKEN: Final = re.compile(
     |(?P<sign>\.{2,3}|[=~<>]=|\S)""",
     re.DOTALL | re.VERBOSE,
 )
+# The block of a `for` or `while` begins with its `do`.
 _BLOCK_STARTS: Final = frozenset({"function", "if", "do", "repeat"})
 _BLOCK_ENDS: Final = frozenset({"end", "until"})
 
@@ -44,6 +45,8 @@ class Token:
 @dataclass(frozen=True, slots=True)
 class Table:
     """A table constructor.
+
+    Values with a computed key, ``[EXPRESSION] = VALUE``, are left out.
 
     :param items: the tokens of each value without a key.
     :param fields: the tokens of each value with a name as its key.
@@ -84,7 +87,7 @@ def read_table(tokens: Sequence[Token]) -> Table | None:
             continue
         if len(value) > 1 and value[0].kind == "name" and value[1].text == "=":
             table.fields[value[0].text] = value[2:]
-        elif value and value[0].text != "[":
+        elif value and value[0].text != "[":  # [EXPRESSION] = VALUE has a computed key, and is left out
             table.items.append(value)
         value = []
         if is_end:

@@ -66,14 +66,17 @@ class AgentModel:
         self._files: dict[str, SourceFile] = {}
 
     def update(self, path: str, text: str) -> SourceFile | None:
-        """Parse the new text of a file and add the file; return None for an unknown suffix."""
+        """Parse the new text of a file, and add or replace the file; return None for an unknown suffix."""
         file = read_source(path, text, self._files.get(path))
         if file is not None:
             self.add_file(file)
         return file
 
     def read(self, path: Path) -> SourceFile | None:
-        """Add a file from the disk; return None if it cannot be read or has an unknown suffix."""
+        """Read a file from the disk, and add or replace the file.
+
+        Return None if the file cannot be read, or has an unknown suffix.
+        """
         try:
             text = path.read_bytes().decode("utf-8", "surrogateescape")
         except OSError:
@@ -102,8 +105,13 @@ class AgentModel:
         """
         names = find_name_variants(name)
         for file in self._files.values():
-            positions = [position for variant in names for position in file.mentions_by_name.get(variant, ())]
-            for start, mention in sorted(positions, key=lambda position: position[0]):  # in the pieces' order
+            placed_mentions = [
+                placed_mention
+                for variant in names
+                for placed_mention in file.mentions_by_name.get(variant, ())
+            ]
+            # By the starts of the pieces: the mentions of a piece are in order already.
+            for start, mention in sorted(placed_mentions, key=lambda placed_mention: placed_mention[0]):
                 if not uses or mention.use in uses:
                     yield FileMention(file, mention.shifted(start))
 
@@ -138,10 +146,10 @@ class AgentModel:
         return {
             name.text
             for file in self._files.values()
-            for name, positions in file.mentions_by_name.items()
+            for name, placed_mentions in file.mentions_by_name.items()
             if name.kind is kind
             and owner in (None, name.owner)
-            and (not uses or any(mention.use in uses for _, mention in positions))
+            and (not uses or any(mention.use in uses for _, mention in placed_mentions))
         }
 
 

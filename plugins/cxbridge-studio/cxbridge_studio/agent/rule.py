@@ -76,13 +76,13 @@ def parse_rule(text: str) -> Condition:
     if not any(node.text == "=>" for node in nodes[0].arguments):
         raise ClipsError(f"the rule {name} has no =>")
     condition = tuple(split_rule(nodes[0])[0])
-    declarations = (entry for node in condition if node.head == "declare" for entry in node.arguments)
-    entries = [entry for entry in declarations if entry.head == "salience" and entry.arguments]
+    declarations = (item for node in condition if node.head == "declare" for item in node.arguments)
+    saliences = [item.arguments[0] for item in declarations if item.head == "salience" and item.arguments]
     try:
         ces = tuple(parse_elements(condition))
     except RecursionError:
         raise ClipsError(f"the condition of {name} is nested too deeply") from None
-    salience = one_line(entries[-1].arguments[0].text) if entries else ""
+    salience = one_line(saliences[-1].text) if saliences else ""
     return Condition(name, salience, ces, find_called_names(condition), find_global_names(condition))
 
 

@@ -36,7 +36,7 @@ def find_handled_sub_types(condition: Sequence[CE]) -> frozenset[str]:
 def _find_handled_by_ce(ce: CE) -> frozenset[str]:
     if isinstance(ce, PatternCE):
         is_goal = without_module(ce.template) == "goal" and not ce.is_ordered
-        return ce.slots.get(SUB_TYPE_SLOT, frozenset()) - {NO_SUB_TYPE} if is_goal else frozenset()
+        return ce.words_by_slot.get(SUB_TYPE_SLOT, frozenset()) - {NO_SUB_TYPE} if is_goal else frozenset()
     if not isinstance(ce, GroupCE) or ce.kind not in ("and", "or", "exists"):
         return frozenset()
     branches = [_find_handled_by_ce(item) for item in ce.items]
@@ -59,10 +59,11 @@ def find_core_files(*folders: Path) -> Mapping[str, str]:
 
 
 def make_hint(sub_type: str, handled_sub_types: Collection[str], files: Mapping[str, str]) -> str:
-    """Return the remedy for an unhandled sub-type; empty without a similar sub-type.
+    """Return the remedy for an unhandled sub-type: a file with its rules, or a sub-type with a similar name.
 
-    :param handled_sub_types: the handled sub-types.
+    :param handled_sub_types: the sub-types that loaded rules handle.
     :param files: the result of :func:`find_core_files`.
+    :returns: empty if no file handles the sub-type and no sub-type has a similar name.
     """
     if sub_type in files:
         return f"add {files[sub_type]} to the files of the spec"

@@ -61,12 +61,14 @@ def is_balanced(text: str) -> bool:
 def _split_at_constructs(text: str) -> Iterator[TopLevelList]:
     """Yield the top-level lists of each part between the beginnings of two constructs."""
     beginnings = [match.start(1) for match in _CONSTRUCT_BEGINNING.finditer(text)]
-    for begin, end in pairwise([0, *beginnings, len(text)]):
+    for part_start, part_end in pairwise([0, *beginnings, len(text)]):
         # Each part is blanked separately, so that an unclosed string does not hide the next construct.
-        code = blank(text[begin:end])
-        for start, stop in top_level(code):
-            list_end = len(code.rstrip()) if stop is None else stop
-            yield TopLevelList(begin + start, text[begin + start : begin + list_end], stop is not None)
+        part = text[part_start:part_end]
+        code = blank(part)
+        for start, end in top_level(code):
+            # An unclosed list has no end: it extends to the last character that is not blank.
+            list_text = part[start : len(code.rstrip()) if end is None else end]
+            yield TopLevelList(part_start + start, list_text, is_closed=end is not None)
 
 
 def find_open_lists(text: str) -> list[int]:

@@ -96,8 +96,8 @@ class _ConfigurationReader:
     def _record_skill_string(self, value: YamlScalar, action: str) -> None:
         """Record the skill, the arguments and the parameters in the skill string of an action.
 
-        This searches the text of the file, not the value, because YAML's escapes and folded lines change
-        offsets.
+        The search is in the text of the file, not in the value, because YAML's escapes and folded lines
+        change offsets.
         """
         start = self._find_offset(value.mark)
         next_key_match = _KEY.search(self._text, start)
@@ -121,7 +121,7 @@ class _ConfigurationReader:
     def _record_name(self, kind: NameKind, mark: Mark, text: str, use: Use) -> None:
         """Record a name, unless its spelling in the file differs, for example by escapes."""
         start = self._find_offset(mark)
-        start += self._text.startswith(('"', "'"), start)
+        start += self._text.startswith(('"', "'"), start)  # after the opening quote, if there is one
         if kind is NameKind.FILE and "|" in text:  # BATCH|FILE: the file follows the bar
             start += text.index("|") + 1
             text = text.rpartition("|")[2]

@@ -357,6 +357,8 @@ class Agent(Closing):
                 continue
             value = self.config.get(f"{path}/{key}")
             for file in value.items if value.is_list else (value.text,):
+                # A scenario writes BATCH| itself, and has no search folders. The file of a CLIPS program is
+                # in the first search folder.
                 is_batch = any(needs_batch(folder / file) for folder in self._search_folders[:1])
                 self._load_file(f"BATCH|{file}" if is_batch else file, place_of(value))
                 # In a run, a function of MAIN loads each file, so a file cannot leave another module current.
@@ -460,7 +462,8 @@ def find_agent_names(options: RunOptions) -> list[str | None]:
     """Return the names of a scenario's agents; ``[None]`` for a single agent without a name."""
     if options.agent:
         return [options.agent]
-    return [*agent_names(source_of(options).load_configuration()[0])] or [None]
+    config, _ = source_of(options).load_configuration()
+    return [*agent_names(config)] or [None]
 
 
 def read_first_argument(call: SyntaxNode) -> str:

@@ -84,9 +84,9 @@ def find_objects(agent: Agent, domains: list[Domain]) -> set[str] | None:
     rules.
     """
     facts = agent.own_facts("domain-object")
-    if not facts or any("name" not in fact.slots for fact in facts):
+    if not facts or any("name" not in fact.words_by_slot for fact in facts):
         return None
     if any("objects-by-type" in file.text for file in agent.own_files):
         return None  # facts of the world model list objects
     constants = {name for domain in domains for name, _ in pairs_of(domain.constants)}
-    return constants.union(*(fact.slots["name"] for fact in facts))
+    return constants.union(*(fact.words_by_slot["name"] for fact in facts))

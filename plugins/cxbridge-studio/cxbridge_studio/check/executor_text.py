@@ -68,6 +68,7 @@ def _find_class_skills(name: str, classes: dict[str, ast.ClassDef]) -> tuple[str
     for member in reversed(definition.body):  # the last assignment counts, as when Python executes the class
         if isinstance(member, ast.FunctionDef) and member.name == "skills_with":
             return None
+        # An assignment may have several targets, an annotated assignment has one, other statements have none.
         targets = member.targets if isinstance(member, ast.Assign) else [getattr(member, "target", None)]
         if any(isinstance(target, ast.Name) and target.id == "skills" for target in targets):
             return _parse_literal_names(getattr(member, "value", None))

@@ -93,11 +93,14 @@ def _find_method_calls(tokens: Sequence[Token]) -> Iterator[tuple[str, Token]]:
     for index, token in enumerate(tokens):
         earlier_tokens, later_tokens = tokens[max(index - 2, 0) : index], tokens[index + 1 : index + 4]
         previous_text = earlier_tokens[-1].text if earlier_tokens else ""
+        # A condition follows `cond =`, or is an item of a transition: {STATE, TARGET, CONDITION}.
         if token.literal is not None and (
             previous_text == "," or (previous_text == "=" and earlier_tokens[0].text in _CONDITIONS)
         ):
             for variable, method in _find_method_calls(read_tokens(token.literal)):
+                # The text of the condition begins after the quote.
                 yield variable, Token(method.kind, method.text, token.offset + 1 + method.offset)
+        # The later tokens of a call are a colon, the method and a parenthesis: VARIABLE:METHOD(
         is_call = token.kind == "name" and [neighbour.text for neighbour in later_tokens[::2]] == [":", "("]
         if is_call and previous_text not in {".", ":"}:
             yield token.text, later_tokens[1]
@@ -110,22 +113,25 @@ def _find_bound_names(text: str) -> set[str]:
 
 
 def _find_dependencies(tokens: Sequence[Token]) -> dict[str, Token]:
-    """Return the literal type of each variable in ``depends_interfaces``."""
+    """Return the token with the interface type of each variable in ``depends_interfaces``.
+
+    Entries with a computed variable or type are left out.
+    """
     dependencies: dict[str, Token] = {}
     for index, token in enumerate(tokens[:-2]):
         if token.text != "depends_interfaces" or token.depth or tokens[index + 1].text != "=":
             continue
         table = read_table(tokens[index + 2 :])
         for item in [] if table is None else table.items:
-            entry = read_table(item)
-            if entry is None:
+            dependency = read_table(item)
+            if dependency is None:
                 continue
-            variable, type_name = (_read_literal(entry.fields.get(key)) for key in ("v", "type"))
-            if variable is not None and type_name is not None:
-                dependencies[variable.literal or ""] = type_name
+            variable, type_token = (_read_literal(dependency.fields.get(key)) for key in ("v", "type"))
+            if variable is not None and type_token is not None:
+                dependencies[variable.literal or ""] = type_token
     return dependencies
 
 
 def _read_literal(value: Sequence[Token] | None) -> Token | None:
-    """Return the token of a value that is only a string."""
+    """Return the token of a value that is only a string; None for any other value."""
     return value[0] if value and len(value) == 1 and value[0].literal is not None else None

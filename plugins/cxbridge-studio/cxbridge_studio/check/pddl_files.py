@@ -39,8 +39,8 @@ def check_pddl_file(file: Path, text: str | None = None, *, fawkes_compat: bool 
             return [*findings, *doubts.make_findings(str(file), doubts.find_domain_doubts(domain))]
         path = _find_domain(file, domain_name)
         if path is None:
-            text = f"there is no domain {domain_name} beside the problem"
-            return [Finding(MISSING_DOMAIN, SourcePlace(str(file)), text)]
+            message = f"there is no domain {domain_name} beside the problem"
+            return [Finding(MISSING_DOMAIN, SourcePlace(str(file)), message)]
         domain = load_domain(path, fawkes_compat=fawkes_compat)
         findings += _check_problem(file, parse_problem(text, domain, file, warn=warn), domain)
     except PddlError as error:

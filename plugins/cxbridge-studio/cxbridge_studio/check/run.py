@@ -80,9 +80,9 @@ def _check_clips_file(options: RunOptions, file: Path, *, errors_only: bool, por
         scenario = folder / SCENARIO_FILE
         if scenario.is_file():
             scenario_options = replace(options, scenario=folder)
-            first_agent = replace(scenario_options, agent=find_agent_names(scenario_options)[0])
+            first_agent_options = replace(scenario_options, agent=find_agent_names(scenario_options)[0])
             # A scenario that cannot be read, or does not load the file, gives no findings for the file.
-            with suppress(CxbridgeError), Agent(first_agent) as agent:
+            with suppress(CxbridgeError), Agent(first_agent_options) as agent:
                 if any(loaded_file.path.resolve() == file for loaded_file in agent.files):
                     all_findings = _check_agents(scenario_options, errors_only=errors_only, portable=portable)
                     return drop_silenced_findings(

@@ -106,10 +106,11 @@ def _find_skill_uses(tokens: Sequence[Token]) -> Iterator[tuple[int, list[str] |
             skill_list = read_table(arguments)
         elif token.text == "use_skill":
             prefix = arguments[0].literal if arguments else None
+            # Without a concatenation, the literal is the whole name, and nothing follows it.
             names: list[str | None] = [""]
             if [argument.text for argument in arguments[1:2]] == [".."]:
                 is_loop = arguments[2].kind == "name" and skill_list is not None
-                # outside of a loop over a list, a single empty item stands for a computed name
+                # Outside of a loop over a list, a single empty item stands for a computed name.
                 items = skill_list.items if is_loop and skill_list is not None else [[]]
                 names = [item[0].literal if len(item) == 1 else None for item in items]
             is_literal = prefix is not None and all(name is not None for name in names)

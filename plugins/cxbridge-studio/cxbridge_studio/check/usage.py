@@ -50,14 +50,14 @@ class FactUse:
     """A pattern of a rule, or an asserted fact.
 
     :param start: the offset in the construct.
-    :param slots: the words that a pattern allows, or the literal words of a fact.
+    :param words_by_slot: the words that a pattern allows, or the literal words of a fact.
     :param slot_names: the slots that the text names, with literal or computed values.
     :param field_counts: the minimum and the maximum number of fields; None for a pattern with slots.
     """
 
     template: str
     start: int
-    slots: WordsBySlot
+    words_by_slot: WordsBySlot
     slot_names: frozenset[str]
     field_counts: tuple[int, float] | None = None
 
@@ -67,8 +67,8 @@ class FactUse:
         :param defaults: the default words of slots that the fact may omit. Other omitted slots can have any
             word.
         """
-        for slot, words in self.slots.items():
-            fact_words = fact.slots.get(slot)
+        for slot, words in self.words_by_slot.items():
+            fact_words = fact.words_by_slot.get(slot)
             if fact_words is None and slot not in fact.slot_names and slot in defaults:
                 fact_words = frozenset({defaults[slot]})
             if fact_words is not None and not fact_words & words:
@@ -206,9 +206,9 @@ def make_constructs(file: SourceFile) -> tuple[Construct, ...]:
 
 def _make_pattern_use(ce: PatternCE) -> FactUse:
     """Return the use of facts by a pattern."""
-    slot_names = frozenset(constraint.slot for constraint in ce.parts if constraint.slot)
+    slot_names = frozenset(constraint.slot for constraint in ce.constraints if constraint.slot)
     field_counts = ce.field_counts if ce.is_ordered else None
-    return FactUse(without_module(ce.template), ce.node.start, ce.slots, slot_names, field_counts)
+    return FactUse(without_module(ce.template), ce.node.start, ce.words_by_slot, slot_names, field_counts)
 
 
 def _make_fact_use(node: SyntaxNode, single_valued_variables: frozenset[str]) -> FactUse:
@@ -267,7 +267,7 @@ class Usage:
 
     @cached_property
     def literal_counts(self) -> Counter[str]:
-        """The number of constructs with actions that contain a word, by word."""
+        """By word, the number of constructs whose actions contain the word."""
         return Counter(word for construct in self.constructs for word in construct.action_literals)
 
     def is_duplicated(self, template: str) -> bool:

@@ -66,13 +66,13 @@ def hz(
         for meters in _measure_rates(board, globs, options, deadline):
             width = max(map(len, meters), default=0)
             for uid, meter in sorted(meters.items()):
-                rate, new_writes = meter.rate(), meter.new_writes()
+                rate, new_write_count = meter.rate(), meter.count_new_writes()
                 if options.as_json:
                     size = board.registry.get(uid.partition("::")[0]).SCHEMA.datasize
-                    say_json(_make_json_row(uid, rate, size) | {"new_writes": new_writes}, flush=True)
+                    say_json(_make_json_row(uid, rate, size) | {"new_writes": new_write_count}, flush=True)
                 else:
                     # not the rate of earlier writes, which would look like the current rate
-                    current = _format_rate(rate) if rate is not None and new_writes else NO_NEW_WRITES
+                    current = _format_rate(rate) if rate is not None and new_write_count else NO_NEW_WRITES
                     say(f"{uid.ljust(width)}  {NO_RATE if rate is None else current}", flush=True)
             if not meters and not options.as_json:
                 say("no such interface yet", flush=True)

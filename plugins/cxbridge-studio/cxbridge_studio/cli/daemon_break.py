@@ -92,8 +92,8 @@ def step(
 
 
 def _print_breakpoints(breakpoints: list[dict[str, Any]]) -> None:
-    for entry in breakpoints:
-        say(f"{entry['number']}  {entry['spec']}")
+    for row in breakpoints:
+        say(f"{row['number']}  {row['spec']}")
 
 
 def _take_step(board: BlackBoard, unit: str, timeout_s: float) -> str:

@@ -39,10 +39,10 @@ def list_features(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> None:
     Example: cxbridge env features
     """
     features = ask_daemon(url, "feature-list")
-    width = max((len(info["name"]) for info in features), default=0)
+    width = max((len(row["name"]) for row in features), default=0)
 
-    def format_line(info: dict[str, Any]) -> str:
-        return f"{info['name']:{width}}  {' '.join(info['environments'])}".rstrip()
+    def format_line(row: dict[str, Any]) -> str:
+        return f"{row['name']:{width}}  {' '.join(row['environments'])}".rstrip()
 
     _say_rows(features, format_line, as_json=as_json)
 
@@ -54,14 +54,14 @@ def list_environments(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> No
     Example: cxbridge env list
     """
     environments = ask_daemon(url, "env-list")
-    width = max(len(info["name"]) for info in environments)
+    width = max(len(row["name"]) for row in environments)
 
-    def format_line(info: dict[str, Any]) -> str:
-        notes = [format_count(info["facts"], "fact"), f"agenda {info['agenda']}", f"log {info['log_level']}"]
-        notes += [f"watch {' '.join(info['watch'])}"] if info["watch"] else []
-        notes += ["ended"] if info["ended"] else []
-        features = f"  [{' '.join(info['features'])}]" if info["features"] else ""
-        return f"{info['name']:{width}}  {', '.join(notes)}{features}"
+    def format_line(row: dict[str, Any]) -> str:
+        notes = [format_count(row["facts"], "fact"), f"agenda {row['agenda']}", f"log {row['log_level']}"]
+        notes += [f"watch {' '.join(row['watch'])}"] if row["watch"] else []
+        notes += ["ended"] if row["ended"] else []
+        features = f"  [{' '.join(row['features'])}]" if row["features"] else ""
+        return f"{row['name']:{width}}  {', '.join(notes)}{features}"
 
     _say_rows(environments, format_line, as_json=as_json)
 
@@ -102,8 +102,8 @@ def load(
     mistakes: list[str] = []
     for file in files:
         mistakes += ask_daemon(url, "env-load", env=env, file=str(file.absolute()), batch=batch)
-    for text in mistakes:
-        say_text(indent_lines(text), err=True)
+    for mistake in mistakes:
+        say_text(indent_lines(mistake), err=True)
     return 1 if mistakes else 0
 
 
@@ -163,7 +163,7 @@ def facts(
     rows = [
         {"index": index, "text": text} for index, text in ask_daemon(url, "facts", env=env, template=template)
     ]
-    _say_rows(rows, lambda fact: f"f-{fact['index']} {fact['text']}", as_json=as_json)
+    _say_rows(rows, lambda row: f"f-{row['index']} {row['text']}", as_json=as_json)
 
 
 @app.command()

@@ -31,18 +31,22 @@ def format(  # noqa: A001 - the name of the command
 
     changed_count = 0
     # read all files before the first change, so that after an unreadable file nothing has changed
-    paths = (found for path in files for found in (sorted(path.rglob("*.clp")) if path.is_dir() else [path]))
-    texts = {path: _read_text(path) for path in paths}
+    clips_files = (
+        clips_file
+        for path in files
+        for clips_file in (sorted(path.rglob("*.clp")) if path.is_dir() else [path])
+    )
+    texts = {path: _read_text(path) for path in clips_files}
     for path, text in texts.items():
         if not is_balanced(text):
             say(f"{path}: parentheses or quotes do not match; the file stays unchanged", err=True)
             continue
-        formatted = indent_clips(text)
-        if formatted != text:
+        formatted_text = indent_clips(text)
+        if formatted_text != text:
             changed_count += 1
             say(f"{path}: {'would change' if check else 'changed'}")
             if not check:
-                write_file(path, formatted.encode())
+                write_file(path, formatted_text.encode())
     return int(check and changed_count > 0)
 
 

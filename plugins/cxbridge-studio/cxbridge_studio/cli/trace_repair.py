@@ -41,11 +41,11 @@ def repair(
         raise typer.BadParameter("cannot be combined with --in-place", param_hint="--output")
     if output is not None and not dry_run and output.exists():
         raise typer.BadParameter(f"'{output}' exists already", param_hint="--output")
-    result = _repair_file(file, output, in_place=in_place, dry_run=dry_run)
+    report = _repair_file(file, output, in_place=in_place, dry_run=dry_run)
     if as_json:
-        say_json({"files": [result]})
+        say_json({"files": [report]})
     else:
-        _print_result(result)
+        _print_report(report)
 
 
 def _repair_file(path: Path, output: Path | None, *, in_place: bool, dry_run: bool) -> dict[str, Any]:
@@ -85,13 +85,13 @@ def _write_repair(
     return file_repair.path, file_repair.write_with_backup()
 
 
-def _print_result(result: dict[str, Any]) -> None:
+def _print_report(report: dict[str, Any]) -> None:
     """Print the actions in the format of Fawkes' ffbblog."""
-    if not result["actions"]:
+    if not report["actions"]:
         say("Nothing to repair, files are fine")
         return
-    say("Repair successful, actions done follow." if result["output"] else "To be repaired, actions follow.")
-    for action in result["actions"]:
+    say("Repair successful, actions done follow." if report["output"] else "To be repaired, actions follow.")
+    for action in report["actions"]:
         say(action)
-    if result["backup"]:
-        say(f"backup: {result['backup']}")
+    if report["backup"]:
+        say(f"backup: {report['backup']}")

@@ -64,6 +64,7 @@ class _AgentOptions:
         """
         for field in fields(self):
             if getattr(self, field.name) != field.default:
+                # The field of a repeatable option is a plural: clips_dirs has the values of --clips-dir.
                 option = field.name.removesuffix("s").replace("_", "-")
                 raise CxbridgeError(
                     f"--{option} needs a scenario",
@@ -129,7 +130,7 @@ def why(
     options = RunOptions(scenario=scenario, **vars(agent_options))
     with _open_evidence(options, run, _parse_moment(moment), env) as evidence:
         explanation = explain(evidence, name, kind, rules)
-    _print_explanation(explanation.lines, explanation.data, as_json=as_json)
+    _print_explanation(explanation.lines, explanation.json_report, as_json=as_json)
     return 0
 
 

@@ -62,12 +62,13 @@ class DebuggedAgent:
         self.probes = Probes(self.env, self.debugger) if can_stop_at_actions else None
         # the client's numbers of breakpoints, by the debugger's numbers
         self.client_numbers: dict[int, int] = {}
+        # the debugger's numbers of the breakpoints, by group
         self._breakpoint_groups: dict[str, list[int]] = {}
         self.last_firing: RuleFired | None = None
         # the facts that the firing rule has retracted, by index
         self.retracted_facts: dict[int, FactChange] = {}
-        self._positions: dict[str, FileLine] = {}
-        self._read_file_count = 0
+        self._positions: dict[str, FileLine] = {}  # by rule
+        self._read_file_count = 0  # the number of loaded files whose rules are in `_positions`
         run.bus.subscribe(self._record, RuleFired, FactChange)
         self._is_watch_renewed = False
         self._watch_rules_and_facts()
@@ -92,16 +93,16 @@ class DebuggedAgent:
 
         :param breakpoints: the breakpoints by the client's numbers.
         """
-        for previous in self._breakpoint_groups.pop(group, ()):
-            self.debugger.remove(previous)
-            self.client_numbers.pop(previous)
+        for number in self._breakpoint_groups.pop(group, ()):
+            self.debugger.remove(number)
+            self.client_numbers.pop(number)
         # unchecked, since an unreachable breakpoint is no error: the adapter shows it as not verified
-        numbers = {
-            self.debugger.add(new_breakpoint, checked=False).number: number
-            for number, new_breakpoint in breakpoints.items()
+        new_client_numbers = {
+            self.debugger.add(new_breakpoint, checked=False).number: client_number
+            for client_number, new_breakpoint in breakpoints.items()
         }
-        self.client_numbers |= numbers
-        self._breakpoint_groups[group] = list(numbers)
+        self.client_numbers |= new_client_numbers
+        self._breakpoint_groups[group] = list(new_client_numbers)
 
     def _record(self, event: Event) -> None:
         """Record the rule that fires, and the facts that it retracts."""
@@ -113,7 +114,7 @@ class DebuggedAgent:
 
     def find_rule_position(self, rule: str) -> FileLine | None:
         """Return the position of a rule, in the last loaded file that defines it."""
-        # reads only the files that have been loaded since the last call
+        # read only the files that have been loaded since the last call
         files = self.env.loader.files
         for file in files[self._read_file_count :]:
             with suppress(OSError):
@@ -158,12 +159,16 @@ class StoppedEnvironment:
         return [fact for fact in map(self.find_fact, indices) if fact is not None]
 
     def find_fact(self, index: int) -> FactChange | None:
-        """Return the fact with an index, even if the current rule has retracted it, or None."""
+        """Return the fact with an index, or the fact as it was before the current rule retracted it.
+
+        Return None if there is no such fact.
+        """
         pointer = self.env.maker.find_fact(index)
         if pointer == NULL:
             return self.agent.retracted_facts.get(index)
         template = decode(lib.DeftemplateName(lib.FactDeftemplate(pointer)))
         text = self.env.watcher.fact_text(pointer)
+        # the time of the assertion is unknown
         return FactChange(0, self.env.name, asserted=True, index=index, template=template, text=text)
 
     def find_latest(self, fact: FactChange) -> FactChange:

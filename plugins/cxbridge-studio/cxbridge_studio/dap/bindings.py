@@ -114,8 +114,13 @@ def _match_variables(
         variable = ce.variable or f"{_FACT_VARIABLE_PREFIX}{len(fact_variables)}"
         texts.append(f"?{variable} <- {_strip_constraints(ce) if is_relaxed else ce.text_without_variable()}")
         fact_variables.append(variable)
-        field_names = [field.name for part in ce.parts for field in part.fields if field.name]
-        variable_names |= dict.fromkeys((variable, *field_names))
+        field_variables = [
+            field.variable_name
+            for constraint in ce.constraints
+            for field in constraint.fields
+            if field.variable_name
+        ]
+        variable_names |= dict.fromkeys((variable, *field_variables))
     fact_refs = [FactRef(index) for index in indices]
     for values in matcher.match_values(texts, list(variable_names), _MAX_MATCHES):
         bound_values = dict(zip(variable_names, values, strict=True))
@@ -132,9 +137,9 @@ def _strip_constraints(ce: PatternCE) -> str:
     """Return a pattern that binds the same variables without any constraint."""
     constraints = [
         constraint.join_fields(
-            [field.binder if field.name else field.wildcard for field in constraint.fields]
+            [field.binder if field.variable_name else field.wildcard for field in constraint.fields]
         )
-        for constraint in ce.parts
+        for constraint in ce.constraints
     ]
     return f"({' '.join((ce.template, *constraints))})"
 

@@ -63,8 +63,10 @@ class Breakpoints:
 
     def _set_on_run(self, group: str) -> None:
         if self._run is not None:
-            entries = self._groups[group].items()
-            self._run.set_breakpoints(group, {number: entry.breakpoint for number, entry in entries})
+            requested_breakpoints = self._groups[group].items()
+            self._run.set_breakpoints(
+                group, {number: requested.breakpoint for number, requested in requested_breakpoints}
+            )
 
     def _replace(
         self, group: str, requests: Iterable[Any], make_breakpoint: Callable[[Any], _RequestedBreakpoint]
@@ -78,23 +80,23 @@ class Breakpoints:
         for request in requests:
             self._last_number += 1
             try:
-                entry = self._groups[group][self._last_number] = make_breakpoint(request)
-                states.append(self._make_state(self._last_number, entry))
+                requested = self._groups[group][self._last_number] = make_breakpoint(request)
+                states.append(self._make_state(self._last_number, requested))
             except CxbridgeError as error:
                 states.append(protocol.Breakpoint(self._last_number, verified=False, message=str(error)))
         self._set_on_run(group)
         return states
 
-    def _make_state(self, number: int, entry: _RequestedBreakpoint) -> protocol.Breakpoint:
-        """Return the state of a breakpoint, which is verified until the rules are loaded."""
-        reason = entry.explain_no_stop(self._run) if self._run is not None and self._run.is_loaded else ""
-        message = reason or entry.message
-        return protocol.Breakpoint(number, verified=not reason, message=message, line=entry.line)
+    def _make_state(self, number: int, requested: _RequestedBreakpoint) -> protocol.Breakpoint:
+        """Return the state of a breakpoint, which counts as verified before the rules are loaded."""
+        reason = requested.explain_no_stop(self._run) if self._run is not None and self._run.is_loaded else ""
+        message = reason or requested.message
+        return protocol.Breakpoint(number, verified=not reason, message=message, line=requested.line)
 
     def find_unreachable(self) -> list[protocol.Breakpoint]:
         """Return the states of the breakpoints that the loaded rules cannot reach."""
-        entries = [item for group in self._groups.values() for item in group.items()]
-        return [state for state in starmap(self._make_state, entries) if not state.verified]
+        numbered_breakpoints = [pair for group in self._groups.values() for pair in group.items()]
+        return [state for state in starmap(self._make_state, numbered_breakpoints) if not state.verified]
 
     def set_line_breakpoints(self, arguments: protocol.SetBreakpointsArguments) -> list[protocol.Breakpoint]:
         """Replace the breakpoints of a file and return their states."""

@@ -100,29 +100,29 @@ def _make_variable_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:
 def _make_variable_node(stopped_env: StoppedEnvironment, name: str, value: Value) -> VariableNode:
     if isinstance(value, FactRef) and (fact := stopped_env.find_fact(value.index)) is not None:
         text = f"f-{fact.index} {fact.text}"
-        return VariableNode(
-            name, text, fact.template, partial(_make_slot_nodes, stopped_env, fact), None, name
-        )
+        children = partial(_make_slot_nodes, stopped_env, fact)
+        return VariableNode(name, text, fact.template, children, expression=name)
     if isinstance(value, tuple):
         items = [VariableNode(str(number), show(field)) for number, field in enumerate(value, start=1)]
-        children = (lambda: items) if items else None
-        return VariableNode(name, show_alone(value), "MULTIFIELD", children, None, name)
-    return VariableNode(name, show_alone(value), _TYPES.get(type(value), ""), None, None, name)
+        return VariableNode(
+            name, show_alone(value), "MULTIFIELD", (lambda: items) if items else None, expression=name
+        )
+    return VariableNode(name, show_alone(value), _TYPES.get(type(value), ""), expression=name)
 
 
 def _make_goal_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:
     facts, forest = find_goals(stopped_env)
 
-    def make_goal_node(name: str) -> VariableNode:
-        slots = read_slots(facts[name])
+    def make_goal_node(goal_id: str) -> VariableNode:
+        slots = read_slots(facts[goal_id])
         state = " ".join(slots.get(slot, "") for slot in ("class", "mode", "outcome"))
-        return VariableNode(name, state, GOAL, partial(make_children, name))
+        return VariableNode(goal_id, state, GOAL, partial(make_children, goal_id))
 
-    def make_children(name: str) -> list[VariableNode]:
-        sub_goals = [make_goal_node(child) for child in forest.children.get(name, ())]
-        return [*sub_goals, *_make_slot_nodes(stopped_env, facts[name])]
+    def make_children(goal_id: str) -> list[VariableNode]:
+        sub_goal_nodes = [make_goal_node(child_id) for child_id in forest.children.get(goal_id, ())]
+        return [*sub_goal_nodes, *_make_slot_nodes(stopped_env, facts[goal_id])]
 
-    return [make_goal_node(name) for name in forest.roots]
+    return [make_goal_node(goal_id) for goal_id in forest.roots]
 
 
 def _make_plan_nodes(stopped_env: StoppedEnvironment, goal: str) -> list[VariableNode]:
@@ -140,10 +140,10 @@ def _make_plan_nodes(stopped_env: StoppedEnvironment, goal: str) -> list[Variabl
 
 
 def _make_activation_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:
-    rows = islice(read_activations(stopped_env.env), MAX_ROWS)
+    activations = islice(read_activations(stopped_env.env), MAX_ROWS)
     return [
         VariableNode(f"{number}", f"{salience} {rule}: {basis}", "activation")
-        for number, (salience, rule, basis) in enumerate(rows, start=1)
+        for number, (salience, rule, basis) in enumerate(activations, start=1)
     ]
 
 

@@ -39,10 +39,12 @@ class Probes:
     def __init__(self, env: ClipsEnvironment, debugger: Debugger) -> None:
         self.error: BaseException | None = None
         self._debugger = debugger
+        # the rule and the action of each probe; a probe has the index of its action as its number
         self._actions: list[tuple[str, RuleAction]] = []
         self.values: Mapping[str, Value] | None = None
-        call = make_callback("void(Environment *, UDFContext *, UDFValue *)", self._handle_probe)
-        env.udfs.define_c(PROBE_FUNCTION, call, 1, UNBOUNDED, "*;l")
+        callback = make_callback("void(Environment *, UDFContext *, UDFValue *)", self._handle_probe)
+        # CLIPS' notation of the argument types: the first is an integer, the others have any type
+        env.udfs.define_c(PROBE_FUNCTION, callback, 1, UNBOUNDED, "*;l")
         env.loader.rewrite = self.rewrite
         self._env = env
 

@@ -54,8 +54,9 @@ def find_rules(text: str) -> Iterator[FileRule]:
     lines = Lines(text)
     for definition in definitions(text):
         if definition.kind == "defrule":
-            last = lines.at(definition.node.end - 1)
-            yield FileRule(definition.name, definition.line, last, tuple(_find_actions(definition, lines)))
+            last_line = lines.at(definition.node.end - 1)
+            actions = tuple(_find_actions(definition, lines))
+            yield FileRule(definition.name, definition.line, last_line, actions)
 
 
 def _find_actions(rule: Definition, lines: Lines) -> Iterator[RuleAction]:
@@ -104,7 +105,7 @@ def _find_nested_sequences(node: SyntaxNode) -> Iterator[tuple[Sequence[SyntaxNo
         yield items[_BODY_STARTS[head] :], _find_loop_names(head, items)
     elif head in _FACT_QUERIES and items:
         names = (read_variable_name(member.items[0]) for member in items[0].items or () if member.items)
-        yield items[2:], tuple(filter(None, names))
+        yield items[2:], tuple(filter(None, names))  # the actions follow the members and the test
 
 
 def _find_loop_names(head: str, items: Sequence[SyntaxNode]) -> tuple[str, ...]:

@@ -90,5 +90,5 @@ class Wire:
             try:
                 self._sink.write(b"Content-Length: %d\r\n\r\n" % len(body) + body)
                 self._sink.flush()
-            except (BrokenPipeError, ValueError):
+            except (BrokenPipeError, ValueError):  # ValueError: the sink is closed
                 pass  # the end of the source stream ends the session

@@ -135,7 +135,8 @@ def parse_breakpoint(spec: str) -> Breakpoint:
     if len(spec) > MAX_LENGTH:
         raise ExecutiveError(f"a breakpoint has at most {MAX_LENGTH} characters, this one has {len(spec)}")
     # Parse from the end: the text to log may contain a condition, and the condition may contain colons.
-    # Each split returns the text before the match and the groups; without a match, only the text.
+    # Each split returns the text before the match, the groups, and the text after the match; without a match,
+    # only the text.
     before_log, *log = _LOG_SUFFIX.split(spec.strip(), maxsplit=1)
     before_condition, *condition = _CONDITION_START.split(before_log, maxsplit=1)
     subject, *hits = _HITS_SUFFIX.split(before_condition, maxsplit=1)

@@ -32,10 +32,10 @@ _NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 class EnvironmentInfo(Struct, frozen=True):
     """The state of an environment.
 
-    :param own: whether :class:`EnvironmentService` created it.
+    :param own: whether :class:`EnvironmentService` has created the environment.
     :param facts: the number of facts.
     :param agenda: the number of activations.
-    :param features: the names of its features, sorted.
+    :param features: the names of the features, sorted.
     :param watch: ``facts`` and ``rules``, each if at least some of them are watched.
     :param log_level: the minimum log level.
     :param ended: whether no rule fires any more.
@@ -65,9 +65,9 @@ class EnvironmentService:
 
     def list(self) -> Sequence[EnvironmentInfo]:
         """Describe all environments in order of creation."""
-        return [self.info(name) for name in self._manager.environments]
+        return [self.describe(name) for name in self._manager.environments]
 
-    def info(self, name: str) -> EnvironmentInfo:
+    def describe(self, name: str) -> EnvironmentInfo:
         """Describe an environment.
 
         :raises ClipsError: if the name is unknown.

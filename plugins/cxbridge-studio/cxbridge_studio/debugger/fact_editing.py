@@ -66,13 +66,13 @@ def search_facts(
     return facts, None
 
 
-def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> int:
+def assert_text(env: ClipsEnvironment, text: str, *, constants_only: bool = False) -> int:
     """Assert a fact and return its index, or the index of an equal fact.
 
-    :param constant: whether only constants are accepted, not calls, which CLIPS would evaluate.
+    :param constants_only: whether only constants are accepted, not calls, which CLIPS would evaluate.
     :raises ClipsError: if CLIPS refuses the fact.
     """
-    text = to_safe_fact_text(env.c_env, text) if constant else text
+    text = to_safe_fact_text(env.c_env, text) if constants_only else text
     check_parser_limits(text)
     # Read the names before the assertion, which defines an unknown deftemplate of ordered facts.
     templates = construct_names(env, "deftemplate")
@@ -83,23 +83,28 @@ def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> 
     if fact == NULL or errors:
         raise ClipsError(
             f"CLIPS does not assert {text}" + (f": {errors}" if errors else ""),
-            hint=_find_similar_name(env, text, errors, templates),
+            hint=_make_name_hint(env, text, errors, templates),
         )
     return int(lib.FactIndex(fact))
 
 
-def _find_similar_name(env: ClipsEnvironment, text: str, errors: str, templates: Iterable[str]) -> str | None:
-    """Return a hint with the most similar deftemplate or slot; None without one."""
+def _make_name_hint(env: ClipsEnvironment, text: str, errors: str, templates: Iterable[str]) -> str | None:
+    """Return a hint about a deftemplate or a slot with a similar name; None if all names are correct.
+
+    :param text: the fact that CLIPS refuses.
+    :param errors: CLIPS' messages.
+    :param templates: the existing deftemplates.
+    """
     template = template_name(text)
     if template not in templates:
         return did_you_mean(template, templates) or None
     invalid_slot = _INVALID_SLOT.search(errors)
     if invalid_slot is None:
         return None
-    return _find_similar_slot(invalid_slot[1], template_of(lib.FindDeftemplate(env.c_env, encode(template))))
+    return _make_slot_hint(invalid_slot[1], template_of(lib.FindDeftemplate(env.c_env, encode(template))))
 
 
-def _find_similar_slot(name: str, template: FactTemplate) -> str:
+def _make_slot_hint(name: str, template: FactTemplate) -> str:
     if template.slots is None:
         return "its facts are ordered: they have no slots with names"
     return did_you_mean(name, template.names, f"it has: {', '.join(template.names)}")
@@ -115,12 +120,12 @@ def retract_fact(env: ClipsEnvironment, index: int) -> None:
 
 
 def modify_fact(
-    env: ClipsEnvironment, index: int, slots: Mapping[str, str], *, constant: bool = False
+    env: ClipsEnvironment, index: int, slots: Mapping[str, str], *, constants_only: bool = False
 ) -> int:
     """Modify slots of a fact and return the index of the new fact.
 
     :param slots: values as CLIPS text: ``FINISHED``, ``"a text"``, ``a b c`` for a multislot, ``(+ 1 2)``.
-    :param constant: whether only constants are accepted, not calls, which CLIPS would evaluate.
+    :param constants_only: whether only constants are accepted, not calls, which CLIPS would evaluate.
     :raises NotFoundError: if the fact does not exist.
     :raises ClipsError: if a slot does not exist, or cannot have the value.
     """
@@ -136,9 +141,9 @@ def modify_fact(
             template = decode(lib.DeftemplateName(deftemplate))
             raise ClipsError(
                 f"deftemplate '{template}' of f-{index} has no slot '{slot}'",
-                hint=_find_similar_slot(slot, template_of(deftemplate)),
+                hint=_make_slot_hint(slot, template_of(deftemplate)),
             )
-        values = to_safe_values_text(text) if constant else text
+        values = to_safe_values_text(text) if constants_only else text
         changes += (Symbol(slot), env.eval(f"(create$ {values})"))
     complaints: list[str] = []
     new_fact = Modify(env.c_env, env.api, env.maker, complaints.append)(index, *changes)

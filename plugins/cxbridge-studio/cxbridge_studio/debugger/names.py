@@ -33,23 +33,23 @@ class AgentNames:
     """The names that can occur in an agent.
 
     :param env: the agent's environment.
-    :param skills: returns the existing skills; None if they are unknown.
+    :param find_skills: returns the existing skills; None if they are unknown.
     """
 
     def __init__(
         self,
         env: ClipsEnvironment,
-        skills: Callable[[], Collection[str] | None] = lambda: None,
+        find_skills: Callable[[], Collection[str] | None] = lambda: None,
     ) -> None:
         self._env = env
-        self._skills = skills
+        self._find_skills = find_skills
         self._log = env.bus.logger("Debugger")
         self._is_checked = False
         # The callback for the unreachable breakpoints, called once after the agent's initialisation.
         self.on_mistakes: Callable[[BreakpointMistakes], None] = self._log_mistakes
 
     @property
-    def is_initialized(self) -> bool:
+    def is_initialised(self) -> bool:
         """Whether the agent is initialised, so that all its files are known."""
         return next(self._env.facts("executive-initialized"), None) is not None
 
@@ -65,7 +65,7 @@ class AgentNames:
     def find_mistake(self, tested_breakpoint: Breakpoint) -> ExecutiveError | None:
         """Return why a breakpoint is unreachable; None if it is reachable, or before the initialisation."""
         with self._env.lock:
-            mistake = self._find_unknown_name(tested_breakpoint) if self.is_initialized else None
+            mistake = self._find_unknown_name(tested_breakpoint) if self.is_initialised else None
         if mistake is None:
             return None
         problem, hint = mistake
@@ -73,7 +73,7 @@ class AgentNames:
 
     def check_once(self, tested_breakpoints: Iterable[Breakpoint]) -> None:
         """Check all breakpoints in the loop that ends the initialisation; do nothing in the other loops."""
-        if self._is_checked or not self.is_initialized:
+        if self._is_checked or not self.is_initialised:
             return
         self._is_checked = True
         mistakes = ((tested, self.find_mistake(tested)) for tested in tested_breakpoints)
@@ -124,7 +124,7 @@ class AgentNames:
         status = status_match[1] if status_match else tested_breakpoint.state
         statuses = Status.__members__
         mistake = _find_name_mistake(status, statuses, "skills have no status", "the statuses are")
-        skills = None if mistake else self._skills()
+        skills = None if mistake else self._find_skills()
         if mistake or skills is None:
             return mistake
         match = _LITERAL_START.match(tested_breakpoint.name)

@@ -39,8 +39,8 @@ def explain(evidence: Evidence, name: str, kind: str = "", rule_count: int = 1) 
             explanation = explain_run(evidence)
         case _:
             explanation = _explain_rule_or_goal(evidence, name, rule_count)
-    notes = (f"note: {note}" for note in explanation.data["notes"])
-    return Explanation((*explanation.lines, *notes), explanation.data)
+    notes = (f"note: {note}" for note in explanation.json_report["notes"])
+    return Explanation((*explanation.lines, *notes), explanation.json_report)
 
 
 def _explain_rule_or_goal(evidence: Evidence, name: str, rule_count: int) -> Explanation:

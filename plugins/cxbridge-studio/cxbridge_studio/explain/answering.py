@@ -71,9 +71,9 @@ class Explainer(Component):
         is_recorded = options.trace is not None and options.trace_level != "transitions"
         is_on_page = not self._is_daemon and context.has_clients
         has_facts = is_on_page or (is_recorded and options.trace_level == "facts")
-        self._history.rules_known = is_recorded or options.log is not None or is_on_page
+        self._history.has_firings = is_recorded or options.log is not None or is_on_page
         types: list[type[Event]] = [*TRANSITION_TYPES, PlannerCall, InterfaceWrite]
-        types += [RuleFired] if self._history.rules_known else []
+        types += [RuleFired] if self._history.has_firings else []
         types += [FactChange] if has_facts else []
         context.bus.subscribe(self._history.add_event, *types)
         self._thread: threading.Thread | None = None
@@ -243,7 +243,7 @@ def _explain_to_json(evidence: Evidence, name: str, kind: str, rule_count: int) 
     from cxbridge_studio.explain.answer import explain  # noqa: PLC0415
 
     explanation = explain(evidence, name, kind, rule_count)
-    text = json.dumps({"lines": explanation.lines, "data": explanation.data})
+    text = json.dumps({"lines": explanation.lines, "data": explanation.json_report})
     if len(text) > _MAX_ANSWER_BYTES:  # `dumps` writes ASCII: a character is a byte
         raise CxbridgeError("the reply is too long", hint="ask about one goal: its id, or CLASS#NUMBER")
     return text

@@ -115,7 +115,7 @@ class History:
     :param max_steps: the number of transitions to keep.
     :param max_firings: the number of firings to keep.
     :param find_facts: finds the facts at the time of the event; None if facts are unavailable.
-    :ivar rules_known: whether firings are recorded.
+    :ivar has_firings: whether firings are recorded.
     :ivar steps: the transitions and the other events that explain goals.
     :ivar fact_lives: the facts by index, with the retracted facts; empty if facts are not recorded.
     """
@@ -133,7 +133,7 @@ class History:
         self._find_facts = find_facts
         self.steps: deque[EvidenceStep] = deque(maxlen=max_steps)
         self.firings: deque[RuleFired] = deque(maxlen=max_firings)
-        self.rules_known = False
+        self.has_firings = False
         self._skiller_errors: dict[str, str] = {}
         self._recent_rules: deque[str] = deque(maxlen=MAX_RULES_BEFORE)
         self.fact_lives: dict[int, FactLife] = {}
@@ -158,7 +158,7 @@ class History:
 
     def _add_environment_event(self, event: Event) -> None:
         if isinstance(event, RuleFired):
-            self.rules_known = True
+            self.has_firings = True
             self.firings.append(event)
             self._recent_rules.append(event.rule)
             self._last_retracted = None
@@ -275,4 +275,4 @@ class Evidence(ABC):
     def find_rule_firings(self, rule: str) -> Sequence[RuleFired] | None:
         """Return the firings of a rule before the moment; None if firings are unknown."""
         firings = [event for event in self.history.firings if event.rule == rule]
-        return firings if self.history.rules_known else None
+        return firings if self.history.has_firings else None

@@ -11,8 +11,8 @@ class Explanation:
     """A report about a rule, a goal, a plan-action, a fact or the whole run.
 
     :param lines: the report as text.
-    :param data: the report as JSON values.
+    :param json_report: the report as JSON values.
     """
 
     lines: tuple[str, ...]
-    data: dict[str, Any]
+    json_report: dict[str, Any]

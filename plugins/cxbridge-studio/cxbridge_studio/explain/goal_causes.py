@@ -173,8 +173,8 @@ def _find_action_rules(
             continue
         with suppress(ClipsError):
             for pattern in find_patterns(parse_rule(text).ces):
-                if pattern.template == PLAN_ACTION and state in pattern.slots.get("state", ()):
-                    action_names_by_rule[name] = sorted(pattern.slots.get("action-name", ()))
+                if pattern.template == PLAN_ACTION and state in pattern.words_by_slot.get("state", ()):
+                    action_names_by_rule[name] = sorted(pattern.words_by_slot.get("action-name", ()))
     return action_names_by_rule
 
 

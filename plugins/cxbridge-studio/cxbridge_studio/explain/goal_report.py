@@ -56,7 +56,7 @@ def explain_actions(evidence: Evidence, name: str) -> Explanation:
     :raises CxbridgeError: if there is no such plan-action.
     """
     writer = GoalStoryWriter(evidence)
-    stories = [writer.write_action_story(*pair) for pair in writer.goals.find_actions(name)]
+    stories = [writer.write_action_story(goal, action) for goal, action in writer.goals.find_actions(name)]
     # An id may be used again, so several plan-actions may have the name: the latest is the headline.
     lines = [_make_cause_headline(stories[-1].cause), f"in {evidence.where}"]
     for story in stories:

@@ -77,7 +77,7 @@ def find_misspelt_rules(
         if "goal" not in text or slots["mode"] not in text.partition("=>")[0]:
             continue
         for pattern in _find_goal_patterns(text):
-            named_classes = pattern.slots.get("class", frozenset())
+            named_classes = pattern.words_by_slot.get("class", frozenset())
             if _names_value(pattern, "mode", slots["mode"]) and slots["class"] not in named_classes:
                 yield from (
                     (name, goal_class)
@@ -102,7 +102,7 @@ def find_formulating_rules(texts: Mapping[str, str], name: str) -> list[str]:
 
 def _names_value(pattern: PatternCE, slot: str, value: str) -> bool:
     """Return whether a pattern names a value of a slot."""
-    return value in pattern.slots.get(slot, ())
+    return value in pattern.words_by_slot.get(slot, ())
 
 
 def _find_goal_patterns(text: str) -> Iterator[PatternCE]:
@@ -119,7 +119,7 @@ def _compute_specificity(pattern: PatternCE, slots: Mapping[str, str]) -> int:
     # A pattern without a fact variable cannot be the goal that the rule modifies.
     if pattern.template != "goal" or not pattern.variable:
         return 0
-    named_slots = _SLOT_WEIGHTS.keys() & pattern.slots
+    named_slots = _SLOT_WEIGHTS.keys() & pattern.words_by_slot
     if "mode" not in named_slots or not all(_names_value(pattern, slot, slots[slot]) for slot in named_slots):
         return 0
     return sum(_SLOT_WEIGHTS[slot] for slot in named_slots)

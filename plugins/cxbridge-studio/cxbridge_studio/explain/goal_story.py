@@ -314,7 +314,7 @@ class GoalStoryWriter:
         """Return the rule that set a state: no event names this rule, so the last rule that fired counts."""
         if rules:
             return Cause(f"rule {rules[-1]} set {name} to {state}")
-        if self._evidence.history.rules_known:
+        if self._evidence.history.has_firings:
             return Cause(f"no rule fired just before {name} became {state}")
         return Cause(NOT_RECORDED)
 

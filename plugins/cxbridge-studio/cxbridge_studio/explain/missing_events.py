@@ -79,12 +79,12 @@ def _describe_signals(agent: Run) -> Iterator[str]:
     for _, _, slots in agent.executive.env.facts("executive-init-request"):
         if slots["state"] == "WAIT-FOR":
             signal = str(slots["wait-for"])
-            positions = (
+            position_prefixes = (
                 f"{entry.location}: "
                 for entry in entries
                 if entry.path.endswith("/wait-for") and entry.text == signal and entry.location
             )
-            yield f"{next(positions, '')}{slots['name']} waits for the signal {signal}"
+            yield f"{next(position_prefixes, '')}{slots['name']} waits for the signal {signal}"
 
 
 def _describe_goals(agent: Run, positions: SourcePositions) -> Iterator[str]:
@@ -175,13 +175,14 @@ def _describe_missing_fact(agent: Run, positions: SourcePositions) -> list[str]:
 def _find_rule_position(agent: Run, rule: str) -> str:
     """Return the position of a rule; empty if the agent's loader has not loaded the rule."""
     position = agent.executive.env.loader.rule_location(rule)
-    return "" if position is None else f"{position[0]}:{position[1]}"
+    return "" if position is None else ":".join(map(str, position))  # FILE:LINE
 
 
 def _describe_unwritten_interfaces(agent: Run, positions: SourcePositions) -> Iterator[str]:
     """Yield each interface that rules read and that has no writer."""
-    written_interfaces = {info.uid for info in agent.board.list_all() if info.has_writer}
-    for kind, name in read_interfaces(agent.executive.env):
-        if f"{kind}::{name}" not in written_interfaces:
-            position = _add_brackets(positions.find_interface_position(kind, name))
-            yield f"{kind}::{name} has no writer{position}"
+    written_uids = {info.uid for info in agent.board.list_all() if info.has_writer}
+    for interface_type, interface_id in read_interfaces(agent.executive.env):
+        uid = f"{interface_type}::{interface_id}"
+        if uid not in written_uids:
+            position = _add_brackets(positions.find_interface_position(interface_type, interface_id))
+            yield f"{uid} has no writer{position}"

@@ -53,7 +53,9 @@ class Preconditions:
         ]
 
     def describe_blame(self, operator: str, arguments: Mapping[str, str]) -> list[str]:
-        """Return a text about each atom that makes an operator's precondition false; empty if it is true.
+        """Return a text about each atom that makes an operator's precondition false.
+
+        The list is empty if the precondition is true, or the operator has none.
 
         :param arguments: the values by parameter.
         """
@@ -123,15 +125,15 @@ def ground_predicate(predicate: Mapping[str, str], arguments: Mapping[str, str])
     :param predicate: the slots of a fact ``pddl-predicate``, or of a fact with the same slots.
     :param arguments: the values by parameter.
     """
-    name = predicate.get("predicate", "")
-    names = parse_fields(predicate.get("param-names", ""))
-    constants = constants_of(names, parse_fields(predicate.get("param-constants", "")))
+    predicate_name = predicate.get("predicate", "")
+    parameters = parse_fields(predicate.get("param-names", ""))
+    constants = constants_of(parameters, parse_fields(predicate.get("param-constants", "")))
     terms = [
-        arguments.get(name, f"?{name}") if constant is None else constant
-        for name, constant in zip(names, constants, strict=True)
+        arguments.get(parameter, f"?{parameter}") if constant is None else constant
+        for parameter, constant in zip(parameters, constants, strict=True)
     ]
     # The facts of formulas have this predicate for `=`.
-    return ("=" if name == "EQUALITY" else name, *terms)
+    return ("=" if predicate_name == "EQUALITY" else predicate_name, *terms)
 
 
 def _compute_likeness(first: Atom, second: Atom) -> float:

@@ -201,8 +201,9 @@ def _describe_ending(run: Run) -> str:
     # Status 0 or 1 means that all goals were over: they had completed or failed.
     reason = run.metadata().get("reason", "")
     # The run's own text about its time limit.
-    if limit := re.match(r"(?s)not over: (.+) after ([\d.e+]+ s)(.*)", reason):
-        return f"the time limit of {limit[2]} ended the run, and goals are open: {limit[1]}{limit[3]}"
+    if match := re.match(r"(?s)not over: (?P<goals>.+) after (?P<limit>[\d.e+]+ s)(?P<details>.*)", reason):
+        goals_text = match["goals"] + match["details"]
+        return f"the time limit of {match['limit']} ended the run, and goals are open: {goals_text}"
     return f"the run ended with status {status}: {reason}" if status > 1 else ""
 
 

@@ -41,9 +41,11 @@ def explain_run(evidence: Evidence) -> Explanation:
             lines += [f"  {sentence.text}", *format_causes(sentence.because, "  ")]
     if missing_data:
         lines += ["", "Not known", *(f"  {text}" for text in missing_data)]
-    data: dict[str, Any] = {"headline": headline, "where": evidence.where}
-    data |= {key: [drop_root_marks(asdict(cause)) for cause in causes] for key, causes in sections.items()}
-    return Explanation(tuple(lines), data | {"unknown": missing_data, "notes": evidence.notes})
+    json_report: dict[str, Any] = {"headline": headline, "where": evidence.where}
+    json_report |= {
+        key: [drop_root_marks(asdict(cause)) for cause in causes] for key, causes in sections.items()
+    }
+    return Explanation(tuple(lines), json_report | {"unknown": missing_data, "notes": evidence.notes})
 
 
 class _RunStoryWriter:
@@ -152,7 +154,7 @@ class _RunStoryWriter:
             return
         if not self._goals.all:
             yield "no transition of a goal is known before this moment"
-        if not self._evidence.history.rules_known:
+        if not self._evidence.history.has_firings:
             yield "the rules that decided are unknown: record with --trace-level rules"
         if not self._evidence.has_facts("goal"):
             yield "facts, and why rules did not fire, are unknown: record with --trace-level facts"

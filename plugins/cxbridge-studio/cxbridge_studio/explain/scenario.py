@@ -80,7 +80,7 @@ def collect_scenario_evidence(
         start_us = run.clock.start_us
         end_us = start_us + int((options.timeout if at_s is None else at_s) * MICROSECONDS)
         watched_rules = agent.executive.env.watcher.rules
-        history.rules_known = True
+        history.has_firings = True
         with Interrupt(run.loop.stop, run.interrupt) as interrupt:
             # Watch all rules twice: first for the rules that fire during the start, then again because the
             # configuration, which the start reads, may have switched rules off.

@@ -53,11 +53,11 @@ class SourcePositions:
 
     def find_interface_position(self, interface_type: str, interface_id: str) -> str:
         """Return the position where rules open an interface."""
-        for mention in self._model.find_mentions(Name(NameKind.INTERFACE, interface_type), Use.NAMED):
+        for file_mention in self._model.find_mentions(Name(NameKind.INTERFACE, interface_type), Use.NAMED):
             # The id follows the type: "TYPE::ID", or as the next argument of the call.
-            rest_of_line = mention.file.text[mention.mention.end :].partition("\n")[0]
+            rest_of_line = file_mention.file.text[file_mention.mention.end :].partition("\n")[0]
             if interface_id in rest_of_line:
-                return _format_position(mention)
+                return _format_position(file_mention)
         return ""
 
     def make_similar_fact_hint(self, template: str) -> str:
@@ -96,5 +96,5 @@ def _find_first_position(mentions: Iterator[FileMention]) -> str:
     return next(map(_format_position, mentions), "")
 
 
-def _format_position(mention: FileMention) -> str:
-    return f"{mention.file.path}:{mention.file.lines.at(mention.mention.start)}"
+def _format_position(file_mention: FileMention) -> str:
+    return f"{file_mention.file.path}:{file_mention.file.lines.at(file_mention.mention.start)}"

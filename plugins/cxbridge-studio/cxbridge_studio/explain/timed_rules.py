@@ -58,10 +58,10 @@ def find_missing_template(env: ClipsEnvironment, rule: str) -> str:
 
 
 @lru_cache(maxsize=1024)  # each check of a run parses the same rules
-def parse_rule_condition(rule: str) -> tuple[CE, ...]:
-    """Return the condition of a rule's text; empty if it is nested too deeply for the parser."""
+def parse_rule_condition(text: str) -> tuple[CE, ...]:
+    """Return the condition of a defrule's text; empty if the text is nested too deeply for the parser."""
     try:
-        return tuple(element for node in read(rule) for element in parse_condition(node))
+        return tuple(element for node in read(text) for element in parse_condition(node))
     except RecursionError:
         return ()
 
@@ -69,8 +69,12 @@ def parse_rule_condition(rule: str) -> tuple[CE, ...]:
 def _can_get_control(agent: Run) -> bool:
     """Return whether a Skiller with an open control request exists."""
     # The facts of SkillerInterface do not answer this: a Skiller writes nothing until a client has control.
-    infos = agent.board.list_all()
-    skillers = {info.id for info in infos if info.type == "SkillerInterface" and info.has_writer}
+    interfaces = agent.board.list_all()
+    skillers = {
+        interface.id
+        for interface in interfaces
+        if interface.type == "SkillerInterface" and interface.has_writer
+    }
     controls = (slots for _, _, slots in agent.executive.env.facts("skiller-control"))
     return any(slots["acquired"] == "FALSE" and str(slots["skiller"]) in skillers for slots in controls)
 
@@ -85,7 +89,7 @@ def _may_hold(env: ClipsEnvironment, element: CE) -> bool:
         return True
     symbols_by_slot = {
         slot: words
-        for slot, words in element.slots.items()
+        for slot, words in element.words_by_slot.items()
         if all(word[0].isalpha() for word in words)  # not for numbers, which have several spellings
     }
     return any(_has_symbols(slots, symbols_by_slot) for _, _, slots in env.facts(element.template))

@@ -75,16 +75,17 @@ def find_setting_rules(
 
     :param texts: the defrules by name.
     """
-    set_values = {
+    values_by_rule = {
         name: [*_find_set_values(read(text)[0], template, slot)]
         for name, text in texts.items()
         # Parsing is slow, and an agent has hundreds of rules: the search for words comes first.
         if template in text and f"({slot} " in text
     }
-    return [name for name, found in set_values.items() if not {*values}.isdisjoint(found)] or [
+    return [name for name, set_values in values_by_rule.items() if not {*values}.isdisjoint(set_values)] or [
         name
-        for name, found in set_values.items()
-        if any(value.startswith(("?", "$?", "(")) for value in found)
+        for name, set_values in values_by_rule.items()
+        # The value of a variable or of a call is unknown.
+        if any(value.startswith(("?", "$?", "(")) for value in set_values)
     ]
 
 
@@ -104,5 +105,8 @@ def _find_set_values(rule: SyntaxNode, template: str, slot: str) -> Iterator[str
             else node.head == template
         ):
             yield from (
-                value.text for part in node.arguments if part.head == slot for value in part.arguments
+                value.text
+                for slot_node in node.arguments
+                if slot_node.head == slot
+                for value in slot_node.arguments
             )

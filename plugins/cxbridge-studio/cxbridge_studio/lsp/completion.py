@@ -96,8 +96,8 @@ def _propose_heads(session: Session, file: SourceFile, context: Context) -> Iter
         yield from _propose_templates(session, file)
     else:
         yield from _propose_defined(session, file, NameKind.FUNCTION)
-        for name, info in session.knowledge.functions.items():
-            yield Proposal(name, NameKind.FUNCTION, info.feature or "CLIPS")
+        for name, function in session.knowledge.functions.items():
+            yield Proposal(name, NameKind.FUNCTION, function.feature or "CLIPS")
 
 
 def _propose_templates(session: Session, file: SourceFile) -> Iterator[Proposal]:
@@ -164,7 +164,7 @@ def _complete_yaml(session: Session, file: SourceFile, offset: int) -> Iterator[
     line = file.text[start:offset]
     parent_keys = find_parent_keys(file, start + len(line) - len(line.lstrip()))
     parent_key, outer_key = [*parent_keys, "", ""][:2]  # empty at the top level
-    key_match = re.match(r"\s*(?:- +)?([\w-]+):", line)
+    key_match = re.match(r"\s*(?:- +)?([\w-]+):", line)  # a key, or the first key of a list's item
     key = key_match[1] if key_match else ""
     if "action-mapping" in (parent_key, outer_key):
         yield from _complete_mapping(
@@ -191,9 +191,9 @@ def _complete_mapping(session: Session, file: SourceFile, line: str, action: str
         yield from _propose_defined(session, file, NameKind.ACTION)
         return
     action = key_match[1] if key_match else action
-    if re.search(r"\?\([\w-]*\Z", line):
+    if re.search(r"\?\([\w-]*\Z", line):  # in a placeholder: ?(to
         yield from _propose_defined(session, file, NameKind.PARAMETER, action)
-    elif skill_match := re.search(r"([A-Za-z_]\w*)\s*\{[^}]*\Z", line):
+    elif skill_match := re.search(r"([A-Za-z_]\w*)\s*\{[^}]*\Z", line):  # in the arguments: goto{pl
         yield from _propose_defined(session, file, NameKind.ARGUMENT, skill_match[1])
     else:
         yield from _propose_defined(session, file, NameKind.SKILL)
@@ -212,15 +212,15 @@ def _list_clips_files(session: Session) -> Iterator[str]:
 def _complete_pddl(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
     placed = file.piece_at(offset)
     preceding_text = file.text[placed.start if placed else 0 : offset]
-    if re.search(r"\s-\s+[\w-]*\Z", preceding_text):
+    if re.search(r"\s-\s+[\w-]*\Z", preceding_text):  # a type: ?x - cup
         yield from _propose_defined(session, file, NameKind.OBJECT_TYPE)
-    elif re.search(r"\?[\w-]*\Z", preceding_text) and placed and placed.piece.name:
+    elif re.search(r"\?[\w-]*\Z", preceding_text) and placed and placed.piece.name:  # a variable: ?x
         parameters = _propose_defined(session, file, NameKind.PARAMETER, placed.piece.name.text)
         yield from (proposal._replace(text=f"?{proposal.text}") for proposal in parameters)
-    elif re.search(r"\(\s*[\w-]*\Z", preceding_text):
+    elif re.search(r"\(\s*[\w-]*\Z", preceding_text):  # the first word of a list: (at
         yield from _propose_defined(session, file, NameKind.PREDICATE)
         yield from (Proposal(word, None) for word in ("and", "or", "not", "forall", "exists", "when"))
-    elif re.search(r":[\w-]*\Z", preceding_text):
+    elif re.search(r":[\w-]*\Z", preceding_text):  # a key: :effect
         yield from (Proposal(word, None) for word in _PDDL_KEYS)
     else:
         yield from _propose_defined(session, file, NameKind.CONSTANT)

@@ -50,8 +50,8 @@ class Context(Struct, frozen=True):
 def find_context(file: SourceFile, offset: int) -> Context | None:
     """Return the context of an offset; None in a comment."""
     placed = file.piece_at(offset)
-    start = placed.start if placed is not None else file.text.rfind("\n", 0, offset) + 1
-    text = file.text[start:offset]
+    text_start = placed.start if placed is not None else file.text.rfind("\n", 0, offset) + 1
+    text = file.text[text_start:offset]
     hidden_match = next((match for match in HIDDEN.finditer(text) if match.end() == len(text)), None)
     if hidden_match is not None and hidden_match[0].startswith(";"):
         return None
@@ -63,20 +63,23 @@ def find_context(file: SourceFile, offset: int) -> Context | None:
         text = text[: len(text) - len(word)]
     open_starts = find_open_lists(text)
     is_at_head = bool(open_starts) and not text[open_starts[-1] + 1 :].strip()
-    lists = open_starts[:-1] if is_at_head else open_starts
-    heads = tuple(
-        match[1] if (match := _HEAD.match(text, list_start)) else "" for list_start in reversed(lists)
-    )
-    template, pattern_start = _find_enclosing_template(text, heads, lists)
+    starts = list(reversed(open_starts[:-1] if is_at_head else open_starts))
+    heads = tuple(match[1] if (match := _HEAD.match(text, start)) else "" for start in starts)
+    template, pattern_start = _find_enclosing_template(text, heads, starts)
     is_in_condition = bool(heads) and heads[-1] == "defrule" and "=>" not in blank(text)
     return Context(
         word, heads, is_at_head, is_in_condition, template, text, text[pattern_start:] if template else ""
     )
 
 
-def _find_enclosing_template(text: str, heads: tuple[str, ...], lists: list[int]) -> tuple[str, int]:
-    """Return the template and the start of the fact or pattern that encloses the end of a text."""
-    starts = list(reversed(lists))
+def _find_enclosing_template(text: str, heads: tuple[str, ...], starts: list[int]) -> tuple[str, int]:
+    """Return the template and the start of the fact or pattern that encloses the end of a text.
+
+    The result is an empty template and 0 outside of facts and patterns.
+
+    :param heads: the heads of the lists that enclose the end of the text, innermost first.
+    :param starts: the offsets of these lists, in the same order.
+    """
     for depth, head in enumerate(heads):
         parent_head = heads[depth + 1] if depth + 1 < len(heads) else ""
         if head in _CHANGE_FUNCTIONS:

@@ -128,17 +128,17 @@ def _format_field(file: SourceFile, mention: Mention) -> str:
     start = file.text.rfind("<", 0, mention.start)
     match = _FIELD_ELEMENT.match(file.text, start)
     type_match = re.search(r'type="(\w+)"', match[0]) if match else None
-    words = " ".join(match[1].split()) if match else ""
-    return f"{words} ({type_match[1]})" if type_match else words
+    comment = " ".join(match[1].split()) if match else ""
+    return f"{comment} ({type_match[1]})" if type_match else comment
 
 
 def _describe_builtin_function(session: Session, name: Name) -> Iterator[str]:
-    info = session.knowledge.functions.get(name.text)
-    if info is not None and info.is_python:
-        owner = f"the feature `{info.feature}`" if info.feature else "the CLIPS host"
-        yield f"**{name.text}**: a function of {owner}, {info.arguments}"
-        yield info.documentation
-    elif info is not None:
+    function = session.knowledge.functions.get(name.text)
+    if function is not None and function.is_python:
+        owner = f"the feature `{function.feature}`" if function.feature else "the CLIPS host"
+        yield f"**{name.text}**: a function of {owner}, {function.arguments}"
+        yield function.documentation
+    elif function is not None:
         yield f"**{name.text}**: a function of CLIPS"
 
 
@@ -155,9 +155,9 @@ def _describe_builtin_template(session: Session, name: Name) -> Iterator[str]:
 def _summarize_uses(session: Session, name: Name) -> str:
     """Return how often each use occurs, such as "matched 3 times, asserted once"."""
     counts = Counter(
-        mention.mention.use.value
-        for mention in session.model.find_mentions(name)
-        if mention.mention.use is not Use.DEFINED
+        mention.use.value
+        for _, mention in session.model.find_mentions(name)
+        if mention.use is not Use.DEFINED
     )
     return ", ".join(f"{use} {count} times" if count > 1 else f"{use} once" for use, count in counts.items())
 

@@ -8,7 +8,7 @@ same codes.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import Final, NamedTuple
 
 from msgspec import Struct
@@ -64,7 +64,7 @@ def find_mistakes(session: Session, file: SourceFile) -> list[TextFinding]:
         return [*_find_unclosed(session, file), *_find_unknown_names(session, file)]
     if file.path.endswith(".pddl"):
         return list(_find_pddl_mistakes(session, file))
-    if file.problem is None or PurePath(file.path).suffix == ".lua":
+    if file.problem is None:
         return []
     offset = file.lines.place(file.problem.line, file.problem.column)
     return [

@@ -52,13 +52,12 @@ def examine(options: RunOptions) -> AgentKnowledge:
     """
     findings = [finding.to_json() for finding in check(options)]
     with Agent(replace(options, agent=find_agent_names(options)[0])) as agent:
+        # before the list of functions, which loads features, and so defines further deftemplates
         slots = {
             name: agent.eval_words(f"(deftemplate-slot-names {name})") for name in sorted(agent.deftemplates)
         }
         return AgentKnowledge(
-            dict(
-                _list_functions(agent)
-            ),  # after the slots, since this loads features, which define deftemplates
+            dict(_list_functions(agent)),
             slots,
             findings,
             frozenset(str(file.path.resolve()) for file in agent.files),

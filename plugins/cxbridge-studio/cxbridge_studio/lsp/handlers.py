@@ -1,6 +1,7 @@
 """Handlers of the requests and notifications of the protocol.
 
-The handlers convert between the types of the protocol (lsprotocol) and those of the studio.
+The handlers convert between the types of the protocol (lsprotocol) and those of the studio. The parameter
+``ls`` is the language server, as in the examples of pygls.
 """
 
 from __future__ import annotations
@@ -69,8 +70,8 @@ _COMPLETION_KINDS: Final[Mapping[NameKind, lsp.CompletionItemKind]] = {
 def make_server(options: Mapping[str, Any] | None = None) -> AgentServer:
     """Return a server with all handlers registered; see :class:`AgentServer`."""
     server = AgentServer(options)
-    for kind, handler in _HANDLERS.items():
-        server.feature(kind, _HANDLER_OPTIONS.get(kind))(partial(handler, server))
+    for method, handler in _HANDLERS.items():
+        server.feature(method, _HANDLER_OPTIONS.get(method))(partial(handler, server))
     return server
 
 
@@ -79,8 +80,9 @@ def _handle_initialized(ls: AgentServer, _params: lsp.InitializedParams) -> None
     capability = "workspace.did_change_watched_files.dynamic_registration"
     if get_capability(ls.client_capabilities, capability, default=False):
         options = lsp.DidChangeWatchedFilesRegistrationOptions([lsp.FileSystemWatcher(_WATCHED_FILES)])
-        kind = lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES
-        ls.client_register_capability(lsp.RegistrationParams([lsp.Registration(kind, kind, options)]))
+        method = lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES
+        # the server registers the method only once, so the method also serves as the id of the registration
+        ls.client_register_capability(lsp.RegistrationParams([lsp.Registration(method, method, options)]))
 
 
 # ---- requests about the name at a position
@@ -227,13 +229,13 @@ def _find_workspace_symbols(ls: AgentServer, params: lsp.WorkspaceSymbolParams) 
     ]
 
 
-# by request or notification: the function that gets the server and the parameters
+# by method, a request or a notification: the function that gets the server and the parameters
 _HANDLERS: Final[Mapping[str, Callable[..., Any]]] = {
     lsp.INITIALIZE: AgentServer.read_parameters,
     lsp.INITIALIZED: _handle_initialized,
     lsp.SHUTDOWN: AgentServer.end,
-    lsp.TEXT_DOCUMENT_DID_OPEN: partial(AgentServer.update_document, saved=True),
-    lsp.TEXT_DOCUMENT_DID_CHANGE: partial(AgentServer.update_document, saved=False),
+    lsp.TEXT_DOCUMENT_DID_OPEN: partial(AgentServer.update_document, is_saved=True),
+    lsp.TEXT_DOCUMENT_DID_CHANGE: partial(AgentServer.update_document, is_saved=False),
     lsp.TEXT_DOCUMENT_DID_SAVE: AgentServer.handle_save,
     lsp.TEXT_DOCUMENT_DID_CLOSE: AgentServer.handle_close,
     lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES: AgentServer.handle_disk_changes,

@@ -11,6 +11,7 @@ from cxbridge_studio.agent.model import FileMention
 from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge_studio.lsp.session import Session
 
+# a word without the characters that separate or mark words in the files; only later characters may be `*`
 _NEW_NAME: Final = re.compile(r"[^\s()\"';&|~?*<:,=][^\s()\"';&|~?<:,=]*")
 # kinds of names that cannot be renamed, since code outside of the agent's files also uses the names
 _FIXED_KINDS: Final = frozenset(

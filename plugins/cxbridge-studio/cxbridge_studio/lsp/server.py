@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _FALLBACK_OPTIONS: Final = {"scenario": "test-scenario"}
 
 
-def _find_agent_files(options: Mapping[str, Any]) -> AgentFiles:
+def _locate_agent(options: Mapping[str, Any]) -> AgentFiles:
     """Return the locations of an agent's files."""
     # imported here: the imports are slow, and the first responses of the server must be quick
     from cxbridge_studio.lsp.agent_files import AgentFiles  # noqa: PLC0415
@@ -124,7 +124,7 @@ class AgentServer(LanguageServer):
         self.examinations.request()
         await self._read_files(find_agent_files(root) if root is not None else ())
         try:
-            agent = await asyncio.to_thread(_find_agent_files, options)
+            agent = await asyncio.to_thread(_locate_agent, options)
         except CxbridgeError as error:
             text = str(error)
             self.window_show_message(lsp.ShowMessageParams(lsp.MessageType.Error, f"cxbridge: {text}"))
@@ -157,18 +157,18 @@ class AgentServer(LanguageServer):
     # ---- changes
 
     def update_document(
-        self, params: lsp.DidOpenTextDocumentParams | lsp.DidChangeTextDocumentParams, *, saved: bool
+        self, params: lsp.DidOpenTextDocumentParams | lsp.DidChangeTextDocumentParams, *, is_saved: bool
     ) -> None:
         """Update a document with the client's text, and publish its diagnostics.
 
-        :param saved: whether the file on the disk has the same text.
+        :param is_saved: whether the file on the disk has the same text.
         """
         path = uri_to_path(params.text_document.uri)
         document = self.workspace.get_text_document(params.text_document.uri)
         file = self.session.model.find_file(path)
         if file is None or file.text != document.source:
             file = self.session.model.update(path, document.source)
-            if not saved:
+            if not is_saved:
                 self._unsaved_paths.add(path)
             self.findings.record_change(path)
         if file is not None:

@@ -45,11 +45,11 @@ class Session:
         """Return the definitions visible in a file: a loaded file sees only definitions in loaded files."""
         is_loaded = path in self.knowledge.loaded_files
         files = tuple(file for file in self.model.files if not is_loaded or self._is_visible(file.path))
-        cached = self._definitions_cache.get(is_loaded)
+        definitions = self._definitions_cache.get(is_loaded)
         # cached, since the diagnostics of each open file need the definitions after each key
-        if cached is None or cached.files != files:
-            cached = self._definitions_cache[is_loaded] = AgentDefinitions(files)
-        return cached
+        if definitions is None or definitions.files != files:
+            definitions = self._definitions_cache[is_loaded] = AgentDefinitions(files)
+        return definitions
 
     def _is_visible(self, path: str) -> bool:
         """Return whether a loaded file sees a file: unloaded CLIPS files may belong to another agent."""
@@ -98,27 +98,28 @@ class AgentDefinitions:
 
 
 def find_agent_files(folder: Path, suffixes: Iterable[str] = SUFFIXES) -> Iterator[Path]:
-    """Yield the files of an agent below a folder, except large files and files in hidden folders."""
+    """Yield the files of an agent below a folder, except large files and hidden files and folders.
+
+    The search ends with the folder in which the number of files reaches the limit.
+    """
     allowed_suffixes = frozenset(suffixes)
-    pending = [folder]
-    count = 0
-    while pending and count < _MAX_FILES:
+    pending_folders = [folder]
+    file_count = 0
+    while pending_folders and file_count < _MAX_FILES:
         try:
-            entries = sorted(pending.pop().iterdir())
-        except OSError:
+            paths = sorted(pending_folders.pop().iterdir())
+        except OSError:  # the folder cannot be read
             continue
-        for entry in entries:
-            if entry.name.startswith(".") or entry.name in _SKIPPED_FOLDERS:
+        for path in paths:
+            if path.name.startswith(".") or path.name in _SKIPPED_FOLDERS:
                 continue
-            if entry.is_dir() and not entry.is_symlink():
-                pending.append(entry)
+            if path.is_dir() and not path.is_symlink():  # links to folders could form a ring
+                pending_folders.append(path)
             elif (
-                entry.suffix in allowed_suffixes
-                and entry.is_file()
-                and entry.stat().st_size <= _MAX_FILE_BYTES
+                path.suffix in allowed_suffixes and path.is_file() and path.stat().st_size <= _MAX_FILE_BYTES
             ):
-                count += 1
-                yield entry.resolve()
+                file_count += 1
+                yield path.resolve()
 
 
 def find_scenario(root: Path) -> Path | None:

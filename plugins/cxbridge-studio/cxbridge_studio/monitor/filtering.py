@@ -37,6 +37,7 @@ def filter_goals(goals: Sequence[GoalRow], filter_text: str) -> Sequence[GoalRow
     if not filter_text:
         return goals
     goals_by_id = {(goal.env, goal.id): goal for goal in goals}
+    # The text may be in any field after the environment.
     matching_keys = (key for key, goal in goals_by_id.items() if contains_text(filter_text, goal[1:]))
     selected_keys = make_goal_forest(goals).goals_with_ancestors(matching_keys)
     return [goal for key, goal in goals_by_id.items() if key in selected_keys]

@@ -69,8 +69,8 @@ def make_help_text(source: str, panes: str, commands: str) -> str:
     :param panes: the names of the panes, in the order of their digits.
     :param commands: the list of commands.
     """
-    keys = [key for key in KEYS if key.description and key.source in {source, "both"}]
-    lines = [f"{key.display:10} {key.description}" for key in keys]
+    bindings = [binding for binding in KEYS if binding.description and binding.source in {source, "both"}]
+    lines = [f"{binding.display:10} {binding.description}" for binding in bindings]
     lines += [
         f"{'1 2 3 ...':10} {panes}",
         f"{'Tab':10} the next part of the screen",

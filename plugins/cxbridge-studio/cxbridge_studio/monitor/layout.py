@@ -78,17 +78,20 @@ class HelpScreen(ModalScreen[None]):
 
 
 def make_key_bindings(source: str) -> list[BindingType]:
-    """Return the key bindings for a kind of source."""
+    """Return the key bindings for a kind of source.
+
+    :param source: ``live`` or ``recorded``.
+    """
     return [
         Binding(
-            key.keys,
-            key.action,
-            key.label or key.description,
-            show=bool(key.label),
-            key_display=key.display if key.label else None,
+            binding.keys,
+            binding.action,
+            binding.label or binding.description,
+            show=bool(binding.label),
+            key_display=binding.display if binding.label else None,
             # with priority, since tables and trees would handle the arrow keys first
-            priority=not SCRUBBING_KEYS.isdisjoint(key.keys.split(",")),
+            priority=not SCRUBBING_KEYS.isdisjoint(binding.keys.split(",")),
         )
-        for key in KEYS
-        if key.source in {source, "both"}
+        for binding in KEYS
+        if binding.source in {source, "both"}
     ]

@@ -141,7 +141,7 @@ class DaemonSource:
             head=" · ".join(filter(None, head)),
             stop="" if stop is None else describe_stop(stop),
             goals=[_make_goal_row(**row) for row in state["goals"]],
-            more_goals=state["more_goals"],
+            omitted_goal_count=state["more_goals"],
             actions=make_page(
                 (tuple(row[slot] for slot in _ACTION_SLOTS) for row in state["actions"]),
                 query.filter_text,
@@ -151,11 +151,11 @@ class DaemonSource:
             interfaces=make_page(
                 (
                     (
-                        f"{info.type}::{info.id}",
-                        info.writer if info.has_writer else "-",
-                        str(info.num_readers),
+                        f"{interface.type}::{interface.id}",
+                        interface.writer if interface.has_writer else "-",
+                        str(interface.num_readers),
                     )
-                    for info in sorted(board.list_all(), key=lambda info: info.uid)
+                    for interface in sorted(board.list_all(), key=lambda interface: interface.uid)
                 ),
                 query.filter_text,
                 "interfaces",
@@ -245,6 +245,7 @@ class DaemonSource:
         return self._search.find(query, lambda **arguments: self._request("find-facts", **arguments))
 
     def _read_agenda(self, query: ViewQuery) -> Table:
+        # One row more than the table shows, to know whether there are more.
         rows = self._request("agenda", env=query.env, limit=MAX_ROWS + 1)
         table = make_page(
             ((str(salience), rule, facts) for salience, rule, facts in rows), query.filter_text, ""

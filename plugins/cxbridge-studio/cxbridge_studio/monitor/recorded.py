@@ -156,11 +156,15 @@ class RecordedSource:
         if not scrubber.position:
             return "the beginning"
         recent_events = scrubber.events[max(0, scrubber.position - _EVENTS_EACH_SIDE) : scrubber.position]
-        last = next(
+        shown_event = next(
             (event for event in reversed(recent_events) if isinstance(event, TRANSITION_TYPES)),
             recent_events[-1],
         )
-        return describe_transition(last) if isinstance(last, TRANSITION_TYPES) else event_line(last)
+        return (
+            describe_transition(shown_event)
+            if isinstance(shown_event, TRANSITION_TYPES)
+            else event_line(shown_event)
+        )
 
     def _make_goal_rows(self) -> list[GoalRow]:
         state = self._scrubber.state
@@ -220,26 +224,27 @@ class RecordedSource:
 
     def _make_event_table(self) -> Table:
         scrubber = self._scrubber
-        first = max(0, scrubber.position - _EVENTS_EACH_SIDE)
+        first_index = max(0, scrubber.position - _EVENTS_EACH_SIDE)
         rows = [
-            (f"{scrubber.times[number] / MICROSECONDS:.3f}", event.KIND.name, event_line(event))
-            for number, event in enumerate(
-                scrubber.events[first : scrubber.position + _EVENTS_EACH_SIDE], first
+            (f"{scrubber.times[index] / MICROSECONDS:.3f}", event.KIND.name, event_line(event))
+            for index, event in enumerate(
+                scrubber.events[first_index : scrubber.position + _EVENTS_EACH_SIDE], first_index
             )
         ]
-        return Table(rows, selected=scrubber.position - first - 1 if scrubber.position else None)
+        # The last event before the position is selected.
+        return Table(rows, selected=scrubber.position - first_index - 1 if scrubber.position else None)
 
     def _make_log_rows(self) -> list[LogRow]:
         scrubber = self._scrubber
-        last = bisect_left(scrubber.log_lines, scrubber.position)
+        line_count = bisect_left(scrubber.log_lines, scrubber.position)
         return [
             LogRow(
-                number,
+                index,
                 event.level.value,
-                f"{scrubber.times[number] / MICROSECONDS:9.3f} {event.component}: {event.text}",
+                f"{scrubber.times[index] / MICROSECONDS:9.3f} {event.component}: {event.text}",
             )
-            for number in scrubber.log_lines[max(0, last - MAX_LINES) : last]
-            if isinstance(event := scrubber.events[number], LogLine)
+            for index in scrubber.log_lines[max(0, line_count - MAX_LINES) : line_count]
+            if isinstance(event := scrubber.events[index], LogLine)
         ]
 
 
@@ -253,6 +258,7 @@ class LoadedRun(Run):
     def __init__(self, run: Run, events: Sequence[Event]) -> None:
         super().__init__(run.path)
         self._run, self._events = run, events
+        # All that is not an event comes from the recording; mypy refuses an assignment to a method.
         self.metadata = run.metadata  # type: ignore[method-assign]
         self.files = run.files  # type: ignore[method-assign]
         self.source_records = run.source_records  # type: ignore[method-assign]

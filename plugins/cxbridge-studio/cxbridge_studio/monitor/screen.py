@@ -185,13 +185,13 @@ class MonitorApp(App[None]):
         """Show a snapshot: the status line, the goals, and only the visible pane."""
         self.snapshot = snapshot
         filter_text, env = self._view_query.filter_text, self._view_query.env
-        parts = (
+        head_texts = (
             snapshot.head,
-            f"{snapshot.more_goals} more goals" if snapshot.more_goals else "",
+            f"{snapshot.omitted_goal_count} more goals" if snapshot.omitted_goal_count else "",
             f"filter: {filter_text}" if filter_text else "",
             f"environment: {env}" if env != "executive" else "",
         )
-        self._show_head(" · ".join(filter(None, parts)))
+        self._show_head(" · ".join(filter(None, head_texts)))
         self._show_message()
         self._find_widget("#goals", GoalTree).show(snapshot.goals)
         pane = self._shown_pane
@@ -293,7 +293,7 @@ class MonitorApp(App[None]):
     def _is_typing(self) -> bool:
         return isinstance(self.focused, Input)
 
-    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002 - as in the base class
         """Leave the scrubbing keys to the prompt while it has the focus."""
         return not (action == "do" and self._is_typing)
 
@@ -334,13 +334,16 @@ class MonitorApp(App[None]):
 
     # -- prompt
 
-    def action_ask(self, begin: str) -> None:
-        """Open the prompt, for a filter (``/``) or a command (``:`` and its first words)."""
+    def action_ask(self, request: str) -> None:
+        """Open the prompt.
+
+        :param request: ``/`` for a filter, or ``:`` and the first words of a command.
+        """
         prompt = self._find_widget("#prompt", Input)
-        prompt.placeholder = "filter: part of an id, a mode, a name" if begin == "/" else "command"
-        prompt.set_class(begin == "/", "filter")
+        prompt.placeholder = "filter: part of an id, a mode, a name" if request == "/" else "command"
+        prompt.set_class(request == "/", "filter")
         with prompt.prevent(Input.Changed):
-            prompt.value = self._view_query.filter_text if begin == "/" else begin[1:]
+            prompt.value = self._view_query.filter_text if request == "/" else request[1:]
         prompt.cursor_position = len(prompt.value)
         prompt.select_on_focus = False
         prompt.add_class("shown")

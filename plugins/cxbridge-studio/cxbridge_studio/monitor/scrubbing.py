@@ -120,9 +120,9 @@ class Scrubber:
         if not isinstance(event, SkillStatus):
             return True
         key, status = (event.env, event.skiller), (event.skill_string, event.status)
-        previous = self._statuses.get(key)
+        previous_status = self._statuses.get(key)
         self._statuses[key] = status
-        return status != previous
+        return status != previous_status
 
     def go_to(self, position: int) -> None:
         """Go to the position after a number of events, or to the nearest end of the run."""

@@ -73,7 +73,7 @@ class MonitorSnapshot:
     """The state of a watched run or daemon.
 
     :param head: a short text about the state, for the first line of the screen.
-    :param more_goals: the number of goals that are not in ``goals``.
+    :param omitted_goal_count: the number of goals that are not in ``goals``.
     :param stop: the stop of the rules with its reason, or the last event of a recording; may be empty.
     :param progress: the position in a recording, from 0 to 1; None for a daemon.
     :param fields: the fields of the shown interface.
@@ -85,7 +85,7 @@ class MonitorSnapshot:
     stop: str = ""
     progress: float | None = None
     goals: Sequence[GoalRow] = ()
-    more_goals: int = 0
+    omitted_goal_count: int = 0
     actions: Table = Table()
     skills: Table = Table()
     interfaces: Table = Table()

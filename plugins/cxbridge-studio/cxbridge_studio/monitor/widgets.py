@@ -164,13 +164,13 @@ class LogLines(RichLog):
 
     def show(self, rows: Sequence[LogRow]) -> None:
         """Show log lines: append new lines, or start again if the position in a recording has moved back."""
-        last = rows[-1] if rows else None
-        if last == self._last_row:
+        last_row = rows[-1] if rows else None
+        if last_row == self._last_row:
             return
         last_index = rows.index(self._last_row) if self._last_row in rows else -1
         if self._last_row is not None and last_index < 0:
             self.clear()
-        self._last_row = last
+        self._last_row = last_row
         for row in rows[last_index + 1 :]:
             self.write(Text(indent_lines(row.text), style=_LEVEL_STYLES.get(row.level, "")))
 

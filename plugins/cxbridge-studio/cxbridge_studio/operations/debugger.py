@@ -1,7 +1,7 @@
 """The operations of the debugger on breakpoints, steps and the current stop; see docs/debugging.md.
 
-Each operation is a request of a daemon's clients, and a route of the REST API. The name of its parameters'
-class does not appear in them.
+Each operation is a request of a daemon's clients, and a route of the REST API. The classes of parameters are
+private: the field names are part of requests and routes, but not the class names.
 """
 
 from __future__ import annotations

@@ -115,7 +115,7 @@ def make_environment_route(
 
 
 def _describe_environment(context: OperationContext, parameters: Any) -> EnvironmentInfo:
-    return make_service(context).info(parameters.env)
+    return make_service(context).describe(parameters.env)
 
 
 OPERATIONS.add(
@@ -160,9 +160,9 @@ def _destroy_and_return_environment(
     context: OperationContext, parameters: NamedEnvironment
 ) -> EnvironmentInfo:
     # before the destruction, after which the environment cannot be described
-    info = _describe_environment(context, parameters)
+    environment = _describe_environment(context, parameters)
     _destroy_environment(context, parameters)
-    return info
+    return environment
 
 
 @OPERATIONS.add(

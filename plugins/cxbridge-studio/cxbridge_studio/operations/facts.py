@@ -107,14 +107,14 @@ def _retract_over_http(context: OperationContext, parameters: _FactReference) ->
     return FactIndex(parameters.index)
 
 
-def _make_fact_route(method: str, summary: str, bad_request: str, **fields: Any) -> Route[Any]:
+def _make_fact_route(method: str, summary: str, bad_request: str, **settings: Any) -> Route[Any]:
     """Return a route for one fact.
 
     :param bad_request: the meaning of status 400.
     """
     errors = {400: bad_request, 404: "There is no such fact, or no such environment"}
-    fields |= {"defaults": _HTTP_DEFAULTS, "query": _QUERY_DESCRIPTIONS}
-    return Route(method, f"{_PATH}/{{index}}", summary, FactIndex, errors=errors, **fields)
+    settings |= {"defaults": _HTTP_DEFAULTS, "query": _QUERY_DESCRIPTIONS}
+    return Route(method, f"{_PATH}/{{index}}", summary, FactIndex, errors=errors, **settings)
 
 
 @OPERATIONS.add("facts", Right.LOOK, _FactsQuery)
@@ -159,7 +159,7 @@ def _list_activations(context: OperationContext, parameters: _AgendaQuery) -> li
 def _assert_fact(context: OperationContext, parameters: _FactText) -> int:
     env = find_environment(context, parameters.env)
     with env.lock:
-        return assert_text(env, parameters.fact, constant=not context.rights.programs)
+        return assert_text(env, parameters.fact, constants_only=not context.rights.programs)
 
 
 @OPERATIONS.add(
@@ -191,4 +191,6 @@ def _retract_fact(context: OperationContext, parameters: _FactReference) -> None
 def _modify_fact(context: OperationContext, parameters: _SlotChanges) -> int:
     env = find_environment(context, parameters.env)
     with env.lock:
-        return modify_fact(env, parameters.index, parameters.slots, constant=not context.rights.programs)
+        return modify_fact(
+            env, parameters.index, parameters.slots, constants_only=not context.rights.programs
+        )

@@ -52,18 +52,19 @@ class _McapCopy(McapFile):
                     self._message_index[channel_id] += (time_ns, len(self._chunk))
                     self._chunk += record
             case mcap.METADATA:
-                fields.read_text()
+                fields.read_text()  # the name, which the index repeats
                 self._append_indexed(
                     record, self._metadata_index, mcap.METADATA_INDEX, content[: fields.offset]
                 )
             case mcap.ATTACHMENT:
-                fields.read_uint64(), fields.read_uint64()
+                # The index repeats the bytes of these fields, with the size before the names.
+                fields.read_uint64(), fields.read_uint64()  # the times of the log and of the creation
                 times = content[: fields.offset]
-                fields.read_text(), fields.read_text()
+                fields.read_text(), fields.read_text()  # the name and the media type
                 names = content[len(times) : fields.offset]
-                size = struct.pack("<Q", fields.read_uint64())
+                packed_size = struct.pack("<Q", fields.read_uint64())
                 self._append_indexed(
-                    record, self._attachment_index, mcap.ATTACHMENT_INDEX, times, size, names
+                    record, self._attachment_index, mcap.ATTACHMENT_INDEX, times, packed_size, names
                 )
         if len(self._chunk) >= CHUNK_SIZE:
             self.finish_chunk()
@@ -94,12 +95,12 @@ def _copy_records(source: Path, target: IO[bytes]) -> list[str]:
         try:
             for record in walk_records(file):
                 try:
-                    for kind, data in _unpack_records(file, record):
+                    for kind, content in _unpack_records(file, record):
                         # the first record has the profile, which the header of the copy repeats
                         if copy is None:
-                            profile = FieldReader(data).read_text() if kind == mcap.HEADER else ""
+                            profile = FieldReader(content).read_text() if kind == mcap.HEADER else ""
                             copy = _McapCopy(target, profile, f"cxbridge {VERSION}")
-                        copy.copy_record(kind, data)
+                        copy.copy_record(kind, content)
                 except DamageError:
                     damaged_count += 1
                 if record.kind == mcap.FOOTER and record.is_complete:
@@ -119,17 +120,17 @@ def _copy_records(source: Path, target: IO[bytes]) -> list[str]:
 
 
 def _unpack_records(file: IO[bytes], record: Record) -> Iterator[tuple[int, bytes]]:
-    """Yield the record, or the records of a chunk; a truncated chunk yields its complete records."""
+    """Yield the kind and the content of a record, or of each complete record in a chunk."""
     if record.kind != mcap.CHUNK:
         if record.is_complete:
             yield record.kind, read_content(file, record)
         return
     file.seek(record.start)
-    data = unpack_chunk(file.read(min(record.size, mcap.MAX_RECORD_SIZE)), is_complete=record.is_complete)
+    chunk = unpack_chunk(file.read(min(record.size, mcap.MAX_RECORD_SIZE)), is_complete=record.is_complete)
     offset = 0
-    while offset + mcap.HEAD.size <= len(data):
-        kind, size = mcap.HEAD.unpack_from(data, offset)
+    while offset + mcap.HEAD.size <= len(chunk):
+        kind, size = mcap.HEAD.unpack_from(chunk, offset)
         offset += mcap.HEAD.size
-        if offset + size <= len(data):
-            yield kind, data[offset : offset + size]
+        if offset + size <= len(chunk):
+            yield kind, chunk[offset : offset + size]
         offset += size

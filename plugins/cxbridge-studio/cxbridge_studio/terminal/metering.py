@@ -39,23 +39,23 @@ class RateMeter:
 
     def __init__(self, window: int = WINDOW) -> None:
         self._times: deque[float] = deque(maxlen=max(2, window))
-        self._new_writes = 0
+        self._new_write_count = 0
 
     def add(self, time_s: float) -> None:
         """Record a write."""
         self._times.append(time_s)
-        self._new_writes += 1
+        self._new_write_count += 1
 
-    def new_writes(self) -> int:
-        """Return the number of writes since the last call."""
-        count, self._new_writes = self._new_writes, 0
+    def count_new_writes(self) -> int:
+        """Return the number of writes since the last call of this method."""
+        count, self._new_write_count = self._new_write_count, 0
         return count
 
     def rate(self) -> Rate | None:
         """Return the rate; None before the second write."""
-        intervals = [later - earlier for earlier, later in pairwise(self._times)]
-        if not intervals:
+        intervals_s = [later_s - earlier_s for earlier_s, later_s in pairwise(self._times)]
+        if not intervals_s:
             return None
-        mean = fmean(intervals)
-        hz = 1 / mean if mean > 0 else float("inf")
-        return Rate(hz, min(intervals), max(intervals), pstdev(intervals, mean), len(self._times))
+        mean_s = fmean(intervals_s)
+        hz = 1 / mean_s if mean_s > 0 else float("inf")
+        return Rate(hz, min(intervals_s), max(intervals_s), pstdev(intervals_s, mean_s), len(self._times))

@@ -37,11 +37,12 @@ _VARIABLE_USES: Final = frozenset({Use.CHANGED, Use.QUERIED})
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield a finding for each slot or value that the deftemplate of the changed or read fact lacks."""
+    """Yield a finding for each slot and each value that the deftemplate of a fact in a variable lacks."""
     slots = agent.slots
     for construct in agent.usage.constructs:
         for mention in construct.placed.piece.mentions if agent.is_loaded(construct) else ():
-            name, owner = mention.name.text, mention.name.owner  # without owner if the fact is ambiguous
+            # The owner, the deftemplate of the fact, is empty if the fact is ambiguous.
+            name, owner = mention.name.text, mention.name.owner
             if (
                 mention.name.kind is not NameKind.SLOT
                 or mention.use not in _VARIABLE_USES
@@ -49,11 +50,10 @@ def check(agent: Agent) -> Iterator[Finding]:
             ):
                 continue
             if name not in slots[owner]:
-                text = f"the deftemplate '{owner}' has no slot '{name}'"
                 yield Finding(
                     UNKNOWN_SLOT,
                     construct.place(mention.start),
-                    f"{_format_construct(construct)}{text}",
+                    f"{_format_construct(construct)}the deftemplate '{owner}' has no slot '{name}'",
                     did_you_mean(name, slots[owner], f"it has: {', '.join(sorted(slots[owner]))}"),
                 )
             elif mention.use is Use.CHANGED:

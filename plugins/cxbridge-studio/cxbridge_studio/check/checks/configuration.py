@@ -151,11 +151,11 @@ def _check_keys(
     """
     reported_keys: set[str] = set()
     is_scenario_file = agent.context.paths.config_file.name == SCENARIO_FILE
-    lines = {(place.file, place.line) for place in reported_places}
+    reported_lines = {(place.file, place.line) for place in reported_places}
     for value in agent.config.walk("/"):
         path = split_path(value.path)
         unknown_name = find_unknown_name(path)
-        if unknown_name is None or not value.file or (value.file, value.line) in lines:
+        if unknown_name is None or not value.file or (value.file, value.line) in reported_lines:
             continue
         index, known_names = unknown_name
         name, parents = path[index], path[:index]

@@ -128,11 +128,12 @@ def _find_pattern_problem(agent: Agent, usage: Usage, pattern: FactUse) -> tuple
     minimum, maximum = pattern.field_counts
     if any(minimum <= most_fields and fewest_fields <= maximum for fewest_fields, most_fields in counts):
         return None
-    field_counts = " or ".join(str(fewest_fields) for fewest_fields, _ in sorted(set(counts)))
-    needed = f"{minimum} or more fields" if maximum > minimum else format_count(minimum, "field")
+    counts_text = " or ".join(str(fewest_fields) for fewest_fields, _ in sorted(set(counts)))
+    needed_text = f"{minimum} or more fields" if maximum > minimum else format_count(minimum, "field")
+    first_count, _ = counts[0]
     return (
-        f"({name} ...) needs {needed}, but facts '{name}' have {field_counts}",
-        f"write ({name}{' ?' * counts[0][0]}), or $? for any number of fields",
+        f"({name} ...) needs {needed_text}, but facts '{name}' have {counts_text}",
+        f"write ({name}{' ?' * first_count}), or $? for any number of fields",
     )
 
 
@@ -191,12 +192,12 @@ def _check_goals(agent: Agent, usage: Usage, own_constructs: list[Construct]) ->
     yield from findings_by_goal.values()
     for construct in own_constructs:
         for pattern in construct.patterns:
-            names = pattern.slots.get("class", ()) if pattern.template == "goal" else ()
+            names = pattern.words_by_slot.get("class", ()) if pattern.template == "goal" else ()
             # Each class of a constraint such as (class A|B) needs a goal.
             for name in sorted({*names} - words_in_use - reported_names):
                 reported_names.add(name)
                 asserted_goals = usage.asserted_facts.get("goal", ())
-                classes = {word for _, goal in asserted_goals for word in goal.slots.get("class", ())}
+                classes = {word for _, goal in asserted_goals for word in goal.words_by_slot.get("class", ())}
                 yield Finding(
                     UNFORMULATED_GOAL,
                     construct.place(pattern.start),
@@ -204,7 +205,7 @@ def _check_goals(agent: Agent, usage: Usage, own_constructs: list[Construct]) ->
                     did_you_mean(name, classes),
                 )
         for fact in construct.facts:
-            name = next(iter(fact.slots.get("class", ())), "")
+            name = next(iter(fact.words_by_slot.get("class", ())), "")
             if fact.template == "goal" and name and name not in reported_names:
                 reported_names.add(name)
                 if (construct, fact.start) not in findings_by_goal:
@@ -215,7 +216,7 @@ def _check_life_cycle(
     agent: Agent, usage: Usage, construct: Construct, fact: FactUse, name: str
 ) -> Iterator[Finding]:
     """Yield a finding if an asserted goal is never selected, or never expanded after its selection."""
-    if "mode" in fact.slots and "FORMULATED" not in fact.slots["mode"]:
+    if "mode" in fact.words_by_slot and "FORMULATED" not in fact.words_by_slot["mode"]:
         return  # the rule that asserts the goal has done the steps up to this mode
     setter_functions = {
         construct.name
@@ -246,7 +247,7 @@ def _can_expand(agent: Agent, construct: Construct, goal: FactUse, name: str) ->
     return any(
         _matches_goal(pattern, goal, "SELECTED")
         for pattern in construct.patterns
-        if not is_core_path or pattern.slots.keys() & _SELECTING_SLOTS
+        if not is_core_path or pattern.words_by_slot.keys() & _SELECTING_SLOTS
     )
 
 
@@ -268,18 +269,18 @@ def _can_advance(
         return False
     return any(
         _matches_goal(pattern, goal, mode)
-        and (not needs_class or "class" in pattern.slots.keys() & goal.slots)
+        and (not needs_class or "class" in pattern.words_by_slot.keys() & goal.words_by_slot)
         for pattern in rule.patterns
     )
 
 
 def _matches_goal(pattern: FactUse, goal: FactUse, mode: str) -> bool:
     """Return whether a pattern matches a goal with these slots in a mode."""
-    if pattern.template != "goal" or mode not in pattern.slots.get("mode", {mode}):
+    if pattern.template != "goal" or mode not in pattern.words_by_slot.get("mode", {mode}):
         return False
     # A computed sub-type may be any word; an omitted sub-type has the default value.
     defaults = _SLOT_DEFAULTS if "sub-type" not in goal.slot_names else {"type": _SLOT_DEFAULTS["type"]}
-    slots = {slot: words for slot, words in pattern.slots.items() if slot in _SELECTING_SLOTS}
+    slots = {slot: words for slot, words in pattern.words_by_slot.items() if slot in _SELECTING_SLOTS}
     return FactUse("goal", 0, slots, pattern.slot_names).can_match(goal, defaults)
 
 
@@ -298,8 +299,8 @@ def _find_unhandled_sub_types(
     for construct, goal, start in _find_sub_type_uses(
         agent, usage, own_constructs, handled_sub_types | files.keys()
     ):
-        for name in (
-            goal.slots[sub_types.SUB_TYPE_SLOT] - handled_sub_types - compared_words - {sub_types.NO_SUB_TYPE}
+        for name in goal.words_by_slot[sub_types.SUB_TYPE_SLOT].difference(
+            handled_sub_types, compared_words, {sub_types.NO_SUB_TYPE}
         ):
             hint = sub_types.make_hint(name, handled_sub_types, files)
             # A hint means that the name is a likely mistake. Then only a rule for the class of the goal shows
@@ -334,7 +335,7 @@ def _find_sub_type_uses(
     )
     for construct in own_constructs:
         for fact in construct.facts:
-            if fact.template == "goal" and sub_types.SUB_TYPE_SLOT in fact.slots:
+            if fact.template == "goal" and sub_types.SUB_TYPE_SLOT in fact.words_by_slot:
                 yield construct, fact, fact.start
         for node in construct.action_nodes:
             if node.head in CHANGE_FUNCTIONS and is_goal_slot:

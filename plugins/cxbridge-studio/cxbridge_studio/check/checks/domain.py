@@ -134,8 +134,8 @@ def _add_operators(usage: Usage, actions: _KnownActions) -> None:
     """Add the operators that rules assert or match; their parameters are unknown."""
     operators: set[str] = set()
     for _, fact in usage.asserted_facts.get("domain-operator", ()):
-        operators |= fact.slots.get("name", frozenset())
-        if "name" in fact.slot_names and "name" not in fact.slots:
+        operators |= fact.words_by_slot.get("name", frozenset())
+        if "name" in fact.slot_names and "name" not in fact.words_by_slot:
             actions.is_complete = False  # the operator's name is computed at run time
     for construct in usage.constructs:
         for ce in find_patterns(construct.condition):
@@ -151,8 +151,8 @@ def _find_operators(construct: Construct, ce: PatternCE) -> frozenset[str]:
     ``executable``, which only an operator sets, and changes the state of the plan-action.
     """
     if ce.template == "domain-operator":
-        return ce.slots.get("name", frozenset())
-    if ce.template != "plan-action" or "executable" in {constraint.slot for constraint in ce.parts}:
+        return ce.words_by_slot.get("name", frozenset())
+    if ce.template != "plan-action" or "executable" in {constraint.slot for constraint in ce.constraints}:
         return frozenset()
     changes_state = any(
         node.head == "modify"
@@ -161,7 +161,7 @@ def _find_operators(construct: Construct, ce: PatternCE) -> frozenset[str]:
         for node in construct.action_nodes
         if node.arguments
     )
-    return ce.slots.get("action-name", frozenset()) if changes_state else frozenset()
+    return ce.words_by_slot.get("action-name", frozenset()) if changes_state else frozenset()
 
 
 def _check_plan_actions(files: list[ClipsFile], actions: _KnownActions) -> Iterator[Finding]:

@@ -39,17 +39,19 @@ def check(agent: Agent) -> Iterator[Finding]:
 def _find_asserted_predicates(agent: Agent) -> frozenset[str] | None:
     """Return the predicates of the facts that the agent asserts; None if any predicate is possible."""
     facts = agent.own_facts("domain-fact")
-    if not facts or any("name" not in fact.slots for fact in facts):
+    if not facts or any("name" not in fact.words_by_slot for fact in facts):
         return None
     if any("domain/fact/" in file.text for file in agent.own_files):
         return None  # rules assert such facts by ids of the world model, which they may compute
-    names = {word for fact in facts for word in fact.slots["name"]}
+    names = {word for fact in facts for word in fact.words_by_slot["name"]}
     return frozenset(names | agent.model.find_names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED))
 
 
 def _check_goals(agent: Agent, domain: Domain, predicates: frozenset[str]) -> Iterator[Finding]:
     """Yield the goals of planner calls that no action achieves."""
-    for file, call, text in find_planner_goals(agent):
+    for file, call, goal_text in find_planner_goals(agent):
+        if not goal_text:
+            continue
         with suppress(PddlError):  # the planner reports a mistake in the formula
-            for doubt in doubts.find_goal_doubts(domain, parse_formula(text), predicates) if text else ():
+            for doubt in doubts.find_goal_doubts(domain, parse_formula(goal_text), predicates):
                 yield Finding(doubt.code, file.place(call.arguments[1]), doubt.message)

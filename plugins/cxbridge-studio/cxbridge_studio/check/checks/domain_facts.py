@@ -34,12 +34,12 @@ _SYMBOL: Final = re.compile(r"[A-Za-z][\w-]*")
 class _Fact(NamedTuple):
     """A fact of the domain that a construct asserts.
 
-    :param name: the node of the literal predicate.
+    :param name_node: the node of the literal predicate.
     :param values: the nodes of the parameters.
     :param is_pddl: whether the fact is a ``domain-fact``, not a fact of the world model.
     """
 
-    name: SyntaxNode
+    name_node: SyntaxNode
     values: ValueNodes
     is_pddl: bool
 
@@ -59,7 +59,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     for construct in agent.own_constructs:
         reported_names = set(names_in_rules)
         for fact in _find_facts(construct):
-            name, place = literal(fact.name), construct.place(fact.name.start)
+            name, place = literal(fact.name_node), construct.place(fact.name_node.start)
             count, expected_count = count_values(fact.values), parameter_counts.get(name)
             if expected_count is None:
                 # The world model may have facts that the domain lacks: only a likely misspelling counts.
@@ -88,6 +88,7 @@ def _find_facts(construct: Construct) -> Iterator[_Fact]:
         if node.head == "domain-fact" and len(names := slots.get("name", ())) == 1 and literal(names[0]):
             yield _Fact(names[0], slots.get("param-values", ()), is_pddl=True)
         key = slots.get("key", ())
+        # A key with a computed number of values has no count.
         is_domain_key = count_values(key) and list(map(literal, key[:2])) == ["domain", "fact"]
         has_no_list = all(item.text != "[" for item in key)  # an argument may be a list, [ VALUE ... ]
         if node.head == "wm-fact" and is_domain_key and has_no_list and any(map(literal, key[2:3])):

@@ -165,11 +165,11 @@ def _check_types(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     types = {"object", *(name for name, _ in pairs), *(parent for _, parent in pairs if parent)}
     asserted_facts = agent.usage.asserted_facts
     for _, fact in asserted_facts.get("domain-object-type", ()):
-        if "name" not in fact.slots:
+        if "name" not in fact.words_by_slot:
             return  # the type is computed: any type is possible
-        types |= fact.slots["name"]
+        types |= fact.words_by_slot["name"]
     for construct, fact in asserted_facts.get("domain-object", ()):
-        name = next(iter(fact.slots.get("type", ())), "")
+        name = next(iter(fact.words_by_slot.get("type", ())), "")
         if name and name not in types and not agent.is_core_path(construct.file.path):
             place, hint = construct.place(fact.start), did_you_mean(name, types)
             yield Finding(UNKNOWN_TYPE, place, f"no domain has a type '{name}'", hint)
@@ -258,6 +258,6 @@ def _check_executors(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
 def _executes_any_action(construct: Construct) -> bool:
     """Return whether a rule matches plan-actions of any name and modifies them."""
     return any(
-        pattern.template == "plan-action" and "action-name" not in pattern.slots
+        pattern.template == "plan-action" and "action-name" not in pattern.words_by_slot
         for pattern in construct.patterns
     ) and any(node.head == "modify" for node in construct.action_nodes)

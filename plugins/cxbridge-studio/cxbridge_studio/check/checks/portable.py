@@ -206,5 +206,5 @@ def _check_lua(path: str, text: str) -> Iterator[Finding]:
     text_without_comments, lines = _LUA_COMMENT.sub(lambda match: " " * len(match[0]), text), Lines(text)
     for code, pattern, hint in _LUA_MISTAKES:
         for match in pattern.finditer(text_without_comments):
-            text = code.title.removeprefix("not in Fawkes: ")
-            yield Finding(code, SourcePlace.at(path, lines, match.start()), text, hint)
+            message = code.title.removeprefix("not in Fawkes: ")
+            yield Finding(code, SourcePlace.at(path, lines, match.start()), message, hint)

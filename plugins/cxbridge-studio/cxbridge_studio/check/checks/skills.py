@@ -137,8 +137,8 @@ def _check_texts(agent: Agent, skills: Mapping[str, Path | None]) -> Iterator[Fi
 def _check_executors(agent: Agent) -> Iterator[Finding]:
     """Yield the unknown types and fields in the settings of executors."""
     board = agent.context.skill_board
-    for member in () if board is None else board.agents:
-        for executor in member.executors:
+    for board_agent in () if board is None else board.agents:
+        for executor in board_agent.executors:
             place = SourcePlace("") if executor.place is None else place_of(executor.place)
             for error in executor.mistakes():
                 yield Finding(UNKNOWN_ROS_NAME, place, error.message, error.hint or "")
@@ -183,8 +183,8 @@ def _find_skills(agent: Agent) -> dict[str, Path | None] | None:
     if not is_known or not context.source.has_fawkes_configuration:
         return None
     skill_files: dict[str, Path | None] = {}
-    for member in () if board is None else board.agents:
-        for executor in member.executors:
+    for board_agent in () if board is None else board.agents:
+        for executor in board_agent.executors:
             skills = read_executor_skills(executor)
             if skills is None:
                 return None

@@ -278,17 +278,18 @@ def compute_coverage(agent: AgentSources, recorded_use: RecordedUse, globs: tupl
 
     :param globs: the patterns of paths or names of the files to include; empty for all files.
     """
-    rules_by_file: dict[str, list[tuple[RuleLines, int | None]]] = {}
+    counts_by_file: dict[str, list[tuple[RuleLines, int | None]]] = {}
     for rule in agent.rules.values():
         names = rule.file, Path(rule.file).name
         if not globs or any(fnmatchcase(name, glob) for name in names for glob in globs):
             firings = recorded_use.firings.get(rule.name, 0)
             # An unwatched rule without recorded firings may have fired.
             count = None if not firings and rule.name in _LOOP_RULES else firings
-            rules_by_file.setdefault(rule.file, []).append((rule, count))
+            counts_by_file.setdefault(rule.file, []).append((rule, count))
     files = tuple(
-        FileCoverage(file, tuple(sorted(rules, key=lambda item: item[0].lines[0])))
-        for file, rules in sorted(rules_by_file.items())
+        # In the order of the file: each pair has the rule and its number of firings.
+        FileCoverage(file, tuple(sorted(rule_counts, key=lambda pair: pair[0].lines[0])))
+        for file, rule_counts in sorted(counts_by_file.items())
     )
     missing_modes = {
         name: tuple(mode for mode in MODES if not counts[mode])

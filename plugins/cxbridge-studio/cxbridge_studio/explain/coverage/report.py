@@ -16,8 +16,8 @@ def format_report(coverage: Coverage, *, has_firings: bool) -> Iterator[str]:
     """
     runs_text = format_count(coverage.run_count, "run")
     if has_firings:
-        counts = f"{coverage.fired_count} of {coverage.watched_count}"
-        yield f"{counts} rules fired in {runs_text}: {coverage.percent:.1f} %"
+        counts_text = f"{coverage.fired_count} of {coverage.watched_count}"
+        yield f"{counts_text} rules fired in {runs_text}: {coverage.percent:.1f} %"
         yield ""
         yield from _format_file_table(coverage)
         yield from _list_unfired_rules(coverage)

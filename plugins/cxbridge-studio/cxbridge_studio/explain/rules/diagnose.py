@@ -101,7 +101,9 @@ class _Diagnoser:
         inner = ce.items[0] if isinstance(ce, GroupCE) and len(ce.items) == 1 else ce
         if not isinstance(inner, PatternCE):
             return None
-        variables = inner.bound_variables.union(*(part.used_variables for part in inner.parts))
+        variables = inner.bound_variables.union(
+            *(constraint.used_variables for constraint in inner.constraints)
+        )
         if variables & Prefix(previous_ces).bound_variables:
             return None
         try:
@@ -145,10 +147,10 @@ class _Diagnoser:
 
     def _explain_not(self, previous_ces: list[CE], ce: GroupCE) -> MatchFailure:
         positive_prefix = Prefix([*previous_ces, *ce.items])
-        own_facts = positive_prefix.fact_variables[len(Prefix(previous_ces).fact_variables) :]
+        negated_variables = positive_prefix.fact_variables[len(Prefix(previous_ces).fact_variables) :]
         rows = (
-            self._matcher.match_values(positive_prefix.texts, own_facts, _MAX_NOT_MATCHES)
-            if own_facts
+            self._matcher.match_values(positive_prefix.texts, negated_variables, _MAX_NOT_MATCHES)
+            if negated_variables
             else []
         )
         negated_patterns = [inner_ce for inner_ce in ce.items if isinstance(inner_ce, PatternCE)]
@@ -174,7 +176,7 @@ class _Diagnoser:
             rows = self._matcher.match_values(
                 violating_texts, positive_prefix.fact_variables[-1:], MAX_LISTED
             )
-            facts = [self._format_fact(row[0].index, first) for row in rows]
+            facts = [self._format_fact(ref.index, first) for (ref,) in rows]
         reason = f"not every {first.text} has {requirement_text}"
         return MatchFailure("forall", ce.text, reason, facts=tuple(dict.fromkeys(facts)))
 
@@ -190,4 +192,6 @@ class _Diagnoser:
         raise ClipsError("its parts match one after another, but it does not match as a whole")
 
     def _format_fact(self, index: int, pattern: PatternCE) -> str:
-        return self._snapshot.fact_text(self._matcher.rows[index], {part.slot for part in pattern.parts})
+        return self._snapshot.fact_text(
+            self._matcher.rows[index], {constraint.slot for constraint in pattern.constraints}
+        )

@@ -25,7 +25,8 @@ class Count:
 class CECount:
     """A conditional element and its matches.
 
-    :param alone: the number of facts that match its pattern; None if it is not a pattern.
+    :param alone: the number of facts that match the pattern of the CE; None if the CE is not a single
+        pattern, or if the pattern has variables of the CEs before it.
     :param joined: the number of matches together with all CEs before it; None after a CE without a match.
     """
 

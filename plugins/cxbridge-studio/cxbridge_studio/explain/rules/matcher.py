@@ -77,6 +77,7 @@ class Matcher(Closing):
         The order matters: deffunctions may use global variables and templates, facts need their templates.
         """
         env = self._env
+        # In `types`, CLIPS' letter f stands for a fact address, and y for a symbol.
         env.define("cx-why-note", self._note_values, 0, UNBOUNDED)
         env.api.remove_udf("fact-index")
         # Conditions compare indices, so they must be those of the snapshot.

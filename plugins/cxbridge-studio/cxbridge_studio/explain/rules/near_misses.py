@@ -41,7 +41,7 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
     rows = [row for row in snapshot.facts if row.template == pattern.template]
     if not rows:
         return MatchFailure("pattern", pattern.text, f"there is no fact of '{pattern.template}'")
-    constraints = pattern.restrictive_parts(prefix.bound_variables)
+    constraints = pattern.find_restrictive_constraints(prefix.bound_variables)
     sample = _Sample(matcher, prefix, max(1, MAX_PAIRS // len(rows)))
     # the indices of the constraints that each pair satisfies
     satisfied_slots: dict[_Pair, set[int]] = {
@@ -189,5 +189,5 @@ class _Sample:
         if self.is_limited and width:
             # This test keeps CLIPS from matching the facts with the other partial matches.
             fact_keys = " ".join(f'"{",".join(str(ref.index) for ref in key)}"' for key in self.values)
-            index = ' "," '.join(f"(fact-index ?{name})" for name in prefix.fact_variables)
-            self.texts.append(f"(test (member$ (str-cat {index}) (create$ {fact_keys})))")
+            indices = ' "," '.join(f"(fact-index ?{name})" for name in prefix.fact_variables)
+            self.texts.append(f"(test (member$ (str-cat {indices}) (create$ {fact_keys})))")

@@ -86,7 +86,7 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleStory:
 def to_json(story: RuleStory) -> dict[str, Any]:
     """Return a story as JSON values."""
     file, line = story.position or (None, None)
-    result: dict[str, Any] = {
+    json_report: dict[str, Any] = {
         "headline": make_headline(story),
         "rule": story.rule,
         "where": story.where,
@@ -102,8 +102,8 @@ def to_json(story: RuleStory) -> dict[str, Any]:
         else {"seconds": story.firings[-1][0], "facts": story.firings[-1][1]},
     }
     if story.diagnosis is not None and story.snapshot is not None:
-        result |= asdict(story.diagnosis)
-        result |= {
+        json_report |= asdict(story.diagnosis)
+        json_report |= {
             "env": story.snapshot.env,
             "clips_matches": list(story.snapshot.clips_counts),
             "on_agenda": story.snapshot.activations,
@@ -111,7 +111,7 @@ def to_json(story: RuleStory) -> dict[str, Any]:
             if story.activations_ahead is None
             else [asdict(activation) for activation in story.activations_ahead],
         }
-    return result
+    return json_report
 
 
 def make_headline(story: RuleStory) -> str:
@@ -168,8 +168,8 @@ def make_verdict(story: RuleStory) -> str:
     if diagnosis.unknown:
         return f"why it has not fired is not fully known: {diagnosis.unknown}"
     if diagnosis.failing:
-        fired = f"fired {format_count(len(story.firings), 'time')}; now " if story.firings else ""
-        return f"{fired}its condition does not match: condition {diagnosis.failing} has no match" + (
+        fired_text = f"fired {format_count(len(story.firings), 'time')}; now " if story.firings else ""
+        return f"{fired_text}its condition does not match: condition {diagnosis.failing} has no match" + (
             " together with the conditions before" if diagnosis.failing > 1 else ""
         )
     return _explain_matches(story, diagnosis, snapshot.activations)
@@ -181,7 +181,7 @@ def _explain_matches(story: RuleStory, diagnosis: Diagnosis, activations: int | 
     :param activations: the number of the rule's activations on the agenda; None if unknown.
     """
     is_single = diagnosis.matches == Count(1)
-    matches = "its condition matches" + (" in one way" if is_single else f" in {diagnosis.matches} ways")
+    matches_text = "its condition matches" + (" in one way" if is_single else f" in {diagnosis.matches} ways")
     if activations:
         ahead = story.activations_ahead
         # None if more activations come first than a snapshot lists.
@@ -190,16 +190,18 @@ def _explain_matches(story: RuleStory, diagnosis: Diagnosis, activations: int | 
             first = f"{ahead[0].rule} (salience {ahead[0].salience})"
             turn_text = f"it comes after {len(ahead)} others, first {first}"
         verb = "is" if activations == 1 else "are"
-        return f"{matches}, {activations} of them {verb} on the agenda: {turn_text}"
+        return f"{matches_text}, {activations} of them {verb} on the agenda: {turn_text}"
     if activations is None and story.firings is None:
-        return f"{matches}; whether it has fired for them was not recorded (level rules)"
+        return f"{matches_text}; whether it has fired for them was not recorded (level rules)"
     # A recording has no agenda: there, the firings tell which matches are still to fire.
     fired_bases = {basis for _, basis in story.firings or ()}
     unfired_bases = [basis for basis in diagnosis.bases if basis not in fired_bases]
     if unfired_bases and activations is None:
-        return f"{matches}, and it had not fired for {len(unfired_bases)} of them, first {unfired_bases[0]}"
+        return (
+            f"{matches_text}, and it had not fired for {len(unfired_bases)} of them, first {unfired_bases[0]}"
+        )
     return (
-        f"{matches}, and it has fired for {'it' if is_single else 'all of them'}: "
+        f"{matches_text}, and it has fired for {'it' if is_single else 'all of them'}: "
         "it fires again when one of the facts is asserted anew"
     )
 

@@ -38,7 +38,7 @@ def _drop_rights(max_memory_bytes: int) -> None:
         (resource.RLIMIT_NPROC, 0),
         (resource.RLIMIT_NOFILE, 0),
     ):
-        hard_limit = resource.getrlimit(resource_id)[1]
+        _, hard_limit = resource.getrlimit(resource_id)
         new_limit = limit if hard_limit == resource.RLIM_INFINITY else min(limit, hard_limit)
         resource.setrlimit(resource_id, (new_limit, new_limit))
 

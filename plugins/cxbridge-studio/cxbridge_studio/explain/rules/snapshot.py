@@ -67,7 +67,7 @@ class Snapshot:
     def activations(self) -> int | None:
         """The number of the rule's activations on the agenda; None if unknown."""
         counts = (line.rpartition("Activations: ") for line in self.clips_counts)
-        return next((int(number) for _, name, number in counts if name), None)
+        return next((int(number) for _, label, number in counts if label), None)
 
     def fact_text(self, row: FactRow, slot_names: Collection[str] = ()) -> str:
         """Return a fact with its index as text.

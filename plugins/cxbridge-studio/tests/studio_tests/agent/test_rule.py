@@ -49,22 +49,25 @@ def test_rule_is_parsed():
 def test_restricted_text_has_parts_that_bind_variables():
     pattern = parse_first_pattern("(a (x ?x&c) (y ?y) (z ?z&:(> ?z ?x)&~?w))")
     foreign = frozenset("w")
-    assert [pattern.restricted_text(part, foreign) for part in pattern.parts] == [
+    assert [pattern.restricted_text(part, foreign) for part in pattern.constraints] == [
         "(a (x ?x&c))",
         "(a (y ?y))",
         "(a (x ?x) (z ?z&:(> ?z ?x)&~?w))",
     ]
     # ?x|c compares the field with the value of ?x
     assert parse_first_pattern("(a (x ?x|c))").bound_variables == frozenset()
-    assert [part.label for part in pattern.restrictive_parts(foreign)] == ["x", "z"]
-    assert [part.label for part in pattern.restrictive_parts(frozenset("y"))] == ["x", "y", "z"]
+    assert [part.label for part in pattern.find_restrictive_constraints(foreign)] == ["x", "z"]
+    assert [part.label for part in pattern.find_restrictive_constraints(frozenset("y"))] == ["x", "y", "z"]
 
 
 def test_parts_of_ordered_fact_are_fields():
     pattern = parse_first_pattern("(o ?x b ?x)")
-    assert [part.label for part in pattern.restrictive_parts(frozenset())] == ["field 2", "field 3"]
-    assert pattern.restricted_text(pattern.parts[1], frozenset()) == "(o ? b ?)"
-    assert pattern.restricted_text(pattern.parts[2], frozenset()) == "(o ?x ? ?x)"
+    assert [part.label for part in pattern.find_restrictive_constraints(frozenset())] == [
+        "field 2",
+        "field 3",
+    ]
+    assert pattern.restricted_text(pattern.constraints[1], frozenset()) == "(o ? b ?)"
+    assert pattern.restricted_text(pattern.constraints[2], frozenset()) == "(o ?x ? ?x)"
 
 
 @pytest.mark.parametrize("text", ["", "x", "(defrule)", "(defrule r", "(defrule r (a))", "(deffacts r (a))"])

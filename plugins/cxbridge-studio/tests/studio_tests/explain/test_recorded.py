@@ -80,9 +80,9 @@ def test_recording_without_events_or_files_is_an_error(run, message, hint):
 
 def test_verdict_without_facts_names_level_to_record():
     answer = explain(RecordedEvidence(ListRun([fired(1, "drive")], FILES), None, None), "drive")
-    assert answer.data["fired"] == 1
-    assert "whether its condition matches is unknown" in answer.data["verdict"]
-    assert "record with --trace-level facts" in answer.data["verdict"]
+    assert answer.json_report["fired"] == 1
+    assert "whether its condition matches is unknown" in answer.json_report["verdict"]
+    assert "record with --trace-level facts" in answer.json_report["verdict"]
 
 
 def test_unknown_environment_is_an_error_with_names():

@@ -19,7 +19,7 @@ def explain_events(events, kind: str, name: str = "", at: float | None = None, t
 
 
 def test_headline_of_failed_run_is_the_reason():
-    story = explain_events(FAILED, "run").data
+    story = explain_events(FAILED, "run").json_report
     assert story["headline"] == (
         "top1 (TOP) FAILED at 3.300 s, error: SUB-GOAL-FAILED talk1: talk1 (TALK) FAILED at 3.200 s: "
         'action 10 say failed at 3.100 s: probably skill say{text="hi"} of Skiller ended S_FAILED: no speaker'
@@ -32,13 +32,13 @@ def test_headline_of_failed_run_is_the_reason():
 
 
 def test_headline_of_active_run_names_skill():
-    story = explain_events(FAILED, "run", at=2.5).data
+    story = explain_events(FAILED, "run", at=2.5).json_report
     assert story["headline"].startswith("top1 (TOP) is under way: Skiller executes say{")
     assert story["wrong"] == []
 
 
 def test_headline_of_waiting_run_names_open_goal():
-    story = explain_events(start_goal(0, "a1"), "run").data
+    story = explain_events(start_goal(0, "a1"), "run").json_report
     assert (
         story["headline"]
         == "a1 (A) has been DISPATCHED since 0.000 s, and waits for its actions and sub-goals"
@@ -48,13 +48,13 @@ def test_headline_of_waiting_run_names_open_goal():
 
 def test_recording_without_goals_names_option_that_records_goals():
     events = [InterfaceWrite(us(at), "RobotinoSensorInterface::Robotino", {}) for at in (0, 1)]
-    story = explain_events(events, "run").data
+    story = explain_events(events, "run").json_report
     assert story["headline"] == "nothing is known about goals: the recording has no events of an executive"
     assert [text.split(";")[0] for text in story["unknown"]] == [
         "goals and rules: record a run or a daemon with --trace"
     ]
     assert (
-        explain_events([*events, *start_goal(2, "a1")], "run", at=1.5).data["headline"]
+        explain_events([*events, *start_goal(2, "a1")], "run", at=1.5).json_report["headline"]
         == "no goal has been formulated"
     )
 
@@ -62,16 +62,16 @@ def test_recording_without_goals_names_option_that_records_goals():
 def test_time_after_end_of_recording_has_note():
     events = [*FAILED, fact(3.29999, 5, "(a)")]
     for kind, name in (("run", ""), ("goal", "talk1"), ("action", "talk1/10"), ("fact", "f-5")):
-        assert not explain_events(events, kind, name, at=3.3).data["notes"]
+        assert not explain_events(events, kind, name, at=3.3).json_report["notes"]
         explanation = explain_events(events, kind, name, at=9999)
         assert explanation.lines[-1] == "note: the recording ends at 3.300 s, before --at 9999"
-        assert list(explanation.data["notes"]) == ["the recording ends at 3.300 s, before --at 9999"]
+        assert list(explanation.json_report["notes"]) == ["the recording ends at 3.300 s, before --at 9999"]
 
 
 def test_end_by_time_limit_names_open_goals():
     story = explain_events(
         start_goal(0, "a1"), "run", status="3", reason="not over: a1 is DISPATCHED after 120 s"
-    ).data
+    ).json_report
     assert (
         story["wrong"][0]["text"]
         == "the time limit of 120 s ended the run, and goals are open: a1 is DISPATCHED"
@@ -106,13 +106,13 @@ def test_waiting_goal_names_rules_for_missing_fact():
     done = [*start_goal(0, "c1"), goal(0, "c1", "RETRACTED", "COMPLETED")]
     story = explain_events([*done, *WAITING, *FACTS], "run", texts=RULES)
     assert (
-        story.data["headline"]
+        story.json_report["headline"]
         == f"{WAITS}: no other rule sets the slot goal of robot to nil in its own actions"
     )
     assert ": c1 (C) COMPLETED at 0.000 s" in "\n".join(story.lines)
     rule = "(defrule free (gone (name ?name)) ?r <- (robot (name ?name)) => (modify ?r (goal nil)))"
     texts = {"agent.clp": f"{RULES['agent.clp']}(deftemplate gone (slot name)){rule}"}
-    assert explain_events([*WAITING, *FACTS], "run", texts=texts).data["headline"] == (
+    assert explain_events([*WAITING, *FACTS], "run", texts=texts).json_report["headline"] == (
         f"{WAITS}: rule free has not fired: condition 1 (gone (name ?name)) has no match: "
         "there is no fact of 'gone'"
     )
@@ -149,7 +149,7 @@ def test_blocked_action_comes_before_waiting_goals():
         PlanActionTransition(us(2), ENV, "2", "d1", "d1-PLAN", "look", "PENDING", "(r1 dock)"),
         *DOMAIN,
     ]
-    story = explain_events([*WAITING, *FACTS, *blocked], "run", texts=RULES).data
+    story = explain_events([*WAITING, *FACTS, *blocked], "run", texts=RULES).json_report
     assert story["headline"] == (
         "action 2 look(r1 dock) of d1 has been PENDING since 2.000 s: its precondition does not hold: "
         "(at r1 dock) is false, made false at 2.000 s by the effect of action 1 move(r1 dock lab) of d1"
@@ -167,7 +167,7 @@ def test_overcome_failures_are_in_separate_part():
         goal(1, "b1", "FINISHED", "FAILED", parent="top1"),
         goal(2, "top1", "FINISHED", "COMPLETED"),
     ]
-    story = explain_events(events, "run").data
+    story = explain_events(events, "run").json_report
     assert story["headline"] == "top1 (TOP) COMPLETED at 2.000 s"
     assert story["overcome"] == [{"text": "b1 (B) FAILED at 1.000 s", "because": []}]
 
@@ -175,18 +175,18 @@ def test_overcome_failures_are_in_separate_part():
 def test_list_of_many_goals_is_truncated():
     events = [event for number in range(20) for event in (goal(0, f"a{number}", "FORMULATED"),)]
     story = explain_events(events, "run")
-    assert len(story.data["wanted"]) == 12
-    assert story.data["wanted"][-1]["text"] == "and 9 more"
+    assert len(story.json_report["wanted"]) == 12
+    assert story.json_report["wanted"][-1]["text"] == "and 9 more"
     assert "  and 9 more" in story.lines
 
 
 def test_action_is_explained():
-    failed = explain_events(FAILED, "action", "talk1/10").data
+    failed = explain_events(FAILED, "action", "talk1/10").json_report
     assert failed["headline"].endswith("ended S_FAILED: no speaker")
     assert [moment["text"] for moment in failed["actions"][0]["moments"]][-1] == "FAILED"
     waiting = explain_events(
         [*start_goal(0, "a1"), action(1, "a1", 2, "go", "PENDING")], "action", "a1/go"
-    ).data
+    ).json_report
     assert waiting["headline"].startswith("action 2 go of a1 has been PENDING since 1.000 s")
     with pytest.raises(CxbridgeError, match="no plan-action 'a1/3'"):
         explain_events(start_goal(0, "a1"), "action", "a1/3")
@@ -204,7 +204,8 @@ def test_fact_names_rules_of_assertion_and_retraction():
     ]
     story = explain_events(events, "fact", "f-5")
     assert (
-        story.data["headline"] == "f-5 was asserted at 1.000 s, instead of f-4: rule count fired just before"
+        story.json_report["headline"]
+        == "f-5 was asserted at 1.000 s, instead of f-4: rule count fired just before"
     )
     assert story.lines[-1] == "it was retracted at 2.000 s: rule forget fired just before"
     assert "no rule is known" in explain_events(events, "fact", "4").lines[0]

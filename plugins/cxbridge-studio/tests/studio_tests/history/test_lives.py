@@ -21,8 +21,8 @@ __all__ = ["recorded"]
 @pytest.mark.parametrize("name", ["ROOM#2", "LOOK#2"])
 def test_life_is_found_by_number(recorded: Path, name: str):
     answer = explain(RecordedEvidence(open_run(recorded).source, None, None), name, "goal")
-    assert answer.data["goals"][0]["goal"] == "ROOM#2"
-    assert answer.data["goals"][0]["outcome"] == "COMPLETED"
+    assert answer.json_report["goals"][0]["goal"] == "ROOM#2"
+    assert answer.json_report["goals"][0]["outcome"] == "COMPLETED"
 
 
 def test_life_is_found_by_time(recorded: Path):
@@ -30,7 +30,7 @@ def test_life_is_found_by_time(recorded: Path):
     for life, name in enumerate(("ROOM", "ROOM#2")):
         end = find_goals(run.goals, "ROOM")[life].changes[-2].time / 1e6
         answer = explain(RecordedEvidence(run.source, end, None), "ROOM", "goal")
-        assert [goal["goal"] for goal in answer.data["goals"]] == [name]
+        assert [goal["goal"] for goal in answer.json_report["goals"]] == [name]
 
 
 PLAN_ACTION = "(plan-action (id {number}) (goal-id g) (plan-id g-PLAN) (action-name move) {more})"

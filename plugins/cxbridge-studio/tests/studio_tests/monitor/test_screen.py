@@ -69,7 +69,7 @@ def test_goal_tree_follows_changes_and_keeps_cursor():
             goals=(GOALS[0]._replace(mode="FINISHED"), GOALS[1]), stop="rules stopped before rule x"
         )
         await until(lambda: list_labels(tree)[0] == "· FINISHED root (TOP)")
-        source.change(more_goals=5)
+        source.change(omitted_goal_count=5)
         await until(lambda: "5 more goals" in read_text(app, "status"))
         await until(lambda: read_text(app, "said") == "rules stopped before rule x")
         circle = [GoalRow("executive", a, "X", b, "SELECTED", "UNKNOWN", "") for a, b in ("ab", "ba")]

@@ -65,7 +65,7 @@ def test_rate_of_writes(times_s, expected):
     rate = meter.rate()
     numbers = rate and (rate.hz, rate.shortest_s, rate.longest_s, rate.deviation_s, rate.window)
     assert numbers == (expected and pytest.approx(expected))
-    assert (meter.new_writes(), meter.new_writes()) == (len(times_s), 0)
+    assert (meter.count_new_writes(), meter.count_new_writes()) == (len(times_s), 0)
 
 
 @pytest.mark.parametrize("transport", ["zmq", *TRANSPORT])

@@ -39,8 +39,8 @@ def copy_like_daemon(evidence: EnvironmentEvidence, mistake: Mistake) -> Evidenc
 def assert_has_cause(answer: Explanation, mistake: Mistake) -> None:
     """Assert that the first line has the cause, and the JSON document has the first line."""
     assert [word for word in mistake.cause if word not in answer.lines[0]] == [], answer.lines[0]
-    assert answer.data["headline"] == answer.lines[0]
-    json.dumps(answer.data)
+    assert answer.json_report["headline"] == answer.lines[0]
+    json.dumps(answer.json_report)
 
 
 @pytest.mark.parametrize("mistake", share(MISTAKES, 5), ids=lambda mistake: mistake.name)
