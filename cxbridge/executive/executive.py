@@ -102,10 +102,10 @@ class Stopped(Protocol):
 
 
 class RuleControl(Protocol):
-    """A debugger. While it is active, the debugger runs the rules instead of the environment."""
+    """A debugger. While the debugger is active, it runs the rules instead of the environment."""
 
     @property
-    def active(self) -> bool:
+    def is_active(self) -> bool:
         """Whether the debugger has a reason to watch the rules."""
 
     @property
@@ -189,7 +189,7 @@ class Executive:
             self.manager.request(env.name, self._files.redefine_feature)
         for file in ("saliences.clp", "init.clp"):
             path = self._files.core_dir / file
-            if not env.batch(path):  # the text of Fawkes
+            if not env.batch(path):  # the error has the text of Fawkes
                 raise ExecutiveError(f"Failed to initialize CLIPS environment, batch file '{path}' failed.")
 
     def _check_init_stages(self) -> None:
@@ -227,7 +227,7 @@ class Executive:
     def _run(self) -> int:
         """Run the rules, in the debugger if it is active."""
         control = self.control
-        return control.run() if control is not None and control.active else self.env.run()
+        return control.run() if control is not None and control.is_active else self.env.run()
 
     @property
     def first_error(self) -> str:
@@ -243,10 +243,10 @@ class Executive:
                 self.bus.emit(event)
 
         def follow_retraction(template: str, slots: dict[str, str]) -> None:
-            tracker.record_retraction(template, slots, is_final=not self.env.maker.replaces)
+            tracker.record_retraction(template, slots, is_final=not self.env.maker.is_replacing)
 
-        # a retraction within a `modify` is not the end of a goal: the tracker learns whether a new fact
-        # follows
+        # the retraction within a `modify` is not the end of a goal, because a new fact of the goal follows:
+        # `is_final` tells the tracker
         for template, slots in {**TRACKED_TEMPLATES, **CALL_TEMPLATES}.items():
             self.env.watcher.follow(template, follow_fact, slots)
         for template, slots in RELEASING_TEMPLATES.items():
@@ -268,7 +268,7 @@ class Executive:
     @property
     def _is_at_rest(self) -> bool:
         """Whether no rule can fire and no skill runs."""
-        return not self.env.has_activations(1) and not self.skills.running
+        return not self.env.has_activations(1) and not self.skills.has_running_skill
 
     @property
     def is_planning(self) -> bool:
@@ -293,7 +293,7 @@ class Executive:
         return [] if has_unfinished_action else [root.goal for root in roots]
 
     @property
-    def initialized(self) -> bool:
+    def is_initialized(self) -> bool:
         """Whether all initialisation stages are done."""
         return next(self.env.facts("executive-initialized"), None) is not None
 
@@ -320,8 +320,8 @@ class Executive:
             return ""
         if len(names) != len(values):
             location = self.place_of_action(action)
-            text = f"Number of parameter names and values do not match for action '{action}'"
-            self.log.warn(f"{location}: {text}: {len(names)} and {len(values)}" if location else text)
+            warning = f"Number of parameter names and values do not match for action '{action}'"
+            self.log.warn(f"{location}: {warning}: {len(names)} and {len(values)}" if location else warning)
             return ""
         params = {}
         for name, value in zip(names, values, strict=True):
@@ -337,8 +337,8 @@ class Executive:
         location = find_mapping_location(
             self._config, self._config.get_str("/clips-executive/spec", default=""), action
         )
-        for level, text in mapped.messages:
-            self.log.log(level, f"{location}: {text}" if location else text)
+        for level, message in mapped.messages:
+            self.log.log(level, f"{location}: {message}" if location else message)
         return mapped.text
 
 
@@ -350,12 +350,17 @@ def find_mapping_location(config: Configuration, spec: str, action: str) -> str:
 
 
 def find_skill_location(config: Configuration, spec: str, skill_string: str) -> str:
-    """Return ``FILE:LINE`` of the only mapping that calls a skill string's skill; empty if several do."""
-    start = _SKILL_START.match(skill_string)
+    """Return ``FILE:LINE`` of the only mapping that calls a skill string's skill.
+
+    The result is empty if no mapping or several mappings call the skill.
+    """
+    skill_start = _SKILL_START.match(skill_string)
     actions = [
         action
         for action, template in read_action_mapping(config, spec).items()
-        if start is not None and (match := _SKILL_START.match(template)) is not None and match[0] == start[0]
+        if skill_start is not None
+        and (template_start := _SKILL_START.match(template)) is not None
+        and template_start[0] == skill_start[0]
     ]
     return find_mapping_location(config, spec, actions[0]) if len(actions) == 1 else ""
 

@@ -42,7 +42,7 @@ class Feature(ABC):
     def before_run(self, env: ClipsEnvironment) -> None:  # noqa: B027  optional
         """Assert new input, e.g. from other threads, before the rules run.
 
-        Called once per loop with the environment locked.
+        Called once in each loop, while the caller holds the environment's lock.
         """
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:  # noqa: B027  optional
@@ -72,8 +72,10 @@ def define_logged(
 ) -> None:
     """Define a method as a CLIPS function whose errors never end a right-hand side, as in Fawkes.
 
-    :param function: the method, whose parameters are the arguments of the CLIPS function.
+    :param function: the bound method, whose parameters are the arguments of the CLIPS function.
+    :param types: the types of the arguments, see ``UdfTable.define``.
     :param failure: the result after an error.
+    :param log_error: gets the error.
     """
 
     @wraps(function)

@@ -30,7 +30,12 @@ _MAINTAINING_MODES = frozenset({"SELECTED", "EXPANDED", "COMMITTED", "DISPATCHED
 
 
 class GoalState(Struct, frozen=True):
-    """The last known state of a goal, with texts as CLIPS prints them."""
+    """The last known state of a goal, with texts as CLIPS prints them.
+
+    :param goal: the goal's id.
+    :param parent: the id of the parent, ``nil`` for a root goal.
+    :param goal_type: ACHIEVE or MAINTAIN.
+    """
 
     goal: str
     goal_class: str
@@ -100,11 +105,11 @@ class GoalWatch:
             slots.get("type", ""),
         )
         if len(self._last_states) > MAX_GOALS:
-            oldest, number = next(iter(self._last_states))
-            del self._last_states[oldest, number]
+            oldest_id, earlier_count = next(iter(self._last_states))
+            del self._last_states[oldest_id, earlier_count]
             self.forgotten_count += 1
-            if oldest not in self.open_goals:
-                self._removal_counts.pop(oldest, None)
+            if oldest_id not in self.open_goals:
+                self._removal_counts.pop(oldest_id, None)
 
     def _record_retraction(self, _template: str, slots: dict[str, str]) -> None:
         goal = slots["id"]
@@ -112,13 +117,13 @@ class GoalWatch:
         if self._fact_counts[goal] > 0:
             return
         del self._fact_counts[goal]
-        if self._env is not None and self._env.maker.replaces:
+        if self._env is not None and self._env.maker.is_replacing:
             self._modified_id = goal
         else:
             self._retracted_ids.add(goal)
 
     def record_ended_goals(self) -> None:
-        """Record the goals that have ended. To be called between runs of the rules."""
+        """Record the root goals that have ended. To be called between runs of the rules."""
         for goal in self._retracted_ids:
             self._record_removal(goal)
         self._retracted_ids.clear()
@@ -202,7 +207,7 @@ class SkillWatch:
             self._called_msgids[slots.get("skiller", "").strip('"')] = slots.get("msgid", "")
 
     @property
-    def running(self) -> bool:
+    def has_running_skill(self) -> bool:
         """Whether a skill that rules have called is running."""
         return any(
             self._shown_calls.get(skiller) == (msgid, _RUNNING)

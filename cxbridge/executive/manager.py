@@ -63,7 +63,7 @@ class EnvironmentManager:
         library: Path = HOST_LIBRARY,
         environment: type[ClipsEnvironment] = ClipsEnvironment,
     ) -> None:
-        self.bus, self.library, self._environment = bus, library, environment
+        self.bus, self.library, self._environment_class = bus, library, environment
         self.log: Logger = bus.logger("ClipsEnvManager")
         self._features: dict[str, Feature | LazyFeature] = {}
         self._managed_environments: dict[str, _ManagedEnvironment] = {}
@@ -87,14 +87,14 @@ class EnvironmentManager:
                 feature.origin
                 if isinstance(feature, LazyFeature)
                 else f"{type(feature).__module__}:{type(feature).__qualname__}",
-                tuple(env for env, entry in self._managed_environments.items() if name in entry.features),
+                tuple(env for env, managed in self._managed_environments.items() if name in managed.features),
             )
             for name, feature in sorted(self._features.items())
         )
 
     @property
     def environments(self) -> dict[str, ClipsEnvironment]:
-        return {name: entry.environment for name, entry in self._managed_environments.items()}
+        return {name: managed.environment for name, managed in self._managed_environments.items()}
 
     def find(self, name: str) -> ClipsEnvironment:
         """Return an environment.
@@ -104,13 +104,13 @@ class EnvironmentManager:
         return self._managed_environment(name).environment
 
     def _managed_environment(self, name: str) -> _ManagedEnvironment:
-        entry = self._managed_environments.get(name)
-        if entry is None:
+        managed = self._managed_environments.get(name)
+        if managed is None:
             raise ClipsError(
                 f"there is no CLIPS environment '{name}'",
                 hint=f"there are: {', '.join(self._managed_environments)}",
             )
-        return entry
+        return managed
 
     def add_feature(self, feature: Feature | LazyFeature) -> None:
         """Offer a feature to environments that are created later.
@@ -138,7 +138,7 @@ class EnvironmentManager:
         """
         if name in self._managed_environments:
             raise ClipsError(f"CLIPS environment '{name}' already exists")
-        env = self._environment(name, self.bus, log_component)
+        env = self._environment_class(name, self.bus, log_component)
         self.add_environment(env)
         env.define("ff-feature-request", lambda feature: self.request(name, feature), 1, types="*;sy")
         env.watcher.set_hooks()
@@ -161,30 +161,31 @@ class EnvironmentManager:
         self._managed_environments[env.name] = _ManagedEnvironment(env)
 
     def request(self, name: str, feature_name: str) -> Value:
-        """Load a feature into an environment; return FALSE if the feature is unknown.
+        """Load a feature into an environment; return TRUE, or FALSE if the feature is unknown.
 
-        The texts of the log lines are those of Fawkes.
+        The feature is loaded once: a further request returns TRUE after a warning. The texts of the log
+        lines are those of Fawkes.
         """
         self.log.debug(f"Environment {name} requests feature {feature_name}")
-        entry = self._managed_environments[name]
+        managed = self._managed_environments[name]
         feature = self._available_feature(feature_name)
         if feature is None:
             self.log.warn(f"Environment requested unavailable feature {feature_name}")
             return FALSE
-        if feature_name in entry.features:
+        if feature_name in managed.features:
             self.log.warn(f"Environment {name} requested feature {feature_name} *again*")
             return TRUE
-        env = entry.environment
+        env = managed.environment
         self.bus.emit_source("feature", name, feature_name)
         earlier_functions = env.udfs.names
         feature.init_context(env)
         # the initialisation may have requested further features, whose functions are recorded already
-        entry.functions[feature_name] = (env.udfs.names - earlier_functions).difference(
-            *entry.functions.values()
+        managed.functions[feature_name] = (env.udfs.names - earlier_functions).difference(
+            *managed.functions.values()
         )
-        entry.features[feature_name] = feature
+        managed.features[feature_name] = feature
         env.assert_string(f"(ff-feature-loaded {feature_name})")
-        env.build(_deffacts_text("ff-features-loaded", "ff-feature-loaded", sorted(entry.features)))
+        env.build(_deffacts_text("ff-features-loaded", "ff-feature-loaded", sorted(managed.features)))
         return TRUE
 
     def loaded_features(self, name: str) -> tuple[str, ...]:
@@ -196,10 +197,10 @@ class EnvironmentManager:
         return dict(self._managed_environments[name].functions)
 
     def before_run(self, name: str) -> None:
-        """Let features assert new input. The environment must be locked."""
-        entry = self._managed_environments[name]
-        for feature in entry.features.values():
-            feature.before_run(entry.environment)
+        """Let an environment's features assert new input. The caller must hold the environment's lock."""
+        managed = self._managed_environments[name]
+        for feature in managed.features.values():
+            feature.before_run(managed.environment)
 
     def run_client_environments(self) -> None:
         """Run the rules of :attr:`client_environments`, in the order of creation."""
@@ -215,13 +216,13 @@ class EnvironmentManager:
 
         :raises ClipsError: if the environment is unknown.
         """
-        entry = self._managed_environment(name)
+        managed = self._managed_environment(name)
         del self._managed_environments[name]
         if name in self.client_environments:
             self.client_environments.remove(name)
-        for feature in entry.features.values():  # while the environment still exists
-            feature.context_destroyed(entry.environment)
-        entry.environment.destroy()
+        for feature in managed.features.values():  # while the environment still exists
+            feature.context_destroyed(managed.environment)
+        managed.environment.destroy()
 
     def close(self) -> None:
         for name in list(self._managed_environments):

@@ -267,7 +267,7 @@ class Run(Closing):
         assert thinking is not None
         for warning in self.warnings:
             self.bus.logger("Config").warn(warning)
-        if not self.executive.env.loader.quiet:
+        if not self.executive.env.loader.is_quiet:
             for error in self.missing_files:
                 self.bus.logger("Config").warn(f"{error.location}: {error.message}")
         thinking.watch()

@@ -107,14 +107,14 @@ class _Loading:
         self.is_initialized = False
         self._executive = agent.executive
         self._loader = self._executive.env.loader
-        self._loader.quiet = True  # AgentChecks reports the diagnostics instead
+        self._loader.is_quiet = True  # AgentChecks reports the diagnostics instead
         self._reported_count = 0
 
     @property
     def has_new_diagnostics(self) -> bool:
         """Whether new mistakes are possible."""
         return len(self._loader.diagnostics) > self._reported_count or (
-            not self.is_initialized and self._executive.initialized
+            not self.is_initialized and self._executive.is_initialized
         )
 
     def take_mistakes(self) -> list[CxbridgeError]:
@@ -123,7 +123,7 @@ class _Loading:
         self._reported_count += len(diagnostics)
         missing = self.agent.missing_files
         mistakes = list(_find_root_mistakes(diagnostics, files_are_missing=bool(missing)))
-        if not self.is_initialized and self._executive.initialized:
+        if not self.is_initialized and self._executive.is_initialized:
             self.is_initialized = True
             # after other mistakes the mapping is not checked: a broken file may define the operators and
             # skills that the mapping names

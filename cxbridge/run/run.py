@@ -366,7 +366,7 @@ def _describe_timeout(assembly: Run, timeout_s: float, stuck_watch: StuckWatch) 
     if missing_events := stuck_watch.missing_events.get(assembly.name):
         return f"nothing can happen any more: {missing_events}"
     goals = assembly.executive.goals
-    if not assembly.executive.initialized:
+    if not assembly.executive.is_initialized:
         open_work = "the initialisation has not ended"
     elif goals.open_roots:
         open_work = f"not over: {_describe_modes(goals.open_roots)}"

@@ -91,7 +91,7 @@ def _is_idle(agent: Run) -> bool:
     return (
         agent.is_quiet
         and not env.has_activations(1)
-        and not agent.executive.skills.running
+        and not agent.executive.skills.has_running_skill
         and not agent.executive.is_planning
         and _PASSIVE_FEATURES.issuperset(agent.manager.loaded_features(env.name))
         and not _has_running_timeout(agent)

@@ -49,7 +49,7 @@ AGENT = """
 def test_agent_is_loaded_and_gets_time_in_each_loop(bus, tmp_path):
     executive = make(bus, tmp_path, AGENT)
     executive.init()
-    assert executive.initialized
+    assert executive.is_initialized
     executive.loop()
     assert [values["implied"] for _, _, values in executive.env.facts("ticked")] == [(1_000_000_000,)]
     assert list(executive.env.facts("time")) == []

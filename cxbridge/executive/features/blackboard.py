@@ -26,7 +26,7 @@ from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message
 
 _INTERFACE = Symbol("blackboard-interface")
-# Errors in the definition of an interface type: mistakes of the agent.
+# errors in the definition of an interface type, which is a file of the agent
 _DEFINITION_ERRORS = (InterfaceError, UnknownTypeError)
 
 # Fawkes opens a type under this id to preload it
@@ -40,12 +40,14 @@ class _BlackBoardContext(Struct):
     log: Logger
     defined_types: set[str] = field(default_factory=set)
     """The types with a template in the environment."""
-    reading: dict[str, list[Interface]] = field(default_factory=dict)
+    read_interfaces: dict[str, list[Interface]] = field(default_factory=dict)
     """The interfaces that are open for reading, by type."""
-    writing: dict[str, list[Interface]] = field(default_factory=dict)
+    written_interfaces: dict[str, list[Interface]] = field(default_factory=dict)
     """The interfaces that are open for writing, by type."""
-    messages: dict[int, tuple[Interface, Message]] = field(default_factory=dict)
-    """The messages that rules have made and not sent, by handle, each with the interface that gets it."""
+    messages: dict[int, Message] = field(default_factory=dict)
+    """The messages that rules have made and not sent, by handle."""
+    receivers: dict[int, Interface] = field(default_factory=dict)
+    """The interfaces that get the messages, by handle."""
     handles: itertools.count[int] = field(default_factory=lambda: itertools.count(1))
 
     def has_slot(self, name: str) -> bool:
@@ -54,10 +56,19 @@ class _BlackBoardContext(Struct):
 
     def find_writer(self, uid: str) -> Interface | None:
         """Return an interface opened for writing; None after a warning in Fawkes' words."""
-        kind = uid.partition("::")[0]
-        writer = next((interface for interface in self.writing.get(kind, ()) if interface.uid == uid), None)
-        if kind not in self.writing:
-            self.log.warn(f"No interface of type {kind} opened for, writing in environment {self.env.name}")
+        interface_type = uid.partition("::")[0]
+        writer = next(
+            (
+                interface
+                for interface in self.written_interfaces.get(interface_type, ())
+                if interface.uid == uid
+            ),
+            None,
+        )
+        if interface_type not in self.written_interfaces:
+            self.log.warn(
+                f"No interface of type {interface_type} opened for, writing in environment {self.env.name}"
+            )
         elif writer is None:
             self.log.warn(f"Interface {uid} not opened for writing, in environment {self.env.name}")
         return writer
@@ -83,7 +94,7 @@ class BlackBoardFeature(Feature):
     def init_context(self, env: ClipsEnvironment) -> None:
         env.call("path-load", "blackboard.clp")
         context = self._contexts[env.name] = _BlackBoardContext(env, env.bus.logger(f"BBCLIPS|{env.name}"))
-        # name, function, number of arguments, types, see `UdfTable.define`
+        # name, function, number of arguments, types (see `UdfTable.define`)
         for name, function, argument_count, types in (
             ("blackboard-open", partial(self._open, context, writing=False), 2, "*;sy;sy"),
             ("blackboard-open-reading", partial(self._open, context, writing=False), 2, "*;sy;sy"),
@@ -107,7 +118,7 @@ class BlackBoardFeature(Feature):
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Close the environment's interfaces."""
         context = self._contexts.pop(env.name)
-        for interfaces in (*context.reading.values(), *context.writing.values()):
+        for interfaces in (*context.read_interfaces.values(), *context.written_interfaces.values()):
             for interface in interfaces:
                 interface.close()
 
@@ -141,7 +152,7 @@ class BlackBoardFeature(Feature):
         return True
 
     def _preload(self, context: _BlackBoardContext, interface_type: str) -> None:
-        if interface_type in context.reading or interface_type in context.writing:
+        if interface_type in context.read_interfaces or interface_type in context.written_interfaces:
             return
         try:
             with self._board.open_for_reading(interface_type, _PRELOAD_ID) as interface:
@@ -150,7 +161,7 @@ class BlackBoardFeature(Feature):
             context.log.warn(f"Failed to preload interface type {interface_type}, exception follows")
             self._report_open_error(context, interface_type, error)
             return
-        context.reading[interface_type] = []
+        context.read_interfaces[interface_type] = []
 
     @staticmethod
     def _report_open_error(context: _BlackBoardContext, interface_type: str, error: CxbridgeError) -> None:
@@ -166,7 +177,7 @@ class BlackBoardFeature(Feature):
     def _open(
         self, context: _BlackBoardContext, interface_type: str, identifier: str, *, writing: bool
     ) -> None:
-        opened = context.writing if writing else context.reading
+        opened = context.written_interfaces if writing else context.read_interfaces
         if any(interface.id == identifier for interface in opened.get(interface_type, ())):
             return
         open_interface = self._board.open_for_writing if writing else self._board.open_for_reading
@@ -174,7 +185,7 @@ class BlackBoardFeature(Feature):
             interface = open_interface(interface_type, identifier, owner=f"CLIPS:{context.env.name}")
         except CxbridgeError as error:
             # a faulty definition is reported with the other mistakes of the agent
-            is_reported = context.env.loader.quiet and isinstance(error, _DEFINITION_ERRORS)
+            is_reported = context.env.loader.is_quiet and isinstance(error, _DEFINITION_ERRORS)
             context.log.log(
                 Level.DEBUG if is_reported else Level.WARN,
                 f"Failed to open interface {interface_type}:{identifier}, exception follows",
@@ -192,14 +203,14 @@ class BlackBoardFeature(Feature):
             "uid": interface.uid,
             "writing": TRUE if writing else FALSE,
         }
-        # ros2_cx's template lacks these slots
+        # the template of ros2_cx (the CLIPS Executive for ROS 2) lacks these slots
         identification = {"hash": interface.hash.hex().upper(), "serial": str(interface.serial)}
         slots |= {name: value for name, value in identification.items() if context.has_slot(name)}
         context.env.assert_fact(str(_INTERFACE), slots)
 
     @staticmethod
     def _close(context: _BlackBoardContext, interface_type: str, identifier: str) -> None:
-        for opened in (context.reading, context.writing):
+        for opened in (context.read_interfaces, context.written_interfaces):
             for interface in opened.get(interface_type, []):
                 if interface.id == identifier:
                     opened[interface_type].remove(interface)
@@ -209,8 +220,8 @@ class BlackBoardFeature(Feature):
     def _read(self, context: _BlackBoardContext) -> None:
         """Read the open interfaces; assert a fact for each interface with new data."""
         env = context.env
-        for interface_type in sorted(context.reading):  # Fawkes' map of interfaces is sorted, too
-            for interface in context.reading[interface_type]:
+        for interface_type in sorted(context.read_interfaces):  # Fawkes' map of interfaces is sorted, too
+            for interface in context.read_interfaces[interface_type]:
                 if not interface.read():
                     continue
                 if not self._retract_early:
@@ -257,7 +268,7 @@ class BlackBoardFeature(Feature):
         return True
 
     def _create_msg(self, context: _BlackBoardContext, uid: str, message_type: str) -> Value:
-        opened = context.reading.get(uid.partition("::")[0], ())
+        opened = context.read_interfaces.get(uid.partition("::")[0], ())
         interface = next((interface for interface in opened if interface.uid == uid), None)
         if interface is None:
             context.log.warn(
@@ -272,16 +283,16 @@ class BlackBoardFeature(Feature):
         message.sender_thread_name = self._sender
         # a number instead of an address: a rule may use a message after it was sent
         handle = next(context.handles)
-        context.messages[handle] = (interface, message)
+        context.messages[handle], context.receivers[handle] = message, interface
         return ExternalAddress(handle)
 
     @staticmethod
     def _list_msg_fields(context: _BlackBoardContext, address: ExternalAddress) -> Value:
-        entry = context.messages.get(address.handle)
-        if entry is None:
+        message = context.messages.get(address.handle)
+        if message is None:
             context.log.warn("Can't list message fields, the pointer is wrong.")
             return ()
-        names = tuple(field_.name for field_ in entry[1].fields())
+        names = tuple(field_.name for field_ in message.fields())
         for name in names:
             context.log.info(f"Message has field {name}")
         return names
@@ -289,22 +300,21 @@ class BlackBoardFeature(Feature):
     def _set_msg_field(
         self, context: _BlackBoardContext, address: ExternalAddress, name: str, value: Value
     ) -> None:
-        entry = context.messages.get(address.handle)
-        if entry is None:
+        message = context.messages.get(address.handle)
+        if message is None:
             context.log.warn("Can't set message field, the pointer is wrong.")
-        elif not self._store_field(context, entry[1], name, value):
+        elif not self._store_field(context, message, name, value):
             context.log.warn("Can't set message field.")
 
     @staticmethod
     def _send_msg(context: _BlackBoardContext, address: ExternalAddress) -> Value:
-        entry = context.messages.pop(address.handle, None)
-        if entry is None:
+        message = context.messages.pop(address.handle, None)
+        if message is None:
             reason = "was it already sent?" if address.handle else "the pointer is wrong."
             context.log.warn(f"Can't send message, {reason}")
             return 0
-        interface, message = entry
         try:
-            return interface.msgq_enqueue(message)
+            return context.receivers.pop(address.handle).msgq_enqueue(message)
         except CxbridgeError as error:
             if not isinstance(error, NoWriterError):  # which the blackboard has logged
                 context.log.warn(f"Failed to send message: {error}")

@@ -61,7 +61,7 @@ def cleanup_function_text(interface_type: str) -> str:
 def cleanup_rule_text(interface_type: str) -> str:
     """Return the text of a rule that retracts the facts of a type at the end of each run of the rules.
 
-    It implements ``/clips/retract-early``: the salience lets all other rules fire before.
+    The rule implements ``/clips/retract-early``. Its salience lets all other rules fire before.
     """
     return (
         f"(defrule {interface_type}-cleanup"
@@ -71,13 +71,13 @@ def cleanup_rule_text(interface_type: str) -> str:
 
 def fact_slots(interface: Interface) -> dict[str, Value]:
     """Return the slots of the fact about an interface."""
-    values: dict[str, Value] = {"id": interface.id, "time": split_us(interface.timestamp_us)}
+    slots: dict[str, Value] = {"id": interface.id, "time": split_us(interface.timestamp_us)}
     for field in interface.SCHEMA.fields:
         value = getattr(interface, field.name)
         elements = tuple(_to_clips(field, element) for element in (value if field.is_array else (value,)))
         # as in Fawkes, an array of one element is a single slot
-        values[field.name] = elements if _is_multislot(field) else elements[0]
-    return values
+        slots[field.name] = elements if _is_multislot(field) else elements[0]
+    return slots
 
 
 def _to_clips(field: FieldSchema, value: Value) -> Value:
@@ -116,8 +116,8 @@ def store_field(block: Block, name: str, value: Value) -> None:
     if not field.is_array:
         raise InterfaceError(f"field {name} of {block.type} takes one value, not a multifield")
     # surplus values of a multifield are dropped
-    for index, item in enumerate(value[: field.runtime_length]):
-        block.set(name, _from_clips(block, field, item), index)
+    for index, element in enumerate(value[: field.runtime_length]):
+        block.set(name, _from_clips(block, field, element), index)
 
 
 def _from_clips(block: Block, field: FieldSchema, value: Value) -> Value:

@@ -74,9 +74,11 @@ class PddlParserFeature(Feature):
         def read_domain(path: str) -> None:
             try:
                 # read as bytes, so that a recording contains even a file that cannot be decoded
-                data = Path(path).read_bytes()
-                env.bus.emit_source("pddl", env.name, path, data, kind="domain")
-                domain = parse_domain(decode_text(data, path), path, fawkes_compat=self._as_fawkes, warn=warn)
+                content = Path(path).read_bytes()
+                env.bus.emit_source("pddl", env.name, path, content, kind="domain")
+                domain = parse_domain(
+                    decode_text(content, path), path, fawkes_compat=self._as_fawkes, warn=warn
+                )
                 facts = domain_facts(domain, fawkes_compat=self._as_fawkes, warn=warn)
             except OSError as error:
                 reason = f"cannot be read: {error.strerror}"

@@ -202,7 +202,7 @@ class SkillBoardFeature(Feature):
         )
 
     def _start_request(self, context: _SkillBoardContext, ask: Callable[[SkillBoard], SkillAction]) -> int:
-        """Make a request; return the number of the action, 0 for a refused request."""
+        """Make a request; return the number of the action, or 0 without a board or for a refused request."""
         board = self._board()
         if board is None:
             context.log.error("there is no skill board at present")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cxbridge.space.tf.publisher import TransformPublisher
 
 _THREAD_NAME = "ClipsTFThread"
-# Results of functions that return multifields: in Fawkes, they return a multifield after a failure, too.
+# the results of functions that return multifields: in Fawkes, these return a multifield after a failure, too
 _FAILED: tuple[Value, ...] = (FALSE,)
 _SUCCEEDED: tuple[Value, ...] = (TRUE,)
 
@@ -56,8 +56,8 @@ class TfFeature(Feature):
         ):
             define_logged(env, f"tf-{name}", function, types, failure, lambda error: log.warn(error.message))
         env.define("tf-add-publisher", partial(self._add_publisher, env), 1, types="*;sy")
-        for name, static in (("tf-publish-pose-static", True), ("tf-publish-pose", False)):
-            env.define(name, partial(self._publish, env, static=static), 5, types="*;sy;sy;ld;ld;ld")
+        for name, is_static in (("tf-publish-pose-static", True), ("tf-publish-pose", False)):
+            env.define(name, partial(self._publish, env, is_static=is_static), 5, types="*;sy;sy;ld;ld;ld")
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Close the interfaces if this is the last environment with the feature."""
@@ -82,7 +82,15 @@ class TfFeature(Feature):
         return _SUCCEEDED
 
     def _publish(
-        self, env: ClipsEnvironment, parent: str, frame: str, yaw: float, x: float, y: float, *, static: bool
+        self,
+        env: ClipsEnvironment,
+        parent: str,
+        frame: str,
+        yaw: float,
+        x: float,
+        y: float,
+        *,
+        is_static: bool,
     ) -> Value:
         from cxbridge.space.tf import StampedTransform, Transform  # noqa: PLC0415
         from cxbridge.space.tf.geometry import quaternion_from_yaw  # noqa: PLC0415
@@ -91,7 +99,7 @@ class TfFeature(Feature):
         if publisher is None:
             return _FAILED
         transform = Transform((float(x), float(y), 0.0), quaternion_from_yaw(float(yaw)))
-        publisher.send(StampedTransform(transform, env.bus.clock.now_us(), parent, frame), static=static)
+        publisher.send(StampedTransform(transform, env.bus.clock.now_us(), parent, frame), static=is_static)
         return _SUCCEEDED
 
 
@@ -146,9 +154,10 @@ def _transform(
     :param transform: the method of the buffer for the kind.
     """
     try:
-        return transform(target, value, source, _to_microseconds(time))[0]
+        transformed, _stamp_us = transform(target, value, source, _to_microseconds(time))
     except TransformError as error:
         raise ClipsError(f"Failed to transform {kind} from {source} to {target}: {error.message}") from None
+    return transformed
 
 
 def _to_microseconds(time: Value) -> int:

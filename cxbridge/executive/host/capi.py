@@ -112,7 +112,7 @@ EXTRA_FUNCTIONS: Any = SimpleNamespace(
 
 
 def make_callback(signature: str, function: Callable[..., Any]) -> CData:
-    """Make a C function from a Python function. The caller must keep it alive as long as C may call it."""
+    """Make a C function from a Python function. The caller must keep the result as long as C may call it."""
     return ffi.callback(signature, function)
 
 
@@ -187,8 +187,8 @@ class ClipsApi:
 
 def decode(text: CData) -> str:
     """Return a C string as text. Bytes other than UTF-8 become surrogates."""
-    data: bytes = ffi.string(text)
-    return data.decode("utf-8", "surrogateescape")
+    encoded: bytes = ffi.string(text)
+    return encoded.decode("utf-8", "surrogateescape")
 
 
 def encode(text: str) -> bytes:

@@ -6,8 +6,8 @@ repeatedly. A rule that loads 300,000 objects uses a different object each time;
 each activates the next and the last activates the first, does not.
 
 The detection traces firings in windows of some thousand firings. A run counts as endless if for a long enough
-time (:data:`ENDLESS`) all firings used only facts made in that time or used before. This is a heuristic: a
-rule that counts to a million looks endless, too.
+time (:data:`ENDLESS_LIMITS`) all firings used only facts made in that time or used before. This is a
+heuristic: a rule that counts to a million looks endless, too.
 """
 
 from __future__ import annotations
@@ -22,32 +22,33 @@ from clips._clips import lib
 from cxbridge.events import Logger
 from cxbridge.executive.host.capi import TRACE_OWNER, CData, ClipsApi, decode, make_callback
 
-ENDLESS: Final = ((100_000, 1.0), (1_000, 5.0))
+ENDLESS_LIMITS: Final = ((100_000, 1.0), (1_000, 5.0))
 """Pairs of firings and seconds of real time: fast rules, and rules whose firings are slow. A run that exceeds
 both numbers of a pair is endless."""
 
 MAX_FIRINGS: Final = 1_000_000
 """The maximum number of firings in a run, whatever their facts."""
 
-_TRACE_AFTER_S: Final = 0.25  # seconds of a phase without tracing
-# firings between checks: many fast firings, or few slow firings
+_TRACE_AFTER_S: Final = 0.25  # the minimum duration of a phase without tracing
+# the number of firings between checks: many fast firings, or few slow firings
 _FAST_CHUNK_SIZE, _SLOW_CHUNK_SIZE = 200, 10
 _SLOW_S: Final = 0.1  # the duration of a slow chunk
-# firings in a window, in which a ring of rules is searched
+# the number of firings in a window, in which a ring of rules is searched
 _MIN_WINDOW_SIZE, _WINDOW_SIZE = 20, 4_000
-_MAX_WINDOW_DURATION_S: Final = 0.2  # seconds after which a window of few, slow firings is evaluated
-_MAX_NAMES: Final = 8  # rules in a message
+_MAX_WINDOW_DURATION_S: Final = 0.2  # a window of few, slow firings is evaluated after this time
+_MAX_NAMES: Final = 8  # the maximum number of rules in a message
 
 
 class EndlessRules:
     """Watches the runs of the agenda in chunks of firings.
 
+    Tracing is expensive: it starts after a quarter of a second, and continues only while no firing uses an
+    older fact. A part of the run with or without tracing is a phase.
+
     :param activation_basis: returns the facts of an activation: ``f-1,*,f-2``.
     :param rule_location: returns file and line of a rule; None if unknown.
     """
 
-    # tracing is expensive: it starts after a quarter of a second, and continues only while no firing uses an
-    # older fact
     def __init__(
         self,
         api: ClipsApi,
@@ -78,7 +79,6 @@ class EndlessRules:
         """The rules that the last window repeated, in firing order; all its rules if it repeated none."""
         self.chunk_size = _SLOW_CHUNK_SIZE
         """The number of firings until the next check."""
-        # a phase is a part of the run with or without tracing
         self._began_s = self._checked_s = self._phase_began_s = time.monotonic()
         self._count_before_trace = 0
         # whether no firing of the last window used an older fact for the first time
@@ -121,7 +121,9 @@ class EndlessRules:
         if not self._uses_no_older_facts:
             return False
         traced_firings, traced_s = self.firing_count - self._count_before_trace, now_s - self._phase_began_s
-        return any(traced_firings >= min_firings and traced_s >= min_s for min_firings, min_s in ENDLESS)
+        return any(
+            traced_firings >= min_firings and traced_s >= min_s for min_firings, min_s in ENDLESS_LIMITS
+        )
 
     def _describe_ring(self) -> str:
         """Return a message with the rules of the ring, their files and lines."""
@@ -173,16 +175,16 @@ def _consumes_older_facts(firings: Sequence[tuple[str, str]], first_new_index: i
     :param first_new_index: the first index of facts made in the window; None without any.
     """
     # only the second half counts: a ring, too, uses older facts at the beginning of its first window
-    middle, used_facts = len(firings) // 2, set()
+    middle, uses = len(firings) // 2, set()
     for number, (rule, basis) in enumerate(firings):
         facts = (fact for fact in basis.split(",") if fact.startswith("f-"))  # * is a negated pattern
         older_facts = tuple(
             fact for fact in facts if first_new_index is None or int(fact[2:]) < first_new_index
         )
-        if older_facts and (rule, older_facts) not in used_facts:
+        if older_facts and (rule, older_facts) not in uses:
             if number >= middle:
                 return True
-            used_facts.add((rule, older_facts))
+            uses.add((rule, older_facts))
     return False
 
 

@@ -52,7 +52,7 @@ class ClipsEnvironment:
 
     Threads must hold :attr:`lock` for each sequence of calls.
 
-    :param name: e.g. ``executive``.
+    :param name: the unique name, e.g. ``executive``.
     :param log_component: the component of log lines, by default ``CLIPS (NAME)``.
     :ivar faults: messages about faulty Python functions and endless rules. A run with faults has failed.
     :ivar quit_requested: whether the agent has requested the end of the program, by ``(quit)`` or ``(exit)``.
@@ -167,17 +167,17 @@ class ClipsEnvironment:
 
         An exception other than ``ClipsError`` is a fault of the function.
         """
-        text = f"function '{function}' failed: {type(error).__name__}: {error}"
+        message = f"function '{function}' failed: {type(error).__name__}: {error}"
         if isinstance(error, ClipsError):
-            text = f"{function}: {error}"
+            message = f"{function}: {error}"
         else:
-            self.faults.append(text)
-        self.log.error(text)
+            self.faults.append(message)
+        self.log.error(message)
 
     def _report_recursion(self, function: str) -> None:
         """Report a construct that recursed until the stack was nearly exhausted."""
         # CLIPS would report an error for each level of the recursion; the end of the run resets the router
-        self.output.quiet = True
+        self.output.is_quiet = True
         self.log.error(f"'{function}' calls itself endlessly: ended because the stack is exhausted")
 
     def _clear(self) -> None:
@@ -193,7 +193,7 @@ class ClipsEnvironment:
 
     def _halt(self) -> None:
         """End the run after the active rule."""
-        # fire() needs a flag of its own, because CLIPS clears its flag before the end of the run
+        # fire() needs a separate flag, because CLIPS clears its flag before the end of the run
         self._is_ended_by_halt = True
         self.api.request_halt()
 
@@ -308,7 +308,7 @@ class ClipsEnvironment:
         return _fact_index(pointer)
 
     def retract(self, index: int) -> bool:
-        """Retract a fact by index; return whether it existed."""
+        """Retract a fact by index; return whether the fact existed."""
         fact = self.maker.find_fact(index)
         return bool(fact != NULL and lib.Retract(fact) == lib.RE_NO_ERROR)
 
@@ -374,40 +374,43 @@ class ClipsEnvironment:
         fault that ends all runs.
         """
         self.watcher.firings = 0
-        fired = self.fire(limit)
+        firing_count = self.fire(limit)
         self.end_run()
-        return fired
+        return firing_count
 
     def fire(self, limit: int = -1, fired_before: int = 0) -> int:
         """Do a part of :meth:`run`. :meth:`end_run` must follow the last part.
 
-        :param fired_before: the number of firings in earlier parts.
+        :param fired_before: the number of firings in earlier parts of the run.
+        :returns: the number of firings in this part.
         """
-        fired = 0
+        firing_count = 0
         self._is_ended_by_host = self._is_ended_by_halt = False
         if not fired_before:
             self.endless.begin()
         while not self.is_ended:
-            chunk_size = self.endless.chunk_size if limit < 0 else min(self.endless.chunk_size, limit - fired)
+            chunk_size = (
+                self.endless.chunk_size if limit < 0 else min(self.endless.chunk_size, limit - firing_count)
+            )
             if chunk_size <= 0:
                 break
             # chunks give signal handlers a turn and let endless rules be detected
             self.is_firing = self.output.is_firing = True
-            chunk_fired = int(lib.Run(self.c_env, chunk_size))
+            chunk_firing_count = int(lib.Run(self.c_env, chunk_size))
             self.is_firing = self.output.is_firing = False
-            fired += chunk_fired
+            firing_count += chunk_firing_count
             if self.api.is_halted():  # an error has ended a right-hand side, and the run with it
                 self.api.clear_halt()
-                if chunk_fired == 0 or self._is_ended_by_host or not self.has_activations(1):
+                if chunk_firing_count == 0 or self._is_ended_by_host or not self.has_activations(1):
                     break
-            elif chunk_fired < chunk_size or self._is_ended_by_halt:
+            elif chunk_firing_count < chunk_size or self._is_ended_by_halt:
                 break
             # a limited run ends by itself, unless it is a part of a run without limit
             has_limit = limit >= 0 and not fired_before
-            if reason := self.endless.check(chunk_fired, has_limit=has_limit):
+            if reason := self.endless.check(chunk_firing_count, has_limit=has_limit):
                 self.end_faulty_run(reason)
                 self.api.clear_halt()  # the interruption must not stop CLIPS' next function
-        return fired
+        return firing_count
 
     def end_run(self) -> None:
         """End a run that was executed in parts."""
@@ -440,7 +443,7 @@ class ClipsEnvironment:
         """
         with self.destruction_lock:
             if self._is_alive and self.is_firing:
-                self.output.quiet = True  # each halted match would print a separate error
+                self.output.is_quiet = True  # each halted match would print a separate error
                 self._is_ended_by_host = True
                 self.api.halt()
 

@@ -41,7 +41,7 @@ _COMMAND = re.compile(r"^\((?!def)", re.MULTILINE)
 _FUNCTION_KINDS = ("deffunction", "defgeneric", "defmethod")
 
 UNCLOSED = "UNCLOSED"
-"""The code for an unclosed parenthesis."""
+"""The code of diagnostics about unclosed parentheses."""
 
 _FIND_CONSTRUCT: dict[str, Callable[[CData, bytes], CData]] = {
     "defrule": lib.FindDefrule,
@@ -107,7 +107,7 @@ class ClipsLoader:
         self.diagnostics: list[Diagnostic] = []
         self.files: list[Path] = []
         self.warn_redefinitions = False
-        self.quiet = False
+        self.is_quiet = False
         """Whether mistakes are logged at debug level only, because the caller reports them together."""
         self.rewrite: Callable[[str, str], str] | None = None
         """A debugger's change of each text before CLIPS reads the text. The function gets path and text, and
@@ -118,7 +118,7 @@ class ClipsLoader:
         return self._load_file(file, batch=False)
 
     def batch(self, file: str) -> bool:
-        """Execute the commands and constructs of a file; return whether it is readable."""
+        """Execute the commands and constructs of a file; return whether the file is readable."""
         return self._load_file(file, batch=True)
 
     def _load_file(self, file: str, *, batch: bool) -> bool:
@@ -130,7 +130,7 @@ class ClipsLoader:
                     Diagnostic(file, None, "", "FILE", "the path is not a regular file"), Level.ERROR
                 )
                 return False
-            data = path.read_bytes()
+            content = path.read_bytes()
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or error
             self._report(
@@ -138,7 +138,7 @@ class ClipsLoader:
             )
             return False
         is_native = self._is_native(path)
-        text = data.decode("utf-8", "surrogateescape")
+        text = content.decode("utf-8", "surrogateescape")
         excess = None if is_native else find_exceeded_limit(text)
         if excess is not None:
             self._report(
@@ -154,7 +154,7 @@ class ClipsLoader:
             free_names(self._env, (item.name for item in source.constructs if item.kind in _FUNCTION_KINDS))
         if self.warn_redefinitions:
             self._warn_about_redefinitions(source)
-        self._emit_source(file, data, batch=batch, is_native=is_native)
+        self._emit_source(file, content, batch=batch, is_native=is_native)
         self._loading.append(file)
         try:
             # a core file without commands is loaded, because a batch is slow, but succeeds like a batch,
@@ -165,19 +165,21 @@ class ClipsLoader:
         finally:
             self._loading.pop()
         if source.unclosed_line is not None:
-            text = "a parenthesis that opens here is never closed: the rest of the file is not loaded"
+            mistake = "a parenthesis that opens here is never closed: the rest of the file is not loaded"
             unclosed = [item for item in source.constructs if item.line == source.unclosed_line]
-            construct = f"{unclosed[0].kind} {unclosed[0].name}" if unclosed else ""
-            self._report(Diagnostic(file, source.unclosed_line, construct, UNCLOSED, text), Level.WARN)
+            construct_name = f"{unclosed[0].kind} {unclosed[0].name}" if unclosed else ""
+            self._report(
+                Diagnostic(file, source.unclosed_line, construct_name, UNCLOSED, mistake), Level.WARN
+            )
         return is_loaded
 
-    def _emit_source(self, file: str, data: bytes, *, batch: bool, is_native: bool) -> None:
+    def _emit_source(self, file: str, content: bytes, *, batch: bool, is_native: bool) -> None:
         """Emit a file as a source of the run before it is loaded."""
         self._log.bus.emit_source(
             "clips",
             self._owner,
             file,
-            data,
+            content,
             how="batch" if batch else "load",
             modify="6.4" if is_native else "6.3",
             within=self.current_file,
@@ -225,8 +227,8 @@ class ClipsLoader:
 
     def has_function(self, name: str) -> bool:
         """Return whether a deffunction or defgeneric exists."""
-        data = encode(name)
-        return bool(lib.FindDeffunction(self._env, data) or lib.FindDefgeneric(self._env, data))
+        c_name = encode(name)
+        return bool(lib.FindDeffunction(self._env, c_name) or lib.FindDefgeneric(self._env, c_name))
 
     def _read_source(self, file: str, source: ClipsSource, load: Callable[[CData, bytes], object]) -> bool:
         """Let CLIPS read a file, or a temporary file with the rewritten text."""
@@ -234,43 +236,50 @@ class ClipsLoader:
             return self._read_file(file, file, source, load)
         import tempfile  # noqa: PLC0415 - slow to import and rarely needed
 
-        handle, name = tempfile.mkstemp(suffix=".clp", prefix="cxbridge-")
+        handle, copy_path = tempfile.mkstemp(suffix=".clp", prefix="cxbridge-")
         try:
             with os.fdopen(handle, "wb") as copy:
                 copy.write(encode(source.text))
-            return self._read_file(name, file, source, load)
+            return self._read_file(copy_path, file, source, load)
         finally:
-            Path(name).unlink()
+            Path(copy_path).unlink()
 
     def _read_file(
-        self, name: str, file: str, source: ClipsSource, load: Callable[[CData, bytes], object]
+        self, read_path: str, file: str, source: ClipsSource, load: Callable[[CData, bytes], object]
     ) -> bool:
-        """Let CLIPS read the file ``name``, which is ``file`` in messages; return whether all is valid."""
+        """Let CLIPS read a file; return whether all constructs are valid.
+
+        :param read_path: the file, or the temporary copy with the rewritten text.
+        :param file: the file in messages.
+        :param load: CLIPS' function ``Load`` or ``BatchStar``.
+        """
         outer, was_parsing = self._output.begin_error_capture(), self.is_parsing
         self.is_parsing = load is lib.Load
         try:
-            result = load(self._env, encode(name))
+            result = load(self._env, encode(read_path))
         finally:
             self.is_parsing = was_parsing
             errors = self._output.end_error_capture(outer)
         if errors.strip():
-            self._diagnose(errors, name, file, source)
+            self._diagnose(errors, read_path, file, source)
         return result == lib.LE_NO_ERROR if load is lib.Load else bool(result)
 
-    def _diagnose(self, errors: str, name: str, file: str, source: ClipsSource) -> None:
+    def _diagnose(self, errors: str, read_path: str, file: str, source: ClipsSource) -> None:
         """Convert CLIPS' output on stderr to diagnostics."""
-        lines = {(construct.kind, construct.name): construct.line for construct in source.constructs}
+        construct_lines = {
+            (construct.kind, construct.name): construct.line for construct in source.constructs
+        }
         starts = [match.start() for match in _MESSAGE.finditer(errors)]
         for start, end in pairwise((*starts, len(errors))):
             block = errors[start:end]
             head = _MESSAGE.match(block)
-            assert head is not None
+            assert head is not None  # each block begins with a message
             broken = _BROKEN_CONSTRUCT.search(block)
             construct = f"{broken[1]} {broken[2]}" if broken else ""
             line = int(head["line"]) if head["line"] else None
             if line is None and broken:
-                line = lines.get((broken[1], broken[2]))
-            message_file = file if head["file"] in (name, None) else str(head["file"])
+                line = construct_lines.get((broken[1], broken[2]))
+            message_file = file if head["file"] in (read_path, None) else str(head["file"])
             self._report(
                 Diagnostic(message_file, line, construct, head[1], head["text"].strip()), Level.ERROR
             )
@@ -288,7 +297,7 @@ class ClipsLoader:
         """
         self.diagnostics.append(diagnostic)
         if text:
-            (log or self._log).log(Level.DEBUG if self.quiet else level, text)
+            (log or self._log).log(Level.DEBUG if self.is_quiet else level, text)
 
     def _warn_about_redefinitions(self, source: ClipsSource) -> None:
         """Report constructs that exist already or occur twice, for Fawkes' feature redefine-warning."""
@@ -305,6 +314,8 @@ class ClipsLoader:
                 self._log.error(f"Redefining {construct.kind}: {name}")
             defined.add((construct.kind, name))
             if construct.kind == "deffunction":
-                (self._declared_functions.add if construct.declares else self._declared_functions.discard)(
-                    name
-                )
+                (
+                    self._declared_functions.add
+                    if construct.is_declaration
+                    else self._declared_functions.discard
+                )(name)

@@ -20,7 +20,7 @@ from cxbridge.executive.host.shims import OWN_NAMES
 LineSink = Callable[[Level, str], None]
 """Gets the level and text of a line."""
 
-# Levels by logical name, from Fawkes' CLIPS environment manager, which drops output to wdialog. The names of
+# levels by logical name, from Fawkes' CLIPS environment manager, which drops output to wdialog. The names of
 # colours and their level come from ``cx_clips_env_manager`` of ros2_cx.
 _LEVELS = {
     b"stdout": Level.INFO,
@@ -65,13 +65,13 @@ class OutputRouter:
     def __init__(self, env: CData, sink: LineSink) -> None:
         self.is_firing = False
         """Whether rules are firing, in chunks: CLIPS' message about the limit of a chunk is dropped."""
-        self.quiet = False
+        self.is_quiet = False
         """Whether CLIPS' warnings and error messages are dropped."""
         self._env = env
         self._sink = sink
         self._unfinished_lines: dict[bytes, str] = {}
         self._captured_errors: list[str] | None = None
-        # CLIPS' callbacks, kept because CLIPS does not keep them
+        # the callbacks of CLIPS, kept alive here because CLIPS keeps only their addresses
         self._callbacks = (
             make_callback("bool(Environment *, char *, void *)", self._is_handled),
             make_callback("void(Environment *, char *, char *, void *)", self._write),
@@ -86,7 +86,7 @@ class OutputRouter:
 
     def _write(self, _env: CData, name: CData, text: CData, _context: CData) -> None:
         text_piece, target = decode(text), ffi.string(name)
-        if self.quiet and target in (b"stdwrn", b"stderr"):
+        if self.is_quiet and target in (b"stdwrn", b"stderr"):
             return
         if target == b"stderr":
             text_piece = OWN_NAMES.get(text_piece, text_piece)
@@ -117,7 +117,7 @@ class OutputRouter:
 
     def end_run(self) -> None:
         """Flush unfinished lines, and show messages again, after a run of the rules."""
-        self.quiet = False
+        self.is_quiet = False
         self.flush()
 
     def flush(self) -> None:
@@ -140,7 +140,7 @@ class OutputRouter:
         """Return the captured error messages, and continue the outer capture."""
         text = "".join(self._captured_errors or ())
         self._captured_errors = outer
-        self.quiet = False
+        self.is_quiet = False  # an endless recursion within the capture has silenced CLIPS
         return text
 
     def pause(self) -> None:

@@ -18,21 +18,23 @@ from clips._clips import ffi, lib
 
 from cxbridge.clipstext.syntax import top_level
 from cxbridge.executive.host.capi import CData, make_callback
+from cxbridge.executive.host.retracted import Edit
 
 GUARD_FUNCTION = "cx-guard-recursion"
 """The name of the guard function."""
 
-# Bytes of the stack that remain reserved for calls of a function on its last level.
+# the bytes of the stack that remain reserved for calls of a function on its last level
 _RESERVED_BYTES = 2 * 1024 * 1024
 
-# The maximum number of stack bytes for CLIPS.
+# the maximum number of stack bytes for CLIPS
 _MAX_STACK_BYTES = 256 * 1024 * 1024
 
+# the start of a construct with a body, up to its parameters; group 1 is the name
 _FUNCTION = re.compile(r"\(\s*(?:deffunction|defmethod)\s+([^\s()]+)(?:\s+\d+)?\s*")
 _HANDLER = re.compile(
     r"\(\s*defmessage-handler\s+[^\s()]+\s+([^\s()]+)(?:\s+(?:around|before|primary|after)(?=[\s(]))?\s*"
 )
-# Functions that call a function by a name computed at run time.
+# functions that call a function by a name computed at run time
 _INDIRECT_FUNCTIONS = (
     *("funcall", "sort", "call-specific-method"),
     *("eval", "build", "assert-string", "str-assert", "load-facts"),
@@ -40,10 +42,8 @@ _INDIRECT_FUNCTIONS = (
 )
 
 
-def find_guard_insertion(
-    code: str, start: int, end: int, is_known: Callable[[str], bool]
-) -> tuple[int, str] | None:
-    """Return the position and the text of the guard to insert into a construct, at the start of its body.
+def find_guard_insertion(code: str, start: int, end: int, is_known: Callable[[str], bool]) -> Edit | None:
+    """Return the edit that inserts the guard at the start of a construct's body; None if no guard is needed.
 
     :param code: the text with strings and comments blanked (:func:`~cxbridge.clipstext.syntax.blank`), so
         that an example in a documentation string does not look like a call.
@@ -56,11 +56,12 @@ def find_guard_insertion(
     if head is None or not code.startswith("(", head.end()):
         return None
     name = head[1]
-    calls = re.compile(rf"\(\s*(?:{'|'.join(map(re.escape, (name, *_INDIRECT_FUNCTIONS)))})(?=[\s()])")
-    if handler is None and not calls.search(code, head.end(), end) and not is_known(name):
+    call_pattern = re.compile(rf"\(\s*(?:{'|'.join(map(re.escape, (name, *_INDIRECT_FUNCTIONS)))})(?=[\s()])")
+    if handler is None and not call_pattern.search(code, head.end(), end) and not is_known(name):
         return None
     _, parameters_end = next(top_level(code[head.end() : end]))
-    return head.end() + (parameters_end or 0), f" ({GUARD_FUNCTION} {name})"
+    position = head.end() + (parameters_end or 0)
+    return position, position, f" ({GUARD_FUNCTION} {name})"
 
 
 class _ThreadStack(threading.local):

@@ -22,7 +22,7 @@ _QUERY_WITH_RETRACTION: Final = re.compile(
 )
 
 Edit = tuple[int, int, str]
-"""Start, end and replacement."""
+"""A change of a text: start and end of the replaced part, and the replacement."""
 
 
 def find_retracted_slot_edits(code: str, start: int, end: int) -> list[Edit]:

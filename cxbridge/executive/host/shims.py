@@ -20,7 +20,7 @@ from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
 from cxbridge.executive.host.values import Value
 
 # The originals: built-ins that the functions below call as ``cx-NAME``. The values are the C function, the
-# minimum and maximum number of arguments, and the types.
+# minimum and maximum number of arguments, and the types (see `UdfTable.define`).
 _ORIGINALS = {
     "length$": ("LengthFunction", 1, 1, "m"),
     "str-byte-length": ("StrByteLengthFunction", 1, 1, "syn"),
@@ -128,6 +128,7 @@ def _to_integer(name: str) -> str:
 # the arguments ?i and ?j of the functions below
 _I, _J = _to_integer("?i"), _to_integer("?j")
 _SWITCHES = ("auto-float-dividend", "incremental-reset", "static-constraint-checking")
+# the parameters and the body of the deffunctions `length$` and `length`
 _LENGTH = (
     "(?x) (if (multifieldp ?x) then (cx-length$ ?x)"
     " else (if (lexemep ?x) then (cx-str-byte-length ?x) else (cx-length$ ?x))))"
@@ -225,7 +226,7 @@ class Clips630Functions:
     # resolves names at run time, needs a module that imports MAIN
     def __init__(self, env: CData, udfs: UdfTable, build: Callable[[str], None]) -> None:
         self._env, self._udfs, self._build = env, udfs, build
-        self._type = 0  # the type of expressions that call a deffunction
+        self._call_type = 0  # the type of expressions that call a deffunction
         self._parsers: dict[str, CData] = {}
 
     def build(self, text: str) -> None:
@@ -242,7 +243,7 @@ class Clips630Functions:
         reference = ffi.new("char[64]")  # more than a ``struct expr`` has
         if not EXTRA_FUNCTIONS.GetFunctionReference(self._env, encode(name), reference):
             raise RuntimeError(f"CLIPS does not find the function {name}")
-        self._type = _type_of(reference)[0]
+        self._call_type = _type_of(reference)[0]
         if name not in self._parsers:
             # a placeholder: _parse replaces all calls
             self._udfs.define_c(name, EXTRA_FUNCTIONS.LengthFunction, 0, UNBOUNDED, "*")
@@ -263,18 +264,18 @@ class Clips630Functions:
         function = lib.FindDeffunction(env, encode(f"MAIN::{name}"))
         if NULL in (top, function):
             return NULL
-        _type_of(top)[0], _value_of(top)[0] = self._type, function
+        _type_of(top)[0], _value_of(top)[0] = self._call_type, function
         if EXTRA_FUNCTIONS.GetSequenceOperatorRecognition(env):
             call, expand = (
                 EXTRA_FUNCTIONS.FindFunction(env, operator) for operator in (b"(expansion-call)", b"expand$")
             )
-            failed = EXTRA_FUNCTIONS.ReplaceSequenceExpansionOps(
+            has_failed = EXTRA_FUNCTIONS.ReplaceSequenceExpansionOps(
                 env, _arguments_of(top)[0], top, call, expand
             )
         else:
             count = EXTRA_FUNCTIONS.CountArguments(_arguments_of(top)[0])
-            failed = not EXTRA_FUNCTIONS.CheckDeffunctionCall(env, _value_of(top)[0], count)
-        if failed:
+            has_failed = not EXTRA_FUNCTIONS.CheckDeffunctionCall(env, _value_of(top)[0], count)
+        if has_failed:
             EXTRA_FUNCTIONS.ReturnExpression(env, top)
             return NULL
         return top
@@ -333,9 +334,9 @@ def free_names(env: CData, names: Iterable[str]) -> None:
 
 def _set_name(env: CData, function: CData, name: str, new_name: str) -> None:
     # the name is the first member of the record; CLIPS still finds the function by the hash of its first name
-    field = ffi.cast("CLIPSLexeme **", function)
-    if field[0] != lib.CreateSymbol(env, encode(name)):
+    name_member = ffi.cast("CLIPSLexeme **", function)
+    if name_member[0] != lib.CreateSymbol(env, encode(name)):
         raise RuntimeError("this build of CLIPS lays out functions in an unknown way")
     new_symbol = lib.CreateSymbol(env, encode(new_name))
     EXTRA_FUNCTIONS.RetainLexeme(env, new_symbol)
-    field[0] = new_symbol
+    name_member[0] = new_symbol

@@ -1,4 +1,4 @@
-"""Preparation of CLIPS text: position of constructs, and `modify` as in CLIPS 6.30.
+"""Preparation of CLIPS text: positions of constructs, and `modify` as in CLIPS 6.30.
 
 In 6.30 ``modify`` retracts a fact and asserts a new fact with a new index; 6.4 changes the fact in place.
 Users' files, including Fawkes', rely on 6.30's way (docs/evidence/clips.md). Therefore
@@ -31,27 +31,28 @@ _USER_CALL = re.compile(r"\(\s*(modify|duplicate|cx-modify-goal)(?=[\s(])")
 _CORE_CALL = re.compile(r"\(\s*(cx-modify-goal)(?=[\s(])")
 # the text before the first argument of such a call
 _CALL_START = re.compile(r"\(\s*(?:modify|duplicate|cx-modify-goal)\s+\Z")
+# a variable in a defglobal
 _GLOBAL = re.compile(r"(\?\*[^\s()&|~]+\*)\s*=")
 _SLOT = re.compile(r"\(\s*([^\s()\";]+)")
-# 6.30 accepts this for ``slot`` in a defclass; ontology editors write it.
+# 6.30 accepts single-slot for slot in a defclass; ontology editors write single-slot
 _SINGLE_SLOT = re.compile(r"(?<=\()(\s*)single-slot(?=\s)")
 
-# The maximum nesting of parentheses: CLIPS parses by recursion, and a stack overflow ends the process.
+# the maximum nesting of parentheses: CLIPS parses by recursion, and a stack overflow ends the process
 _MAX_DEPTH = 500
 
-# The maximum length of a string or symbol: CLIPS reads it in quadratic time.
+# the maximum length of a string or symbol: CLIPS reads them in quadratic time
 _MAX_WORD_LENGTH = 128 * 1024
 
-# The maximum number of parts of a construct: CLIPS counts them in 16 bits, slowly.
+# the maximum number of parts of a construct: CLIPS counts them in 16 bits, slowly
 _MAX_PARTS = 4096
 
 _LONG_WORD = re.compile(rf"""[^\s()";]{{{_MAX_WORD_LENGTH + 1}}}""")
 _FORMAT = re.compile(r'\(\s*format\s+[^\s()";]+\s+"((?:[^"\\]|\\.)*)"')
-# A field of 200 characters or more, which overflows CLIPS' buffer.
+# a field of 200 characters or more in a format string, which overflows CLIPS' buffer
 _WIDE_FIELD = re.compile(r"(?:^|[^%])(?:%%)*%-?(?:\d*\.)?(?:[2-9]\d\d|\d{4})")
 
-# The maximum number of characters between the name `modify` and its first argument: it bounds a search
-# backwards.
+# the maximum number of characters between the name `modify` and its first argument, which bounds a backward
+# search
 _MAX_GAP = 1000
 _FUNCTION_KINDS = ("deffunction", "defmethod")
 # CLIPS does not count the parts of these constructs
@@ -75,13 +76,13 @@ class SourceConstruct(Struct, frozen=True):
 
     :param kind: ``defrule``, ``deftemplate`` ...
     :param line: counted from 1.
-    :param declares: whether the construct is a function without actions, a forward declaration.
+    :param is_declaration: whether the construct is a function without actions, a forward declaration.
     """
 
     kind: str
     name: str
     line: int
-    declares: bool = False
+    is_declaration: bool = False
 
 
 class ExceededLimit(Struct, frozen=True):
@@ -119,9 +120,9 @@ def prepare_source(text: str, is_known: Callable[[str], bool] = lambda _name: Fa
     function_names: set[str] = set()
     unclosed_line = None
     for start, end in top_level(code):
-        construct = CONSTRUCT.match(code, start)
-        limit = len(code) if end is None else end
-        _add_modify_edits(code, (start, limit), _USER_CALL, edits)
+        construct = CONSTRUCT.match(code, start)  # group 1 is the kind, group 2 the name
+        search_end = len(code) if end is None else end
+        _add_modify_edits(code, (start, search_end), _USER_CALL, edits)
         if end is None:
             unclosed_line = lines.at(start)
         else:
@@ -129,14 +130,14 @@ def prepare_source(text: str, is_known: Callable[[str], bool] = lambda _name: Fa
                 code, start, end, lambda name: name in function_names or is_known(name)
             )
             if insertion is not None:
-                edits.append((insertion[0], insertion[0], insertion[1]))
+                edits.append(insertion)
         if construct is None:
             continue
         constructs += _make_constructs(construct, code, end, lines)
         if construct[1] == "defclass":
             edits += (
                 (match.start(), match.end(), f"{match[1]}slot")
-                for match in _SINGLE_SLOT.finditer(code, start, limit)
+                for match in _SINGLE_SLOT.finditer(code, start, search_end)
             )
         if end is not None:
             edits += find_retracted_slot_edits(code, start, end)
@@ -172,7 +173,7 @@ def _apply_edits(
 def _make_constructs(head: re.Match[str], code: str, end: int | None, lines: Lines) -> list[SourceConstruct]:
     """Return the construct with a head; for a closed defglobal, a construct for each of its variables.
 
-    :param head: the match of :data:`CONSTRUCT`.
+    :param head: the match of :data:`CONSTRUCT`: group 1 is the kind, group 2 the name.
     """
     variables = _GLOBAL.finditer(code, head.start(), end) if head[1] == "defglobal" and end else ()
     return [SourceConstruct("defglobal", match[1], lines.at(match.start())) for match in variables] or [
@@ -203,7 +204,7 @@ def _describe_excess(text: str, offset: int, depth: int, part_count: int) -> str
 
 
 def find_exceeded_limit(text: str) -> ExceededLimit | None:
-    """Return the first part of a text that exceeds a limit of CLIPS' parser, if any."""
+    """Return the first part of a text that exceeds a limit of CLIPS' parser; None without such a part."""
     if "\0" in text:
         return ExceededLimit(
             text.count("\n", 0, text.index("\0")) + 1, "the line has a NUL byte: save the file as UTF-8"
@@ -223,7 +224,7 @@ def find_exceeded_limit(text: str) -> ExceededLimit | None:
     for match in PARENTHESIS.finditer(code, 0, min(excesses)[0] if excesses else len(text)):
         offset = match.start()
         if match.group() == ")":
-            depth -= depth > 0
+            depth -= depth > 0  # a surplus parenthesis closes nothing
             continue
         depth += 1
         if depth == 1:
@@ -243,7 +244,7 @@ def find_exceeded_limit(text: str) -> ExceededLimit | None:
 def check_parser_limits(text: str) -> None:
     """Check that a text would neither crash nor block CLIPS' parser.
 
-    :raises ClipsError: if it would.
+    :raises ClipsError: if the text exceeds a limit.
     """
     excess = find_exceeded_limit(text)
     if excess is not None:
@@ -256,26 +257,27 @@ def _add_modify_edits(
     """Add the edits for `modify`, `duplicate` and their slots in a span."""
     if call_pattern.search(code, *span) is None:
         return
+    # the depths of the open calls of `modify` and `duplicate`; 0: outside of all calls
     depth, modify_depths = 0, [0]
     for match in PARENTHESIS.finditer(code, *span):
         offset = match.start()
         if match.group() == ")":
-            depth -= depth > 0
+            depth -= depth > 0  # a surplus parenthesis closes nothing
             if depth < modify_depths[-1]:
                 modify_depths.pop()
             continue
         depth += 1
         call = call_pattern.match(code, offset)
         if call:
-            edits.append((offset + 1, call.end(), _keep_line_ends(call) + _REPLACEMENTS[call[1]]))
+            edits.append((offset + 1, call.end(), _line_ends_of(call) + _REPLACEMENTS[call[1]]))
             modify_depths.append(depth)
         elif depth == modify_depths[-1] + 1 and modify_depths[-1] > 0:
             slot = _SLOT.match(code, offset)
             # the first argument of modify is the fact, which may be an expression
             if slot and not _CALL_START.search(code, max(0, offset - _MAX_GAP), offset):
-                edits.append((offset, slot.end(), f"{_keep_line_ends(slot)} {slot[1]} (create$"))
+                edits.append((offset, slot.end(), f"{_line_ends_of(slot)} {slot[1]} (create$"))
 
 
-def _keep_line_ends(match: re.Match[str]) -> str:
+def _line_ends_of(match: re.Match[str]) -> str:
     """Return the line ends of the replaced text: with them, later lines keep their numbers."""
     return "\n" * match.group().count("\n")

@@ -51,7 +51,7 @@ class UdfTable:
     """The UDFs of one environment.
 
     :param env: the environment's pointer.
-    :param handle_failure: receives exceptions of Python functions. CLIPS gets an error instead.
+    :param handle_failure: gets the exceptions of Python functions. CLIPS gets an error instead.
     """
 
     def __init__(self, env: CData, handle_failure: FailureHandler) -> None:
@@ -59,24 +59,26 @@ class UdfTable:
         self._handle_failure = handle_failure
         # C texts and callbacks by function: CLIPS uses these objects but does not keep them alive
         self._kept_objects: dict[str, tuple[Any, ...]] = {}
-        # by name: minimum and maximum number of arguments, types, and a list with the present function
-        self._functions: dict[str, tuple[int, int, str, list[Function]]] = {}
+        # by name: minimum and maximum number of arguments, and types
+        self._signatures: dict[str, tuple[int, int, str]] = {}
+        # by name: a list with one item, the present function, which a revocation replaces
+        self._function_cells: dict[str, list[Function]] = {}
         self._revoked: set[str] = set()
 
     @property
     def names(self) -> frozenset[str]:
         """The Python functions that are not revoked."""
-        return frozenset(self._functions.keys() - self._revoked)
+        return frozenset(self._signatures.keys() - self._revoked)
 
     def signature(self, name: str) -> tuple[int, int, str, str]:
         """Return minimum and maximum number of arguments, types and documentation of a function.
 
         :raises KeyError: if the function is unknown.
         """
-        minimum, maximum, types, function_cell = self._functions[name]
+        function = self._function_cells[name][0]
         # a partial has the docstring of its class
-        documented = getattr(function_cell[0], "func", function_cell[0])
-        return minimum, maximum, types, documented.__doc__ or ""
+        documented = getattr(function, "func", function)
+        return *self._signatures[name], documented.__doc__ or ""
 
     def revoke(self, names: Iterable[str], reason: str) -> None:
         """Make all calls of these functions fail, until they are defined again.
@@ -89,7 +91,7 @@ class UdfTable:
             raise ClipsError(reason)
 
         for name in self.names & frozenset(names):
-            self._functions[name][-1][0] = refuse
+            self._function_cells[name][0] = refuse
             self._revoked.add(name)
 
     def define(
@@ -111,7 +113,7 @@ class UdfTable:
         """
         maximum = minimum if maximum is None else maximum
         if name in self._revoked:
-            self._functions[name][-1][0] = function
+            self._function_cells[name][0] = function
             self._revoked.discard(name)
             return
         function_cell = [function]
@@ -120,7 +122,7 @@ class UdfTable:
             self._make_entry_point(name, function_cell, minimum, maximum, types),
         )
         self.define_c(name, call, minimum, maximum, types)
-        self._functions[name] = (minimum, maximum, types, function_cell)
+        self._signatures[name], self._function_cells[name] = (minimum, maximum, types), function_cell
 
     def define_c(self, name: str, call: CData, minimum: int, maximum: int, types: str) -> None:
         """Make a C function callable from CLIPS as ``name``."""
@@ -135,7 +137,7 @@ class UdfTable:
     ) -> Callable[[CData, CData, CData], None]:
         """Return the function that CLIPS calls. CLIPS has checked the number of arguments.
 
-        :param function_cell: holds the current function, which revocation replaces.
+        :param function_cell: a list with the present function, which a revocation replaces.
         """
         # locals, because rules call functions very often and a local is faster than an attribute
         handle_failure, read_first, read_next = (
@@ -145,6 +147,7 @@ class UdfTable:
         )
         has_next, throw, converters = lib.UDFHasNextArgument, lib.UDFThrowError, TO_PYTHON
         void = lib.VoidConstant(self._env)
+        # CLIPS reads the first argument by one function, all others by another
         readers, has_optional = (read_first, *[read_next] * (minimum - 1))[:minimum], minimum < maximum
         # shared by all calls: an argument is converted before any other call can begin
         value = ffi.new("UDFValue *")

@@ -134,13 +134,13 @@ def _make_multifield(env: CData, values: tuple[Value, ...] | list[Value]) -> CDa
     if not values:
         return lib.EmptyMultifield(env)
     builder = lib.CreateMultifieldBuilder(env, len(values))
-    item = ffi.new("CLIPSValue *")
+    element = ffi.new("CLIPSValue *")
     for value in values:
-        item.value = value_pointer(env, value)
-        lib.MBAppend(builder, item)
-    result = lib.MBCreate(builder)
+        element.value = value_pointer(env, value)
+        lib.MBAppend(builder, element)
+    multifield = lib.MBCreate(builder)
     lib.MBDispose(builder)
-    return result
+    return multifield
 
 
 _TO_CLIPS: dict[type, Callable[[CData, Any], CData]] = {
@@ -172,7 +172,7 @@ def value_pointer(env: CData, value: Value) -> CData:
 
 
 def clips_value(env: CData, value: Value) -> CData:
-    """Return a ``CLIPSValue *``, valid until CLIPS' next garbage collection."""
+    """Return a Python value as a ``CLIPSValue *``, valid until CLIPS' next garbage collection."""
     result = ffi.new("CLIPSValue *")
     result.value = value_pointer(env, value)
     return result

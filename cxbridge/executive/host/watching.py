@@ -30,6 +30,7 @@ class WatchItem:
 
     def __init__(self) -> None:
         self.default = False
+        """Whether constructs other than the exceptions are watched."""
         self.exceptions: set[str] = set()
 
     def set(self, names: tuple[str, ...], *, on: bool) -> None:
@@ -67,14 +68,15 @@ class _Followers:
 
     def notify(self, template: str, fact: CData) -> None:
         """Pass the slots of a fact to the followers."""
-        # each slot is queried once for all followers, because a query costs as much as printing the whole
-        # fact
-        get, value = lib.GetFactSlot, self._value
+        # each slot is queried once for all followers: a query costs as much as printing the whole fact
+        get_slot, value = lib.GetFactSlot, self._value
         slots = {
-            name: print_value(value) for name, slot in self._slots.items() if get(fact, slot, value) == _FOUND
+            name: print_value(value)
+            for name, c_name in self._slots.items()
+            if get_slot(fact, c_name, value) == _FOUND
         }
-        for call in self._followers:
-            call(template, slots)
+        for follower in self._followers:
+            follower(template, slots)
 
 
 class Watcher:
@@ -109,9 +111,9 @@ class Watcher:
         """
         if item not in ("facts", "rules", "all"):
             raise ClipsError(f"watching '{item}' is not supported", hint="watch facts, rules or all")
-        find = {"facts": lib.FindDeftemplate, "rules": lib.FindDefrule}
+        finders = {"facts": lib.FindDeftemplate, "rules": lib.FindDefrule}
         for name in names:
-            if item in find and find[item](self._env, encode(name)) == NULL:
+            if item in finders and finders[item](self._env, encode(name)) == NULL:
                 raise ClipsError(
                     f"Unable to find {'deftemplate' if item == 'facts' else 'defrule'} '{name}'."
                 )
@@ -153,12 +155,12 @@ class Watcher:
         self._emits_facts = self._bus.wants(FactChange)
         self._unwatched_templates.clear()
         self._fact_texts.clear()
-        asserted, retracted, fired = self._hooks
+        assert_hook, retract_hook, firing_hook = self._hooks
         # a hook costs time for every fact: without listeners there is no hook
         set_hook = self._api.set_hook
-        set_hook("Assert", asserted if self._emits_facts or self._assert_followers else None)
-        set_hook("Retract", retracted if self._emits_facts or self._retract_followers else None)
-        set_hook("BeforeRuleFires", fired if self._bus.wants(RuleFired) else None)
+        set_hook("Assert", assert_hook if self._emits_facts or self._assert_followers else None)
+        set_hook("Retract", retract_hook if self._emits_facts or self._retract_followers else None)
+        set_hook("BeforeRuleFires", firing_hook if self._bus.wants(RuleFired) else None)
 
     def forget_names(self) -> None:
         """Clear the cached deftemplates, which may be redefined."""
@@ -170,26 +172,26 @@ class Watcher:
     def _handle_assertion(self, _env: CData, fact: CData, _context: CData) -> None:
         deftemplate = lib.FactDeftemplate(fact)
         if deftemplate not in self._unwatched_templates:
-            self._handle_change(fact, deftemplate, self._assert_followers, asserted=True)
+            self._handle_change(fact, deftemplate, self._assert_followers, is_assertion=True)
 
     def _handle_retraction(self, _env: CData, fact: CData, _context: CData) -> None:
         deftemplate = lib.FactDeftemplate(fact)
         if deftemplate not in self._unwatched_templates:
-            self._handle_change(fact, deftemplate, self._retract_followers, asserted=False)
+            self._handle_change(fact, deftemplate, self._retract_followers, is_assertion=False)
 
     def _handle_change(
-        self, fact: CData, deftemplate: CData, followers: dict[str, _Followers], *, asserted: bool
+        self, fact: CData, deftemplate: CData, followers: dict[str, _Followers], *, is_assertion: bool
     ) -> None:
         template = self._names.get(deftemplate)
         if template is None:
             template = self._names[deftemplate] = decode(lib.DeftemplateName(deftemplate))
         if self._emits_facts and template in self.facts:
             now_us, index = self._bus.clock.now_us(), lib.FactIndex(fact)
-            if asserted:
+            if is_assertion:
                 text = self._fact_texts[index] = self.fact_text(fact)
             else:
                 text = self._fact_texts.pop(index, "") or self.fact_text(fact)
-            self._bus.emit(FactChange(now_us, self._name, asserted, index, template, text))
+            self._bus.emit(FactChange(now_us, self._name, is_assertion, index, template, text))
         elif self._fact_texts:
             self._fact_texts.pop(lib.FactIndex(fact), None)
         if template in followers:

@@ -1,1 +1,1 @@
-"""Editable planning problems: knowledge, storage and truth."""
+"""Planning problems in an environment: facts, numbers and conditions, and the truth of conditions."""

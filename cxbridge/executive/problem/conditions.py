@@ -1,4 +1,4 @@
-"""Conditions that an environment has as facts, converted to formulas.
+"""Formulas made from the facts of an environment that describe conditions.
 
 The feature ``pddl-parser`` asserts the facts: ``pddl-formula`` for a connective, ``pddl-predicate`` for an
 atom. Their slot ``part-of`` has the id of the parent, an operator or another formula.
@@ -61,7 +61,7 @@ class Conditions:
         """
         atoms = [make_atom(slots) for slots in self._atoms.get(parent, ())]
         if parent in ancestors or len(ancestors) > _MAX_DEPTH:
-            return [*atoms]
+            return atoms
         inner = (*ancestors, parent)
         return [*atoms, *(self._formula(slots, inner) for slots in self._formulas.get(parent, ()))]
 

@@ -10,6 +10,7 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.executive.pddl.ast import Ground
 
+# the templates of the facts about function values, objects and domain facts
 FUNCTION: Final = "problem-function"
 INSTANCE: Final = "domain-object"
 PREDICATE: Final = "domain-fact"
@@ -18,7 +19,7 @@ Slots = Mapping[str, Value]
 
 
 def set_number(env: ClipsEnvironment, ground: Ground, value: float) -> None:
-    """Set the value of a function."""
+    """Set the value of a ground function: replace its fact, or assert the first."""
     for index, _, slots in list(env.facts(FUNCTION)):
         if ground_of_slots(slots) == ground:
             env.retract(index)
@@ -26,7 +27,7 @@ def set_number(env: ClipsEnvironment, ground: Ground, value: float) -> None:
 
 
 def numbers_in(env: ClipsEnvironment) -> dict[Ground, float]:
-    """Return the function values of an environment."""
+    """Return the values of all ground functions in an environment."""
     numbers = {}
     for _, _, slots in env.facts(FUNCTION):
         value = slots["value"]
@@ -37,7 +38,8 @@ def numbers_in(env: ClipsEnvironment) -> dict[Ground, float]:
 
 def slots_of_ground(ground: Ground) -> dict[str, Value]:
     """Return the slots of the fact about a ground predicate or function."""
-    return {"name": Symbol(ground[0]), "param-values": tuple(map(clips_scalar, ground[1]))}
+    name, arguments = ground
+    return {"name": Symbol(name), "param-values": tuple(map(clips_scalar, arguments))}
 
 
 def ground_of_slots(slots: Slots) -> Ground:

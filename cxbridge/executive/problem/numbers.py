@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _RULES: Final = CORE_DIR / "features" / "domain-numbers.clp"
 _FUNCTIONS: Final = CORE_DIR / "features" / "functions.clp"
-# the templates of a core with numbers; Fawkes' core has neither
+# the templates that a core with numbers has; Fawkes' core has neither
 _NEEDED_TEMPLATES: Final = ("grounded-pddl-comparison", "domain-numbers-due")
 
 
@@ -87,9 +87,9 @@ class PddlNumbers:
         state = KnownState((), numbers_in(self._env), duration=duration)
         new_values: dict[Ground, float] = {}
         try:
-            for part in action.effect.walk():
-                if isinstance(part, NumericChange):
-                    state.change_number(part, _bound_objects(names, values), new_values)
+            for effect in action.effect.walk():
+                if isinstance(effect, NumericChange):
+                    state.change_number(effect, _bound_objects(names, values), new_values)
         except CxbridgeError as error:
             self._log_error(f"The effects of action {operator} on numbers cannot be applied: {error}")
             return
@@ -98,5 +98,6 @@ class PddlNumbers:
 
 
 def _bound_objects(names: tuple[Value, ...], values: tuple[Value, ...]) -> dict[str, str]:
-    """Return the objects of an action's parameters."""
+    """Return the objects of an action's parameters, by parameter."""
+    # rules of agents assert these facts, too, and may give fewer values than names
     return dict(zip(map(str, names), map(str, values), strict=False))

@@ -214,5 +214,7 @@ def blamed_parts(
     )
     if not parts:
         yield BlamedPart(formula, binding, required)
-    for part, inner, value in parts:
-        yield from blamed_parts(part, state, inner, required=value, keeps_choices=keeps_choices)
+    for part, inner_binding, inner_required in parts:
+        yield from blamed_parts(
+            part, state, inner_binding, required=inner_required, keeps_choices=keeps_choices
+        )

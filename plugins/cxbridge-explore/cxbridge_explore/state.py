@@ -194,7 +194,7 @@ def _read_agent_state(agent: Run, normalizer: _Normalizer) -> Hashable:
     return (
         tuple((template, normalizer.normalize_slots(slots)) for _, template, slots in facts),
         _read_globals(env, normalizer),
-        (env.quit_requested, env.is_ended, bool(env.faults), agent.executive.skills.running),
+        (env.quit_requested, env.is_ended, bool(env.faults), agent.executive.skills.has_running_skill),
         # whether goals have finished, and whether a goal has failed: both decide the verdict on the run
         (bool(goals.outcome_counts), goals.outcome_counts.total() > goals.outcome_counts["COMPLETED"]),
         _read_board_state(agent.board, normalizer),

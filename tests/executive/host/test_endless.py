@@ -163,7 +163,7 @@ def impatient(monkeypatch):
     """Look at once, and lose patience soon: the shapes count, not the time."""
     monkeypatch.setattr(endless, "_TRACE_AFTER_S", 0.0)
     monkeypatch.setattr(endless, "_WINDOW_SIZE", 2 * MANY + 100)
-    monkeypatch.setattr(endless, "ENDLESS", ((FIRINGS, 0.0),))
+    monkeypatch.setattr(endless, "ENDLESS_LIMITS", ((FIRINGS, 0.0),))
 
 
 def build(env, rules, facts):

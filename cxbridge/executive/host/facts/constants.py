@@ -63,19 +63,21 @@ def parse_constant_fact(text: str) -> ConstantFact:
     # the shortest fact has three tokens: parentheses and a name
     if len(tokens) < 3 or tokens[0] != "(" or tokens[-1] != ")" or not _SYMBOL.fullmatch(tokens[1]):  # noqa: PLR2004
         raise ClipsError(f"{text} is not a fact", hint="e.g. (battery (level 3)), or (at home)")
-    name, inner = tokens[1], tokens[2:-1]
-    if "(" not in inner:
-        return ConstantFact(name, (), f"({' '.join([name, *_to_safe_texts(inner, text)])})")
-    if inner[-1] != ")":
+    name, inner_tokens = tokens[1], tokens[2:-1]
+    if "(" not in inner_tokens:
+        return ConstantFact(name, (), f"({' '.join([name, *_to_safe_texts(inner_tokens, text)])})")
+    if inner_tokens[-1] != ")":
         raise _refusal_error(text)
     slot_texts, slot_names, start = [], [], 0
-    while start < len(inner):
-        end = inner.index(")", start)
-        if inner[start] != "(" or end < start + 2 or not _SYMBOL.fullmatch(inner[start + 1]):
+    while start < len(inner_tokens):
+        end = inner_tokens.index(")", start)
+        if inner_tokens[start] != "(" or end < start + 2 or not _SYMBOL.fullmatch(inner_tokens[start + 1]):
             raise _refusal_error(text)
-        slot_names.append(inner[start + 1])
+        slot_names.append(inner_tokens[start + 1])
         # _to_safe_texts() refuses parentheses, so that no slot holds a function call
-        slot_texts.append(f"({' '.join([inner[start + 1], *_to_safe_texts(inner[start + 2 : end], text)])})")
+        slot_texts.append(
+            f"({' '.join([inner_tokens[start + 1], *_to_safe_texts(inner_tokens[start + 2 : end], text)])})"
+        )
         start = end + 1
     return ConstantFact(name, tuple(slot_names), f"({' '.join([name, *slot_texts])})")
 
@@ -124,8 +126,10 @@ def to_safe_fact_text(env: CData, text: str) -> str:
     fact = parse_constant_fact(text)
     if fact.slot_names:
         deftemplate = lib.FindDeftemplate(env, encode(fact.template))
-        existing = () if deftemplate == NULL else [name for name, _ in template_of(deftemplate).slots or ()]
+        existing_slots = (
+            () if deftemplate == NULL else [name for name, _ in template_of(deftemplate).slots or ()]
+        )
         for slot in fact.slot_names:
-            if slot not in existing:
+            if slot not in existing_slots:
                 raise ClipsError(f"refused: there is no deftemplate '{fact.template}' with a slot '{slot}'")
     return fact.text

@@ -41,7 +41,7 @@ class FactTemplate(Struct, frozen=True):
         return (IMPLIED,) if self.slots is None else tuple(name for name, _ in self.slots)
 
     def slots_of(self, row: FactRow) -> dict[str, Value]:
-        """Return the values of a fact by slot."""
+        """Return the values of a fact of this deftemplate, by slot."""
         return dict(zip(self.names, row.values, strict=True))
 
 
@@ -96,7 +96,7 @@ class FactCopier:
     ) -> None:
         self._env, self._is_wanted, self._piece_size = env, is_wanted, piece_size
         self._values: dict[int, Value] = {}  # by address: CLIPS shares equal atoms
-        self._item = ffi.new("CLIPSValue *")
+        self._clips_value = ffi.new("CLIPSValue *")
         # by pointer: deftemplate and number of slots; None for an unwanted deftemplate
         self._templates: dict[CData, tuple[FactTemplate, int] | None] = {}
         self._first_word = contents_offset() // _WORD_BYTES
@@ -142,10 +142,10 @@ class FactCopier:
             self._templates[deftemplate] = (
                 (template, len(template.names)) if self._is_wanted(template.name) else None
             )
-        entry = self._templates[deftemplate]
-        if entry is None:
+        template_and_count = self._templates[deftemplate]
+        if template_and_count is None:
             return
-        template, slot_count = entry
+        template, slot_count = template_and_count
         self.copy.templates[template.name] = template
         values = self._read_values(ffi.cast(_WORDS, fact) + self._first_word, slot_count)
         self.copy.rows.append(FactRow(int(lib.FactIndex(fact)), template.name, values))
@@ -161,12 +161,12 @@ class FactCopier:
 
     def _read_value(self, word: int) -> Value:
         """Return the value of a ``CLIPSValue``, given as the address in it."""
-        item = self._item
-        item.value = ffi.cast(_POINTER, word)
-        if item.header.type == MULTIFIELD_TYPE:
-            multifield = item.multifieldValue
+        clips_value = self._clips_value
+        clips_value.value = ffi.cast(_POINTER, word)
+        if clips_value.header.type == MULTIFIELD_TYPE:
+            multifield = clips_value.multifieldValue
             return self._read_values(ffi.cast(_WORDS, multifield.contents), multifield.length)
-        value = to_python(item)
+        value = to_python(clips_value)
         if isinstance(value, FactAddress):
             value = FactRef(int(lib.FactIndex(value.pointer)))
         self._values[word] = value

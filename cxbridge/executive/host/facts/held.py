@@ -16,7 +16,7 @@ from cxbridge.executive.host.values import Value
 
 
 class HeldFact:
-    """A retained fact. Its memory stays valid after rules have retracted it, until it is released."""
+    """A retained fact: its memory stays valid until the release, even after rules have retracted the fact."""
 
     __slots__ = ("_fact",)
 
@@ -26,7 +26,7 @@ class HeldFact:
 
     @classmethod
     def make(cls, env: ClipsEnvironment, template: str, slots: Mapping[str, Value]) -> Self | None:
-        """Assert and retain a fact; None if CLIPS refuses it.
+        """Assert and retain a fact; return None if CLIPS refuses the fact.
 
         :raises ClipsError: if the deftemplate or a slot is unknown.
         """

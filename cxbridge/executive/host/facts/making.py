@@ -51,7 +51,7 @@ class FactMaker:
 
     def __init__(self, env: CData) -> None:
         self._env = env
-        self.replaces = False
+        self.is_replacing = False
         """Whether a ``modify`` is retracting a fact that it replaces by a new fact."""
 
     def make_copy(self, fact: CData, changes: list[tuple[bytes, CData]]) -> CData:
@@ -77,7 +77,7 @@ class FactMaker:
         return new_fact
 
     def assert_fact(self, new_fact: CData) -> CData:
-        """Assert a fact from :meth:`make_copy` or :meth:`make_fact`; NULL if CLIPS refuses it."""
+        """Assert a fact from :meth:`make_copy` or :meth:`make_fact`; return NULL if CLIPS refuses it."""
         return EXTRA_FUNCTIONS.Assert(new_fact)
 
     def find_fact(self, index: int) -> CData:
@@ -93,7 +93,7 @@ class FactMaker:
                 raise KeyError(IMPLIED if slot == NULL else slot.decode())
 
     def _force_slot(self, new_fact: CData, slot: bytes, value: CData) -> bool:
-        """Write a value that the slot's constraints forbid; False if the slot cannot hold it."""
+        """Write a value that the slot's constraints forbid; return False if the slot cannot hold it."""
         if slot == NULL:
             return False
         deftemplate = lib.FactDeftemplate(new_fact)

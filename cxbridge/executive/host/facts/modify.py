@@ -68,9 +68,9 @@ class Modify:
             asserted = self._maker.assert_fact(new_fact)
         else:
             lib.RetainFact(changed_fact)  # the new fact shares its values, which must outlive the retraction
-            self._maker.replaces = True
+            self._maker.is_replacing = True
             lib.Retract(changed_fact)
-            self._maker.replaces = False
+            self._maker.is_replacing = False
             asserted = self._maker.assert_fact(new_fact)
             lib.ReleaseFact(changed_fact)
         # CLIPS returns an equal existing fact instead of the new fact

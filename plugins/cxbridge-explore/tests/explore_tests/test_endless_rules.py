@@ -51,7 +51,7 @@ def write_agent(tmp_path: Path, shape: str, moment: str) -> tuple[Path, str]:
 @pytest.fixture(autouse=True)
 def short_limits(monkeypatch: pytest.MonkeyPatch) -> None:
     """Shorten the limits, so that the tests are fast."""
-    monkeypatch.setattr(endless, "ENDLESS", ((10_000, 0.1),))
+    monkeypatch.setattr(endless, "ENDLESS_LIMITS", ((10_000, 0.1),))
     monkeypatch.setattr(watchdog, "SPIN_S", 0.3)
     monkeypatch.setattr(watchdog, "UNATTENDED_SPIN_S", 0.5)
 

@@ -122,7 +122,7 @@ def test_agent_initialises_and_runs_thousand_loops(tmp_path, spec):
             run.loop.run_once()
         env = run.executive.env
         loaded = set(chain(*(slots["implied"] for _, _, slots in env.facts("ff-feature-loaded"))))
-        assert run.executive.initialized
+        assert run.executive.is_initialized
         assert env.faults == []
         assert loaded >= set(FEATURES)
         assert [

@@ -62,7 +62,7 @@ class CxManager(EnvironmentManager):
         parameters = self.context.parameters
         watch_items = parameters.get_strings(f"{name}.watch")
         redirects_stdout = parameters.get(f"{name}.redirect_stdout_to_debug", default=False)
-        env = self._environment(name, self.bus, log_component or name)
+        env = self._environment_class(name, self.bus, log_component or name)
         self.add_environment(env)
         self._loaded_plugins[name] = []
         if self._log_folder is not None:  # before the plug-ins, whose output belongs to the file

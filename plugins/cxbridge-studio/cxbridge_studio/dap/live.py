@@ -165,7 +165,7 @@ class LiveRun:
     @property
     def is_loaded(self) -> bool:
         """Whether the rules of all agents are known."""
-        return bool(self._agents) and all(agent.run.executive.initialized for agent in self._agents)
+        return bool(self._agents) and all(agent.run.executive.is_initialized for agent in self._agents)
 
     def explain_no_stop(self, rule: str, file: Path) -> str:
         """Return why no agent can stop at a rule of a file; empty if any agent can."""

@@ -147,7 +147,7 @@ class Debugger:
         return self._stopped
 
     @property
-    def active(self) -> bool:
+    def is_active(self) -> bool:
         """Whether the next loop needs the debugger."""
         return bool(
             self._breakpoints

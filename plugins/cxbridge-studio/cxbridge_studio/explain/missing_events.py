@@ -40,7 +40,7 @@ def describe_missing_events(agent: Run, failed_rules: Iterable[str]) -> str:
 def _describe_causes(agent: Run, failed_rules: Iterable[str]) -> Iterator[str]:
     """Yield the missing events, then the agent's probable mistakes."""
     executive, positions = agent.executive, SourcePositions(own_files(agent, agent.executive))
-    if not executive.initialized:
+    if not executive.is_initialized:
         yield from [*_describe_signals(agent)] or ["the initialisation has not ended"]
     elif executive.goals.open_roots:
         yield from _describe_goals(agent, positions)

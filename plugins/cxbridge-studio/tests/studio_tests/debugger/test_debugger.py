@@ -278,6 +278,6 @@ def test_loop_ends_after_removal_of_all_breakpoints(env, debugger):
     debugger.run()
     debugger.clear()
     debugger.go_on()
-    assert debugger.active
+    assert debugger.is_active
     assert debugger.run() == 2
-    assert not debugger.active
+    assert not debugger.is_active
