@@ -3,6 +3,10 @@
 ; EXECUTION-SUCCEEDED -> [SENSED-EFFECTS-WAIT ->] SENSED-EFFECTS-HOLD -> EFFECTS-APPLIED -> FINAL,
 ; and EXECUTION-FAILED -> FAILED, all before rules at salience 0 fire, except for the wait. The
 ; first step decides which conditional effects apply, before a fact changes.
+;
+; A plan is matched by (id ?p&:(eq ?p ?plan)) instead of (id ?plan), with a new variable in each
+; condition, so that CLIPS hashes the join by the goal alone. Two hashed variables would be slower,
+; because ids that are numbered together share few buckets (docs/evidence/core.md).
 
 (deftemplate domain-fact-removal
   "A negative effect, whose domain-fact is retracted before other rules fire."

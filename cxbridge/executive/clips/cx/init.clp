@@ -97,7 +97,7 @@
     (cx-debug-check-unwatched rules defrule (get-defrule-list))))
 
 (defrule executive-enable-debug
-  "Watch facts, rules and the rest that the configuration asks for."
+  "Watch all facts and rules except those that the configuration excludes, and set the debug level."
   (declare (salience ?*SALIENCE-INIT*))
   (executive-init)
   (confval (path "/clips-executive/debug/enable") (type BOOL) (value TRUE))

@@ -1,5 +1,6 @@
 ; Copies the domain to the robot memory, for the PDDL problem generator: adds objects,
-; and adds and removes facts.
+; and adds and removes facts. The rules have a salience above 0, so that the copy is complete
+; before rules at salience 0 fire.
 ;
 ; Needs domain.clp and the feature robot_memory.
 

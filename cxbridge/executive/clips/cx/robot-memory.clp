@@ -82,7 +82,7 @@
 
 (defrule rm-cleanup-trigger-facts
   "Destroy an event that no rule has handled."
-  (declare (salience -4000))
+  (declare (salience -4000))  ; after the rules that handle events
   ?event <- (robmem-trigger (ptr ?doc))
   =>
   (bson-destroy ?doc)

@@ -5,13 +5,13 @@
 ;;; do rules at salience 0 make decisions. Two rules that alternate use a fact as signal,
 ;;; not a salience.
 
-(defglobal  ; errors that must be reported before anything builds on them; goals that go
+(defglobal  ; errors that are reported before other rules build on them; the retraction of goals
   ?*SALIENCE-FIRST* = 10000     ?*SALIENCE-FIRST-LATE* = 9900)
 
 (defglobal  ; the start: configuration, then the requests
   ?*SALIENCE-INIT* = 9010       ?*SALIENCE-INIT-LATE* = 9000)
 
-(defglobal  ; the world model: ids and keys, then what goes, then what comes
+(defglobal  ; the world model: ids and keys, then deletions, then additions
   ?*SALIENCE-WM-IDKEY* = 5200
   ?*SALIENCE-WM-SYNC-DEL* = 5100  ?*SALIENCE-WM-SYNC-ADD* = 5000)
 
@@ -19,7 +19,7 @@
   ?*SALIENCE-DOMAIN-GROUND* = 4200
   ?*SALIENCE-DOMAIN-CHECK* = 4100 ?*SALIENCE-DOMAIN-APPLY* = 4000)
 
-(defglobal  ; around the default, which is 0
+(defglobal  ; before and after rules at the default salience, which is 0
   ?*SALIENCE-HIGH* = 1000 ?*SALIENCE-MODERATE* = 500 ?*SALIENCE-LOW* = -1000)
 
 (defglobal  ; cleaning up at the end of a run

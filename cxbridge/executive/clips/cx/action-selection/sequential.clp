@@ -3,6 +3,10 @@
 ; The conditions begin with the goal, as in Fawkes, so that rules that react to the same change
 ; of a goal have the same order in the agenda. Only the next action of a plan is compared with
 ; the other actions.
+;
+; A plan is matched by (id ?p&:(eq ?p ?plan)) instead of (id ?plan), with a new variable in each
+; condition, so that CLIPS hashes the join by the goal alone. Two hashed variables would be slower,
+; because ids that are numbered together share few buckets (docs/evidence/core.md).
 
 (defrule action-selection-sequential-select
   "No action of the plan is in execution: select the FORMULATED action with the smallest id."

@@ -3,6 +3,10 @@
 ; Dispatch times count from the start of the plan: the first tick at which its goal is
 ; DISPATCHED. The time fact is the last condition, so that a tick only concerns the actions that
 ; wait for their dispatch time.
+;
+; A plan is matched by (id ?p&:(eq ?p ?plan)) instead of (id ?plan), with a new variable in each
+; condition, so that CLIPS hashes the join by the goal alone. Two hashed variables would be slower,
+; because ids that are numbered together share few buckets (docs/evidence/core.md).
 
 (defrule action-selection-temporal-zerotime
   "The plan begins: store the time from which the dispatch times count."

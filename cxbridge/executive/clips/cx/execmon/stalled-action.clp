@@ -1,4 +1,8 @@
 ; stalled-action.clp - fail an action that no executor picks up
+;
+; A plan is matched by (id ?p&:(eq ?p ?plan)) instead of (id ?plan), with a new variable in each
+; condition, so that CLIPS hashes the join by the goal alone. Two hashed variables would be slower,
+; because ids that are numbered together share few buckets (docs/evidence/core.md).
 
 (defrule xm-stalled-action-pending
   "Executors start PENDING actions at higher saliences. An action that is still PENDING at this

@@ -1,4 +1,8 @@
 ; temporal-missed-dispatch.clp - warn of actions that are not selected in time
+;
+; A plan is matched by (id ?p&:(eq ?p ?plan)) instead of (id ?plan), with a new variable in each
+; condition, so that CLIPS hashes the join by the goal alone. Two hashed variables would be slower,
+; because ids that are numbered together share few buckets (docs/evidence/core.md).
 
 (defrule xm-temporal-plan-missed-dispatch
   "The dispatch time of an action has passed, but the action is FORMULATED: log it once, and add

@@ -1,4 +1,8 @@
 ; temporal-over-duration.clp - warn of actions that take longer than planned
+;
+; A plan is matched by (id ?p&:(eq ?p ?plan)) instead of (id ?plan), with a new variable in each
+; condition, so that CLIPS hashes the join by the goal alone. Two hashed variables would be slower,
+; because ids that are numbered together share few buckets (docs/evidence/core.md).
 
 (defrule xm-temporal-plan-warn-action-over-duration
   "An action runs longer than its planned duration: log it once, and add
