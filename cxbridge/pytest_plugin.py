@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
     from cxbridge.testing.agent_run import AgentRun
 
-_BENCH_KEY: pytest.StashKey[Bench] = pytest.StashKey()
+_RUN_MAKER_KEY: pytest.StashKey[RunMaker] = pytest.StashKey()
 _FAILED_KEY: pytest.StashKey[bool] = pytest.StashKey()
 _SCRIPTED = "scripted"
 Paths = str | Path | tuple[str | Path, ...]
 """One configuration file, or several."""
-# A name of a module of cxbridge or of a plug-in of its repository.
+# the name of a module of cxbridge, or of a plug-in in its repository
 _LIBRARY_MODULE = re.compile(r"cxbridge(_\w+)?(\.|$)")
 
 
@@ -34,19 +34,22 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 @dataclass
-class Bench:
+class RunMaker:
     """The value of the fixtures: makes runs for a test (``cx``) or for all tests of a module (``cx_module``).
 
-    :param file: the file of the test.
-    :param test: the name of the test; empty if all tests of a module share the runs.
-    :param root: pytest's root folder.
+    :param test_file: the file of the test.
+    :param test_name: the name of the test; empty if all tests of a module share the runs.
+    :param root_dir: pytest's root folder.
+    :param update_golden: whether to write the golden files instead of comparing.
+    :param artifact_dir: the folder for recordings of failed tests; None: no recordings.
+    :param runs: the open runs, in the order of their creation.
     """
 
-    file: Path
-    test: str
-    root: Path
+    test_file: Path
+    test_name: str
+    root_dir: Path
     update_golden: bool = False
-    artifacts: Path | None = None
+    artifact_dir: Path | None = None
     runs: list[AgentRun] = field(default_factory=list)
 
     def run(
@@ -75,9 +78,11 @@ class Bench:
         from cxbridge.testing.golden import GoldenFiles, portable_file_name  # noqa: PLC0415
 
         trace = None
-        if self.artifacts is not None:
-            name = portable_file_name(self.test or "module") + (f"-{len(self.runs) + 1}" if self.runs else "")
-            trace = self.artifacts / self.file.stem / f"{name}.mcap"
+        if self.artifact_dir is not None:
+            name = portable_file_name(self.test_name or "module") + (
+                f"-{len(self.runs) + 1}" if self.runs else ""
+            )
+            trace = self.artifact_dir / self.test_file.stem / f"{name}.mcap"
         run_options = options_from_keywords(
             scenario,
             resolve_path=self.find,
@@ -94,10 +99,10 @@ class Bench:
             strict=strict,
             patience=patience or PATIENCE_S,
             golden=GoldenFiles(
-                self.file.parent / "golden" / self.file.stem,
-                self.test,
-                update=self.update_golden,
-                pages=None if self.artifacts is None else self.artifacts / self.file.stem,
+                self.test_file.parent / "golden" / self.test_file.stem,
+                self.test_name,
+                is_update=self.update_golden,
+                page_folder=None if self.artifact_dir is None else self.artifact_dir / self.test_file.stem,
             ),
         )
         self.runs.append(run)
@@ -111,11 +116,11 @@ class Bench:
 
     def find(self, path: str | Path) -> Path:
         """Return a path within the test's folder, else within pytest's root, else unchanged."""
-        candidates = (self.file.parent / path, self.root / path)
+        candidates = (self.test_file.parent / path, self.root_dir / path)
         return next((candidate for candidate in candidates if candidate.exists()), Path(path))
 
     def check_skills(self) -> None:
-        """Fail if a scripted skill was never called, as its name may be wrong."""
+        """Fail the test if a scripted skill was never called, because its name may be wrong."""
         complaints = [line for run in self.runs for line in run.unmet_skills()]
         if complaints:
             pytest.fail("\n".join(complaints), pytrace=False)
@@ -129,46 +134,49 @@ class Bench:
         self.runs.clear()
 
 
-def _open_bench(request: pytest.FixtureRequest, test: str) -> Iterator[Bench]:
-    """Yield a bench, and close its runs afterwards."""
+def _open_run_maker(request: pytest.FixtureRequest, test_name: str) -> Iterator[RunMaker]:
+    """Yield a maker of runs, and close its runs afterwards.
+
+    :param test_name: the name of the test; empty if all tests of a module share the runs.
+    """
     config = request.config
-    artifacts = config.getoption("--cx-artifacts")
-    bench = Bench(
+    artifact_dir = config.getoption("--cx-artifacts")
+    run_maker = RunMaker(
         request.path,
-        test,
+        test_name,
         config.rootpath,
         update_golden=config.getoption("--update-golden"),
-        artifacts=None if artifacts is None else Path(artifacts),
+        artifact_dir=None if artifact_dir is None else Path(artifact_dir),
     )
-    request.node.stash[_BENCH_KEY] = bench
-    yield bench
+    request.node.stash[_RUN_MAKER_KEY] = run_maker
+    yield run_maker
     failed = request.node.stash.get(_FAILED_KEY, False)
     try:
-        if not (test or failed):  # a bench of one test was checked by pytest_runtest_call
-            bench.check_skills()
+        if not (test_name or failed):  # pytest_runtest_call has checked the run maker of a single test
+            run_maker.check_skills()
     finally:
-        bench.close(failed=failed)
+        run_maker.close(failed=failed)
 
 
 @pytest.fixture
-def cx(request: pytest.FixtureRequest) -> Iterator[Bench]:
+def cx(request: pytest.FixtureRequest) -> Iterator[RunMaker]:
     """Make runs of agents: ``run = cx.run("scenarios/courier")``."""
-    yield from _open_bench(request, request.node.name)
+    yield from _open_run_maker(request, request.node.name)
 
 
 @pytest.fixture(scope="module")
-def cx_module(request: pytest.FixtureRequest) -> Iterator[Bench]:
+def cx_module(request: pytest.FixtureRequest) -> Iterator[RunMaker]:
     """Make runs shared by all tests of a module, for fixtures of scope ``module``."""
-    yield from _open_bench(request, "")
+    yield from _open_run_maker(request, "")
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
     """Fail a test whose script of skills has unused entries."""
     yield
-    bench = item.stash.get(_BENCH_KEY, None)
-    if bench is not None:
-        bench.check_skills()
+    run_maker = item.stash.get(_RUN_MAKER_KEY, None)
+    if run_maker is not None:
+        run_maker.check_skills()
 
 
 @pytest.hookimpl(wrapper=True)
@@ -179,16 +187,16 @@ def pytest_runtest_makereport(
     if call.excinfo is not None and not item.config.getoption("fulltrace"):
         _remove_library_frames(call.excinfo)
     report = yield
-    # the runs are closed when a teardown fails
+    # when a teardown fails, the runs are closed already
     if not report.failed or call.when == "teardown":
         return report
     for node in item.listchain():
-        bench = node.stash.get(_BENCH_KEY, None)
-        # a module's bench is only reported with the tests that use it
-        if bench is None or (node is not item and "cx_module" not in getattr(item, "fixturenames", ())):
+        run_maker = node.stash.get(_RUN_MAKER_KEY, None)
+        # the runs of a module are only reported with the tests that use them
+        if run_maker is None or (node is not item and "cx_module" not in getattr(item, "fixturenames", ())):
             continue
         node.stash[_FAILED_KEY] = True
-        for number, run in enumerate(bench.runs, start=1):
+        for number, run in enumerate(run_maker.runs, start=1):
             lines = run.describe()
             if run.options.trace is not None:
                 lines.append(f"recorded: {run.options.trace}")

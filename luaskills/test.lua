@@ -1,4 +1,4 @@
--- The skill space "test" of the test scenario. A skill follows the skills that it uses.
+-- The skill space "test" of the test scenario. Each skill comes after the skills that it uses.
 
 require("fawkes.modinit")
 module(..., fawkes.modinit.register_all)

@@ -1,7 +1,7 @@
 """A client's side of SkillerInterface: acquires control, sends a skill string, waits for its end.
 
 The methods ``..._steps`` are generators that receive the changes of the interface and yield a time limit for
-the next change. So the same steps serve a blocking command (:meth:`SkillerCall.execute`) and a caller in a
+the next change. Thus the same steps serve a blocking command (:meth:`SkillerCall.execute`) and a caller in a
 main loop (:meth:`SkillerCall.poll`).
 """
 
@@ -26,7 +26,8 @@ CONTROL_TIMEOUT_S = 5.0
 """The seconds in which a Skiller must grant control."""
 
 RELEASE_TIMEOUT_S = 0.5
-"""The seconds in which another client must release control: a client that ends does so a loop later."""
+"""The seconds in which another client must release control: the Skiller handles the message of an ending
+client only in its next loop."""
 
 ResultT = TypeVar("ResultT")
 # Receives interface changes; yields the time limit for the next change, None for the caller's limit.
@@ -98,7 +99,7 @@ class SkillerCall(Closing):
         return result
 
     def poll(self, skill_string: str) -> Generator[None, None, SkillResult]:
-        """Execute a skill string without blocking: yields while it runs.
+        """Execute a skill string without blocking: yield as long as the skill string runs.
 
         :returns: the result.
         """
@@ -204,9 +205,9 @@ class SkillerCall(Closing):
         :param former_state: the state at the time of sending, which may show the same id of an earlier
             caller.
         """
-        # a client that steals control counts ids separately, perhaps to the same number, and may request the
-        # same skill, so its states are not ours; without any controller our call has ended: a stopping
-        # Skiller shows it as failed
+        # a client that steals control counts ids separately, perhaps up to the same id, and may request the
+        # same skill: states under another controller do not belong to this call; without any controller this
+        # call has ended, and a stopping Skiller shows the call as failed
         own_serial, is_accepted, reported_status = str(self._interface.serial), False, ""
         error_tracker = ErrorTracker(former_state.values["msgid"], former_state.values["error"])
         while True:
@@ -280,11 +281,11 @@ def request_skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> li
 
 def _find_board_skills(board: BlackBoard, agent: str) -> list[str] | None:
     names: set[str] = set()
-    for info in board.list("SkillExecutorInterface"):
-        with board.open_for_reading(info.type, info.id, owner=OWNER) as interface:
+    for interface_info in board.list("SkillExecutorInterface"):
+        with board.open_for_reading(interface_info.type, interface_info.id, owner=OWNER) as interface:
             interface.read()
             values = interface.as_dict()
-            if info.has_writer and values["agent"] == agent:
+            if interface_info.has_writer and values["agent"] == agent:
                 names.update(values["skills"].split())
     return sorted(names) or None
 

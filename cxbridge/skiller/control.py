@@ -1,7 +1,7 @@
 """Exclusive control of a Skiller.
 
 The controller is the *source* instance of a message, identified by the text of its serial. The interface's
-field ``exclusive_controller`` publishes it. The log lines have the words of Fawkes.
+field ``exclusive_controller`` publishes this text. The log lines have the words of Fawkes.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class ReaderWatch(Listener):
     def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - a listener's signature
         self._closed_serials.append(str(serial))
 
-    def pop(self) -> str | None:
+    def pop_closed_serial(self) -> str | None:
         """Return the serial of the next closed reader, or None."""
         return self._closed_serials.popleft() if self._closed_serials else None
 
@@ -69,24 +69,24 @@ class ExclusiveControl:
 
     @property
     def controller(self) -> str:
-        """The serial of the controller, or empty."""
+        """The serial of the controller; empty without a controller."""
         serial: str = self._interface.exclusive_controller
         return serial
 
     def may_execute(self, message: Message) -> bool:
-        """Return whether the sender is the controller, or there is none."""
+        """Return whether the sender is the controller, or the Skiller has no controller."""
         return self.controller in ("", sender_serial(message))
 
     def admit(self, message: Any, *, is_second: bool, is_running: bool) -> bool:
         """Decide on an ExecSkillMessage and log the decision.
 
-        :param is_second: an earlier message of the same loop is replaced.
-        :param is_running: a running skill string is aborted.
+        :param is_second: whether the message replaces an earlier message of the same loop.
+        :param is_running: whether a skill string is running, which the message aborts.
         :returns: whether to execute the skill string.
         """
-        thread, text = message.sender_thread_name, message.skill_string
+        thread_name, skill_string = message.sender_thread_name, message.skill_string
         if not self.may_execute(message):
-            self._log.warn(f"{thread} tries to exec, but other thread is controller")
+            self._log.warn(f"{thread_name} tries to exec, but other thread is controller")
             return False
         former_string = self._interface.skill_string
         if is_second:
@@ -94,9 +94,11 @@ class ExclusiveControl:
                 f"More than one skill string enqueued, ignoring previous string ({former_string})."
             )
         if self.controller:
-            self._log.info(f"{thread} executes '{text}'")
+            self._log.info(f"{thread_name} executes '{skill_string}'")
         else:
-            self._log.debug(f"{sender_name(message)} executes '{text}' without any exclusive controller")
+            self._log.debug(
+                f"{sender_name(message)} executes '{skill_string}' without any exclusive controller"
+            )
         if is_running:
             self._log.info(f"Aborting execution of previous skill string '{former_string}' for new goal")
         return True
@@ -106,17 +108,17 @@ class ExclusiveControl:
 
         :returns: whether to write the interface.
         """
-        serial, thread = sender_serial(message), message.sender_thread_name
+        serial, thread_name = sender_serial(message), message.sender_thread_name
         if not self.controller:
-            self._log.debug(f"{thread} (serial {serial}) is new exclusive controller")
+            self._log.debug(f"{thread_name} (serial {serial}) is new exclusive controller")
         # logged also if the sender has control already, as in Fawkes
         elif message.steal_control:
-            self._log.warn(f"{thread} (serial {serial}) steals exclusive control")
+            self._log.warn(f"{thread_name} (serial {serial}) steals exclusive control")
         elif self.controller == serial:
             return False
         else:
             self._log.warn(
-                f"{thread} tried to acquire exclusive control, but another controller exists already"
+                f"{thread_name} tried to acquire exclusive control, but another controller exists already"
             )
             return False
         self._interface.exclusive_controller = serial
@@ -127,13 +129,13 @@ class ExclusiveControl:
 
         :returns: whether to write the interface.
         """
-        thread = message.sender_thread_name
+        thread_name = message.sender_thread_name
         if self.controller == sender_serial(message):
-            self._log.debug(f"{thread} releases exclusive control")
+            self._log.debug(f"{thread_name} releases exclusive control")
             self._interface.exclusive_controller = ""
             return True
         if self.controller:
-            self._log.warn(f"{thread} tried to release exclusive control, but it's not the controller")
+            self._log.warn(f"{thread_name} tried to release exclusive control, but it's not the controller")
         return False
 
     def revoke(self, serial: str) -> bool:

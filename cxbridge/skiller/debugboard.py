@@ -73,20 +73,20 @@ class DebugBoard:
 
     def publish(self) -> None:
         """Write the graph, or the list of skills, if it has changed."""
-        is_new = self._subject != self._main.graph_fsm
+        is_new_subject = self._subject != self._main.graph_fsm
         if self._subject in (LIST, DEPENDENCIES):
-            if is_new:
+            if is_new_subject:
                 self._write(self._engine.overview(self._subject))
             return
         has_machine, graph = self._engine.draw_graph(
             "" if self._subject == ACTIVE else self._subject,
             self._direction,
             coloured=self._is_coloured,
-            redraw=is_new or self._needs_redraw,
+            redraw=is_new_subject or self._needs_redraw,
         )
         if has_machine:
             self._publish_machine(graph)
-        elif is_new:
+        elif is_new_subject:
             if self._subject not in ("", ACTIVE):
                 self._log.warn(f"Could not write FSM graph, FSM for {self._subject} not found")
             self._write("")

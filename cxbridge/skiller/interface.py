@@ -90,7 +90,7 @@ class InterfaceSkiller(SkillerBackend):
         """Handle the messages since the last loop, and write the interface once if fields changed."""
         self._has_started_string = is_changed = False
         # first the closed readers: a message may ask for the control that such a reader still has
-        while (serial := self._readers.pop()) is not None:
+        while (serial := self._readers.pop_closed_serial()) is not None:
             is_changed |= self._control.revoke(serial)
         while (message := self._interface.msgq_first()) is not None:
             is_changed |= self._handle(message)
@@ -148,7 +148,8 @@ class InterfaceSkiller(SkillerBackend):
         return True
 
     def _stop_skill_string(self, message: Any) -> bool:
-        # unlike in Fawkes, a client may also stop a Skiller without a controller: every client may start it
+        # unlike in Fawkes, any client may stop the skill string of a Skiller without a controller, because
+        # any client may start a skill string
         if not self._control.may_execute(message):
             self._log.debug(f"{sender_name(message)} sent stop without any exclusive controller")
             return False

@@ -39,7 +39,12 @@ FAWKES_INTERFACES_DIR = Path("src/libs/interfaces")
 def skill_folders(
     skill_dirs: Sequence[Path] = (), fawkes_dir: Path | None = None, *, shipped: bool = True
 ) -> list[Path]:
-    """Return the folders of skills: those of the user, of a Fawkes checkout, and of cxbridge."""
+    """Return the folders of skills: those of the user, of a Fawkes checkout, and of cxbridge.
+
+    :param skill_dirs: the folders of the user.
+    :param fawkes_dir: the Fawkes checkout, if any.
+    :param shipped: whether to include the skills of cxbridge.
+    """
     folders = list(skill_dirs)
     if fawkes_dir is not None:
         folders.append(fawkes_dir / FAWKES_LUA_DIR)
@@ -61,8 +66,8 @@ def load_configured_navgraph(config: Configuration, folder: Path) -> NavGraph:
     """
     from cxbridge.space.navgraph import load_navgraph  # noqa: PLC0415 - most runs have no graph, and start faster without this import
 
-    multi_key = "/navgraph/allow_multi_graph"
-    allow_multi_graph = config.exists(multi_key) and config.get_bool(multi_key)
+    multi_graph_key = "/navgraph/allow_multi_graph"
+    allow_multi_graph = config.exists(multi_graph_key) and config.get_bool(multi_graph_key)
     return load_navgraph(folder / config.get_str("/navgraph/graph_file"), allow_multi_graph=allow_multi_graph)
 
 
@@ -88,7 +93,7 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     :param config: the configuration for skills; ``/skiller/skillspace`` is the default of ``space``.
     :param name: the id of the SkillerInterface.
     :param navgraph: the graph for ``navgraph``, see :func:`skills_see_navgraph`.
-    :param watch: detects changed skill files; None: made if ``/skiller/watch_files`` is true.
+    :param watch: detects changed skill files; None: a watch is made if ``/skiller/watch_files`` is true.
     :param find_mapping_place: returns the place of a skill string's mapping, for messages.
     :raises SkillError: if the space or a skill cannot be loaded, with file and line.
     :raises BlackBoardError: if an interface has another writer.

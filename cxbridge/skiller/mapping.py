@@ -67,19 +67,19 @@ class ActionSkillMapping:
         if template is None:
             return MappedSkill("")
         messages: list[Message] = []
-        text = ""
+        skill_string = ""
         try:
             for part in parse_template(template):
                 if isinstance(part, str):
-                    text = self._concatenate(action, text, part)
+                    skill_string = self._concatenate(action, skill_string, part)
                 else:
                     value = _look_up(part, action, params)
-                    value_text = self._format_value(part, _apply_steps(part, value, messages), text)
-                    text = self._concatenate(action, text, value_text)
+                    value_text = self._format_value(part, _apply_steps(part, value, messages), skill_string)
+                    skill_string = self._concatenate(action, skill_string, value_text)
         except _CannotMapError as error:
             messages.insert(0, (Level.ERROR, str(error)))
             return MappedSkill("", tuple(messages))
-        return MappedSkill(text, tuple(messages))
+        return MappedSkill(skill_string, tuple(messages))
 
     def check(self) -> list[Message]:
         """Return warnings about texts that resemble placeholders, and about invalid expressions."""
@@ -116,7 +116,7 @@ class ActionSkillMapping:
         except numbers.NumberError as error:
             type_name = "integer" if placeholder.kind == "i" else "float"
             raise _CannotMapError(f"Failed to convert '{value}' to {type_name}: {error}") from None
-        # s and S quote the value, y and Y do not; S and Y convert it to upper case
+        # s and S quote the value, y and Y do not; S and Y convert the value to upper case
         if placeholder.kind in "SY":
             value = _to_upper(value)
         if placeholder.kind in "sS":
@@ -151,6 +151,7 @@ def _look_up(placeholder: Placeholder, action: str, params: Mapping[str, str]) -
 
 
 def _apply_steps(placeholder: Placeholder, value: str, messages: list[Message]) -> str:
+    """Return a value after the replacements of a placeholder; add warnings to the messages."""
     for step in placeholder.steps:
         if isinstance(step, Misfit):
             messages.append((Level.WARN, step.warning))

@@ -7,6 +7,7 @@ from enum import Enum
 
 _ESCAPES = {"\\": "\\\\", '"': '\\"', "'": "\\'", "\n": "\\n", "\r": "\\r", "\0": "\\000"}
 _WORD = re.compile(r"[A-Za-z0-9_.+-]+")
+# a long bracket (of a text or a comment), a comment up to its line end, a quote, or any other character
 _TOKEN = re.compile(
     r"""(?P<long>(?:--)?\[(?P<level>=*)\[)
       | (?P<comment>--[^\n]*)
@@ -51,11 +52,11 @@ def context_at_end(text: str) -> QuotingContext:
     position = 0
     while position < len(text):
         token = _TOKEN.match(text, position)
-        assert token is not None
+        assert token is not None  # the last alternative matches any character
         position = token.end()
         if token["quote"]:
             inside = _INSIDE_QUOTES[token["quote"]].match(text, position)
-            assert inside is not None
+            assert inside is not None  # the pattern matches an empty text, too
             position = inside.end()
             # the text ends within the quotes, where a value will be inserted
             if position == len(text):

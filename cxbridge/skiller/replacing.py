@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 
+# $$, $&, or the number of a group
 _REFERENCE = re.compile(r"\$(?:([$&])|([0-9]{1,2}))")
 
 

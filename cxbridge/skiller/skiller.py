@@ -171,11 +171,11 @@ class Skiller(InterfaceSkiller):
     def _fail(self, problem: str) -> None:
         """Log an error in a skill's code and write the failure."""
         mapping_note = self.make_mapping_note(self.skill_string)
-        text = f"{self.skill_string}|{problem}"
+        failure = f"{self.skill_string}|{problem}"
         log_error(
-            self._log, Level.ERROR, f"Failed to execute skill{mapping_note}: {text}", self.engine.modules
+            self._log, Level.ERROR, f"Failed to execute skill{mapping_note}: {failure}", self.engine.modules
         )
-        self.end(Status.S_FAILED, text)
+        self.end(Status.S_FAILED, failure)
 
     def _reset(self) -> None:
         self._log_problem(self.engine.reset_all())

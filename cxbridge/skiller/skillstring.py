@@ -46,12 +46,19 @@ class LuaCall(NamedTuple):
 
 
 class _Token(NamedTuple):
+    """A token of a Lua text.
+
+    :param kind: ``name``, ``number``, ``text``, ``symbol``, or ``end`` at the end of the Lua text.
+    :param value: the value of a number or a text.
+    """
+
     kind: str
     text: str
     position: int
     value: Value = None
 
 
+# as in Lua's scanner, a number takes all following letters and digits, so that 3x is one wrong number
 _SCANNER: Final = re.compile(
     r"""(?P<blank>[ \t\r\n\f\v]+)
       | (?P<long>(?:--)?\[(?P<level>=*)\[)
@@ -72,7 +79,7 @@ _KEYWORDS: Final = frozenset(
     ["and", "break", "do", "else", "elseif", "end", "for", "function", "if", "in", "local", "not"]
 ) | {"or", "repeat", "return", "then", "until", "while"}
 _REPLACEMENT: Final = "\N{REPLACEMENT CHARACTER}"
-_MAX_EXCERPT: Final = 20  # characters of a token in an error
+_MAX_EXCERPT_LENGTH: Final = 20  # the maximum number of characters of a token in an error
 
 
 def read_calls(text: str) -> list[LuaCall]:
@@ -129,14 +136,14 @@ class _LuaCallReader:
         self._text = text
         self._position = 0
         self._depth = 0
-        self._next = self._scan()
+        self._next_token = self._scan_token()
 
     def parse_calls(self) -> list[LuaCall]:
         calls = []
-        while self._next.kind != "end":
+        while self._next_token.kind != "end":
             calls.append(self._parse_call())
             # a semicolon may end a call, as in Lua
-            if self._next.text == ";" and self._next.kind == "symbol":
+            if self._next_token.text == ";" and self._next_token.kind == "symbol":
                 self._take_token()
         return calls
 
@@ -150,10 +157,12 @@ class _LuaCallReader:
     def _refuse_token(self, token: _Token, expected: str) -> NoReturn:
         if token.kind == "end":
             self._refuse(f"the skill string ends where {expected} should be", token.position)
-        excerpt = "".join(char if char.isprintable() else _REPLACEMENT for char in token.text[:_MAX_EXCERPT])
+        excerpt = "".join(
+            char if char.isprintable() else _REPLACEMENT for char in token.text[:_MAX_EXCERPT_LENGTH]
+        )
         self._refuse(f"'{excerpt}' stands where {expected} should be; {ONLY_FAWKES}", token.position)
 
-    def _scan(self) -> _Token:
+    def _scan_token(self) -> _Token:
         while self._position < len(self._text):
             match = _SCANNER.match(self._text, self._position)
             assert match is not None  # the last alternative matches any character
@@ -174,15 +183,15 @@ class _LuaCallReader:
         return _Token("end", "", len(self._text))
 
     def _take_token(self) -> _Token:
-        token, self._next = self._next, self._scan()
+        token, self._next_token = self._next_token, self._scan_token()
         return token
 
     def _is_symbol(self, symbol: str) -> bool:
-        return self._next.kind == "symbol" and self._next.text == symbol
+        return self._next_token.kind == "symbol" and self._next_token.text == symbol
 
     def _expect(self, symbol: str, expected: str) -> None:
         if not self._is_symbol(symbol):
-            self._refuse_token(self._next, expected)
+            self._refuse_token(self._next_token, expected)
         self._take_token()
 
     def _read_long_bracket(self, start: int, level: str) -> str:
@@ -222,7 +231,7 @@ class _LuaCallReader:
             integer = int(text, 16)
             return integer if integer < 2**53 else _as_float(integer)
         if not _NUMBER.fullmatch(text):
-            self._refuse(f"'{text[:_MAX_EXCERPT]}' is not a number", start)
+            self._refuse(f"'{text[:_MAX_EXCERPT_LENGTH]}' is not a number", start)
         number = float(text)
         return int(number) if number.is_integer() and number < 2**53 else number
 
@@ -234,15 +243,15 @@ class _LuaCallReader:
         return LuaCall(name.text, values, *_line_and_column(self._text, name.position))
 
     def _parse_arguments(self, name: _Token) -> tuple[Value, ...]:
-        if self._next.kind == "text":
+        if self._next_token.kind == "text":
             return (self._take_token().value,)
         if self._is_symbol("{"):
             return (self._parse_table(),)
         if not self._is_symbol("("):
-            self._refuse_token(self._next, f"the arguments of '{name.text[:_MAX_EXCERPT]}'")
+            self._refuse_token(self._next_token, f"the arguments of '{name.text[:_MAX_EXCERPT_LENGTH]}'")
         # Lua 5.1 calls this ambiguous: the '(' may begin the next statement
-        if _LINE_END.search(self._text, name.position, self._next.position):
-            self._refuse("a '(' must be in the line of the name before it", self._next.position)
+        if _LINE_END.search(self._text, name.position, self._next_token.position):
+            self._refuse("a '(' must be in the line of the name before it", self._next_token.position)
         self._take_token()
         values: list[Value] = []
         if not self._is_symbol(")"):
@@ -261,7 +270,7 @@ class _LuaCallReader:
             return token.value
         if token.kind == "name" and token.text in _CONSTANTS:
             return _CONSTANTS[token.text]
-        if token.kind == "symbol" and token.text == "-" and self._next.kind == "number":
+        if token.kind == "symbol" and token.text == "-" and self._next_token.kind == "number":
             number = self._take_token().value
             assert isinstance(number, int | float)
             return -number if number else -0.0  # Python has no negative integer zero
@@ -284,7 +293,7 @@ class _LuaCallReader:
             if self._is_symbol(",") or self._is_symbol(";"):
                 self._take_token()
             elif not self._is_symbol("}"):
-                self._refuse_token(self._next, "',' or '}'")
+                self._refuse_token(self._next_token, "',' or '}'")
         self._take_token()
         self._depth -= 1
         # positional values override equal explicit keys, as in Lua
@@ -299,7 +308,7 @@ class _LuaCallReader:
             self._expect("]", "']'")
             self._expect("=", "'='")
             return key, self._parse_value()
-        if self._next.kind == "name" and self._next.text not in _CONSTANTS:
+        if self._next_token.kind == "name" and self._next_token.text not in _CONSTANTS:
             name = self._take_token()
             if not self._is_symbol("=") or name.text in _KEYWORDS:
                 self._refuse_token(name, "a literal")

@@ -79,7 +79,7 @@ def parse_template(template: str) -> tuple[Part, ...]:
 
 def _parse_placeholder(text: str) -> Placeholder:
     name = _load_terminals()["NAME"].match(text, len("?("))
-    assert name is not None
+    assert name is not None  # PLACEHOLDER contains NAME
     # Fawkes splits at every bar, even inside a pattern, so patterns cannot have alternatives
     pieces = text[name.end() : -len(")s")].split("|")
     return Placeholder(name.group(), tuple(_parse_step(piece) for piece in pieces if piece), text[-1])

@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from itertools import groupby
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.closing import Closing
@@ -40,8 +40,15 @@ from cxbridge.trace.compare.model import Order, parse_choice
 PATIENCE_S: Final = 60.0
 """The default limit of a wait in seconds of real time, for agents whose rules fire forever."""
 
-_LAST_RULES = 10  # number of rules in the report of a failure
-_LAST_LINES = 15  # number of log lines, and of skill calls, in the report of a failure
+_MAX_RULES = 10  # the maximum number of rules in the report of a failure
+_MAX_LINES = 15  # the maximum number of log lines, and of skill calls, in the report of a failure
+
+
+class _TimedAction(NamedTuple):
+    """A function of the test, and the time from which it is called, by the run's clock."""
+
+    time_us: int
+    action: Callable[[], object]
 
 
 class AgentRun(World, Closing):
@@ -55,6 +62,9 @@ class AgentRun(World, Closing):
     :param strict: whether mistakes in the loaded files raise an error.
     :param patience: the limit of each wait, in seconds of real time.
     :param golden: the golden files for `assert_golden`; None if the run has none.
+    :ivar log: the lines of the log, in order.
+    :ivar rules: the last fired rules, in order.
+    :ivar transitions: the transitions of goals, plan-actions and skills, in order.
     :raises CxbridgeError: if the scenario is invalid.
     :raises AssertionError: if the agent has mistakes.
     """
@@ -70,10 +80,10 @@ class AgentRun(World, Closing):
     ) -> None:
         self.options, self.patience, self._golden = options, patience, golden
         self.log: list[LogLine] = []
-        self.rules: deque[str] = deque(maxlen=_LAST_RULES)
+        self.rules: deque[str] = deque(maxlen=_MAX_RULES)
         self.transitions: list[Transition] = []
         self._rule_errors: list[str] = []
-        self._timed_actions: list[tuple[int, Callable[[], object]]] = []
+        self._timed_actions: list[_TimedAction] = []
         self._skills: ScriptedSkills | None = None
         with ExitStack() as stack:
             self.assembly = assembly = stack.enter_context(Run(options))
@@ -204,12 +214,12 @@ class AgentRun(World, Closing):
         :param seconds: the time since the start of the run.
         """
         check_number("seconds", seconds)
-        self._timed_actions.append((self._start_us + round(seconds * MICROSECONDS), action))
-        self._timed_actions.sort(key=lambda timed_action: timed_action[0])
+        self._timed_actions.append(_TimedAction(self._start_us + round(seconds * MICROSECONDS), action))
+        self._timed_actions.sort(key=lambda timed_action: timed_action.time_us)
 
     def _call_timed_actions(self) -> None:
-        while self._timed_actions and self._timed_actions[0][0] <= self.assembly.clock.now_us():
-            self._timed_actions.pop(0)[1]()
+        while self._timed_actions and self._timed_actions[0].time_us <= self.assembly.clock.now_us():
+            self._timed_actions.pop(0).action()
 
     def _run_cycles(self, is_done: Callable[[], bool]) -> None:
         """Run cycles until ``is_done()`` is true after a cycle, a rule has an error, or real time is over."""
@@ -271,13 +281,13 @@ class AgentRun(World, Closing):
         return [] if self._skills is None else self._skills.unmet()
 
     def goals(self, goal_class: str | None = None) -> list[GoalRecord]:
-        """Return the goals of a class, or all goals, in the order of creation; removed goals included."""
+        """Return the goals of a class, or all goals, in the order of creation, including removed goals."""
         return [goal for goal in self._history.goals if goal_class is None or goal.goal_class == goal_class]
 
     def goal(self, name: str) -> GoalRecord:
         """Return the only goal of a class, or a goal by id; ``ID#2`` is the second goal with this id.
 
-        :raises AssertionError: if there is none, or several.
+        :raises AssertionError: if no goal or several goals have the name.
         """
         goals = find_goals(self._history.goals, name)
         if len(goals) != 1:
@@ -288,7 +298,7 @@ class AgentRun(World, Closing):
         return goals[0]
 
     def actions(self, name: str | None = None) -> list[PlanActionRecord]:
-        """Return the plan-actions with a name, or all, in the order of creation; removed ones included.
+        """Return the plan-actions with a name, or all, in the order of creation, including removed actions.
 
         :raises AssertionError: if the domain has operators, but none with this name.
         """
@@ -318,11 +328,11 @@ class AgentRun(World, Closing):
             lines += [
                 f"  {call.seconds:8.2f} s {call.name} "
                 + " ".join(f"{key}={value!r}" for key, value in call.args.items())
-                for call in self._skills.calls[-_LAST_LINES:]
+                for call in self._skills.calls[-_MAX_LINES:]
             ]
         if self.rules:
             lines.append(f"last rules: {self._describe_last_rules()}")
-        last_lines = [line for line in self.log if line.level is not Level.DEBUG][-_LAST_LINES:]
+        last_lines = [line for line in self.log if line.level is not Level.DEBUG][-_MAX_LINES:]
         if last_lines:
             lines.append("log:")
             lines += [
@@ -334,8 +344,8 @@ class AgentRun(World, Closing):
 
     def _describe_last_rules(self) -> str:
         """Return the last fired rules in order; several firings in a row become one entry with the count."""
-        rows = [(rule, len(list(firings))) for rule, firings in groupby(self.rules)]
-        return ", ".join(rule if count == 1 else f"{rule} ({count} times)" for rule, count in rows)
+        firing_counts = [(rule, len(list(firings))) for rule, firings in groupby(self.rules)]
+        return ", ".join(rule if count == 1 else f"{rule} ({count} times)" for rule, count in firing_counts)
 
     def _add_goals(self, problem: str) -> str:
         """Return the text of an error with the time and the goals so far."""

@@ -28,25 +28,25 @@ SUFFIX = ".transitions"
 class GoldenFiles:
     """The golden files of a test.
 
-    :param test: the test's name, the default for files; empty if several tests share the run.
     :param folder: the folder of the files.
-    :param update: whether to write the files instead of comparing.
-    :param pages: the folder for pages that show a differing run next to the golden run; None: no pages.
+    :param test_name: the test's name, the default for files; empty if several tests share the run.
+    :param is_update: whether to write the files instead of comparing.
+    :param page_folder: the folder for pages that show a differing run next to the golden run; None: no pages.
     """
 
     folder: Path
-    test: str
-    update: bool = False
-    pages: Path | None = None
+    test_name: str
+    is_update: bool = False
+    page_folder: Path | None = None
 
     def file(self, name: str | None = None) -> Path:
         """Return the golden file called ``name``, by default the golden file of the test.
 
         :raises AssertionError: if neither the file nor the test has a name.
         """
-        if not (name or self.test):
+        if not (name or self.test_name):
             raise AssertionError("several tests share this run: assert_golden needs a name for its file")
-        return self.folder / f"{portable_file_name(name or self.test)}{SUFFIX}"
+        return self.folder / f"{portable_file_name(name or self.test_name)}{SUFFIX}"
 
     def check(
         self,
@@ -69,15 +69,15 @@ class GoldenFiles:
         """
         file = self.file(name)
         time_origin_us = None if tolerance_s is None else start_us
-        if self.update:
+        if self.is_update:
             write_golden(file, transitions, time_origin_us)
             return
         if not file.exists():
             raise AssertionError(f"there is no golden file {file}: pytest --update-golden writes it")
         page = (
             None
-            if self.pages is None
-            else self.pages / f"{portable_file_name(f'{self.test} {file.stem}')}.html"
+            if self.page_folder is None
+            else self.page_folder / f"{portable_file_name(f'{self.test_name} {file.stem}')}.html"
         )
         report_lines = compare_with_golden(
             file,
@@ -132,7 +132,7 @@ def compare_with_golden(
         write_golden(run_file, transitions, start_us)
         # both runs are read from files of one format: properties that the format omits cannot differ
         run, golden = TransitionsText(run_file), TransitionsText(file)
-        if not any(True for _ in golden):
+        if not any(True for _ in golden):  # the format gives its transitions by iteration only
             raise TraceError("holds no transitions", file=file, hint="write it with pytest --update-golden")
         if tolerance_s is not None and not golden.has_times():
             raise TraceError("holds no times", file=file, hint="write it with pytest --update-golden")
@@ -148,7 +148,7 @@ def compare_with_golden(
 
 def _write_page(page: Path, name: str, document: dict[str, Any]) -> str:
     """Write a page; return a line with its path, or with the reason for a failure."""
-    document["a"]["path"] = "this run"  # instead of the path of a temporary file
+    document["a"]["path"] = "this run"  # a is the first of the two runs, read from a temporary file
     try:
         write_document(page, "comparison", f"{name}: this run and the golden one", document)
     except CxbridgeError as error:

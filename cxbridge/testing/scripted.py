@@ -31,18 +31,18 @@ class ScriptedSkills(SkillScript):
 
     def __init__(self, run: Run, usual_deciders: Sequence[Decider] = ()) -> None:
         super().__init__(run.clock)
-        on_skill_board = () if run.skill_board is None else run.skill_board.skillers
+        board_skillers = () if run.skill_board is None else run.skill_board.skillers
         self._run = run
         # the lowest priority: the last resort if no decider knows the skill
         self._usual_deciders = (*usual_deciders, StaticEstimator(seconds=1.0, priority=-sys.maxsize))
-        self._names = [
-            settings.name for settings in skiller_settings(run.config, "simulator", on_skill_board)
+        self._skiller_names = [
+            settings.name for settings in skiller_settings(run.config, "simulator", board_skillers)
         ]
         self._skillers: dict[str, SkillerSimulator] = {}
         self.execute = DecidedExecution(lambda agent: [self.decider(agent)])
         """Executes the skills of the skill board by the script."""
         run.execution = self.execute
-        for name in self._names:
+        for name in self._skiller_names:
             self.come_back(name)
 
     @property
@@ -71,8 +71,8 @@ class ScriptedSkills(SkillScript):
             for item in self._run.config.search("/clips-executive/specs")
             if "/action-mapping/" in item.path and not item.is_list
         )
-        names = (_LEADING_SKILL_NAME.match(text) for text in mappings)
-        return self.list_complaints({name.group() for name in names if name})
+        name_matches = (_LEADING_SKILL_NAME.match(text) for text in mappings)
+        return self.list_complaints({match.group() for match in name_matches if match})
 
     def vanish(self, skiller: str = "Skiller") -> None:
         """Let a Skiller crash: its interface loses its writer, and its current skill never ends."""
@@ -83,8 +83,10 @@ class ScriptedSkills(SkillScript):
         """Restart a crashed Skiller."""
         if skiller in self._skillers:
             raise AssertionError(f"Skiller '{skiller}' is already running")
-        if skiller not in self._names:
-            raise AssertionError(f"there is no Skiller '{skiller}'; there are: {', '.join(self._names)}")
+        if skiller not in self._skiller_names:
+            raise AssertionError(
+                f"there is no Skiller '{skiller}'; there are: {', '.join(self._skiller_names)}"
+            )
         run, deciders = self._run, [self.decider(skiller), *self._usual_deciders]
         self._skillers[skiller] = SkillerSimulator(run.board, run.clock, run.bus, deciders, name=skiller)
 

@@ -14,14 +14,14 @@ from fnmatch import fnmatchcase
 from typing import Any, Final, Protocol, Self
 
 from cxbridge.clock import MICROSECONDS, Clock
-from cxbridge.skiller.simulation.deciders import FOREVER, Decider, Effect, Outcome
+from cxbridge.skiller.simulation.deciders import FOREVER_S, Decider, Effect, Outcome
 from cxbridge.skiller.simulation.estimators import argument_text
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 from cxbridge.suggestions import or_similar
 
 _PATTERN_CHARACTER: Final = re.compile(r"[*?[]")  # a character with a meaning in shell patterns
-_MAX_EXAMPLES: Final = 3  # limit of different calls in a complaint
+_MAX_EXAMPLES: Final = 3  # the maximum number of different calls in a complaint
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,18 +94,26 @@ class SkillRule:
         return self
 
     def succeeds(self, *, after: float = 1.0, times: int | None = None, then: Effect | None = None) -> Self:
-        """Let the calls succeed after some seconds."""
+        """Let the calls succeed.
+
+        :param after: the duration of each call in seconds.
+        :param times: the number of calls; None: all further calls.
+        :param then: changes the world at the end of each call.
+        """
         return self._add_behaviour(_make_constant_answer(Outcome(after)), times, then)
 
     def fails(
         self, error: str = "", *, after: float = 1.0, times: int | None = None, then: Effect | None = None
     ) -> Self:
-        """Let the calls fail with an error after some seconds."""
+        """Let the calls fail with an error.
+
+        The other parameters are those of :meth:`succeeds`.
+        """
         return self._add_behaviour(_make_constant_answer(Outcome(after, Status.S_FAILED, error)), times, then)
 
     def hangs(self, *, times: int | None = None) -> Self:
         """Let the calls never end."""
-        return self._add_behaviour(_make_constant_answer(Outcome(FOREVER)), times, None)
+        return self._add_behaviour(_make_constant_answer(Outcome(FOREVER_S)), times, None)
 
     def does(self, answer: SkillAnswer, *, times: int | None = None, then: Effect | None = None) -> Self:
         """Let a function determine the outcome at the start of each call."""
@@ -199,7 +207,9 @@ class SkillScript:
 
     def __init__(self, clock: Clock) -> None:
         self.calls: list[Call] = []
+        """All started calls, in order."""
         self.otherwise = SkillRule("*")
+        """The rule for calls without another behaviour."""
         self._clock = clock
         self._start_us = clock.now_us()
         self._rules: list[SkillRule] = []
@@ -216,7 +226,7 @@ class SkillScript:
     def list_complaints(self, mapped_skills: Collection[str] = ()) -> list[str]:
         """Return the complaints about unused entries at the end of the run."""
         skills = {*mapped_skills, *(call.name for call in self.calls)}
-        return [text for rule in self._rules if (text := rule.make_complaint(skills, self.calls))]
+        return [complaint for rule in self._rules if (complaint := rule.make_complaint(skills, self.calls))]
 
     def begin(self, skiller: str, call: SkillStringCall) -> Outcome | None:
         """Record the start of a call; return its outcome, or None if the script has none."""

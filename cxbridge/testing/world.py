@@ -34,7 +34,7 @@ class World:
     def fact(self, template: str, **slots: object) -> dict[str, Value]:
         """Return the only matching fact.
 
-        :raises AssertionError: if there is none, or several.
+        :raises AssertionError: if no fact or several facts match.
         """
         facts = self.facts(template, **slots)
         if len(facts) != 1:
@@ -49,17 +49,19 @@ class World:
         if not self._env.has_template(template):
             suggestion = or_similar(template, construct_names(self._env, "deftemplate"))
             raise AssertionError(f"there is no deftemplate '{template}'{suggestion}")
-        # Python's keywords cannot have a dash, names of slots may have a dash or an underscore
-        values = {name.replace("_", "-"): _to_comparable(value) for name, value in slots.items()}
+        # Python's keywords cannot have a dash, while names of slots may have a dash or an underscore
+        expected_values = {name.replace("_", "-"): _to_comparable(value) for name, value in slots.items()}
         matching_facts = []
         for index, _, fact in self._env.facts(template):
-            names = {name: name if name in fact else name.replace("-", "_") for name in values}
-            unknown_names = [name for name, slot in names.items() if slot not in fact]
+            slot_names = {name: name if name in fact else name.replace("-", "_") for name in expected_values}
+            unknown_names = [name for name, slot in slot_names.items() if slot not in fact]
             if unknown_names:
                 raise AssertionError(
                     f"deftemplate '{template}' has no slot '{unknown_names[0]}'; it has: {', '.join(fact)}"
                 )
-            if all(_to_comparable(fact[names[name]]) == value for name, value in values.items()):
+            if all(
+                _to_comparable(fact[slot_names[name]]) == value for name, value in expected_values.items()
+            ):
                 matching_facts.append((index, fact))
         return matching_facts
 
@@ -85,7 +87,7 @@ class World:
     def write(self, uid: str, **fields: object) -> None:
         """Write an interface, and remain its writer.
 
-        :raises CxbridgeError: if there is no such interface or field, or it has another writer.
+        :raises CxbridgeError: if there is no such interface or field, or the interface has another writer.
         """
         if uid not in self._writers:
             self._writers[uid] = self._board.open_for_writing(*parse_uid(uid), owner=OWNER)
@@ -94,8 +96,9 @@ class World:
         interface.write()
 
     def send(self, uid: str, message: str, **fields: object) -> int:
-        """Send a message to an interface's writer; return its id.
+        """Send a message to an interface's writer; return the id of the message.
 
+        :param message: the type of the message, with or without ``Message`` at the end.
         :raises CxbridgeError: if there is no such interface, message or field, or no writer.
         """
         interface = self._open_reader(uid)
@@ -113,7 +116,7 @@ class World:
         return interface.as_dict()
 
     def _open_reader(self, uid: str) -> Interface:
-        """Return the instance for reading an interface; the first call opens it."""
+        """Return the instance for reading an interface; the first call opens the instance."""
         if uid not in self._readers:
             self._readers[uid] = self._board.open_for_reading(*parse_uid(uid), owner=OWNER)
         return self._readers[uid]

@@ -3,13 +3,13 @@ module(..., skillenv.module_init)
 name = "fail"
 fsm = SkillHSM:new {name = name, start = "CHECK"}
 
-documentation = [==[Fail on purpose, to see what becomes of a goal then.
+documentation = [==[Fail on purpose, to test how an agent handles the failure.
 
 fail{after=1.5, error="out of paint", prob=0.3}
 
-@param after seconds until then, a number that is not negative; 0 unless given
-@param error what it says why; "on purpose" unless given
-@param prob  probability that it fails, from 0 to 1, otherwise it is final; 1 unless given
+@param after seconds until the failure, a number that is not negative; 0 unless given
+@param error the reason of the failure; "on purpose" unless given
+@param prob  probability of the failure, from 0 to 1; otherwise the skill is final; 1 unless given
 ]==]
 
 skillenv.skill_module(_M)

@@ -3,13 +3,13 @@ module(..., skillenv.module_init)
 name = "moveto"
 fsm = SkillHSM:new {name = name, start = "CHECK"}
 
-documentation = [==[Stand-in for driving to a place: takes its time and arrives.
+documentation = [==[Stand-in for driving to a place: waits for the duration of the drive.
 
 moveto{place="kitchen", duration=2.0}
 
 @param place      name of the place
-@param duration   seconds that it takes; 1 unless given
-@param error_prob probability that it does not get there, from 0 to 1; 0 unless given
+@param duration   seconds of the drive; 1 unless given
+@param error_prob probability that the robot does not arrive, from 0 to 1; 0 unless given
 ]==]
 
 skillenv.skill_module(_M)

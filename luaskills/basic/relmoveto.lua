@@ -3,15 +3,15 @@ module(..., skillenv.module_init)
 name = "relmoveto"
 fsm = SkillHSM:new {name = name, start = "CHECK"}
 
-documentation = [==[Stand-in for driving by a distance: takes its time and arrives.
+documentation = [==[Stand-in for driving by a distance: waits for the duration of the drive.
 
 relmoveto{x=1.0, y=0.5, ori=0.0, duration=2.0}
 
 @param x          metres ahead
 @param y          metres to the left
 @param ori        radians to turn, counter-clockwise; 0 unless given
-@param duration   seconds that it takes; 1 unless given
-@param error_prob probability that it does not get there, from 0 to 1; 0 unless given
+@param duration   seconds of the drive; 1 unless given
+@param error_prob probability that the robot does not arrive, from 0 to 1; 0 unless given
 ]==]
 
 skillenv.skill_module(_M)

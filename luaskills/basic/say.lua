@@ -8,10 +8,10 @@ documentation = [==[Say something.
 
 say{text="Hello", wait=true}
 
-@param text what to say (also as the only positional argument)
-@param wait true: final when it has been said; otherwise as soon as it has been ordered
+@param text the text to say (also as the only positional argument)
+@param wait true: final when the text has been said; otherwise as soon as the text has been ordered
 
-Fails when there is nobody to speak, no text, when another text takes the place of this one, or when nobody takes it.
+Fails without a speech synthesis or a text, when another text is spoken instead, or when the order is lost.
 ]==]
 
 skillenv.skill_module(_M)

@@ -7,7 +7,7 @@ documentation = [==[Do nothing for a while.
 
 wait{seconds=2.5}
 
-@param seconds how long, a number that is not negative (also as the only positional argument)
+@param seconds the duration, a number that is not negative (also as the only positional argument)
 ]==]
 
 skillenv.skill_module(_M)

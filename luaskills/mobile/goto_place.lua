@@ -4,16 +4,16 @@ name = "goto_place"
 fsm = SkillHSM:new {name = name, start = "CHECK"}
 depends_interfaces = {{v = "navigator", type = "NavigatorInterface", id = "Navigator"}}
 
-documentation = [==[Let the navigator drive to a place that it knows by name.
+documentation = [==[Let the navigator drive to one of the places that it knows by name.
 
 goto_place{place="wp1", ori=1.57, patience=60}
 
 @param place    name of the place (also as the only positional argument)
-@param ori      orientation there in radians; as the navigator likes unless given
-@param patience seconds that it may take; any time unless given
+@param ori      orientation at the place in radians; the navigator's choice unless given
+@param patience maximum duration in seconds; no limit unless given
 
-Fails when there is no navigator, when it says that it failed, when it takes an order of somebody else, or does
-not take this one within a second. When the skill is stopped on the way, so is the robot.
+Fails without a navigator, when the navigator fails, when it accepts the order of another client, or when it does
+not accept this order within a second. When the skill is stopped on the way, the robot stops, too.
 ]==]
 
 skillenv.skill_module(_M)
@@ -30,7 +30,7 @@ function is_taken()
     return navigator:msgid() == fsm.vars.order and (fsm.vars.before ~= fsm.vars.order or not navigator:is_final())
 end
 
--- id 0: the navigator has no command
+-- Message id 0: the navigator has no order.
 function is_ours() return navigator:msgid() == fsm.vars.order or navigator:msgid() == 0 end
 
 function is_other() return not is_ours() and navigator:msgid() ~= fsm.vars.before end

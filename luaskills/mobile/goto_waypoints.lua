@@ -9,9 +9,9 @@ documentation = [==[Drive to places, one after the other.
 goto_waypoints{places={"wp1", "wp2", "wp-final"}, patience=60}
 
 @param places   names of the places, at least one
-@param patience seconds that each may take; any time unless given
+@param patience maximum duration of the drive to each place in seconds; no limit unless given
 
-Fails at the first place that is not reached; the error names it.
+Fails at the first place that is not reached; the error names the place.
 ]==]
 
 skillenv.skill_module(_M)

@@ -8,10 +8,10 @@ documentation = [==[Stand-in for taking something: closes the gripper.
 
 pick{what="cup", patience=5}
 
-@param what     what to take, for the log only
-@param patience seconds that it may take; 5 unless given
+@param what     the object to take, for the log only
+@param patience maximum duration in seconds; 5 unless given
 
-Fails when there is no gripper, when it holds something already, or when it does not close in time.
+Fails without a gripper, when the gripper is closed already, or when it does not close in time.
 ]==]
 
 skillenv.skill_module(_M)

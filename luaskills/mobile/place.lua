@@ -8,10 +8,10 @@ documentation = [==[Stand-in for putting something down: opens the gripper.
 
 place{what="cup", patience=5}
 
-@param what     what to put down, for the log only
-@param patience seconds that it may take; 5 unless given
+@param what     the object to put down, for the log only
+@param patience maximum duration in seconds; 5 unless given
 
-Fails when there is no gripper, when it is open already, or when it does not open in time.
+Fails without a gripper, when the gripper is open already, or when it does not open in time.
 ]==]
 
 skillenv.skill_module(_M)

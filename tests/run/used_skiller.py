@@ -71,7 +71,7 @@ class UsedSkiller:
 
     def _loop(self) -> None:
         interface, to_write = self.interface, False
-        while (serial := self._readers.pop()) is not None:
+        while (serial := self._readers.pop_closed_serial()) is not None:
             to_write |= self._control.revoke(serial)
         text = None
         while (message := interface.msgq_pop()) is not None:

@@ -70,7 +70,7 @@ class Watched(Run):
 
     def working(self, agent: str, skill: str) -> str:
         """Return the goal of an agent's running skill, empty without a running skill."""
-        for info in self.service.skills.executors:
+        for info in self.service.skill_board.executors:
             if (info.agent, info.skill, info.state) == (agent, skill, "BUSY"):
                 running = {}
                 for event in self.actions:

@@ -63,7 +63,7 @@ class RecordedSkiller(SkillerBackend):
 
     def loop(self) -> None:
         """Handle messages and make the writes that are due."""
-        while (serial := self._readers.pop()) is not None:
+        while (serial := self._readers.pop_closed_serial()) is not None:
             if self._control.revoke(serial):
                 self._interface.write()
         now_us = self._clock.now_us()

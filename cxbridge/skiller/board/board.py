@@ -189,8 +189,8 @@ class SkillBoard:
                 self.offer(executor)
         if self._has_new_masters:
             self._has_new_masters = False
-            for info in self._watch.all():
-                self.offer(info.id)
+            for executor_info in self._watch.all():
+                self.offer(executor_info.id)
         return not is_quiet
 
     def expire(self) -> None:
@@ -200,10 +200,10 @@ class SkillBoard:
         for master in [master for master in self._masters.values() if master.deadline_us <= now_us]:
             master.expire()
         interface = self._interface
-        asking = sum(map(len, self._asking_masters.values()))
-        running = len(self._masters) - asking
-        if (interface.asking, interface.running) != (asking, running):
-            interface.asking, interface.running = asking, running
+        asking_count = sum(map(len, self._asking_masters.values()))
+        running_count = len(self._masters) - asking_count
+        if (interface.asking, interface.running) != (asking_count, running_count):
+            interface.asking, interface.running = asking_count, running_count
             interface.write()
 
     def loop(self) -> None:
@@ -228,16 +228,17 @@ class SkillBoard:
         executor = message.executor
         if message.epoch == self.epoch and message.master == self._pending_by_executor.get(executor):
             self._end_request(executor)
-        info = self._watch.get(executor)
-        if info is None:
+        executor_info = self._watch.get(executor)
+        if executor_info is None:
             self._log.debug(f"RESPONSE of the unknown executor {executor}")
             return
         master = self._find_master(message)
         if master is None:
             self.refuse_late(message)
-        elif info.agent != master.call.agent:
+        elif executor_info.agent != master.call.agent:
             self._log.warn(
-                f"{executor} of {info.agent} answers to action {master.number} of {master.call.agent}"
+                f"{executor} of {executor_info.agent} answers to action {master.number}"
+                f" of {master.call.agent}"
             )
             self._sender.reject(executor, master.number)
         else:
@@ -263,7 +264,7 @@ class SkillBoard:
             self.ask_all(master, excluded=executor)
 
     def _find_master(self, message: Any) -> Master | None:
-        """Return the master of a message; None if it has ended or the epoch differs."""
+        """Return the master of a message; None if the master is over or the epoch differs."""
         return self._masters.get(message.master) if message.epoch == self.epoch else None
 
     def _lose_executor(self, executor: str) -> None:
@@ -290,11 +291,11 @@ class SkillBoard:
     def _find_free_executors(self, master: Master) -> list[str]:
         """Return the idle executors without a pending request that know the skill of a master."""
         return [
-            info.id
-            for info in self._watch.agent_executors(master.call.agent)
-            if info.state is ExecutorState.IDLE
-            and master.call.skill in info.skills
-            and info.id not in self._pending_by_executor
+            executor_info.id
+            for executor_info in self._watch.agent_executors(master.call.agent)
+            if executor_info.state is ExecutorState.IDLE
+            and master.call.skill in executor_info.skills
+            and executor_info.id not in self._pending_by_executor
         ]
 
     def ask_all(self, master: Master, *, excluded: str = "") -> None:
@@ -316,12 +317,16 @@ class SkillBoard:
 
     def offer(self, executor: str) -> None:
         """Offer an idle executor the oldest master without a pending request, else the oldest master."""
-        info = self._watch.get(executor)
-        if info is None or info.state is not ExecutorState.IDLE or executor in self._pending_by_executor:
+        executor_info = self._watch.get(executor)
+        if (
+            executor_info is None
+            or executor_info.state is not ExecutorState.IDLE
+            or executor in self._pending_by_executor
+        ):
             return
         fallback = None
-        for master in self._asking_masters.get(info.agent, {}).values():
-            if master.call.skill in info.skills:
+        for master in self._asking_masters.get(executor_info.agent, {}).values():
+            if master.call.skill in executor_info.skills:
                 if master.number not in self._pending_by_master:
                     self._send_request(executor, master)
                     return
@@ -346,11 +351,11 @@ class SkillBoard:
     def _process_change(self, master: Master) -> None:
         """Update the indexes after a change and notify the caller."""
         number, agent = master.number, master.call.agent
-        asking = self._asking_masters.setdefault(agent, {})
+        asking_masters = self._asking_masters.setdefault(agent, {})
         if master.state is MasterState.ASKING:
-            asking[number] = master
+            asking_masters[number] = master
         else:
-            asking.pop(number, None)
+            asking_masters.pop(number, None)
         on_change = self._change_callbacks[number]
         if master.is_over:
             del self._masters[number], self._change_callbacks[number]
@@ -367,22 +372,25 @@ class SkillBoard:
     def _log_end(self, master: Master) -> None:
         if not self._log.enabled:
             return
-        text = f"action {master.number}: {master.call.skill} of {master.call.agent} {master.state}"
+        summary = f"action {master.number}: {master.call.skill} of {master.call.agent} {master.state}"
         if master.error:
-            self._log.warn(f"{text}: {master.error}")
+            self._log.warn(f"{summary}: {master.error}")
         else:
-            self._log.debug(text)
+            self._log.debug(summary)
 
     def _explain(self, master: Master) -> str:
         """Return why no executor has started to execute an action."""
         call = master.call
         executors = self._watch.agent_executors(call.agent)
-        capable_executors = [info for info in executors if call.skill in info.skills]
+        capable_executors = [
+            executor_info for executor_info in executors if call.skill in executor_info.skills
+        ]
         if not executors:
             return f"the agent {call.agent} has no executor"
         if not capable_executors:
-            skills = sorted({skill for info in executors for skill in info.skills})
+            skills = sorted({skill for executor_info in executors for skill in executor_info.skills})
             return f"no executor of {call.agent} offers {call.skill}; they offer: {', '.join(skills)}"
         return f"no executor of {call.agent} is free for {call.skill}, or answers: " + ", ".join(
-            f"{info.id} ({info.skill or info.state})" for info in capable_executors
+            f"{executor_info.id} ({executor_info.skill or executor_info.state})"
+            for executor_info in capable_executors
         )

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 class Sender:
     """Makes the messages of a board's masters and delivers them to executors.
 
-    :param epoch: the board's epoch, in tickets.
+    :param name: the board's name, a part of each ticket.
+    :param epoch: the board's epoch, a part of each ticket.
     :param is_synchronous: deliver synchronously to all executors, as a virtual clock requires.
     """
 
@@ -40,7 +41,9 @@ class Sender:
         self._epoch = epoch
         self._owner = owner
         self._is_synchronous = is_synchronous
+        # executor, message and error of each failed delivery
         self._failures: deque[tuple[str, Any, BlackBoardError]] = deque()
+        # by executor: the interface that gets its messages, and the thread that delivers them
         self._remote_executors: dict[str, tuple[Interface, ThreadPoolExecutor]] = {}
 
     def request(self, executor: str, number: int, call: SkillCall, parameters: str) -> None:
@@ -83,17 +86,17 @@ class Sender:
     def forget(self, executor: str) -> None:
         """Drop the messages for a lost executor."""
         if executor in self._remote_executors:
-            instance, thread = self._remote_executors.pop(executor)
+            interface, thread = self._remote_executors.pop(executor)
             thread.shutdown(wait=False, cancel_futures=True)
-            instance.close()
+            interface.close()
 
     def close(self) -> None:
         """Deliver pending messages, and release all resources."""
         for _, thread in self._remote_executors.values():
             thread.shutdown(wait=False)  # all at once, before the wait for any
-        for instance, thread in self._remote_executors.values():
+        for interface, thread in self._remote_executors.values():
             thread.shutdown(wait=True)
-            instance.close()
+            interface.close()
         self._remote_executors.clear()
 
     def _ticket(self, number: int, epoch: int | None = None) -> Ticket:
@@ -114,14 +117,14 @@ class Sender:
         if executor not in self._remote_executors:
             try:
                 # a separate instance, because this thread reads the first instance
-                instance = self._board.open_for_reading(EXECUTOR_TYPE, executor, owner=self._owner)
+                interface = self._board.open_for_reading(EXECUTOR_TYPE, executor, owner=self._owner)
             except BlackBoardError as error:
                 self._failures.append((executor, message, error))
                 return
             # a single thread for each executor keeps its messages in order
-            self._remote_executors[executor] = instance, ThreadPoolExecutor(1, "skill-board")
-        instance, thread = self._remote_executors[executor]
-        thread.submit(self._deliver, instance, message)
+            self._remote_executors[executor] = interface, ThreadPoolExecutor(1, "skill-board")
+        interface, thread = self._remote_executors[executor]
+        thread.submit(self._deliver, interface, message)
 
     def _deliver(self, receiver: Interface, message: Message) -> None:
         try:

@@ -2,8 +2,7 @@
 
 An idle executor answers REQUEST with RESPONSE and is then reserved, until CONFIRM makes it busy, or REJECT or
 a timeout makes it idle again. A busy executor executes one step of its skill per loop, sends FEEDBACK, and
-ends with FINISH.
-An executor serves one master at a time, the master of its ticket.
+ends with FINISH. An executor serves one master at a time, the master of its ticket.
 """
 
 from __future__ import annotations
@@ -107,7 +106,7 @@ class ExecutorHost(Listener):
 
     @property
     def valid(self) -> bool:
-        """Whether the interface is still valid. After a reconnection, another writer may have taken it."""
+        """Whether the interface is still valid. After a reconnection, it may have another writer."""
         return bool(self._interface.valid)
 
     def open_board(self, board: str) -> None:
@@ -115,7 +114,8 @@ class ExecutorHost(Listener):
 
         :raises BlackBoardError: if the interface cannot be opened.
         """
-        # many hosts may start sending in the same loop, which must not also take the time to open interfaces
+        # many hosts may send their first messages in the same loop, which must not take the time to open
+        # interfaces, too
         self._open_reader(board)
 
     def listen(self, listener: Listener, event_kind: EventKind) -> None:
@@ -254,6 +254,7 @@ class ExecutorHost(Listener):
             self._call = replace(self._call, parameters=decode_parameters(self._parameters))
             steps: object = self.execution(self.executor, self._call)
             if not isinstance(steps, Generator):
+                # the handler below sends this error, too
                 raise SkillError(f"execute() must be a generator, but has returned {steps!r}")  # noqa: TRY301
             self._steps = steps
         except Exception as error:  # noqa: BLE001 - a skill may fail in any way
@@ -342,7 +343,7 @@ class ExecutorHost(Listener):
         self._readers[board] = reader
         return reader
 
-    def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
+    def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - of Listener
         """Queue the end of a board. Called in any thread."""
         self._lost_boards.append(interface.id)
 

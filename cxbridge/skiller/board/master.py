@@ -1,8 +1,8 @@
 """The master of a running action: finds an executor and follows it to the end; see docs/skill-board.md.
 
-A master asks (ASKING) until an executor responds, confirms it (CONFIRMED), and runs from its first FEEDBACK
-(RUNNING) to its FINISH. In each of these states a deadline ends it. A cancelled master waits for the executor
-(CANCELLING), because the robot moves until then.
+A master asks (ASKING) until an executor responds, confirms the executor (CONFIRMED), and runs from the
+executor's first FEEDBACK (RUNNING) to its FINISH. In each of these states a deadline ends the master. A
+cancelled master waits for the executor (CANCELLING), because the robot moves until then.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cxbridge.skiller.board.protocol import MasterState, SkillCall, SkillOutcome
 if TYPE_CHECKING:
     from cxbridge.skiller.board.delivery import Sender
 
-_NEVER = 2**63 - 1  # later than any time stamp
+_NEVER_US = 2**63 - 1  # later than any time stamp
 _MAX_TIMEOUT_S = 1e9  # 30 years, far within the range of clocks
 
 
@@ -238,7 +238,7 @@ class Master:
         """Change the state, and notify the board."""
         self.state = state
         if state.is_over:
-            self.deadline_us = _NEVER
+            self.deadline_us = _NEVER_US
         self._on_change(self)
 
 

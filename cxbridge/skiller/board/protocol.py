@@ -177,17 +177,17 @@ def encode_parameters(parameters: Mapping[str, Any]) -> str:
 
 
 def decode_parameters(text: str) -> dict[str, Any]:
-    """Return the parameters of a message.
+    """Return the parameters of a message, given as JSON; an empty text means no parameters.
 
     :raises SkillError: if the text is not a JSON object.
     """
     try:
-        value = json.loads(text) if text else {}
+        parameters = json.loads(text) if text else {}
     except (ValueError, RecursionError) as error:
         raise SkillError(f"the parameters are not JSON: {error}") from None
-    if not isinstance(value, dict):
+    if not isinstance(parameters, dict):
         raise SkillError("the parameters are not a JSON object")
-    return value
+    return parameters
 
 
 def enum_name(value: object) -> str:

@@ -33,11 +33,11 @@ class BoardSkiller(InterfaceSkiller):
     """
 
     def __init__(
-        self, board: BlackBoard, skills: SkillBoard, bus: EventBus, *, agent: str, name: str = "Skiller"
+        self, board: BlackBoard, skill_board: SkillBoard, bus: EventBus, *, agent: str, name: str = "Skiller"
     ) -> None:
         super().__init__(board, bus, name=name, component=LOG_COMPONENT)
         self.agent = agent
-        self._skills = skills
+        self._skill_board = skill_board
         self._masters: list[Master] = []
 
     @property
@@ -63,30 +63,30 @@ class BoardSkiller(InterfaceSkiller):
 
     def start(self, skill_string: str) -> None:
         for call in parse_calls(skill_string, self.agent):
-            self._masters.append(self._skills.request(call))
+            self._masters.append(self._skill_board.request(call))
 
     def drop(self) -> None:
         """Cancel all masters."""
         masters, self._masters = self._masters, []
         for master in masters:
-            self._skills.cancel(master)
+            self._skill_board.cancel(master)
 
 
 class LocalSkillCalls:
     """The access of the executive's feature ``skill-board`` to the skill board in its process."""
 
-    def __init__(self, skills: SkillBoard) -> None:
-        self._skills = skills
+    def __init__(self, skill_board: SkillBoard) -> None:
+        self._skill_board = skill_board
 
     @property
     def version(self) -> int:
         """See :attr:`SkillBoard.version`."""
-        return self._skills.version
+        return self._skill_board.version
 
     @property
     def executors(self) -> Iterable[ExecutorInfo]:
         """The present executors in order of appearance."""
-        return self._skills.executors
+        return self._skill_board.executors
 
     def ask(
         self,
@@ -101,19 +101,19 @@ class LocalSkillCalls:
         :param label: the display name of the master.
         :raises SkillError: if names or parameters do not fit into messages.
         """
-        return self._skills.request(SkillCall(skill, agent, parameters, label), on_change)
+        return self._skill_board.request(SkillCall(skill, agent, parameters, label), on_change)
 
     def ask_for(self, skill_string: str, agent: str, on_change: Callable[[Master], None]) -> Master:
         """Request a skill string with one call.
 
         :raises SkillError: if the skill string is invalid, or names or parameters do not fit into messages.
         """
-        return self._skills.request(_to_skill_call(parse_skill_call(skill_string), agent), on_change)
+        return self._skill_board.request(_to_skill_call(parse_skill_call(skill_string), agent), on_change)
 
     def stop(self, number: int) -> bool:
         """Cancel an action; return whether it was running."""
-        master = self._skills.master(number)
-        return master is not None and self._skills.cancel(master)
+        master = self._skill_board.master(number)
+        return master is not None and self._skill_board.cancel(master)
 
 
 def parse_calls(text: str, agent: str) -> list[SkillCall]:
@@ -156,15 +156,15 @@ class SkillBoardService:
         board_class: type[SkillBoard] = SkillBoard,
         execution: Execution = execute_itself,
     ) -> None:
-        self.skills = board_class(board, clock, bus, name=settings.name, timeouts=settings.timeouts)
-        self.local_calls = LocalSkillCalls(self.skills)
+        self.skill_board = board_class(board, clock, bus, name=settings.name, timeouts=settings.timeouts)
+        self.local_calls = LocalSkillCalls(self.skill_board)
         self.skillers: list[BoardSkiller] = []
         self.hosts: list[ExecutorHost] = []
         self._execution = execution
         try:
             for agent in settings.agents:
                 self.skillers.append(
-                    BoardSkiller(board, self.skills, bus, agent=agent.name, name=agent.skiller)
+                    BoardSkiller(board, self.skill_board, bus, agent=agent.name, name=agent.skiller)
                 )
                 for executor in agent.executors if settings.in_process else ():
                     self.add(
@@ -178,8 +178,8 @@ class SkillBoardService:
         """Add an executor."""
         host.execution = self._execution
         self.hosts.append(host)
-        host.open_board(self.skills.name)
-        self.skills.local_executors.add(host.name)
+        host.open_board(self.skill_board.name)
+        self.skill_board.local_executors.add(host.name)
 
     def remove(self, host: ExecutorHost, leave: Callable[[ExecutorHost], None] = ExecutorHost.close) -> None:
         """Remove an executor.
@@ -188,12 +188,12 @@ class SkillBoardService:
         """
         self.hosts.remove(host)
         leave(host)
-        self.skills.local_executors.discard(host.name)
+        self.skill_board.local_executors.discard(host.name)
 
     @property
     def running(self) -> bool:
         """Whether an action is running."""
-        return self.skills.running or any(skiller.running for skiller in self.skillers)
+        return self.skill_board.running or any(skiller.running for skiller in self.skillers)
 
     def loop(self) -> None:
         """Handle commands, find executors, execute a step of each, and publish the results."""
@@ -202,14 +202,14 @@ class SkillBoardService:
         self.settle()
         for host in self.hosts:
             host.step()
-        self.skills.loop()  # handles FEEDBACK and FINISH of this loop
+        self.skill_board.loop()  # handles FEEDBACK and FINISH of this loop
         for skiller in self.skillers:
             skiller.publish()
 
     def settle(self) -> None:
         """Exchange messages until each master has an executor, without executing steps."""
         for _ in range(_MAX_ROUNDS):
-            is_active = self.skills.exchange()
+            is_active = self.skill_board.exchange()
             for host in self.hosts:
                 is_active |= host.exchange()
             if not is_active:
@@ -222,5 +222,5 @@ class SkillBoardService:
         for host in self.hosts:
             host.exchange()
             host.close()
-        self.skills.close()
+        self.skill_board.close()
         self.skillers, self.hosts = [], []

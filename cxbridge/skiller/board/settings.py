@@ -35,7 +35,7 @@ class ExecutorSettings:
     :param name: the id of the executor's interface.
     :param target: ``MODULE:CLASS``, ``FILE.py:CLASS``, or the class.
     :param folder: the base of relative files.
-    :param place: the place in the configuration, for errors.
+    :param place: the place in the configuration, for errors; None for a class that a program gives.
     """
 
     name: str
@@ -54,7 +54,7 @@ class ExecutorSettings:
         return check_executor(self.target)
 
     def skills(self) -> tuple[str, ...]:
-        """Return the executed skills.
+        """Return the skills that the executor executes.
 
         :raises CxbridgeError: as :meth:`load`, or if the settings are invalid.
         """
@@ -134,6 +134,7 @@ class AgentSettings:
 class BoardSettings:
     """A skill board.
 
+    :param name: the id of the SkillBoardInterface.
     :param in_process: whether this process makes the executors.
     """
 
@@ -144,15 +145,15 @@ class BoardSettings:
 
     @classmethod
     def from_config(cls, config: Configuration, folder: Path) -> BoardSettings | None:
-        """Read the settings; None without a skill board.
+        """Return the settings in a configuration; None without a skill board.
 
         :param folder: the base of relative files.
         :raises ConfigError: if a key or value is unknown, missing or invalid, with file and line.
         """
         if not config.keys(TREE):
             return None
-        _refuse_unknown(config, TREE, _BOARD_KEYS)
-        _refuse_unknown(config, f"{TREE}/timeouts", tuple(_DEFAULT_TIMEOUTS))
+        _refuse_unknown_keys(config, TREE, _BOARD_KEYS)
+        _refuse_unknown_keys(config, f"{TREE}/timeouts", tuple(_DEFAULT_TIMEOUTS))
         agents = tuple(_read_agent(config, name, folder) for name in config.keys(f"{TREE}/agents"))
         if not agents:
             raise config.error(TREE, "the skill board has no agents", "name an agent: agents: {robot1: {}}")
@@ -205,12 +206,12 @@ class BoardSettings:
 
 def _read_timeouts(config: Configuration) -> Timeouts:
     tree = f"{TREE}/timeouts"
-    values = {
+    timeouts = {
         name: config.get_float(f"{tree}/{name}", default=default)
         for name, default in _DEFAULT_TIMEOUTS.items()
     }
     try:
-        return Timeouts(**values)
+        return Timeouts(**timeouts)
     except ConfigError as error:
         raise config.error(tree, error.message) from None
 
@@ -221,7 +222,7 @@ def _read_agent(config: Configuration, name: str, folder: Path) -> AgentSettings
         check_name("an agent", name)
     except SkillError as error:
         raise config.error(tree, error.message, error.hint) from None
-    _refuse_unknown(config, tree, _AGENT_KEYS)
+    _refuse_unknown_keys(config, tree, _AGENT_KEYS)
     return AgentSettings(
         name,
         config.get_str(f"{tree}/skiller", default=name),
@@ -232,14 +233,14 @@ def _read_agent(config: Configuration, name: str, folder: Path) -> AgentSettings
 def _read_executor(config: Configuration, agent: str, key: str, folder: Path) -> ExecutorSettings:
     tree = f"{TREE}/agents/{agent}/executors/{key}"
     target = config.get_str(f"{tree}/class")
-    values = {}
-    for value in config.search(f"{tree}/"):
-        name = value.path.removeprefix(f"{tree}/")
+    settings = {}
+    for item in config.search(f"{tree}/"):
+        name = item.path.removeprefix(f"{tree}/")
         if name != "class":
-            values[name] = (
-                [parse_value(text) for text in value.items] if value.is_list else parse_value(value.text)
+            settings[name] = (
+                [parse_value(text) for text in item.items] if item.is_list else parse_value(item.text)
             )
-    return ExecutorSettings(f"{agent}-{key}", target, values, folder, config.get(f"{tree}/class"))
+    return ExecutorSettings(f"{agent}-{key}", target, settings, folder, config.get(f"{tree}/class"))
 
 
 def parse_value(text: str) -> bool | float | str:
@@ -252,12 +253,12 @@ def parse_value(text: str) -> bool | float | str:
     return text
 
 
-def _refuse_unknown(config: Configuration, tree: str, allowed: tuple[str, ...]) -> None:
+def _refuse_unknown_keys(config: Configuration, tree: str, allowed_keys: tuple[str, ...]) -> None:
     """Refuse unknown keys, because a misspelt setting would silently have no effect."""
     for name in config.keys(tree):
-        if name not in allowed:
+        if name not in allowed_keys:
             raise config.error(
                 f"{tree}/{name}",
                 f"{tree}/{name} is not a setting of the skill board",
-                f"the settings are: {', '.join(allowed)}",
+                f"the settings are: {', '.join(allowed_keys)}",
             )

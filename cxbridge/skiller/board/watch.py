@@ -58,40 +58,40 @@ class ExecutorWatch(Listener, Observer):
         self._owner = owner
         self._events: deque[tuple[str, str]] = deque()  # "there", "wrote" or "gone", and the executor
         self._instances: dict[str, Any] = {}
-        self._infos: dict[str, ExecutorInfo] = {}
-        self._agents: dict[str, dict[str, ExecutorInfo]] = {}
+        self._executor_infos: dict[str, ExecutorInfo] = {}
+        self._infos_by_agent: dict[str, dict[str, ExecutorInfo]] = {}  # of each agent, by executor
         self.version = 0
         """A number that changes with the executors or their states."""
         self.offered_skills: set[tuple[str, str]] = set()
         """Agents and skills of all present and former executors."""
         board.register_observer(self, EXECUTOR_TYPE)
-        for info in board.list(EXECUTOR_TYPE):
-            self._events.append(("there", info.id))
+        for interface_info in board.list(EXECUTOR_TYPE):
+            self._events.append(("there", interface_info.id))
 
     def all(self) -> list[ExecutorInfo]:
         """Return all executors in order of appearance."""
-        return list(self._infos.values())
+        return list(self._executor_infos.values())
 
     def get(self, executor: str) -> ExecutorInfo | None:
-        """Return the state of an executor, or None."""
-        return self._infos.get(executor)
+        """Return the state of an executor; None if the executor is unknown."""
+        return self._executor_infos.get(executor)
 
     def instance(self, executor: str) -> Interface | None:
-        """Return the reading instance of an executor, for sending messages, or None."""
-        return self._instances.get(executor) if executor in self._infos else None
+        """Return the instance that sends messages to an executor; None if the executor is unknown."""
+        return self._instances.get(executor) if executor in self._executor_infos else None
 
     def agent_executors(self, agent: str) -> list[ExecutorInfo]:
         """Return the executors of an agent in order of appearance."""
-        return list(self._agents.get(agent, {}).values())
+        return list(self._infos_by_agent.get(agent, {}).values())
 
     def take_changes(self) -> list[ExecutorChange]:
         """Return the changes since the last call, in order."""
         changes: list[ExecutorChange] = []
         while self._events:
-            kind, executor = self._events.popleft()
-            if kind == "there":
+            event, executor = self._events.popleft()
+            if event == "there":
                 self._open(executor, changes)
-            elif kind == "gone":
+            elif event == "gone":
                 self._forget(executor, changes)
             elif (instance := self._instances.get(executor)) is not None:
                 self._read(executor, instance, changes)
@@ -103,8 +103,8 @@ class ExecutorWatch(Listener, Observer):
         for instance in self._instances.values():
             instance.close()
         self._instances.clear()
-        self._infos.clear()
-        self._agents.clear()
+        self._executor_infos.clear()
+        self._infos_by_agent.clear()
 
     def _open(self, executor: str, changes: list[ExecutorChange]) -> None:
         if executor in self._instances:
@@ -134,23 +134,23 @@ class ExecutorWatch(Listener, Observer):
         if state is None:
             self._log.warn(f"the executor {executor} is in an unknown state: {enum_name(instance.state)}")
             return
-        former_info = self._infos.get(executor)
-        info = ExecutorInfo(executor, agent, tuple(instance.skills.split()), state, instance.skill)
-        self.offered_skills.update((agent, skill) for skill in info.skills)
+        former_executor_info = self._executor_infos.get(executor)
+        executor_info = ExecutorInfo(executor, agent, tuple(instance.skills.split()), state, instance.skill)
+        self.offered_skills.update((agent, skill) for skill in executor_info.skills)
         # another program may reuse the id of an executor
-        if former_info is not None and former_info.agent != agent:
-            del self._agents[former_info.agent][executor]
-        self._infos[executor] = info
-        self._agents.setdefault(agent, {})[executor] = info
+        if former_executor_info is not None and former_executor_info.agent != agent:
+            del self._infos_by_agent[former_executor_info.agent][executor]
+        self._executor_infos[executor] = executor_info
+        self._infos_by_agent.setdefault(agent, {})[executor] = executor_info
         self.version += 1
         changes.append(ExecutorChange(executor, is_gone=False))
 
     def _forget(self, executor: str, changes: list[ExecutorChange]) -> None:
         """Handle the end of an executor. A successor may exist already."""
         instance = self._instances.pop(executor, None)
-        info = self._infos.pop(executor, None)
-        if info is not None:
-            del self._agents[info.agent][executor]
+        executor_info = self._executor_infos.pop(executor, None)
+        if executor_info is not None:
+            del self._infos_by_agent[executor_info.agent][executor]
             self.version += 1
             changes.append(ExecutorChange(executor, is_gone=True))
         if instance is not None:
@@ -162,11 +162,11 @@ class ExecutorWatch(Listener, Observer):
             if successors:
                 self._events.append(("there", executor))
 
-    def interface_created(self, interface_type: str, interface_id: str) -> None:  # noqa: ARG002
+    def interface_created(self, interface_type: str, interface_id: str) -> None:  # noqa: ARG002 - of Observer
         self._events.append(("there", interface_id))
 
     def data_refreshed(self, interface: Interface) -> None:
         self._events.append(("wrote", interface.id))
 
-    def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
+    def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - of Listener
         self._events.append(("gone", interface.id))

@@ -1,4 +1,4 @@
-"""The blackboard for Lua: open interfaces by number, fields by name."""
+"""The blackboard for Lua, where a number stands for an open interface, and a name for a field."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from cxbridge.interfaces.instance import Interface
     from cxbridge.interfaces.schema import FieldSchema
 
-_Key = tuple[str, str, bool]  # type and id of an interface, and whether it is open for writing
+_InterfaceKey = tuple[str, str, bool]  # type and id of an interface, and whether it is open for writing
 
 
 class InterfacePool:
@@ -26,7 +26,9 @@ class InterfacePool:
     def __init__(self, board: BlackBoard, owner: str) -> None:
         self.board = board
         self.owner = owner
-        self._shared: dict[_Key, list[Interface]] = {}  # an entry per user of the instance
+        self._shared: dict[
+            _InterfaceKey, list[Interface]
+        ] = {}  # the shared instance, once for each of its users
 
     def open(self, type_name: str, interface_id: str, *, writing: bool) -> Interface:
         """Open a private instance.
@@ -221,8 +223,11 @@ class BoardAccess:
         message = instance.create_message(message_type)
         for name, value in values.items():
             if not is_plain(value):
-                for index, item in value.items():  # a table; other Lua values have no items
-                    _assign(message, name, item, index - 1)
+                for (
+                    index,
+                    element,
+                ) in value.items():  # a table, counted from 1; other Lua values have no items
+                    _assign(message, name, element, index - 1)
             else:
                 _assign(message, name, value, None)
         return instance.msgq_enqueue(message)

@@ -8,20 +8,27 @@ local limits = core.limits
 
 -- The number of instructions between two checks of the budget (a step), and of steps between two checks of the clock
 local STEP, STEPS_TO_CLOCK = 100, 10
--- A single instruction may copy a large value. So steps have fewer instructions after a step in which the memory has grown
--- by the first number, and each step checks the clock after a total growth by the second number.
+-- A single instruction may copy a large value. Therefore a step has FINE_STEP instructions after a step in which the
+-- memory has grown by LARGE_KIB, and each step checks the clock after a total growth by MUCH_KIB.
 local FINE_STEP, LARGE_KIB, MUCH_KIB = 10, 32, 768
--- The budget of a call after an exhausted budget: enough to reset skills and to read the reasons of their failures.
+-- The part of a loop's budget that each call gets at least, even after an exhausted budget: enough to reset skills and to
+-- read the reasons of their failures.
 local LEAST = 0.1
+-- The maximum number of bytes of an error text
 local LONGEST_MESSAGE = 4000
--- For each function of a stack, C walks through the whole stack; of a deeper stack the traceback shows only the top.
+-- Lua walks through the stack to find a function in it, so that a full traceback of a deep stack takes long: of a stack
+-- of more than DEEP functions, a traceback shows only the innermost functions, as many as TOP says.
 local DEEP, TOP = 200, 12
 
 local processor_time, match, sub, format = core.native.os.clock, core.native.string.match, core.native.string.sub,
                                            core.native.string.format
--- Of the present call: the remaining instructions; the end in processor time (before the first check of the clock, the
--- seconds of the call); the instructions to the next check of the budget, and the number of these checks to the next check
--- of the clock; the memory at the last check in KiB, and the memory from which each check also checks the clock.
+-- The state of the present call:
+--   remaining: the instructions that it may still execute
+--   deadline: its end in processor time; before the first check of the clock, the seconds that it may take
+--   step: the number of instructions between two checks of the budget
+--   ticks: the number of checks of the budget until the next check of the clock
+--   heap: the memory at the last check, in KiB
+--   large_heap: the memory in KiB from which each check of the budget also checks the clock
 local remaining, deadline, step, ticks, heap, large_heap = 0, 0, STEP, 0, 0, 0
 -- The error of an exhausted budget, else false; and the processor time of the first check of the clock.
 local exhausted, began = false, nil
@@ -31,6 +38,7 @@ local budget = {}
 -- With an exhausted budget each further instruction raises the error again: a pcall may catch the error, but the code
 -- after the pcall ends at its first instruction, up to the call that armed the budget.
 local function refuse()
+    -- level 1 is this hook, level 2 the interrupted function
     if getinfo(2, "f").func == budget.run then
         sethook()
     else
@@ -40,6 +48,7 @@ end
 
 -- The innermost line of a skill's code, because lines of the engine's files do not help users.
 local function place()
+    -- levels 1 to 3 are this function, exhaust and the hook, level 4 is the interrupted function
     local level = 4
     while true do
         local at = level < DEEP and getinfo(level, "Sl")
@@ -79,6 +88,7 @@ local function count()
             return
         end
     end
+    -- budget.run itself (level 2 is the interrupted function) must reach its end
     if (remaining < 0 or is_late()) and getinfo(2, "f").func ~= budget.run then exhaust() end
     ticks = STEPS_TO_CLOCK
 end

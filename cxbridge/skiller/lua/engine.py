@@ -76,25 +76,25 @@ class LuaEngine:
         lua_limits = {name: value for name, value in asdict(self._limits).items() if name != "memory"}
         lua_limits["largest_text"] = self._limits.memory_per_loop
         modules = self.attempted_modules = ModulePath(self._folders)
-        access: list[BoardAccess] = []
+        accesses: list[BoardAccess] = []
 
         def make_host(make_table: MakeTable) -> HostTable:
-            # the access needs a function of the state, and the state the functions of the access: so the
-            # state calls this function while it is being made
-            access.append(BoardAccess(self._pool, make_table))
-            return self._make_host_functions(modules) | access[0].functions_by_name()
+            # the access needs a function of the state, and the state needs the functions of the access:
+            # therefore the state's constructor calls this function, which hands the access over by the list
+            accesses.append(BoardAccess(self._pool, make_table))
+            return self._make_host_functions(modules) | accesses[0].functions_by_name()
 
         state = LuaState(self._limits.memory, lua_limits, modules, make_host)
         try:
             state.load(self.space)
         except SkillError:
-            access[0].close_all()
+            accesses[0].close_all()
             raise
         if self._bus.wants(SourceRead):
             for label, path in modules.files.items():
                 with suppress(OSError):  # the file was deleted after loading
                     self._bus.emit_source("skill", "", label, path.read_bytes())
-        return state, access[0]
+        return state, accesses[0]
 
     def _set_state(self, state: LuaState, access: BoardAccess) -> None:
         self._state = state
@@ -107,9 +107,7 @@ class LuaEngine:
         return self._state.call(name, *args)
 
     def reload(self) -> None:
-        """Reload the skills from their files; shared interfaces stay open.
-
-        Drops the compiled skill string.
+        """Reload the skills from their files; shared interfaces stay open. Drop the compiled skill string.
 
         :raises SkillError: if the skills cannot be loaded; the old skills stay.
         """
@@ -148,7 +146,7 @@ class LuaEngine:
         ok, problem = self._call("prepare", call_tables)[:2]
         if ok:
             return ""
-        # the number of the first call of a missing skill, or the text of another error
+        # the problem is the number of the first call of a missing skill, or the text of another error
         if not isinstance(problem, int | float):
             return str(problem)
         call = calls[int(problem) - 1]

@@ -115,7 +115,7 @@ make_class("Point", Vector3)
 
 local Quaternion = make_class("Quaternion")
 
---- From x, y, z, w; from yaw, pitch, roll; or from an axis and an angle.
+--- Make a rotation from x, y, z, w; from yaw, pitch, roll; from an axis and an angle; or from another rotation.
 function Quaternion:construct(x, y, z, w)
     if w then
         self:setValue(x, y, z, w)
@@ -187,6 +187,7 @@ function Quaternion:getAngle() return 2 * math.acos(self[4]) end
 
 function Quaternion:getAxis()
     local s2 = 1 - self[4] * self[4]
+    -- no rotation: each axis is right
     if s2 < 1e-15 then return vector(1, 0, 0) end
     local s = math.sqrt(s2)
     return vector(self[1] / s, self[2] / s, self[3] / s)
@@ -198,6 +199,7 @@ function Quaternion:slerp(q, ratio)
     local sign = product < 0 and -1 or 1
     local angle = math.acos(math.min(1, math.abs(product)))
     local a, b = 1 - ratio, ratio
+    -- nearly equal rotations are interpolated linearly, because sin(angle) is about 0
     if angle > 1e-6 then a, b = math.sin(a * angle) / math.sin(angle), math.sin(b * angle) / math.sin(angle) end
     b = b * sign
     return Quaternion:new(a * self[1] + b * q[1], a * self[2] + b * q[2], a * self[3] + b * q[3],
@@ -214,6 +216,7 @@ end
 Quaternion.__mul = product
 Quaternion.__eq = function(a, b) return a[1] == b[1] and a[2] == b[2] and a[3] == b[3] and a[4] == b[4] end
 
+-- The vector rotated by a unit quaternion: q v q^-1
 local function rotate(q, v)
     local r = product(product(q, {v[1], v[2], v[3], 0}), {-q[1], -q[2], -q[3], q[4]})
     return vector(r[1], r[2], r[3])
@@ -241,7 +244,7 @@ end
 
 local Transform = make_class("Transform")
 
---- From a rotation and a translation; or from another transform.
+--- Make a transform from a rotation and a translation; or from another transform.
 function Transform:construct(first, origin)
     if first and first.origin then first, origin = first.rotation, first.origin end
     self.rotation = first and Quaternion:new(first) or Quaternion.getIdentity()
@@ -315,7 +318,7 @@ for _, name in ipairs {"Quaternion", "Vector3", "Point", "Pose"} do
     function class:set_data(value) parent.construct(self, value) end
 end
 
---- The name of a value's type in C++, as of tolua.type().
+--- The name of a value's type in C++, as tolua.type() returns it.
 function geometry.type_of(value)
     return type(value) == "table" and type(value.__type) == "string" and value.__type or type(value)
 end

@@ -14,6 +14,7 @@ local function cached(fn)
         if text ~= text then return fn(text) end -- NaN is not a key
         local result = results[text]
         if not result then
+            -- an empty cache from time to time bounds the memory
             if count >= 1000 then results, count = {}, 0 end
             result = fn(text)
             results[text], count = result, count + 1
@@ -114,7 +115,8 @@ local function as_text(drawing)
     return table.concat(out, "\n") .. "\n"
 end
 
--- The entries of the trace by state and by transition, from one pass over the trace.
+-- From one pass over the trace: the set of the states in it, and the numbers of the entries of each transition as a text,
+-- e.g. "1,3".
 
 local function traces(fsm)
     local states, transitions = {}, {}
@@ -207,6 +209,7 @@ local function add_prefix(prefix, name) return prefix and prefix .. "_" .. name 
 local function draw_inner_machine(drawing, prefix, state, counter)
     local inner, name = state.subfsm, state.subfsm.name
     local inner_prefix = "g" .. counter.n
+    -- dot draws a frame only around a subgraph whose name begins with cluster
     if not name:match("^cluster") then
         name = "cluster_" .. counter.n
         counter.n = counter.n + 1

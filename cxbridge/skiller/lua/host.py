@@ -78,7 +78,7 @@ def _nil_after_errors(function: Callable[..., Any]) -> Callable[..., Any]:
 
 _TRACEBACK_MARK = "\nstack traceback:"
 
-MAX_LINE = 8192
+MAX_LINE_LENGTH = 8192
 """The maximum number of characters of a log line; the rest is cut."""
 
 
@@ -127,7 +127,7 @@ class HostFunctions:
         }
 
     def _log(self, level: str, text: str) -> None:
-        log_error(self._logger, Level[level.upper()], decode_lua_text(text[:MAX_LINE]), self._modules)
+        log_error(self._logger, Level[level.upper()], decode_lua_text(text[:MAX_LINE_LENGTH]), self._modules)
 
     def _find_module(self, name: str) -> tuple[str, str]:
         return self._modules.read(name)
@@ -162,7 +162,7 @@ def _mask_or_refuse(path: str, value: str) -> str:
     :raises SkillError: if the whole value is secret.
     """
     masked_text = mask(path, value)
-    if masked_text == MASKED_TEXT != value:
+    if masked_text == MASKED_TEXT != value:  # nothing of the value is left
         raise SkillError(f"{path} is secret: skills cannot read it")
     return masked_text
 

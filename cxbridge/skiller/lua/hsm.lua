@@ -52,7 +52,8 @@ local function define_state(hsm, entry, closure)
     apply_defaults(hsm, state)
 end
 
---- Define states: "NAME" or {"NAME", Class, key=value...}; export_to and closure as in Fawkes.
+--- Define states: "NAME" or {"NAME", Class, key=value...}. As in Fawkes, the table export_to gets the states by name, and
+-- the names in the table closure are visible in conditions.
 function HSM:define_states(states)
     self.states_defined = true
     for _, entry in ipairs(states) do define_state(self, entry, states.closure) end

@@ -15,6 +15,7 @@ end
 
 -- Accessors of fields, for interfaces (get and set go to the host) and for messages (values in a table)
 
+-- The operation and the field of a method's name: set_FIELD, maxlenof_FIELD, FIELD, or is_FIELD for a bool
 local function find_accessor(fields, key)
     local operation, name = key:match("^(set)_(.+)$")
     if not operation then operation, name = key:match("^(maxlenof)_(.+)$") end
@@ -76,6 +77,7 @@ local function make_message_class(info)
     end}
     setmetatable(class, instance)
     local metatable = {__index = class}
+    -- data: the envelope, with id, sender and source
     local function wrap(values, data)
         return setmetatable({__type = info.name, __values = values, __envelope = data}, metatable)
     end

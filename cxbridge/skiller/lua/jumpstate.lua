@@ -14,7 +14,7 @@ function JumpState:loop() end
 function JumpState:exit() end
 function JumpState:reset() self.last_trans = nil end
 
---- Make a state; definition needs name and fsm, everything else in it becomes a field.
+--- Make a state; definition needs name and fsm, and all its other keys become fields of the state.
 function JumpState:new(definition)
     assert(definition, "JumpState requires a table as argument")
     assert(definition.name, "JumpState requires a name")
@@ -106,7 +106,7 @@ function JumpState:add_new_transition(...) return add(self, self:create_transiti
 --- Add a transition that is tested before init.
 function JumpState:add_new_precondition(...) return add(self, self:create_transition(...), "pre") end
 
---- Add a transition, or in the old style a transition to a state.
+--- Add a transition; with a condition, in the old style, make and add a transition to the state in the first argument.
 function JumpState:add_transition(transition, condition, ...)
     if condition ~= nil then return self:add_new_transition(transition, condition, ...) end
     add(self, transition, "post")
@@ -129,7 +129,7 @@ function JumpState:get_transitions(target)
     return found
 end
 
---- Return the one transition to a state (or its name).
+--- Return the only transition to a state (or its name); nil without a transition, an error for two transitions.
 function JumpState:get_transition(target)
     local name = type(target) == "table" and target.name or target
     local found

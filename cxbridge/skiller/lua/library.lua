@@ -1,4 +1,4 @@
--- The standard library for skills: copies of its tables, so that skills cannot change the engine's tables. Without
+-- The standard library for skills: copies of its tables, so that skills cannot change the engine's tables. The copies lack
 -- the functions that load code, access files or processes, or inspect other functions.
 
 local core = ...

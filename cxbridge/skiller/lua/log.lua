@@ -7,7 +7,7 @@ local format = string.format
 local log = {}
 
 local function emit(level, text)
-    charge(200)
+    charge(200) -- for the work of the host, which formats and stores the line
     send(level, text)
 end
 

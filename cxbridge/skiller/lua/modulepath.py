@@ -10,6 +10,7 @@ from pathlib import Path
 from cxbridge.errors import SkillError
 
 _MODULE_NAME = re.compile(r"[A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)*")
+# a place in a message of Lua: LABEL:LINE:
 _PLACE = re.compile(r"([^\s:|]+):(\d{1,9}):")
 # editors of Windows write this mark at the start of a text, and Lua 5.1 refuses the mark
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf".decode("latin-1")
@@ -72,7 +73,7 @@ class ModulePath:
             raise SkillError(f"cannot read Lua module '{module}': {error.strerror}", file=path) from None
 
     def signature(self, module: str) -> Signature | None:
-        """Return the present signature of a module's file; None if it is missing."""
+        """Return the present signature of a module's file; None if the file is missing."""
         try:
             path = self.find(module)
             file_status = path.stat()

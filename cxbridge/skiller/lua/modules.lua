@@ -49,6 +49,7 @@ end
 
 -- require() and module()
 
+-- Make a module a global: a.b.c becomes the field c of the table in the field b of the global a.
 local function place_global(name, module)
     local at = world
     for part in name:gmatch("([^.]+)%.") do
@@ -72,6 +73,7 @@ local function load_file(name)
     return chunk
 end
 
+-- The mark of a module whose file is running
 local LOADING = {}
 
 --- Load a module once and return it.

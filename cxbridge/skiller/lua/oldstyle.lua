@@ -43,6 +43,7 @@ end
 
 local OneSkillState = subclass(SkillJumpState)
 
+-- init() may have set the arguments in self.args itself instead of in the skill's table in self.args.
 function OneSkillState:prepare_arguments()
     local skill = self.skills[1][1].name
     local args = self.args

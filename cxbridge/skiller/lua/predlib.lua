@@ -12,6 +12,7 @@ local function find(library, module, name)
     if type(name) == "string" and name:match("^depends_") then return nil end
     local predicate = library.predicates[name]
     assert(predicate, string.format("Predicate %s is not available in module %s", tostring(name), module._NAME))
+    -- a predicate may return a second value, which it has from then on in this loop
     local value, for_the_rest_of_the_loop = predicate()
     if for_the_rest_of_the_loop ~= nil then
         rawset(module, name, for_the_rest_of_the_loop)

@@ -15,6 +15,7 @@ local preloop, loop = skillenv.callbacks.preloop, skillenv.callbacks.loop
 local draw_dependencies = graph.dependencies
 
 local runner = {}
+-- The function that executes the skill string once; nil without a skill string
 local chunk
 local S_FAILED = core.include("status").S_FAILED
 
@@ -92,7 +93,7 @@ local function status_now()
 end
 
 --- Run the skill string once.
--- @return whether it ran without error, the error, and the overall status
+-- @return whether the skill string ran without error, the error, and the overall status
 function runner.run()
     budget.renew()
     local ok, result = budget.run(run_chunk)

@@ -6,6 +6,7 @@ local core = ...
 local log, library, status = core.include("log"), core.include("library"), core.include("status")
 local interfaces, time, skillenv = core.include("interfaces"), core.include("time"), core.include("skillenv")
 
+-- The maximum depth of tables in each other, in an argument
 local DEEPEST = 50
 
 -- The object of a proxy, and the proxy of an object
@@ -124,6 +125,7 @@ local function make_common()
     return common
 end
 
+-- The globals of all skill strings, with the number of skills for which they were made
 local common
 
 --- Make the globals of a skill string, which come before the globals of all skill strings.

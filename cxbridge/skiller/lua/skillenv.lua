@@ -15,7 +15,7 @@ local exports = {
     SubFSMJumpState = core.include("substates").SubFSMJumpState,
 }
 
--- The calls of the skill string in this loop, in order.
+-- The names of the skills that the skill string has called in this loop, in order: by their results, and all
 local counts, active
 
 --- Clear the calls of this loop.

@@ -7,6 +7,8 @@ local JumpState = core.include("jumpstate")
 local SkillJumpState = setmetatable({}, JumpState)
 SkillJumpState.__index = SkillJumpState
 
+-- An entry of state.skills is {skill, table of arguments...}; resolve() replaces the name of a skill by its module.
+
 local function names(state, separator)
     local list = {}
     for i, entry in ipairs(state.skills) do list[i] = entry[1].name end

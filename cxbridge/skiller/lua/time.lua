@@ -50,7 +50,7 @@ function Time:add(seconds) self.us = self.us + seconds * 1000000 end
 
 local function microseconds(value) return type(value) == "table" and value.us or value * 1000000 end
 
--- The difference of two times, in seconds
+-- The seconds between two times, or the time that is b seconds before a
 function Time.__sub(a, b)
     if type(b) == "table" then return (a.us - b.us) / 1000000 end
     return Time:new(0, a.us - microseconds(b))

@@ -16,7 +16,7 @@ Effect = Callable[[], object]
 """The change of the world at the end of a skill."""
 
 
-FOREVER = 1e9
+FOREVER_S = 1e9
 """The duration of a skill that never ends, in seconds (30 years)."""
 
 
@@ -41,7 +41,10 @@ class Outcome:
         return self.status is not Status.S_FINAL
 
     def complete_with(self, usual_outcome: Outcome) -> Outcome:
-        """Return this failure with its share of a usual duration; for a success, the usual outcome itself."""
+        """Return this failure with its share of the usual duration; for a success, return the usual outcome.
+
+        The effect of this outcome replaces that of the usual outcome.
+        """
         # with known seconds the share is applied here, so the result has the share 1
         seconds = None if usual_outcome.seconds is None else usual_outcome.seconds * self.share
         then = self.then or usual_outcome.then

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Self
 
 from cxbridge.errors import SkillerError
-from cxbridge.skiller.simulation.deciders import FOREVER, Decider, Outcome
+from cxbridge.skiller.simulation.deciders import FOREVER_S, Decider, Outcome
 from cxbridge.skiller.skillstring import SkillStringCall
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class SkillPattern:
     seconds: float | None = None
 
     def matches(self, call: SkillStringCall) -> bool:
-        """Return whether the entry matches a call."""
+        """Return whether a call has this skill and matching arguments."""
         return call.name == self.name and all(
             key in call.args and re.fullmatch(pattern, argument_text(call.args[key])) is not None
             for key, pattern in self.args.items()
@@ -73,22 +73,22 @@ class EstimatorSettings:
             priority=config.get_int(f"{prefix}/priority", default=0),
         )
 
-    def find_entry(self, call: SkillStringCall) -> SkillPattern | None:
-        """Return the first matching entry of the whitelist, or None."""
-        return next((entry for entry in self.whitelist if entry.matches(call)), None)
+    def find_pattern(self, call: SkillStringCall) -> SkillPattern | None:
+        """Return the first matching pattern of the whitelist, or None."""
+        return next((pattern for pattern in self.whitelist if pattern.matches(call)), None)
 
     def refuses(self, call: SkillStringCall) -> bool:
         """Return whether the blacklist contains the skill."""
-        return any(entry.matches(call) for entry in self.blacklist)
+        return any(pattern.matches(call) for pattern in self.blacklist)
 
     def allows(self, call: SkillStringCall) -> bool:
         """Return whether the lists permit the skill."""
-        return not self.refuses(call) and (not self.whitelist or self.find_entry(call) is not None)
+        return not self.refuses(call) and (not self.whitelist or self.find_pattern(call) is not None)
 
 
 @dataclass(frozen=True)
 class StaticEstimator(EstimatorSettings, Decider):
-    """Takes durations from the first matching entry of the whitelist, else the default duration.
+    """Takes durations from the first matching pattern of the whitelist, else the default duration.
 
     :param seconds: the default duration; None: no default.
     """
@@ -108,8 +108,8 @@ class StaticEstimator(EstimatorSettings, Decider):
     def decide(self, call: SkillStringCall) -> Outcome | None:
         if self.refuses(call):
             return None
-        entry = self.find_entry(call)
-        seconds = self.seconds if entry is None or entry.seconds is None else entry.seconds
+        pattern = self.find_pattern(call)
+        seconds = self.seconds if pattern is None or pattern.seconds is None else pattern.seconds
         return None if seconds is None else Outcome(seconds / self.speed)
 
 
@@ -141,11 +141,11 @@ def read_pattern(config: Configuration, path: str, key: str) -> SkillPattern:
     """
     args_path = f"{path}/{key}/args"
     args: dict[str, str] = {}
-    for text in config.get_strings(args_path) if config.exists(args_path) else []:
-        name, separator, value = text.partition("=")
+    for arg_text in config.get_strings(args_path) if config.exists(args_path) else []:
+        name, separator, value = arg_text.partition("=")
         if not separator:
             raise invalid_value_error(
-                config, args_path, f"has '{text}'", 'write NAME=PATTERN, e.g. ["text=hello .*"]'
+                config, args_path, f"has '{arg_text}'", 'write NAME=PATTERN, e.g. ["text=hello .*"]'
             )
         args[name.strip()] = value.strip().strip("'\"")
         try:
@@ -168,6 +168,6 @@ def _read_seconds(config: Configuration, path: str) -> float | None:
     if not config.exists(path):
         return None
     seconds = config.get_float(path)
-    if not 0 <= seconds <= FOREVER:
-        raise invalid_value_error(config, path, f"is {seconds:g}", f"write seconds, from 0 to {FOREVER:g}")
+    if not 0 <= seconds <= FOREVER_S:
+        raise invalid_value_error(config, path, f"is {seconds:g}", f"write seconds, from 0 to {FOREVER_S:g}")
     return seconds

@@ -40,7 +40,7 @@ class Failure:
     _call_count: int = field(default=0, init=False)
 
     def strikes(self, call: SkillStringCall, rng: random.Random) -> bool:
-        """Count a call; return whether it fails."""
+        """Count a matching call; return whether the call fails."""
         if not self.pattern.matches(call):
             return False
         self._call_count += 1
@@ -68,7 +68,7 @@ class FailureInjector(Decider):
     ) -> FailureInjector:
         """Read the entries below ``prefix``, sorted by key.
 
-        :raises SkillerError: if an entry lacks probability and calls, or has invalid ones.
+        :raises SkillerError: if an entry lacks both probability and calls, or a setting is invalid.
         """
         return cls([_read_failure(config, prefix, key) for key in sorted(config.keys(prefix))], rng)
 

@@ -37,6 +37,7 @@ def make_simulator(
 
     :param name: the id of the SkillerInterface.
     :param read_samples: reads recorded runs for the lookup estimator; None: no lookup.
+    :param further_deciders: deciders besides those in ``config``.
     :raises CxbridgeError: if the configuration is wrong or a recorded run cannot be read.
     :raises BlackBoardError: if the interface has another writer.
     """

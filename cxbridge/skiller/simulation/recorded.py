@@ -54,7 +54,7 @@ class LookupEstimator(Decider):
 
     :param samples: recorded executions; skill strings with several calls are ignored.
     :param fully_match_args: whether an execution must match all arguments of the call, or only those in the
-        whitelist's entry.
+        whitelist's pattern.
     :param include_failures: whether to draw failed executions, too.
     :param rng: a generator with a separate seed.
     """
@@ -73,6 +73,7 @@ class LookupEstimator(Decider):
         self._fully_match_args = fully_match_args
         self._include_failures = include_failures
         self._rng = rng or random.Random(0)  # noqa: S311 - a simulation is reproducible
+        # by skill: the recorded executions, each with its parsed call
         self._samples: dict[str, list[tuple[SkillStringCall, Sample]]] = {}
         for sample in samples:
             try:
@@ -117,12 +118,12 @@ class LookupEstimator(Decider):
         """Draw a recorded execution of the skill; None if none matches."""
         if not self.settings.allows(call):
             return None
-        entry = self.settings.find_entry(call)
+        whitelist_pattern = self.settings.find_pattern(call)
         matches = [
             sample
             for sample_call, sample in self._samples.get(call.name, ())
             if (self._include_failures or sample.status is Status.S_FINAL)
-            and self._matches(sample_call, call, entry)
+            and self._matches(sample_call, call, whitelist_pattern)
         ]
         if not matches:
             return None
@@ -130,7 +131,7 @@ class LookupEstimator(Decider):
         return Outcome(chosen_sample.seconds / self.settings.speed, chosen_sample.status, chosen_sample.error)
 
     def _matches(
-        self, sample_call: SkillStringCall, call: SkillStringCall, entry: SkillPattern | None
+        self, sample_call: SkillStringCall, call: SkillStringCall, whitelist_pattern: SkillPattern | None
     ) -> bool:
         recorded_args = {key: argument_text(value) for key, value in sample_call.args.items()}
         # all arguments of the call count; the recorded execution may have further arguments
@@ -138,7 +139,7 @@ class LookupEstimator(Decider):
             return all(
                 recorded_args.get(key) in (ANY, argument_text(value)) for key, value in call.args.items()
             )
-        patterns = {} if entry is None else entry.args
+        patterns = {} if whitelist_pattern is None else whitelist_pattern.args
         return all(
             key in recorded_args
             and (recorded_args[key] == ANY or re.fullmatch(pattern, recorded_args[key]) is not None)

@@ -14,7 +14,7 @@ from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.errors import SkillError
 from cxbridge.events import EventBus
 from cxbridge.skiller.interface import InterfaceSkiller
-from cxbridge.skiller.simulation.deciders import FOREVER, Decider, Effect, Outcome, decide_outcome
+from cxbridge.skiller.simulation.deciders import FOREVER_S, Decider, Effect, Outcome, decide_outcome
 from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.skillstring import SkillStringCall, parse_skill_string
 
@@ -46,8 +46,10 @@ class SkillerSimulator(InterfaceSkiller):
         self._clock = clock
         self._deciders = deciders or (StaticEstimator(seconds=1.0),)
         self._outcome: Outcome | None = None
-        self._outcomes: list[tuple[str, Outcome]] = []  # of the calls, by skill
-        self._effects: list[tuple[float, Effect]] = []  # with the seconds from the start, the earliest first
+        self._outcomes: list[tuple[str, Outcome]] = []  # skill and outcome of each call
+        self._effects: list[
+            tuple[float, Effect]
+        ] = []  # with their seconds from the start, the earliest first
         self._start_us = self._end_us = 0
 
     @property
@@ -85,22 +87,26 @@ class SkillerSimulator(InterfaceSkiller):
 
     def start(self, skill_string: str) -> None:
         calls = parse_skill_string(skill_string)
-        ends = [self._decide(call) for call in calls]
-        self._outcomes = [(call.name, outcome) for call, (_, outcome) in zip(calls, ends, strict=True)]
-        # the first failure ends simultaneous calls, or the last success
-        failures = [(seconds, outcome) for seconds, outcome in ends if outcome.failed]
-        seconds, self._outcome = (min if failures else max)(failures or ends, key=itemgetter(0))
-        effects = [(effect_s, outcome.then) for effect_s, outcome in ends if outcome.then]
+        timed_outcomes = [self._decide(call) for call in calls]
+        self._outcomes = [
+            (call.name, outcome) for call, (_, outcome) in zip(calls, timed_outcomes, strict=True)
+        ]
+        # the calls run at the same time: the first failure ends all of them, else the last success
+        timed_failures = [(seconds, outcome) for seconds, outcome in timed_outcomes if outcome.failed]
+        seconds, self._outcome = (min if timed_failures else max)(
+            timed_failures or timed_outcomes, key=itemgetter(0)
+        )
+        effects = [(effect_s, outcome.then) for effect_s, outcome in timed_outcomes if outcome.then]
         self._effects = sorted(effects, key=itemgetter(0))
         self._start_us = self._clock.now_us()
         self._end_us = self._start_us + round(seconds * MICROSECONDS)
         duration = (
-            "which does not end by itself" if seconds >= FOREVER else f"will take {seconds:.2f} seconds"
+            "which does not end by itself" if seconds >= FOREVER_S else f"will take {seconds:.2f} seconds"
         )
         self._log.info(f"Executing '{skill_string}', {duration}")
 
     def _decide(self, call: SkillStringCall) -> tuple[float, Outcome]:
-        """Return the end of a call with its duration in seconds."""
+        """Return the duration of a call in seconds, and its outcome."""
         outcome = decide_outcome(self._deciders, call)
         if outcome is None or outcome.seconds is None:
             raise SkillError(

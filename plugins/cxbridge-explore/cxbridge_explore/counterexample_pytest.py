@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
-from cxbridge.skiller.simulation.deciders import FOREVER, Outcome
+from cxbridge.skiller.simulation.deciders import FOREVER_S, Outcome
 from cxbridge.skiller.status import Status
 from cxbridge_explore.counterexample_playing import PlayedRun
 from cxbridge_explore.properties.monitor import Property
@@ -96,7 +96,7 @@ def _make_outcome_calls(outcomes: Sequence[Outcome | None], *, uses_skill_board:
         seconds = _DEFAULT_DURATION_S if outcome is None or outcome.seconds is None else outcome.seconds
         if outcome is None:  # the usual outcome of an executor of a skill board may be a failure
             yield f".does(usual, {times})" if uses_skill_board else f".succeeds({times})"
-        elif seconds >= FOREVER:
+        elif seconds >= FOREVER_S:
             yield f".hangs({times})"
         else:
             arguments = [repr(outcome.error)] if outcome.error else []

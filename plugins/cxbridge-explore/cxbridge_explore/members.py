@@ -20,13 +20,13 @@ from cxbridge_explore.properties.watch import PropertyWatch
 from cxbridge_explore.worldmodel.reading import read_world
 
 if TYPE_CHECKING:
-    from cxbridge.pytest_plugin import Bench
+    from cxbridge.pytest_plugin import RunMaker
     from cxbridge.testing.agent_run import AgentRun
     from cxbridge_explore.result import ExploreResult
 
 
 def explore(
-    cx: Bench,
+    cx: RunMaker,
     scenario: str | Path,
     *properties: str,
     faults: int = 1,

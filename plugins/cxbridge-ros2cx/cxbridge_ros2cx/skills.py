@@ -84,7 +84,7 @@ class Ros2CxSkills:
 
     def _may_get_dummy(self, agent: str, skill: str) -> bool:
         # the board remembers the skills of vanished executors, too
-        offered_skills = self._service.skills.offered_skills
+        offered_skills = self._service.skill_board.offered_skills
         if not self._allows_dummies or (agent, skill) in offered_skills:
             return False
         if agent == NO_AGENT or agent in self._agents:
@@ -135,7 +135,9 @@ class Ros2CxSkills:
     def _start_executor(self, executor_class: type[SkillExecutor], agent: str, name: str) -> None:
         run = self._run
         context = ExecutorContext(agent, run.board, run.clock, run.bus.logger(name))
-        self._service.add(make_host(executor_class, context, name, verbatim=self._service.skills.is_verbatim))
+        self._service.add(
+            make_host(executor_class, context, name, verbatim=self._service.skill_board.is_verbatim)
+        )
 
 
 def make_skill_class(executor_class: type[SkillExecutor], skill: str) -> type[SkillExecutor]:

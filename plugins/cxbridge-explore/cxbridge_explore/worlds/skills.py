@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Final, NamedTuple
 
 from cxbridge.run.agent import Run
-from cxbridge.skiller.simulation.deciders import FOREVER, Decider, Outcome
+from cxbridge.skiller.simulation.deciders import FOREVER_S, Decider, Outcome
 from cxbridge.skiller.simulation.estimators import STATIC_PREFIX, StaticEstimator
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
@@ -73,7 +73,7 @@ class SkillChoices:
         usual_option, *faults = options
         option = self._choices.choose(ChoiceKind.SKILL, subject, options) if faults else usual_option
         if option.name == "hangs":
-            return Outcome(FOREVER)
+            return Outcome(FOREVER_S)
         failure: SkillFailure | None = option.value
         if failure is None:
             return None if model.duration is None else Outcome(self._choose_seconds(model.duration, subject))

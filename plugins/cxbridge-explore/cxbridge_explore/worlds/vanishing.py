@@ -92,7 +92,7 @@ class AbsenceChoices:
                             agent.board,
                             agent.clock,
                             agent.bus,
-                            verbatim=service.skills.is_verbatim,
+                            verbatim=service.skill_board.is_verbatim,
                         )
                     )
                     return
