@@ -23,9 +23,9 @@ class RecordLevel(Enum):
     @property
     def event_types(self) -> frozenset[type[Event]]:
         """The types of events recorded at this level."""
-        order = list(RecordLevel).index
+        rank = list(RecordLevel).index  # of a level, in the order of the definitions above
         return frozenset(
-            event_type for event_type in EVENT_TYPES.values() if order(event_type.KIND.level) <= order(self)
+            event_type for event_type in EVENT_TYPES.values() if rank(event_type.KIND.level) <= rank(self)
         )
 
 
@@ -78,9 +78,12 @@ EVENT_TYPES: Final[dict[str, type[Event]]] = {}
 """The classes of events that leave the process, by the name of the kind."""
 
 
-def pattern_fields(text: str) -> dict[str, str]:
-    """Return fields by their names in patterns, from words ``NAME=FIELD``, or ``NAME`` if both are equal."""
-    pairs = (word.partition("=") for word in text.split())
+def pattern_fields(definition: str) -> dict[str, str]:
+    """Return the fields of an event by their names in patterns.
+
+    :param definition: words ``NAME=FIELD``, or ``NAME`` if the field has the same name.
+    """
+    pairs = (word.partition("=") for word in definition.split())
     return {name: field_name if equals else name for name, equals, field_name in pairs}
 
 

@@ -263,8 +263,8 @@ class PlannerCall(Event, frozen=True):
     :param problem: the goal formula.
     :param status: ``started``, ``found``, ``none``, ``failed``, ``cancelled`` or ``timeout``.
     :param duration_us: the real time since the call, in microseconds.
-    :param actions: the length of the plan.
-    :param reason: why there is no plan.
+    :param actions: the number of actions in the plan; 0 without a plan.
+    :param reason: why there is no plan; else empty.
     :param plan: an action per line: ``START: (NAME ARGUMENT...) [DURATION]``;
         without times if the plan only orders its actions.
     :param why: the reason for the choice of the planner: the planners that did not fit or failed.
@@ -326,12 +326,12 @@ class BlockWrite(Publication, frozen=True):
 
 
 class SourceRead(Event, frozen=True):
-    """A source of the run was read or made; docs/formats.md lists the roles.
+    """A source of the run, such as a file of the agent, was read or made; docs/formats.md lists the roles.
 
     :param role: ``clips``, ``config``, ``feature`` ...
-    :param owner: the name of the CLIPS environment, if any.
+    :param owner: the name of the CLIPS environment; empty if the source belongs to no environment.
     :param name: the requested path, or a name for a source without a file.
-    :param data: the content, if any.
+    :param data: the content; None for a source without content.
     :param details: further values by the keys of the role.
     """
 
@@ -349,7 +349,7 @@ Sink = Callable[[Event], None]
 class EventBus:
     """Passes events to the sinks that subscribed to their type. Thread-safe.
 
-    :param clock: the time of log lines.
+    :param clock: gives the time of log lines and sources.
     """
 
     def __init__(self, clock: Clock) -> None:

@@ -57,7 +57,8 @@ _OWN_HOOKS: Final = "HOOKS"
 # Upper-case names of a plug-in's module that are not tables.
 _OTHER_CONSTANTS: Final = frozenset({"API", _OWN_HOOKS})
 
-_SECTION_HEADING: Final = re.compile(r"^\[([^\]\n]+)\]", re.MULTILINE)
+# The heading of a group in entry_points.txt, e.g. [cxbridge].
+_GROUP_HEADING: Final = re.compile(r"\[([^\]\n]+)\]")
 
 T = TypeVar("T")
 
@@ -77,7 +78,10 @@ def never(_context: Any) -> bool:
 
 
 def in_daemon(section: str) -> Callable[[Any], bool]:
-    """Return a predicate: whether a daemon has the settings of a row in SETTINGS; False for runs."""
+    """Return a predicate: whether the context is a daemon whose configuration has a plug-in's settings.
+
+    :param section: the name of the settings' row in ``SETTINGS``.
+    """
     return lambda context: context.section(section) is not None
 
 
@@ -94,11 +98,12 @@ class Row(Struct, frozen=True):
 
     :param target: ``module:object``.
     :param needed: returns whether the run or daemon with this context needs the object.
-    :param early: for features: whether the run makes the feature at its start instead of on request, so that
-        mistakes in its configuration are reported before a rule fires. For components: whether it starts
-        before those of cxbridge, to observe them.
-    :param requested: for features: whether the run requests the feature for an agent that does not.
-    :param in_replays: for components: whether a replay has the component, whose writes the recording lacks.
+    :param early: for features: returns whether the run makes the feature at its start instead of on request,
+        so that mistakes in the feature's configuration are reported before a rule fires. For components:
+        returns whether the component starts before the components of cxbridge, to observe them.
+    :param requested: for features: returns whether the run requests the feature for an agent that does not.
+    :param in_replays: for components: whether a replay makes the component. A replay leaves out the other
+        components of plug-ins, whose writes the recording has.
     :param section: for top-level commands: the heading in the help.
     :param origin: the plug-in with the row, empty for cxbridge; set by the table.
     """
@@ -203,6 +208,10 @@ def _make_mend_hint(origin: str) -> str:
 
 @lru_cache(maxsize=64)
 def _merge_rows(hook: str, own_rows: tuple[Row, ...], plugins: tuple[Plugin, ...]) -> tuple[Row, ...]:
+    """Return the rows of a table.
+
+    :raises PluginError: if a plug-in's row has the name of another row.
+    """
     merged = [*own_rows]
     for plugin in plugins:
         for row in plugin.rows.get(hook, ()):
@@ -255,7 +264,7 @@ def unused_section_warnings(has_section: Callable[[str], object]) -> list[str]:
 def is_installed(target: str) -> bool:
     """Return whether ``module:object`` belongs to cxbridge or an installed plug-in."""
     package = target.partition(":")[0].partition(".")[0]
-    return package == GROUP or any(
+    return package == __package__ or any(
         row.target.partition(".")[0] == package
         for plugin in installed_plugins()
         for rows in plugin.rows.values()
@@ -282,19 +291,32 @@ def absent_package_hint(name: str) -> str:
 
 @lru_cache(maxsize=16)
 def _read_plugins(folders: tuple[tuple[str, int], ...]) -> tuple[Plugin, ...]:
-    entries: dict[str, list[tuple[str, str]]] = {}
+    """Return the plug-ins in folders, sorted by name.
+
+    :param folders: the folders with their times of change, which are only part of the cache key.
+    """
+    modules_and_packages: dict[str, list[tuple[str, str]]] = {}  # by the name of the plug-in
     for folder, changed_ns in folders:
         for name, module, metadata_folder in _read_entry_points(folder, changed_ns):
-            entries.setdefault(name, []).append((module, _package_title(metadata_folder)))
-    imported = {name: _import_tables(name, entries[name]) for name in sorted(entries)}
-    # all modules before the first table, because a plug-in may declare the hook of another one
+            modules_and_packages.setdefault(name, []).append((module, _package_title(metadata_folder)))
+    imported = {
+        name: _import_module_of(name, modules_and_packages[name]) for name in sorted(modules_and_packages)
+    }
+    # all modules before the first table, because a plug-in may declare a hook for which another has rows
     hooks = HOOKS.union(*(getattr(module, _OWN_HOOKS, ()) for _, module in imported.values()))
     return tuple(_make_plugin(name, package, module, hooks) for name, (package, module) in imported.items())
 
 
-def _import_tables(name: str, entries: list[tuple[str, str]]) -> tuple[str, ModuleType | PluginError]:
-    module, package = entries[0]
-    packages = " and ".join(sorted({package for _, package in entries}))
+def _import_module_of(
+    name: str, modules_and_packages: list[tuple[str, str]]
+) -> tuple[str, ModuleType | PluginError]:
+    """Return the package of a plug-in, and its module or why the plug-in cannot be used.
+
+    :param modules_and_packages: the module and the package of each entry point with the plug-in's name.
+    """
+    module, package = modules_and_packages[0]
+    # one package may appear in several folders of sys.path
+    packages = " and ".join(sorted({package for _, package in modules_and_packages}))
     if packages != package:
         message = f"{packages} both have a plug-in named '{name}'"
         return packages, PluginError(message, hint="uninstall one of them")
@@ -317,7 +339,11 @@ def _make_plugin(name: str, package: str, module: ModuleType | PluginError, hook
 def _rows_by_table(
     name: str, package: str, module: Any, hooks: frozenset[str]
 ) -> Mapping[str, tuple[Row, ...]]:
-    """Return the tables of a plug-in's module."""
+    """Return the tables of a plug-in's module.
+
+    :param hooks: the names of all tables.
+    :raises PluginError: if the module is for another version of the hooks, or a table is malformed.
+    """
     api = getattr(module, "API", None)
     if api != API:
         raise PluginError(
@@ -326,7 +352,7 @@ def _rows_by_table(
             hint=f"install a version of {package.partition(' ')[0]} that fits this cxbridge",
         )
     tables = {
-        hook: value for hook, value in vars(module).items() if hook.isupper() and hook not in _OTHER_CONSTANTS
+        hook: rows for hook, rows in vars(module).items() if hook.isupper() and hook not in _OTHER_CONSTANTS
     }
     for hook, rows in tables.items():
         if hook.startswith("_"):  # a private constant of the plug-in
@@ -352,9 +378,9 @@ def _rows_by_table(
 
 
 def _plugin_folders() -> Iterator[tuple[str, int]]:
-    """Yield the folders of ``sys.path`` with plug-ins, and their times of change."""
+    """Yield the folders of ``sys.path`` with plug-ins, and their times of change in nanoseconds."""
     for folder in sys.path:
-        with suppress(OSError):
+        with suppress(OSError):  # sys.path may name absent folders
             changed_ns = os.stat(folder or ".").st_mtime_ns  # noqa: PTH116 - each run pays, and pathlib is slow
             path = os.path.abspath(folder)  # noqa: PTH100 - as above
             if _read_entry_points(path, changed_ns):
@@ -369,21 +395,26 @@ def _read_entry_points(folder: str, changed_ns: int) -> tuple[tuple[str, str, st
     installation changes the folder and thus the cache key.
     """
     entries: list[tuple[str, str, str]] = []
-    with suppress(OSError):
+    with suppress(
+        OSError
+    ):  # a folder or a file may be unreadable, or absent: most packages have no entry point
         for name in sorted(os.listdir(folder)):  # noqa: PTH208
             if name.endswith("-info") and "." in name:
                 metadata_folder = os.path.join(folder, name)  # noqa: PTH118
                 file = os.path.join(metadata_folder, "entry_points.txt")  # noqa: PTH118
-                with suppress(OSError), open(file, encoding="utf-8", errors="replace") as text:  # noqa: PTH123
-                    entries += ((*entry, metadata_folder) for entry in _parse_entry_points(text.read()))
+                with suppress(OSError), open(file, encoding="utf-8", errors="replace") as stream:  # noqa: PTH123
+                    entries += ((*entry, metadata_folder) for entry in _parse_entry_points(stream.read()))
     return tuple(entries)
 
 
 def _parse_entry_points(text: str) -> Iterator[tuple[str, str]]:
-    """Yield name and module of each entry point of our group."""
+    """Yield name and module of each entry point of our group.
+
+    :param text: the content of an ``entry_points.txt``.
+    """
     group = ""
     for line in text.splitlines():
-        if heading := _SECTION_HEADING.match(line):
+        if heading := _GROUP_HEADING.match(line):
             group = heading[1]
         elif group == GROUP and "=" in line and not line.startswith("#"):
             name, _, module = line.partition("=")

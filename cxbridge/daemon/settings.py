@@ -13,7 +13,7 @@ from cxbridge.plugins import package_hint
 from cxbridge.resources import DAEMON_URL
 from cxbridge.rights import Rights
 from cxbridge.run.components.manager import FailurePolicy
-from cxbridge.run.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS
+from cxbridge.run.options import CORES, SKILLERS, SPEECH_CHOICES, TRACE_LEVELS
 from cxbridge.run.plugin_settings import PluginSettings, list_plugin_keys, read_plugin_settings
 from cxbridge.run.rights import read_rights
 from cxbridge.suggestions import did_you_mean
@@ -105,14 +105,14 @@ class DaemonSettings:
             clock=config.get_str(f"{TREE}/clock", default="real"),
             executive=read_flag("executive", bool(config.keys("/clips-executive/specs"))),
             skiller=skiller,
-            speech=_read_choice(config, "speech", SPEECH, "off"),
+            speech=_read_choice(config, "speech", SPEECH_CHOICES, "off"),
             endpoints=endpoints,
             insecure=read_flag("zmq/insecure", False),
             secret_key=read_file("zmq/secret-key"),
             clients=read_file("zmq/clients"),
             sections=sections,
             on_failure=FailurePolicy(_read_choice(config, "on-failure", ("continue", "stop"), "stop")),
-            rights=read_rights(config, skiller, sections.values(), local=is_local),
+            rights=read_rights(config, skiller, sections.values(), is_local=is_local),
             trace=read_file("record/trace"),
             trace_level=_read_choice(config, "record/level", TRACE_LEVELS, "transitions"),
             trace_files=read_flag("record/files", True),

@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 __all__ = ["Run", "RunOptions", "RunResult", "run_scenario"]
 
-_MODULES = {"Run": "agent", "RunOptions": "options", "RunResult": "result", "run_scenario": "run"}
+_MODULES_BY_NAME = {"Run": "agent", "RunOptions": "options", "RunResult": "result", "run_scenario": "run"}
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name on first use."""
-    if name not in _MODULES:
+    if name not in _MODULES_BY_NAME:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    return _import(_MODULES[name], name)
+    return _import(_MODULES_BY_NAME[name], name)
 
 
 def _import(module: str, name: str) -> Any:

@@ -44,13 +44,13 @@ class RunExplainer(Protocol):
 
 
 def _find_functions(name: str) -> Iterator[Callable[..., Any]]:
-    """Yield a function of each explainer module that has a function of this name."""
+    """Yield the functions of this name, from the explainer modules that have one."""
     modules = map(EXPLAINERS.load_target, EXPLAINERS.rows)
     return (getattr(module, name) for module in modules if hasattr(module, name))
 
 
 def _call_first(name: str, default: T, *arguments: object) -> T:
-    """Return the result of the first explainer's function of this name; the default without an explainer."""
+    """Call the first function of this name and return its result; the default if no explainer has one."""
     function = next(_find_functions(name), None)
     result: T = default if function is None else function(*arguments)
     return result
@@ -67,7 +67,7 @@ def mistakes(options: RunOptions) -> Sequence[str]:
 def place_of_action(files: Sequence[Path], action: str) -> str:
     """Return the place in CLIPS files that puts an action into a plan, ``FILE:LINE``.
 
-    Empty if no file spells the name out, or no plug-in finds the place.
+    The text is empty if no file spells the name out, or no plug-in finds the place.
     """
     return _call_first("place_of_action", "", files, action)
 
@@ -75,7 +75,7 @@ def place_of_action(files: Sequence[Path], action: str) -> str:
 def missing_events(agent: Run, failed_rules: Iterable[str]) -> str:
     """Return a text with the events that a stuck agent waits for.
 
-    Empty if time alone may activate a rule, or no plug-in can tell.
+    The text is empty if time alone may activate a rule, or no plug-in can tell.
 
     :param agent: an idle agent: its agenda is empty, and no other program can write to it.
     :param failed_rules: rules that ended with an error.
@@ -105,7 +105,7 @@ def make_explainer(run: RecordedRun, at_s: float | None = None, env: str | None 
 
 
 def _raise_no_explainer(*_arguments: object) -> NoReturn:
-    """Raise the error that names the package with explainers; in place of an explainer's function."""
+    """Raise the error that names the package with explainers. Called in place of an explainer's function."""
     raise PluginError("no installed package explains runs", hint=package_hint("why"))
 
 

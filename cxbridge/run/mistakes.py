@@ -95,8 +95,12 @@ class AgentChecks:
 
     @staticmethod
     def _raise_mistakes(mistakes: list[CxbridgeError], *, started: bool = False) -> None:
-        if by_text := {str(mistake): mistake for mistake in mistakes}:
-            raise BrokenAgentError([*by_text.values()], started=started)
+        """Raise an error with the mistakes, each text once; do nothing without mistakes.
+
+        :param started: whether the agent has started, for the text of the error.
+        """
+        if mistakes_by_text := {str(mistake): mistake for mistake in mistakes}:
+            raise BrokenAgentError([*mistakes_by_text.values()], started=started)
 
 
 class _Loading:
@@ -172,14 +176,14 @@ def contains_call_to(file: str | None, line: int | None, constructs: Collection[
     if not (file and line and constructs):
         return False
     try:
-        text = Path(file).read_text("utf-8", "surrogateescape").splitlines()[line - 1]
-    except (OSError, IndexError):
+        source_line = Path(file).read_text("utf-8", "surrogateescape").splitlines()[line - 1]
+    except (OSError, IndexError):  # the file may have changed since CLIPS loaded it
         return False
-    return any(re.search(rf"\({re.escape(name)}[\s)]", text) for name in constructs)
+    return any(re.search(rf"\({re.escape(name)}[\s)]", source_line) for name in constructs)
 
 
 def _find_mapping_mistakes(agent: Run) -> list[CxbridgeError]:
-    """Return the unknown skills and parameters in the action mapping."""
+    """Return an error for each unknown skill or parameter, and each wrong skill string, in the mapping."""
     skills, env = known_skills(agent), agent.executive.env
     operators = {
         str(slots["name"]): [str(name) for name in slots["param-names"]]
@@ -198,6 +202,7 @@ def _find_mapping_mistakes(agent: Run) -> list[CxbridgeError]:
         # the skills of a simulator are unknown, but it reads skill strings; another program may evaluate Lua
         if skills is None and agent.options.skiller != "simulator":
             continue
+        # every placeholder accepts the example value 1, as a number or as text
         example = ActionSkillMapping({action: template}).map(action, dict.fromkeys(placeholders, "1"))
         try:
             skill_names = [call.name for call in read_calls(example.text or template)]
@@ -259,11 +264,11 @@ def _make_mapping_mistake(
 def own_files(agent: Run, executive: Executive) -> list[Path]:
     """Return the loaded files of an agent without the files of the core."""
     paths = agent.paths
-    core = (paths.core_dir, paths.library_dir, *paths.override_dirs)
+    core_dirs = (paths.core_dir, paths.library_dir, *paths.override_dirs)
     return [
         file
         for file in dict.fromkeys(executive.env.loader.files)
-        if not any(file.is_relative_to(folder) for folder in core)
+        if not any(file.is_relative_to(folder) for folder in core_dirs)
     ]
 
 
@@ -272,15 +277,15 @@ class UnexecutedActions:
 
     def __init__(self, agent: Run, executive: Executive) -> None:
         self._agent, self._executive = agent, executive
-        self._reported: set[str] = set()
+        self._reported_actions: set[str] = set()
         executive.env.watcher.follow("plan-action", self._record_fact, ("action-name", "state", "error-msg"))
 
     def _record_fact(self, _template: str, slots: Mapping[str, str]) -> None:
         if slots.get("state") != "FAILED" or _NO_EXECUTOR not in slots.get("error-msg", ""):
             return
         action = slots["action-name"]
-        if action not in self._reported:
-            self._reported.add(action)
+        if action not in self._reported_actions:
+            self._reported_actions.add(action)
             self._executive.log.error(self._describe_mistake(action))
 
     def _describe_mistake(self, action: str) -> str:
@@ -288,16 +293,16 @@ class UnexecutedActions:
         config = self._agent.config
         place = place_of_action(own_files(self._agent, self._executive), action)
         operators = {str(slots["name"]) for _, _, slots in self._executive.env.facts("domain-operator")}
-        mapped = set(read_action_mapping(config, self._agent.spec))
+        mapped_actions = set(read_action_mapping(config, self._agent.spec))
         if action not in operators:
             text = f"the action '{action}' has no executor"
-            hint = did_you_mean(action, operators & mapped or operators | mapped)
-        elif action in mapped:
+            hint = did_you_mean(action, operators & mapped_actions or operators | mapped_actions)
+        elif action in mapped_actions:
             text = f"'{action}' found no Skiller under control, and a monitor fails actions that wait for it"
             hint = ""
         else:
             text = f"the action mapping lacks the action '{action}'"
-            similar = nearest_names(action, mapped - operators)
+            similar = nearest_names(action, mapped_actions - operators)
             hint = f"is '{similar[0]}' meant for it?" if similar else ""
             path = _mapping_path(self._agent)
             values = [config.get(f"{path}/{similar[0]}")] if similar else config.search(path)

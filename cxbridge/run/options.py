@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 CORES = ("builtin", "fawkes")
 SKILLERS = ("lua", "simulator", "none")
-SPEECH = ("off", "on")
+SPEECH_CHOICES = ("off", "on")
 MAX_TIMEOUT_S = 1e9
 """Seconds (30 years), the longest timeout of clocks and operating systems."""
 
@@ -255,7 +255,7 @@ class RunOptions(
         for name, value, values in (
             ("core", self.core, (None, *CORES)),
             ("skiller", self.skiller, (self.skiller,) if self.has_remote_skiller else SKILLERS),
-            ("speech", self.speech, SPEECH),
+            ("speech", self.speech, SPEECH_CHOICES),
             ("trace-level", self.trace_level, TRACE_LEVELS),
             ("replay-order", self.replay_order, REPLAY_ORDERS),
         ):

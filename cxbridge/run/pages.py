@@ -12,12 +12,16 @@ from cxbridge.plugins import Table
 VIEWS: Final[Table[Callable[..., str]]] = Table(
     "VIEWS", callable, "a function that makes a page, as HTML, of a recorded run"
 )
-"""HTML pages about runs. The row ``document`` makes a page from kind, title and values of a JSON document."""
+"""Functions of plug-ins that return HTML pages.
+
+The function of the row ``document`` makes a page from the kind, the title and the values of a JSON document.
+"""
 
 
 def write_document(path: Path, kind: str, title: str, document: Mapping[str, Any]) -> None:
     """Write a page that shows a JSON document.
 
+    :param kind: the kind of the document, e.g. ``comparison``, which decides how the page shows the values.
     :raises CxbridgeError: if no plug-in makes pages or the file cannot be written.
     """
     write_file(path, VIEWS.load_target(VIEWS.find("document"))(kind, title, document))

@@ -24,7 +24,7 @@ class RunPaths(Struct, frozen=True):
     :param clips_dirs: the agent's CLIPS folders in search order, after the folder of the core.
     :param interface_dirs: folders of interface definitions in search order.
     :param skill_dirs: folders of Lua skills in search order.
-    :param substitutions: values of ``@BASEDIR@`` and other placeholders.
+    :param substitutions: the values of placeholders by name, e.g. ``@BASEDIR@``.
     :param override_dirs: folders whose files hide files of the core with the same name.
     :param checkouts: the folders of ``--overlay`` and ``--fawkes-dir``.
     """
@@ -40,7 +40,7 @@ class RunPaths(Struct, frozen=True):
     checkouts: Checkouts = Checkouts()
 
     @property
-    def is_builtin(self) -> bool:
+    def has_builtin_core(self) -> bool:
         """Whether the CX core is cxbridge's own."""
         return self.core_dir == BUILTIN_CX
 
@@ -59,9 +59,9 @@ class RunPaths(Struct, frozen=True):
         """The base folder of relative paths in the configuration, Fawkes' ``@CONFDIR@``."""
         return self.checkouts.confdir(self.config_file)
 
-    def expand(self, text: str) -> list[Path]:
-        """Return the folders of a configured path in search order."""
-        return self.checkouts.expand(text, self.placeholders, self.confdir)
+    def expand(self, configured_path: str) -> list[Path]:
+        """Return the folders of a path in the configuration, which may have placeholders, in search order."""
+        return self.checkouts.expand(configured_path, self.placeholders, self.confdir)
 
 
 def find_fawkes_interface_dirs(fawkes: Path) -> list[Path]:

@@ -54,8 +54,8 @@ def read_plugin_settings(config: Configuration, *, of_daemon: bool) -> Mapping[s
     :raises ConfigError: if a setting is invalid.
     """
     classes = {row.name: SETTINGS.load_target(row) for row in SETTINGS.rows if row.needed(config)}
-    sections = {name: cls.read(config) for name, cls in classes.items() if of_daemon or cls.in_runs}
-    return {name: settings for name, settings in sections.items() if settings is not None}
+    readings = {name: cls.read(config) for name, cls in classes.items() if of_daemon or cls.in_runs}
+    return {name: settings for name, settings in readings.items() if settings is not None}
 
 
 def list_plugin_keys() -> Iterator[str]:

@@ -33,7 +33,7 @@ class RecorderComponent(Component):
 
     :param run: a run, a team or a daemon.
     :param writers: additional receivers of events.
-    :param keep: rename existing files instead of overwriting them.
+    :param keep: whether to rename existing files instead of overwriting them.
     :raises CxbridgeError: if a file cannot be written.
     """
 
@@ -69,7 +69,7 @@ def start_recording(
     """Open the files of the options and start recording.
 
     :param writers: additional writers; the recorder closes them.
-    :param keep: rename an existing file instead of overwriting it.
+    :param keep: whether to rename existing files instead of overwriting them.
     :raises CxbridgeError: if a file cannot be written.
     """
     # the previous recording may show why a program crashed before this restart

@@ -100,9 +100,9 @@ class RunResult(Struct, frozen=True):
 
     def to_json(self) -> dict[str, Any]:
         """Return the result as JSON values."""
-        optional: dict[str, Any] = {} if self.replay is None else {"replay": self.replay.to_json()}
+        optional_members: dict[str, Any] = {} if self.replay is None else {"replay": self.replay.to_json()}
         if self.agents:
-            optional["agents"] = {name: result.to_json() for name, result in self.agents.items()}
+            optional_members["agents"] = {name: result.to_json() for name, result in self.agents.items()}
         return {
             "status": self.status,
             "result": self.word,
@@ -114,7 +114,7 @@ class RunResult(Struct, frozen=True):
             "wall_seconds": round(self.wall_seconds, 3),
             "goals": [goal_as_json(goal) for goal in self.goals],
             "forgotten_goals": self.forgotten,
-            **optional,
+            **optional_members,
         }
 
     @property
@@ -143,7 +143,7 @@ class RunResult(Struct, frozen=True):
         )
 
     def tree(self) -> Iterator[GoalLine | str]:
-        """Yield the lines of the goal tree, grouped by agent in a team."""
+        """Yield the lines of the goal tree: a team's are grouped below the names of the agents."""
         for name, result in self.agents.items():
             yield name
             for line in result.tree():

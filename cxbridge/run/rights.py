@@ -21,28 +21,29 @@ def read_rights(
     skiller: str,
     settings: Iterable[PluginSettings] | None = None,
     *,
-    local: bool = True,
+    is_local: bool = True,
 ) -> Rights:
     """Return the rights of clients.
 
     :param skiller: the value of ``RunOptions.skiller``.
     :param settings: the settings of plug-ins; None: the settings of plug-ins for runs.
-    :param local: whether cxbridge's servers accept only clients of this machine.
+    :param is_local: whether cxbridge's servers accept only clients of this machine.
     :raises ConfigError: if the settings contradict each other.
     """
-    control = config.get_bool(_CONTROL_KEY, default=True)
+    may_control = config.get_bool(_CONTROL_KEY, default=True)
     if settings is None:
         settings = read_plugin_settings(config, of_daemon=False).values()
-    programs_by_default = control and local and all(setting.is_local for setting in settings)
-    programs = config.get_bool(_PROGRAMS_KEY, default=programs_by_default)
-    if programs and not control:
+    # programs are for local clients unless the configuration permits them explicitly
+    all_are_local = is_local and all(plugin_settings.is_local for plugin_settings in settings)
+    may_run_programs = config.get_bool(_PROGRAMS_KEY, default=may_control and all_are_local)
+    if may_run_programs and not may_control:
         message = "clients that may run programs must be able to change state: set remote-control, too"
         raise config.error(_PROGRAMS_KEY, message)
     mode_keys = ["/skiller/mode", *(f"{INSTANCES}/{name}/mode" for name in config.keys(INSTANCES))]
     evaluates_lua = skiller.startswith(_FAWKES_URL) or any(
         config.get_str(mode_key, default="") == "fawkes" for mode_key in mode_keys
     )
-    return Rights(control, programs, skills_are_programs=evaluates_lua)
+    return Rights(may_control, may_run_programs, skills_are_programs=evaluates_lua)
 
 
 def data_may_be_programs(config: Configuration) -> bool:

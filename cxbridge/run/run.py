@@ -1,5 +1,7 @@
 """Runs of scenarios, from start to end. :func:`run_scenario` makes a run, watches it and sums up the result.
 
+An *assembly* is what runs: the :class:`Run` of a single agent, or a :class:`~cxbridge.run.team.Team`.
+
 The order of clean-up matters: servers and the watchdog end first, then the rules finalize, then the recording
 closes, which includes the finalization.
 """
@@ -37,7 +39,7 @@ if TYPE_CHECKING:
 
 
 MIN_STALL_S = 60.0
-"""The minimum limit on the real time of a loop's rules, in seconds."""
+"""The real time, in seconds, that the rules of a cycle may take even if the timeout is shorter."""
 
 
 def run_scenario(
@@ -168,8 +170,9 @@ def _run(
             options,
             loss_reason,
             limit.verdict,
-            (run_seconds, time.perf_counter() - started_s),
             stuck_watch,
+            run_seconds=run_seconds,
+            wall_seconds=time.perf_counter() - started_s,
             is_over=is_over,
         )
         recorder.describe({"status": str(result.status), "reason": result.reason})
@@ -222,49 +225,54 @@ def sum_up_run(
     options: RunOptions,
     loss_reason: str,
     verdict: tuple[int, str] | None,
-    seconds: tuple[float, float],
     stuck_watch: StuckWatch,
     *,
+    run_seconds: float,
+    wall_seconds: float,
     is_over: bool,
 ) -> RunResult:
     """Return the result of a run.
 
     :param loss_reason: the lost component that ended the run, with the reason; else empty.
     :param verdict: status and reason if the limit of a cycle ended the run; else None.
-    :param seconds: the duration by the run's clock, and the duration in real time.
     :param stuck_watch: has the missing events if the run is stuck.
+    :param run_seconds: the duration by the run's clock.
+    :param wall_seconds: the duration in real time.
     :param is_over: whether the run reached its end.
     """
     is_team = len(assembly.agents) > 1
-    verdicts = {
-        agent.name: verdict
+    verdicts = [
+        verdict
         or _judge_agent(
             agent, options, loss_reason, stuck_watch, is_over=is_over or (is_team and agent.is_over)
         )
         for agent in assembly.agents
-    }
+    ]
     return sum_up(
         {
             agent.name: RunResult(
-                *verdicts[agent.name],
+                status,
+                reason,
                 spec=agent.spec,
                 goals=agent.executive.goals.all_states(),
                 forgotten=agent.executive.goals.forgotten_count,
                 loops=agent.loop.cycle_count,
                 firings=agent.firings,
-                run_seconds=seconds[0],
-                wall_seconds=seconds[1],
-                is_stuck=bool(stuck_watch.missing_events) and verdicts[agent.name][0] == TIMED_OUT,
+                run_seconds=run_seconds,
+                wall_seconds=wall_seconds,
+                is_stuck=bool(stuck_watch.missing_events) and status == TIMED_OUT,
             )
-            for agent in assembly.agents
+            for agent, (status, reason) in zip(assembly.agents, verdicts, strict=True)
         }
     )
 
 
 class _LoopLimit:
-    """Ends a run whose rules take more real time in one cycle than the timeout of the run."""
+    """Ends a run whose rules take more real time in one cycle than the timeout of the run.
 
-    # the virtual clock stands still within a cycle, so only real time can limit the duration of a cycle
+    The virtual clock stands still within a cycle, so only real time can limit the duration of a cycle.
+    """
+
     def __init__(self, run: Run | Team, timeout_s: float) -> None:
         self.verdict: tuple[int, str] | None = None
         """Status and reason if the limit ended the run; else None."""
@@ -310,34 +318,38 @@ def make_run(
 
 
 def _judge_agent(
-    assembly: Run, options: RunOptions, loss_reason: str, stuck_watch: StuckWatch, *, is_over: bool
+    agent: Run, options: RunOptions, loss_reason: str, stuck_watch: StuckWatch, *, is_over: bool
 ) -> tuple[int, str]:
-    """Return exit status and reason.
+    """Return the exit status of an agent, and the reason.
 
-    :param is_over: whether the run reached its end.
     :param loss_reason: the lost component that ended the run, with the reason; else empty.
+    :param stuck_watch: has the missing events if the run is stuck.
+    :param is_over: whether the agent reached its end.
     """
-    env, goals = assembly.executive.env, assembly.executive.goals
-    maintaining = ", ".join(assembly.executive.maintaining_goals)
-    shortcomings = _find_shortcomings(goals, quit_early=env.quit_requested and not maintaining)
+    env, goals = agent.executive.env, agent.executive.goals
+    maintained_goals = ", ".join(agent.executive.maintaining_goals)
+    shortcomings = _find_shortcomings(goals, quit_early=env.quit_requested and not maintained_goals)
+    # after a loss, the result of an agent that is over and successful still counts
     if fault := next(iter(env.faults), loss_reason if shortcomings or not is_over else ""):
         return FAULT, fault
-    if not assembly.executive.knows_goals:
-        return _judge_agent_without_goals(assembly)
-    if not is_over and not maintaining:
-        return TIMED_OUT, _describe_timeout(assembly, options.timeout, stuck_watch)
+    if not agent.executive.knows_goals:
+        return _judge_agent_without_goals(agent)
+    if not is_over and not maintained_goals:
+        return TIMED_OUT, _describe_timeout(agent, options.timeout, stuck_watch)
     if shortcomings:
         return UNSUCCESSFUL, ", ".join(shortcomings)
-    if not maintaining and not goals.outcome_counts:
+    if not maintained_goals and not goals.outcome_counts:
         return UNSUCCESSFUL, "the agent quit before any goal was over"
-    return COMPLETED, f"maintaining {maintaining}" if maintaining else "every root goal ended COMPLETED"
+    return COMPLETED, (
+        f"maintaining {maintained_goals}" if maintained_goals else "every root goal ended COMPLETED"
+    )
 
 
-def _judge_agent_without_goals(assembly: Run) -> tuple[int, str]:
+def _judge_agent_without_goals(agent: Run) -> tuple[int, str]:
     """Return exit status and reason of an agent without goals, which runs until its timeout."""
-    if error := assembly.executive.first_error:
+    if error := agent.executive.first_error:
         return UNSUCCESSFUL, f"an error was reported: {error}"
-    if assembly.executive.env.quit_requested:
+    if agent.executive.env.quit_requested:
         return COMPLETED, "the agent quit, and reported no error"
     return COMPLETED, "its time limit was reached, and no error was reported"
 
@@ -361,12 +373,12 @@ def _find_shortcomings(goals: GoalWatch, *, quit_early: bool) -> list[str]:
     return shortcomings
 
 
-def _describe_timeout(assembly: Run, timeout_s: float, stuck_watch: StuckWatch) -> str:
+def _describe_timeout(agent: Run, timeout_s: float, stuck_watch: StuckWatch) -> str:
     """Return the events that a stuck run waits for, or the open goals or steps of a run that timed out."""
-    if missing_events := stuck_watch.missing_events.get(assembly.name):
+    if missing_events := stuck_watch.missing_events.get(agent.name):
         return f"nothing can happen any more: {missing_events}"
-    goals = assembly.executive.goals
-    if not assembly.executive.is_initialized:
+    goals = agent.executive.goals
+    if not agent.executive.is_initialized:
         open_work = "the initialisation has not ended"
     elif goals.open_roots:
         open_work = f"not over: {_describe_modes(goals.open_roots)}"

@@ -13,14 +13,17 @@ T = TypeVar("T")
 
 
 class SharedObjects(Closing):
-    """Objects by the functions that make them. :meth:`close` closes those that have ``close``."""
+    """Objects by the functions that make them.
+
+    :meth:`close` closes the objects that are :class:`~cxbridge.closing.Closing`, the latest first.
+    """
 
     def __init__(self) -> None:
         self._objects: dict[Callable[..., Any], Any] = {}
         self._undo = ExitStack()
 
     def get(self, make: Callable[[Owner], T], owner: Owner) -> T:
-        """Return the object of a function; the first call makes the object."""
+        """Return the object that ``make`` makes for an owner; only the first call makes the object."""
         if make not in self._objects:
             self._objects[make] = new_object = make(owner)
             if isinstance(new_object, Closing):

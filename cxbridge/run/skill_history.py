@@ -33,12 +33,13 @@ def read_samples(path: Path) -> list[Sample]:
             file=path,
             hint="name the recorded run",
         )
-    by_writes, by_statuses = RunHistory(UNLIMITED), RunHistory(UNLIMITED)
+    write_history, status_history = RunHistory(UNLIMITED), RunHistory(UNLIMITED)
     for event in run:
         if isinstance(event, InterfaceWrite):
-            by_writes.record_event(event)
+            write_history.record_event(event)
         elif isinstance(event, SkillStatus):
-            by_statuses.record_event(replace(event, env=_ENV))
+            status_history.record_event(replace(event, env=_ENV))
+    # a skill whose start is not recorded has the same moment as begin and end, and so no duration
     return [
         Sample(
             call.skill_string,
@@ -46,6 +47,6 @@ def read_samples(path: Path) -> list[Sample]:
             _END_STATUSES[call.status],
             call.error,
         )
-        for call in by_writes.calls or by_statuses.calls
+        for call in write_history.calls or status_history.calls
         if call.end is not None and call.end != call.begin and call.status in _END_STATUSES
     ]

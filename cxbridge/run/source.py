@@ -42,6 +42,7 @@ SOURCES: Final[Table[Callable[[RunOptions], Source]]] = Table(
     callable,
     "a subclass of cxbridge.run.source.Source",
 )
+"""The sources of plug-ins. A row's ``needed`` gets the options, and decides whether they name the source."""
 
 CLIPS_SUFFIX = ".clp"
 """The suffix of a scenario in a single CLIPS file."""
@@ -146,6 +147,7 @@ class Source:
             path = checkouts.find_configuration(Path())
         if not path.exists():
             path = checkouts.find_configuration(path)
+        # a single name may be the name of a shipped scenario, but a path with folders never is
         if not path.exists() and len(path.parts) == 1 and (shipped_dir("scenarios") / path).is_dir():
             path = shipped_dir("scenarios") / path
         if path.is_dir():
@@ -202,8 +204,10 @@ class Source:
             raise key_mistakes[0]
         warnings = [str(warning) for warning in check_spec(config, spec)]
         # a misspelt key of a spec is unread, too, and one warning suffices
-        reported = "\n".join([*map(str, config.warnings), *warnings])
-        return spec, warnings + [str(mistake) for mistake in key_mistakes if mistake.location not in reported]
+        warning_lines = "\n".join([*map(str, config.warnings), *warnings])
+        return spec, warnings + [
+            str(mistake) for mistake in key_mistakes if mistake.location not in warning_lines
+        ]
 
     def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:
         """Return the files and folders of options and configuration.
@@ -211,30 +215,30 @@ class Source:
         :raises CxbridgeError: if a checkout lacks a folder.
         """
         options, checkouts = self.options, self.checkouts
-        folder = checkouts.confdir(config_file).resolve()
+        confdir = checkouts.confdir(config_file).resolve()
         fawkes = options.fawkes_dir.resolve() if options.fawkes_dir else None
-        base = checkouts.find_checkout(config_file)
+        basedir = checkouts.find_checkout(config_file)
         placeholders = {
-            "BASEDIR": str(base),
-            "FAWKES_BASEDIR": str(fawkes or base),
-            "RESDIR": str(base / "res"),
-            "CONFDIR": str(folder),
+            "BASEDIR": str(basedir),
+            "FAWKES_BASEDIR": str(fawkes or basedir),
+            "RESDIR": str(basedir / "res"),
+            "CONFDIR": str(confdir),
         }
         use_fawkes_core = (options.core or ("fawkes" if fawkes else "builtin")) == "fawkes"
         if use_fawkes_core and fawkes is None:
             raise CxbridgeError("--core fawkes needs a Fawkes checkout", hint="name it with --fawkes-dir")
         core_dir, library_dir = BUILTIN_CX, HOST_LIBRARY
         clips_dirs = [*options.clips_dirs]
-        for text in config.get_strings("/clips-executive/clips-dirs", default=[]):
-            clips_dirs += checkouts.expand(text, placeholders, folder)
+        for configured_path in config.get_strings("/clips-executive/clips-dirs", default=[]):
+            clips_dirs += checkouts.expand(configured_path, placeholders, confdir)
         overlays = Checkouts(checkouts.folders[: len(options.overlays)])
         interface_dirs = [*options.interface_dirs, *overlays.find_matching_folders(FAWKES_INTERFACES)]
         interface_dirs += overlays.find_matching_folders(FAWKES_PLUGIN_INTERFACES)
         skill_dirs = [*options.skill_dirs, *overlays.find_matching_folders(_FAWKES_LUA)]
         if config_file.name == SCENARIO_FILE:
-            clips_dirs.append(folder)
-            if (folder / _SCENARIO_INTERFACES).is_dir():
-                interface_dirs.append(folder / _SCENARIO_INTERFACES)
+            clips_dirs.append(confdir)
+            if (confdir / _SCENARIO_INTERFACES).is_dir():
+                interface_dirs.append(confdir / _SCENARIO_INTERFACES)
         if fawkes is not None:
             fawkes_cx = find_fawkes_folder(fawkes, _FAWKES_CX)
             interface_dirs += find_fawkes_interface_dirs(fawkes)

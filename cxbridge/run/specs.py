@@ -42,23 +42,26 @@ def choose_spec(config: Configuration, spec: str | None, config_file: Path | Non
     :param config_file: the place for an error without a place in the configuration.
     :raises ConfigError: if the spec does not exist.
     """
-    value = None
+    faulty_value = None
     if spec is None:
-        value = _find_first_value(config, f"{_ROOT}/spec")
+        faulty_value = _find_first_value(config, f"{_ROOT}/spec")
     else:
         config.set(f"{_ROOT}/spec", spec)
     chosen_spec = config.get_str(f"{_ROOT}/spec", default="")
     specs = sorted(config.keys(f"{_ROOT}/specs"))
     if chosen_spec and chosen_spec in specs:
         return chosen_spec
+    # a misspelt clips-executive explains why the configuration has no specs: raise the first such mistake
     for mistake in () if config.keys(_ROOT) else _find_misspelt_keys(config, "", (_ROOT.removeprefix("/"),)):
         raise mistake
     hint = f"it has: {', '.join(specs)}" if specs else "it has no clips-executive/specs at all"
     problem = f"has no spec '{chosen_spec}'" if chosen_spec else "names no spec (clips-executive/spec)"
-    value = value or min((item for item in config.search(_ROOT) if item.file), key=_line_number, default=None)
-    if value is None and config_file is not None:
+    faulty_value = faulty_value or min(
+        (value for value in config.search(_ROOT) if value.file), key=_line_number, default=None
+    )
+    if faulty_value is None and config_file is not None:
         raise ConfigError(f"the configuration {problem}", file=config_file, line=1, hint=hint)
-    raise _make_error(f"the configuration {problem}", value, hint)
+    raise _make_error(f"the configuration {problem}", faulty_value, hint)
 
 
 def check_spec(config: Configuration, spec: str) -> list[str]:
@@ -68,6 +71,7 @@ def check_spec(config: Configuration, spec: str) -> list[str]:
     :raises ConfigError: at the first value of a wrong type, with file and line.
     """
     base = f"{_ROOT}/specs/{spec}"
+    # to read a value is to check its type
     for key in _BOOLEAN_KEYS:
         config.get_bool(f"{_ROOT}/{key}", default=False)
     for key in _LIST_KEYS:
@@ -166,10 +170,11 @@ def _find_files(config: Configuration, spec: str) -> Iterator[tuple[str, str, st
     """Yield stage, key and name of each file in a spec's initialisation."""
     for stage, path in _find_entries(config, spec):
         file = config.get_str(f"{path}/file", default="")
-        keys = dict.fromkeys([file] if file else [], f"{path}/file")
+        # a file in both places is listed once, with the key `file`
+        key_by_file = dict.fromkeys([file] if file else [], f"{path}/file")
         for name in config.get_strings(f"{path}/files", default=[]):
-            keys.setdefault(name, f"{path}/files")
-        for name, key in keys.items():
+            key_by_file.setdefault(name, f"{path}/files")
+        for name, key in key_by_file.items():
             yield stage, key, name.rpartition("|")[2]  # BATCH|FILE: CLIPS executes that file with `batch`
 
 
@@ -199,6 +204,7 @@ def _check_stage(config: Configuration, base: str, stage: str) -> Iterator[str]:
     """Yield warnings about the entries of a stage.
 
     :param base: the path of the spec.
+    :raises ConfigError: at the first value of a wrong type.
     """
     path = f"{base}/init/{stage}"
     if stage not in STAGES:
@@ -223,6 +229,7 @@ def _check_entry(config: Configuration, path: str, entry: str) -> Iterator[str]:
     """Yield warnings about an entry of a stage.
 
     :param entry: the name of the entry in warnings, e.g. ``stage-1, entry 2``.
+    :raises ConfigError: if the entry has no name, or a value of a wrong type.
     """
     keys = config.keys(path)
     if "name" not in keys:
@@ -249,10 +256,11 @@ def _check_entry(config: Configuration, path: str, entry: str) -> Iterator[str]:
 
 
 def _check_container(config: Configuration, path: str, shape: str) -> None:
-    """Raise an error if a path has a single value instead of a map or a list. A missing value is valid.
+    """Raise an error if a path has a value instead of a map. A missing or empty value is valid.
 
     :param shape: the expected container, for the error.
     """
+    # a path exists only if it has a value: a list of plain values, too, but not a map or a list of maps
     if config.exists(path) and (value := config.get(path)) and (value.is_list or value.text):
         raise _make_error(f"'{path.rpartition('/')[2]}' must be {shape}", value, None)
 

@@ -49,7 +49,7 @@ class StuckWatch:
         self._run = run
         self._agents: Sequence[Run] = run.agents
         self._firings = self._quiet_cycles = 0
-        self._next_check = _MIN_QUIET_CYCLES
+        self._next_check_cycle = _MIN_QUIET_CYCLES
         self._failed_rules: dict[str, None] = {}  # a set in the order of the errors
         run.bus.subscribe(self._record_error, LogLine)
 
@@ -61,28 +61,28 @@ class StuckWatch:
 
     def check(self) -> bool:
         """Return whether the run is stuck. To be called after each cycle."""
-        # A check takes milliseconds. The first check waits for some cycles in which only the rules of a cycle
-        # fire, and each further check waits for twice as many cycles as the previous one.
+        # A check takes milliseconds, too long for each cycle. The first check waits for some cycles in which
+        # only the rules of a cycle fire, and each further check waits for twice as many as the previous one.
         agents, firings_before = self._run.agents, self._firings
         self._firings = sum(agent.firings for agent in agents)
-        is_quiet = self._firings - firings_before <= len(TICK_RULES) * len(agents)
-        if agents != self._agents or not is_quiet:
+        only_tick_rules_fired = self._firings - firings_before <= len(TICK_RULES) * len(agents)
+        if agents != self._agents or not only_tick_rules_fired:
             self._agents = agents
-            self._quiet_cycles, self._next_check = 0, _MIN_QUIET_CYCLES
-        self._quiet_cycles += is_quiet
-        if self._quiet_cycles < self._next_check:
+            self._quiet_cycles, self._next_check_cycle = 0, _MIN_QUIET_CYCLES
+        self._quiet_cycles += only_tick_rules_fired
+        if self._quiet_cycles < self._next_check_cycle:
             return False
-        self._next_check *= 2
+        self._next_check_cycle *= 2
         self.missing_events = self._find_missing_events()
         return bool(self.missing_events)
 
     def _find_missing_events(self) -> dict[str, str]:
         """Return the events that each open agent waits for; empty if an agent can still change anything."""
-        waiting = [agent for agent in self._agents if not agent.is_over]
-        if not all(map(_is_idle, waiting)):
+        open_agents = [agent for agent in self._agents if not agent.is_over]
+        if not all(map(_is_idle, open_agents)):
             return {}
-        texts = {agent.name: missing_events(agent, self._failed_rules) for agent in waiting}
-        return texts if all(texts.values()) else {}
+        events_by_agent = {agent.name: missing_events(agent, self._failed_rules) for agent in open_agents}
+        return events_by_agent if all(events_by_agent.values()) else {}
 
 
 def _is_idle(agent: Run) -> bool:
@@ -95,7 +95,7 @@ def _is_idle(agent: Run) -> bool:
         and not agent.executive.is_planning
         and _PASSIVE_FEATURES.issuperset(agent.manager.loaded_features(env.name))
         and not _has_running_timeout(agent)
-        and not any(_has_foreign_writer(agent, kind, name) for kind, name in read_interfaces(env))
+        and not any(_has_foreign_writer(agent, type_name, id_) for type_name, id_ in read_interfaces(env))
     )
 
 
@@ -115,9 +115,12 @@ def read_interfaces(env: ClipsEnvironment) -> Iterator[tuple[str, str]]:
             yield str(slots["type"]), str(slots["id"])
 
 
-def _has_foreign_writer(agent: Run, kind: str, name: str) -> bool:
+def _has_foreign_writer(agent: Run, type_name: str, id_: str) -> bool:
     """Return whether a program other than the rules may write an interface."""
-    if kind == "SkillerInterface":
+    if type_name == "SkillerInterface":
         return False  # its Skiller is a component of this run, and idle
-    infos = (info for info in agent.board.list_all() if (info.type, info.id) == (kind, name))
-    return any(info.has_writer and not info.writer.startswith("CLIPS:") for info in infos)
+    return any(
+        interface.has_writer and not interface.writer.startswith("CLIPS:")
+        for interface in agent.board.list_all()
+        if (interface.type, interface.id) == (type_name, id_)
+    )

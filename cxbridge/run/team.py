@@ -35,7 +35,7 @@ class Team(Closing):
 
     :param base: the shared clock, bus, loop and configuration.
     :param names: the names of the agents, in the order of their steps.
-    :param components: makes further components of an agent.
+    :param components: returns, for the name of an agent, functions that make further components.
     :raises CxbridgeError: if a named file or setting is missing or wrong.
     """
 
@@ -50,10 +50,10 @@ class Team(Closing):
         self.bus, self.clock, self.loop = base.bus, base.clock, base.loop
         self.config, self.early = base.config, base.early
         self.options, self._base, self._additions = options, base, additions
-        self._components = components
+        self._component_makers = components
         self._killed: list[Run] = []  # killed agents keep their resources until the end of the team
         self.watchers: list[AgentWatcher] = []
-        """Called when an agent is killed or restarted."""
+        """Observers that the team informs when an agent is killed or restarted."""
         with ExitStack() as undo:
             undo.callback(base.shared.close)
             self.agents = tuple([undo.enter_context(self._make_agent(name)) for name in names])
@@ -72,9 +72,10 @@ class Team(Closing):
             team=self._base,
             shared=SharedObjects(),
         )
-        return Run(self.options, base, None, self._additions, self._components(name))
+        return Run(self.options, base, None, self._additions, self._component_makers(name))
 
     def start(self) -> None:
+        """Start the agents one after the other."""
         for warning in self.config.warnings:
             self.bus.logger("Config").warn(str(warning))
         for agent in self.agents:
@@ -124,6 +125,7 @@ class Team(Closing):
 
     def close(self) -> None:
         """Stop all agents and release their resources."""
+        # the stack closes the last agent first and the shared objects last, even after an error
         with ExitStack() as stack:
             stack.callback(self._base.shared.close)
             for agent in (*self._killed, *self.agents):
@@ -134,13 +136,13 @@ class Team(Closing):
 class AgentBus(EventBus):
     """The bus of one agent in a team. It forwards events to the run's bus under the agent's name."""
 
-    def __init__(self, name: str, run: EventBus) -> None:
-        super().__init__(run.clock)
-        self._name, self._run = name, run
+    def __init__(self, name: str, run_bus: EventBus) -> None:
+        super().__init__(run_bus.clock)
+        self._name, self._run_bus = name, run_bus
 
     def wants(self, event_type: type[Event]) -> bool:
         """Return whether this bus or the run's bus has a subscriber for the type."""
-        return super().wants(event_type) or self._run.wants(event_type)
+        return super().wants(event_type) or self._run_bus.wants(event_type)
 
     def emit(self, event: Event) -> None:
         """Emit an event here, and on the run's bus with the agent's name."""
@@ -149,7 +151,7 @@ class AgentBus(EventBus):
             # each agent has a Skiller of the same id on its own blackboard
             kind, separator, interface = event.uid.partition("::")
             event = structs.replace(event, uid=f"{kind}{separator}{self._name}/{interface}")
-        self._run.emit(event)
+        self._run_bus.emit(event)
 
     def logger(self, component: str) -> Logger:
         """Return a logger for a component, named after agent and component."""

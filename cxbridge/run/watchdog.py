@@ -3,6 +3,10 @@
 :class:`Watchdog` measures each cycle in a separate thread, and describes a cycle that takes too long as a
 :class:`Stall`. :class:`StallReporter` logs the stalls of a run or daemon, and interrupts their rules on
 request.
+
+The *right-hand side* of a rule is the part after ``=>``, the actions of the rule. The loop counts *turns*:
+cycles, and other work that a watchdog limits, such as the start of a run.
+
 :mod:`cxbridge.run.stuck` is about the opposite: a loop whose cycles change nothing.
 """
 
@@ -31,23 +35,25 @@ if TYPE_CHECKING:
 
     Environments = Callable[[], Mapping[str, ClipsEnvironment]]
 
-# A right-hand side normally takes milliseconds: one that takes this long will hardly end. A cycle may take as
-# long, because it may consist of many rules.
 STALL_S: Final = 5.0
-"""The limit of a cycle in seconds."""
+"""The limit of a cycle in seconds. Longer than :data:`SPIN_S`, because many rules may fire in a cycle."""
 
+# A right-hand side normally takes milliseconds: one that takes more than a second will hardly end.
 SPIN_S: Final = 1.5
 """The limit of a single right-hand side in seconds."""
 
 UNATTENDED_SPIN_S: Final = 5.0
-"""The limit of a right-hand side in tests, explorations and sweeps, which have no user to interrupt it."""
+"""The limit of a right-hand side in tests, explorations and sweeps, which have no user to interrupt the rule.
+
+Longer than :data:`SPIN_S`, because the run ends at this limit and only reports the other.
+"""
 
 _TICK_S = 0.25  # seconds between two measurements of the loop
 _FIRST_INTERRUPT_S = 0.1  # seconds in which an interrupted cycle may end by itself
 _NEXT_INTERRUPT_S = 0.02  # short, because the next rule on the agenda may be endless, too
 _MAX_SHOWN_RULES = 5  # in a description of a stall
 _SAMPLE_COUNT = 20  # of the active rule, for the description of a stall
-_SAMPLE_PAUSE_S = 0.0005
+_SAMPLE_PAUSE_S = 0.0005  # seconds between two samples
 
 _PACKAGE = Path(__file__).resolve().parent.parent
 
@@ -58,7 +64,7 @@ class Stall(Struct, frozen=True):
     :param seconds: the duration of the cycle so far, in real time.
     :param component: the active component of a daemon; empty if unknown.
     :param activity: the endless rule, function or skill, as text.
-    :param in_rules: whether the time is spent in rules rather than in a function that they called.
+    :param in_rules: whether rules use the time, rather than a Python function that a rule called or a skill.
     :param is_spin: whether a single right-hand side does not end.
     """
 
@@ -148,6 +154,7 @@ class Watchdog:
             # counted in ticks: after SIGSTOP or a laptop's sleep, elapsed time would look like a stall
             cycle_s += tick_s
             self._measure_right_hand_side(tick_s)
+            # the shorter limit is not for matching: many facts may rightly take long to match
             is_spinning = self._has_long_firing and self._list_frequent_rules()[:1] != [MATCHING]
             limit_s = min(self._limit_s, SPIN_S) if is_spinning else self._limit_s
             # a report at the limit, then each time the duration has doubled
@@ -195,10 +202,10 @@ class Watchdog:
         # the only way to another thread's frames
         frames = list(_walk_frames(sys._current_frames().get(self._watched_thread)))  # noqa: SLF001
         component = _read_local_value(
-            frames, "ComponentManager.guarded.<locals>.run_step", lambda local: local["node"].name
+            frames, "ComponentManager.guarded.<locals>.run_step", lambda local_vars: local_vars["node"].name
         )
         function = _read_local_value(
-            frames, "UdfTable._make_entry_point.<locals>.call", lambda local: local["name"]
+            frames, "UdfTable._make_entry_point.<locals>.call", lambda local_vars: local_vars["name"]
         )
         rules = self._list_frequent_rules()
         # between two rules, an environment still counts as firing
@@ -222,9 +229,11 @@ class Watchdog:
         :param rules: the most frequent rules of these environments; empty without an environment.
         """
         if not firing_envs:
-            # the budget of the Lua engine counts Lua instructions, but none inside C functions like
-            # string.find
-            skill = _read_local_value(frames, "Skiller.loop", lambda local: local["self"].skill_string)
+            # the Lua engine ends a skill with too many Lua instructions, but a single call of a C function
+            # such as string.find may take any time
+            skill = _read_local_value(
+                frames, "Skiller.loop", lambda local_vars: local_vars["self"].skill_string
+            )
             return (
                 f"skill {skill} does not end"
                 if skill
@@ -300,7 +309,7 @@ class StallReporter:
 
 
 def environments_by_agent(run: Run | Team) -> dict[str, ClipsEnvironment]:
-    """Return the environments of a run's agents by name."""
+    """Return the CLIPS environments of a run by the names of their agents."""
     return {agent.name: agent.executive.env for agent in run.agents}
 
 
@@ -329,7 +338,7 @@ def _read_local_value(
     """Return a value of the local variables of a function; empty if the function is not active.
 
     :param function: the function's qualified name.
-    :param read: gets the local variables.
+    :param read: returns the value from the local variables.
     """
     calls = (frame for frame in frames if frame.f_code.co_qualname == function)
     return next((str(read(frame.f_locals)) for frame in calls), "")

@@ -37,14 +37,14 @@ class ExecutiveComponent(BaseExecutiveComponent):
     def __init__(self, context: Run) -> None:
         self.context = context
         self.firings = 0
-        self._has_begun = False
+        self._has_begun = False  # whether the finalization rules are due: loading has begun
         self.manager, self.executive = make_executive(context)
         self.executive.known_skills = partial(known_skills, context)
 
     def watch(self) -> None:
         self.executive.env.watcher.set_hooks()
         self.executive.follow_transitions()
-        UnexecutedActions(self.context, self.executive)
+        UnexecutedActions(self.context, self.executive)  # the environment's watcher keeps the object
         _watch_for_recording(self.executive, self.context.config, self.context.watch_level)
 
     def configure(self) -> None:
@@ -91,7 +91,7 @@ class ExecutiveComponent(BaseExecutiveComponent):
 
 
 def unasked_features(context: Run) -> list[str]:
-    """Return the features that plug-ins and programs add without an entry in the agent's initialisation."""
+    """Return the names of the features that plug-ins and programs add although the agent requests none."""
     names = [feature.name for feature in context.additions.features]
     names += [row.name for row in FEATURES.rows if row.requested(context)]
     return [name for name in names if not init_mentions(context.config, context.spec, name)]

@@ -2,7 +2,6 @@
 
 A component has the states of a ROS 2 *managed node*::
 
-
     UNCONFIGURED --configure--> INACTIVE --activate--> ACTIVE
        ^                       |    ^                  |
        +-------cleanup---------+    +----deactivate----+        shutdown, from any state --> FINALIZED
@@ -47,12 +46,18 @@ class Transition(StrEnum):
     SHUTDOWN = "shutdown"
 
 
-# The state before and after each transition except shutdown, which any state permits.
-_STATES_BY_TRANSITION: Final = {
-    Transition.CONFIGURE: (State.UNCONFIGURED, State.INACTIVE),
-    Transition.ACTIVATE: (State.INACTIVE, State.ACTIVE),
-    Transition.DEACTIVATE: (State.ACTIVE, State.INACTIVE),
-    Transition.CLEANUP: (State.INACTIVE, State.UNCONFIGURED),
+# The states before and after each transition except shutdown, which any state permits.
+_STATE_BEFORE: Final = {
+    Transition.CONFIGURE: State.UNCONFIGURED,
+    Transition.ACTIVATE: State.INACTIVE,
+    Transition.DEACTIVATE: State.ACTIVE,
+    Transition.CLEANUP: State.INACTIVE,
+}
+_STATE_AFTER: Final = {
+    Transition.CONFIGURE: State.INACTIVE,
+    Transition.ACTIVATE: State.ACTIVE,
+    Transition.DEACTIVATE: State.INACTIVE,
+    Transition.CLEANUP: State.UNCONFIGURED,
 }
 _START_TRANSITIONS: Final = (Transition.CONFIGURE, Transition.ACTIVATE)
 _STOP_TRANSITIONS: Final = (Transition.DEACTIVATE, Transition.CLEANUP)
@@ -158,15 +163,15 @@ class ManagedNode(Generic[ComponentType]):
     def take_transition(self, transition: Transition) -> None:
         """Take one transition.
 
-        Shutdown leads through the states in between, and its failures do not stop the sequence.
+        A shutdown leads through the states in between, and continues after a failure.
 
         :raises LifecycleError: if the state does not permit the transition.
-        :raises Exception: the failure of the component; of a shutdown the first, after all steps.
+        :raises Exception: the failure of the component; a shutdown raises its first failure after all steps.
         """
         if transition is Transition.SHUTDOWN:
             self._shut_down()
             return
-        state_before, state_after = _STATES_BY_TRANSITION[transition]
+        state_before, state_after = _STATE_BEFORE[transition], _STATE_AFTER[transition]
         if self.state is not state_before:
             raise LifecycleError(
                 f"{self.name} is {self.state.name.lower()}, expected {state_before.name.lower()}"
@@ -188,7 +193,7 @@ class ManagedNode(Generic[ComponentType]):
     def _shut_down(self) -> None:
         failures: list[Exception] = []
         for transition in _STOP_TRANSITIONS:
-            if self.state is _STATES_BY_TRANSITION[transition][0]:
+            if self.state is _STATE_BEFORE[transition]:
                 _collect_failure(partial(self.take_transition, transition), failures)
         if self.component is not None:  # the executive of a run exists before it is configured
             _collect_failure(self.on_cleanup, failures)
@@ -200,9 +205,9 @@ class ManagedNode(Generic[ComponentType]):
 class ComponentManager:
     """Starts components first to last, stops them last to first, and watches them in between.
 
-    All calls run in the caller's thread. A failure is logged and kept as the component's reason. The policy
-    decides whether the other components continue, :attr:`failure` is set and the owner calls
-    :meth:`shutdown`, or the error is raised.
+    All calls run in the caller's thread. The manager logs a failure and keeps it as the component's reason.
+    The policy decides what follows: the other components continue; or the manager sets :attr:`failure`, so
+    that the owner calls :meth:`shutdown`; or the manager raises the error.
 
     :param nodes: components in start order; each may depend on its predecessors.
     :param log: gets a line for each change; None: changes are not logged.
@@ -261,7 +266,7 @@ class ComponentManager:
                 self._start_if_due(node, transition)
 
     def _start_if_due(self, node: ManagedNode[Any], transition: Transition) -> None:
-        if node.state is _STATES_BY_TRANSITION[transition][0] and not self.failure:
+        if node.state is _STATE_BEFORE[transition] and not self.failure:
             self._try_transition(node, transition)
 
     def pause(self) -> None:
@@ -315,9 +320,7 @@ class ComponentManager:
         if node.state is State.FINALIZED:
             raise LifecycleError(f"{name} was shut down", hint="restart the daemon to start it again")
         for transition in _START_TRANSITIONS:
-            if node.state is _STATES_BY_TRANSITION[transition][0] and not self._take_transition(
-                node, transition
-            ):
+            if node.state is _STATE_BEFORE[transition] and not self._take_transition(node, transition):
                 raise LifecycleError(f"{name} cannot {transition}: {node.reason}")
 
     def stop_component(self, name: str) -> None:
@@ -344,8 +347,8 @@ class ComponentManager:
                 f"there is no transition '{transition}'", hint=f"use one of: {', '.join(Transition)}"
             )
         permitted_states = (
-            _STATES_BY_TRANSITION[Transition(transition)][:1]
-            if transition in _STATES_BY_TRANSITION
+            (_STATE_BEFORE[Transition(transition)],)
+            if transition in _STATE_BEFORE
             else (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE)  # a shutdown
         )
         if node.state not in permitted_states:
@@ -377,7 +380,7 @@ class ComponentManager:
         ]
 
     def watch(self) -> None:
-        """Check all active components."""
+        """Check all active components. A component whose check fails is stopped, see :meth:`fail`."""
         for node in self.nodes:
             self.guarded(node, node.check)()
 
@@ -403,7 +406,7 @@ class ComponentManager:
 
     def _wind_down(self, node: ManagedNode[Any], reason: str) -> None:
         for transition in _STOP_TRANSITIONS:
-            if node.state is _STATES_BY_TRANSITION[transition][0]:
+            if node.state is _STATE_BEFORE[transition]:
                 self._try_transition(node, transition, reason)
         node.reason = reason
         self.on_change()

@@ -1,4 +1,4 @@
-"""The skill board as a component. It is imported only by runs that have a skill board."""
+"""The skill board as a component. Only runs with a skill board import this module."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cxbridge.skiller.board.settings import BoardSettings
 
 
 class SkillBoardComponent(Component):
-    """Finds executors for skills.
+    """Runs the skill board, which finds executors for the skills that agents call.
 
     :param settings: the settings of a replay; None: the configured settings.
     :raises CxbridgeError: if an executor cannot be made or an interface has another writer.
@@ -33,7 +33,7 @@ class SkillBoardComponent(Component):
             context.source.board_class(context.config) or SkillBoard,
             _make_execution(context),
         )
-        self._run = context
+        self._context = context
         context.skill_service = self.service
         try:
             if not is_replay:
@@ -54,7 +54,7 @@ class SkillBoardComponent(Component):
         return not self.running
 
     def close(self) -> None:
-        self._run.skill_service = None
+        self._context.skill_service = None
         self.service.close()
 
 
@@ -67,6 +67,7 @@ def _make_execution(context: Run) -> Execution:
         return context.execution
     if context.options.skiller != "simulator":
         return execute_itself
+    # import on use, because only simulations need the estimators
     from cxbridge.skiller.simulation.execution import DecidedExecution  # noqa: PLC0415
     from cxbridge.skiller.simulation.make import make_failures  # noqa: PLC0415
 

@@ -60,7 +60,7 @@ class Speech(Component):
     description = "Speech synthesis that skills use"
 
     def __init__(self, context: Run) -> None:
-        from cxbridge.skiller.make import make_speech  # noqa: PLC0415 - start-up time is a feature
+        from cxbridge.skiller.make import make_speech  # noqa: PLC0415 - runs without speech start faster
 
         self._writer = make_speech(context.board, context.clock, context.bus, speech=context.options.speech)
 

@@ -30,7 +30,7 @@ def local_skillers(run: Any) -> tuple[SkillerSettings, ...]:
 
 def _speaks(run: Any) -> bool:
     """Return whether skills may speak: only Lua skills can."""
-    return any(item.kind == "lua" for item in local_skillers(run))
+    return any(settings.kind == "lua" for settings in local_skillers(run))
 
 
 COMPONENTS: Final[Table[type[Any]]] = Table(
@@ -53,7 +53,7 @@ def needed_components(run: Any, *daemon_rows: Row, is_replay: bool = False) -> l
     """Return the needed components in start order.
 
     :param daemon_rows: components of daemons only; they start first.
-    :param is_replay: whether a recording replaces the environment and the components of plug-ins.
+    :param is_replay: whether a recording replaces Skillers, sensors and most components of plug-ins.
     :raises CxbridgeError: if the configuration is wrong or two components have the same name.
     """
     executive = COMPONENTS.find(EXECUTIVE)

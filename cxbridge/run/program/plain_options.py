@@ -29,10 +29,11 @@ def options_from_keywords(
     """
     values = {name: value for name, value in {"scenario": scenario, **options}.items() if value is not None}
     values["plugin_groups"] = (*values.get("plugin_groups", ()), *take_plugin_options(values, resolve_path))
-    names = {field.name for field in fields(RunOptions)}
-    unknown = [name for name in values if name not in names]
-    if unknown:
-        raise CxbridgeError(f"a run has no option '{unknown[0]}'", hint=f"it has: {', '.join(sorted(names))}")
+    option_names = {field.name for field in fields(RunOptions)}
+    if unknown_names := [name for name in values if name not in option_names]:
+        raise CxbridgeError(
+            f"a run has no option '{unknown_names[0]}'", hint=f"it has: {', '.join(sorted(option_names))}"
+        )
     for name in values.keys() & {*_MULTI_PATH_OPTIONS}:
         values[name] = _convert_paths(name, values[name], resolve_path)
     for name in values.keys() & {*_SINGLE_PATH_OPTIONS}:
@@ -44,14 +45,14 @@ def take_plugin_options(
     values: dict[str, Any], resolve_path: Callable[[str | Path], Path] = Path
 ) -> Iterator[Any]:
     """Yield an option group for each plug-in with a given option; remove these options from ``values``."""
-    for group in RunOptions.added_groups():
-        hints = get_type_hints(group)
-        options = {name: values.pop(name) for name in hints if name in values}
+    for group_class in RunOptions.added_groups():
+        type_hints = get_type_hints(group_class)
+        options = {name: values.pop(name) for name in type_hints if name in values}
         for name, value in options.items():
-            if value and Path in get_args(hints[name]):
+            if value and Path in get_args(type_hints[name]):
                 options[name] = resolve_path(value)
         if options:
-            yield group(**options)
+            yield group_class(**options)
 
 
 def _convert_paths(name: str, value: object, resolve_path: Callable[[str | Path], Path]) -> tuple[Path, ...]:
@@ -82,16 +83,19 @@ def options_from_json(values: Mapping[str, Any]) -> RunOptions:
         for name, value in values.items()
         if value is not None
     }
-    for group in (RunOptions, *RunOptions.added_groups()):
-        for name, hint in get_type_hints(group).items():
-            if name in options and not _fits(options[name], hint):
+    for options_class in (RunOptions, *RunOptions.added_groups()):
+        for name, type_hint in get_type_hints(options_class).items():
+            if name in options and not _fits(options[name], type_hint):
                 raise CxbridgeError(f"'{name}' cannot be {options[name]!r}")
     return options_from_keywords(options.pop("scenario", None), **options)
 
 
-def _fits(value: object, hint: Any) -> bool:
-    """Return whether a JSON value has the type of an option."""
-    types = {get_origin(member) or member for member in _union_members(hint)}
+def _fits(value: object, type_hint: Any) -> bool:
+    """Return whether a JSON value has the type of an option.
+
+    A string also fits a path, and the only member of a tuple; a list of strings fits a tuple.
+    """
+    types = {get_origin(member) or member for member in _union_members(type_hint)}
     if isinstance(value, str):
         return not types.isdisjoint({str, Path, tuple})
     if isinstance(value, list):
@@ -101,5 +105,6 @@ def _fits(value: object, hint: Any) -> bool:
     return isinstance(value, int | float) and not types.isdisjoint({int, float})
 
 
-def _union_members(hint: Any) -> tuple[Any, ...]:
-    return get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+def _union_members(type_hint: Any) -> tuple[Any, ...]:
+    """Return the types in a union; any other type alone."""
+    return get_args(type_hint) if get_origin(type_hint) in (Union, UnionType) else (type_hint,)

@@ -32,7 +32,6 @@ def run(
 
     For example::
 
-
         run = cx.run("test-scenario")
         assert run.status == 0, run.reason
         print(run)

@@ -49,6 +49,7 @@ def make_function_skill(function: SkillFunction, name: str = "") -> type[SkillEx
             hint="give a subclass of cx.Skill, or a function with the skill's parameters",
         )
     skill = name or getattr(function, "__name__", "")
+    # a lambda is called <lambda>, a functools.partial has no name
     if not skill.strip("<>") or skill.startswith("<"):
         raise SkillError("this function has no name", hint="give skills by name: skills={'say': function}")
     signature = inspect.signature(function)
@@ -60,7 +61,7 @@ def make_function_skill(function: SkillFunction, name: str = "") -> type[SkillEx
             arguments = _bind_arguments(signature, call)
             if not inspect.isgeneratorfunction(function):
                 yield None  # one loop as RUNNING: the rules must see this state of each skill
-            result = function(*arguments)
+            result = function(*arguments.args, **arguments.kwargs)
             result = (yield from result) if inspect.isgenerator(result) else result
             return Progress(1.0, result) if isinstance(result, str) else result
 
@@ -69,16 +70,17 @@ def make_function_skill(function: SkillFunction, name: str = "") -> type[SkillEx
     return FunctionSkill
 
 
-def _bind_arguments(signature: inspect.Signature, call: SkillCall) -> list[Any]:
-    """Return the arguments of a call in the order of the function's parameters."""
+def _bind_arguments(signature: inspect.Signature, call: SkillCall) -> inspect.BoundArguments:
+    """Return the arguments of a call, bound to the function's parameters.
+
+    :raises SkillFailedError: if the arguments do not fit the parameters.
+    """
     # unnamed arguments of a skill string have their positions as names: 1, 2, ... 10
     positions = sorted(filter(str.isdigit, call.parameters), key=int)
     keywords = {name: value for name, value in call.parameters.items() if not name.isdigit()}
     try:
-        bound = signature.bind(*(call.parameters[key] for key in positions), **keywords)
+        return signature.bind(*(call.parameters[key] for key in positions), **keywords)
     except TypeError as error:
         raise SkillFailedError(
             f"{call.skill}{signature}: {error}; given: {', '.join(call.parameters) or 'none'}"
         ) from None
-    bound.apply_defaults()
-    return [*bound.args, *bound.kwargs.values()]

@@ -66,7 +66,7 @@ R = TypeVar("R", bound=RecordedCommand)
 
 
 class Expectation(Generic[R]):
-    """The recorded commands of a Skiller or executor, and the position of the next one.
+    """The recorded commands of a Skiller or executor, and the position of the next command.
 
     :param uid: the interface that gets the commands.
     :param commands: the recorded commands.
@@ -91,6 +91,7 @@ class Expectation(Generic[R]):
         self._commands, self._start_us = commands, start_us
         self._is_complete, self._report = is_complete, report
         self._next = 0
+        # the times of the previous command, in this run and in the recorded run
         self._last_us = self._last_recorded_us = start_us
 
     @property

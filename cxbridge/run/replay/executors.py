@@ -31,7 +31,7 @@ class RecordedExecutor(SkillExecutor):
     ) -> None:
         super().__init__(context)
         self.skills = script.skills
-        self.expected = Expectation(
+        self.expectation = Expectation(
             f"SkillExecutorInterface::{script.name}",
             script.executions,
             start_us,
@@ -41,11 +41,11 @@ class RecordedExecutor(SkillExecutor):
 
     def idle(self) -> None:
         """Check for an overdue skill."""
-        self.expected.check(self.clock.now_us())
+        self.expectation.check(self.clock.now_us())
 
     def execute(self, call: SkillCall) -> Steps:
         """Replay the recorded execution."""
-        execution = self.expected.next
+        execution = self.expectation.next
         begin_us = self.clock.now_us()
         # a recording without messages has no parameters, so any parameters match
         if (
@@ -53,12 +53,16 @@ class RecordedExecutor(SkillExecutor):
             or execution.skill != call.skill
             or execution.parameters not in (None, dict(call.parameters))
         ):
-            self.expected.refuse(format_call(call.skill, call.parameters), begin_us)
+            self.expectation.refuse(format_call(call.skill, call.parameters), begin_us)
             raise SkillFailedError("the recording has no such execution")
-        self.expected.meet(begin_us)
+        self.expectation.meet(begin_us)
         return self._replay_steps(execution, begin_us)
 
     def _replay_steps(self, execution: Execution, begin_us: int) -> Steps:
+        """Yield the recorded feedback at its times, until the recorded end.
+
+        :raises SkillFailedError: if the recorded execution failed.
+        """
         published_count = 0
         while True:
             elapsed_us = self.clock.now_us() - begin_us
@@ -68,7 +72,7 @@ class RecordedExecutor(SkillExecutor):
             # of several recorded texts in one cycle, the last one is published, as on the recorded blackboard
             while (
                 published_count < len(execution.feedback)
-                and execution.feedback[published_count][0] <= elapsed_us
+                and execution.feedback[published_count][0] <= elapsed_us  # the time of the feedback
             ):
                 _, fraction, text = execution.feedback[published_count]
                 progress = Progress(fraction, text)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -28,7 +28,7 @@ from cxbridge.run.replay.script import (
 from cxbridge.trace.formats.registry import open_run
 
 # All offsets of time zones are multiples of 15 minutes.
-_QUARTER_US: Final = 900 * MICROSECONDS
+_QUARTER_HOUR_US: Final = 900 * MICROSECONDS
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ class Recordings:
                 file=scans[0].run.path,
                 hint="name the run's mcap or text log with another --replay",
             )
-        if not any(scan.samples or (scan.statuses and scan.is_timed) for scan in scans):
+        if not any(scan.first_writes or (scan.statuses and scan.is_timed) for scan in scans):
             raise TraceError(
                 "the recordings have neither interface writes nor times: there is no environment to replay",
                 file=scans[0].run.path,
@@ -86,7 +86,7 @@ class Recordings:
         decisions = self.decisions
         return decisions.end_us + decisions.shift_us if decisions.is_timed else 0
 
-    def complete(self, options: RunOptions) -> RunOptions:
+    def complete_options(self, options: RunOptions) -> RunOptions:
         """Return the options, completed by scenario and spec of the recording.
 
         :raises TraceError: if the recorded scenario is not shipped with cxbridge.
@@ -95,16 +95,16 @@ class Recordings:
             return options
         # a scenario is a program: a recording from elsewhere must not choose an arbitrary folder to execute
         for scan in self.scans:
-            if recorded := scan.metadata.get("scenario"):
-                if not _is_shipped(recorded):
+            if scenario := scan.metadata.get("scenario"):
+                if not _is_shipped(scenario):
                     raise TraceError(
-                        f"it is a recording of the scenario {recorded!r}, which a recording must not start",
+                        f"it is a recording of the scenario {scenario!r}, which a recording must not start",
                         file=scan.run.path,
-                        hint=f"if you trust that scenario, name it: cxbridge run {recorded} --replay FILE",
+                        hint=f"if you trust that scenario, name it: cxbridge run {scenario} --replay FILE",
                     )
                 return replace(
                     options,
-                    scenario=Path(recorded),
+                    scenario=Path(scenario),
                     spec=options.spec or scan.metadata.get("spec") or None,
                 )
         return options
@@ -119,10 +119,10 @@ class Recordings:
         for scan in self.scans:
             for name, statuses in scan.statuses.items() if scan.is_timed else ():
                 if name not in scripts:
-                    shifted = [
+                    shifted_statuses = [
                         structs.replace(status, time_us=status.time_us + scan.shift_us) for status in statuses
                     ]
-                    scripts[name] = make_skiller_script(reconstruct_writes(name, shifted))
+                    scripts[name] = make_skiller_script(reconstruct_writes(name, shifted_statuses))
         return scripts
 
     def make_executor_scripts(self) -> list[ExecutorScript]:
@@ -133,35 +133,38 @@ class Recordings:
                 scripts.setdefault(name, make_executor_script(name, writes, scan.messages))
         return list(scripts.values())
 
-    def find_samples(self) -> dict[str, InterfaceWrite]:
+    def find_first_writes(self) -> dict[str, InterfaceWrite]:
         """Return the first write of each interface."""
-        samples: dict[str, InterfaceWrite] = {}
+        first_writes: dict[str, InterfaceWrite] = {}
         for scan in self.scans:
-            for uid, sample in scan.samples.items():
-                samples.setdefault(uid, sample)
-        return samples
+            for uid, write in scan.first_writes.items():
+                first_writes.setdefault(uid, write)
+        return first_writes
 
-    def find_sensor_samples(self, *, executors: bool) -> dict[str, InterfaceWrite]:
+    def find_first_sensor_writes(self, *, executors_have_players: bool) -> dict[str, InterfaceWrite]:
         """Return the first write of each interface except those of Skillers and executors.
 
-        :param executors: whether executors have separate players; else they count as sensors.
+        :param executors_have_players: whether executors have separate players; else they count as sensors.
         """
-        played_types = (SKILLER, EXECUTOR) if executors else (SKILLER,)
+        played_types = (SKILLER, EXECUTOR) if executors_have_players else (SKILLER,)
         return {
             uid: write
-            for uid, write in self.find_samples().items()
+            for uid, write in self.find_first_writes().items()
             if uid.partition("::")[0] not in played_types
         }
 
-    def read_writes(self, sensors: Mapping[str, InterfaceWrite]) -> Iterator[InterfaceWrite]:
-        """Yield the writes of these interfaces by time."""
+    def read_writes(self, uids: Iterable[str]) -> Iterator[InterfaceWrite]:
+        """Yield the writes of interfaces, in the order of their times.
+
+        :param uids: the interfaces, as ``Type::id``.
+        """
         # an interface of several recordings is played once, from the first of them
-        remaining = set(sensors)
+        remaining_uids = set(uids)
         streams = []
         for scan in self.scans:
-            uids = scan.samples.keys() & remaining
-            remaining -= uids
-            streams.append(_read_writes_of(scan, frozenset(uids)))
+            uids_of_scan = scan.first_writes.keys() & remaining_uids
+            remaining_uids -= uids_of_scan
+            streams.append(_read_writes_of(scan, frozenset(uids_of_scan)))
         return heapq.merge(*streams, key=lambda write: write.time_us)
 
 
@@ -185,9 +188,9 @@ def _read_writes_of(scan: Scan, uids: frozenset[str]) -> Iterator[InterfaceWrite
 
 
 def _align_times(scans: Sequence[Scan]) -> None:
-    """Shift the times of text logs to the times of a recording with dates."""
+    """Set the shift of each text log so that its times fit the times of a recording with dates."""
     # a text log has only the time of day, in an unknown time zone
-    dated_scans = [scan for scan in scans if scan.is_timed and not scan.is_log and scan.samples]
+    dated_scans = [scan for scan in scans if scan.is_timed and not scan.is_log and scan.first_writes]
     if not dated_scans:
         return
     for log in scans:
@@ -196,13 +199,14 @@ def _align_times(scans: Sequence[Scan]) -> None:
                 distance for scan in dated_scans if (distance := _measure_distance_us(log, scan)) is not None
             )
             distance_us = next(distances, (dated_scans[0].begin_us or 0) - (log.begin_us or 0))
-            log.shift_us = round(distance_us / _QUARTER_US) * _QUARTER_US
+            log.shift_us = round(distance_us / _QUARTER_HOUR_US) * _QUARTER_HOUR_US
 
 
 def _measure_distance_us(log: Scan, dated_scan: Scan) -> int | None:
     """Return the time between the first common Skiller states in microseconds; None if there are none."""
     for name, statuses in log.statuses.items():
-        times = {
+        # in reverse order, so that the first write of a state counts
+        times_by_state = {
             (
                 write.values.get("skill_string"),
                 write.values.get("msgid"),
@@ -211,7 +215,7 @@ def _measure_distance_us(log: Scan, dated_scan: Scan) -> int | None:
             for write in reversed(dated_scan.skillers.get(name, []))
         }
         for status in statuses:
-            time_us = times.get((status.skill_string, status.msgid, status.status))
+            time_us = times_by_state.get((status.skill_string, status.msgid, status.status))
             if time_us is not None:
                 return time_us - status.time_us
     return None

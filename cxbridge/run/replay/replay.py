@@ -45,16 +45,19 @@ from cxbridge.trace.replay.blocks import BlockMaker
 
 
 def judge(
-    this_run: Path,
+    transitions_file: Path,
     decisions: Scan,
     order: Order,
     divergence: Divergence | None,
     *,
     is_complete: bool,
 ) -> ReplayOutcome:
-    """Compare a run with the recorded one.
+    """Return the result of a replay: compare the run with the recorded run.
 
-    :param this_run: the file with this run's transitions.
+    :param transitions_file: the file with this run's transitions.
+    :param decisions: the recording with the decisions to compare.
+    :param divergence: the first command that differed, which makes a comparison of transitions needless; None
+        without a difference.
     :param is_complete: whether the recording reaches the end of its run; otherwise only its time span is
         compared.
     :raises TraceError: if there is nothing to compare.
@@ -63,7 +66,7 @@ def judge(
     if divergence is not None:
         return ReplayOutcome(compared, order.value, divergence, same=False, is_complete=is_complete)
     view = View.TRANSITIONS if decisions.has_goals else View.SKILLS
-    run, recorded = open_run(this_run), decisions.run
+    run, recorded = open_run(transitions_file), decisions.run
     if not is_complete:
         run, recorded = _cut_recordings(run, recorded, view, order)
     if not _count_events(run, view.event_types):
@@ -84,7 +87,10 @@ def judge(
 def _cut_recordings(
     run: Recording, recorded: Recording, view: View, order: Order
 ) -> tuple[Recording, Recording]:
-    """Return the comparable parts of two runs if the recording is incomplete."""
+    """Return the comparable starts of a run and of its incomplete recording.
+
+    :raises TraceError: if the recording has nothing to compare.
+    """
     # in partial order, the last transitions of each goal may be missing; the states of Skillers have one
     # order
     types = view.event_types if order is Order.TOTAL else (SkillStatus,)
@@ -152,7 +158,7 @@ class Replay:
         """The first divergence."""
         self.clock = VirtualClock(recordings.start_us)
         """The run's clock, which starts at the recorded start."""
-        self._expected: list[Expectation[Command] | Expectation[Execution]] = []
+        self._expectations: list[Expectation[Command] | Expectation[Execution]] = []
         self._skillers: list[RecordedSkiller] = []
         self._has_sensors = False
         self._last_us = 0
@@ -168,7 +174,7 @@ class Replay:
     def compare_decisions(self, bus: EventBus) -> Iterator[None]:
         """Record the transitions of this run and compare them at the end."""
         with tempfile.TemporaryDirectory(prefix="cxbridge-replay-") as folder:
-            file = Path(folder) / "this run"
+            file = Path(folder) / "this run"  # reports name a run by its file
             with Recorder(bus, [_TransitionWriter(file)]):
                 yield
             recordings = self.recordings
@@ -187,19 +193,24 @@ class Replay:
         """
         settings = context.skill_board
         scripts = self.recordings.make_executor_scripts() if settings is not None else []
-        names = {script.agent for script in scripts}
-        agents = tuple(agent for agent in (settings.agents if settings else ()) if agent.name in names)
+        recorded_names = {script.agent for script in scripts}
+        agents = tuple(
+            agent for agent in (settings.agents if settings else ()) if agent.name in recorded_names
+        )
         yield self._play_skillers(context, {agent.skiller for agent in agents})
         if settings is not None:
             skill_board = SkillBoardComponent(context, replace(settings, agents=agents, in_process=False))
             yield skill_board
             for script in scripts:
                 skill_board.service.add(self._make_executor_host(context, script))
-        sensors = self.recordings.find_sensor_samples(executors=settings is not None)
-        self._has_sensors = bool(sensors)
+        first_writes = self.recordings.find_first_sensor_writes(executors_have_players=settings is not None)
+        self._has_sensors = bool(first_writes)
         assert isinstance(context.board, YieldingBoard)
         yield SensorPlayer(
-            context.board, context.bus.logger(COMPONENT), sensors, self.recordings.read_writes(sensors)
+            context.board,
+            context.bus.logger(COMPONENT),
+            first_writes,
+            self.recordings.read_writes(first_writes),
         )
 
     def _play_skillers(self, context: Run, on_skill_board: set[str]) -> Skillers:
@@ -212,10 +223,11 @@ class Replay:
         # a Skiller without recorded commands is made, too: rules may wait for its interface
         for settings in skiller_settings(context.config, "lua", on_skill_board):
             scripts.setdefault(settings.name, SkillerScript())
-        maker = BlockMaker(context.board.registry.get(SKILLER))
-        for uid, sample in self.recordings.find_samples().items():
+        # raises an error if the interface has changed since the recording
+        block_maker = BlockMaker(context.board.registry.get(SKILLER))
+        for uid, write in self.recordings.find_first_writes().items():
             if uid.startswith(f"{SKILLER}::"):
-                maker.check_fields(sample.values, uid)
+                block_maker.check_fields(write.values, uid)
         self._skillers = [
             self._make_recorded_skiller(context, name, script) for name, script in scripts.items()
         ]
@@ -231,9 +243,11 @@ class Replay:
             is_complete=self.recordings.is_complete,
             report=self.record_divergence,
         )
-        self._expected.append(player.expected)
+        self._expectations.append(player.expectation)
         for command in script.commands:
-            self._record_time(command.time_us + (command.later_writes[-1][0] if command.later_writes else 0))
+            self._record_time(
+                command.time_us + max((after_us for after_us, _ in command.later_writes), default=0)
+            )
         return player
 
     def _make_executor_host(self, context: Run, script: ExecutorScript) -> ExecutorHost:
@@ -244,7 +258,7 @@ class Replay:
             is_complete=self.recordings.is_complete,
             report=self.record_divergence,
         )
-        self._expected.append(executor.expected)
+        self._expectations.append(executor.expectation)
         for execution in script.executions:
             self._record_time(execution.time_us + (execution.duration_us or 0))
         return ExecutorHost(executor, script.name)
@@ -262,10 +276,10 @@ class Replay:
 
         :param run_is_over: whether the run itself has ended.
         """
-        if self.divergence is not None or any(commands.is_exhausted for commands in self._expected):
+        if self.divergence is not None or any(expectation.is_exhausted for expectation in self._expectations):
             return True
         if any(skiller.running for skiller in self._skillers) or any(
-            commands.next is not None for commands in self._expected
+            expectation.next is not None for expectation in self._expectations
         ):
             self._quiet_us = None
             return False
@@ -276,6 +290,7 @@ class Replay:
         if self.recordings.end_us:
             slack_us = _SLACK_US
             end_us += max(0, self.recordings.end_us - max(self._last_us, self.recordings.start_us))
+            # recorded sensors may cause decisions until the last recorded transition
             end_us = max(end_us, self.recordings.end_us if self._has_sensors else 0)
         return now_us >= (end_us if run_is_over else end_us + slack_us)
 
@@ -295,6 +310,6 @@ def open_replay(options: RunOptions) -> tuple[RunOptions, Replay]:
     if options.fawkes_dir is not None:
         interface_dirs += find_fawkes_interface_dirs(options.fawkes_dir)
     recordings = Recordings.read(options.replay, InterfaceRegistry(interface_dirs))
-    options = recordings.complete(options)
+    options = recordings.complete_options(options)
     options.check()
     return options, Replay(recordings, Order(options.replay_order))

@@ -24,7 +24,7 @@ EXECUTOR: Final = "SkillExecutorInterface"
 SKILL_BOARD: Final = "SkillBoardInterface"
 
 _LOG_FORMAT: Final = "fawkes-log"
-_CLIPS_COMPONENT: Final = "CLIPS ("
+_CLIPS_COMPONENT: Final = "CLIPS ("  # the start of the log name of a CLIPS environment: CLIPS (NAME)
 _RETRACTED: Final = "RETRACTED"
 
 
@@ -33,12 +33,12 @@ class Scan:
     """The contents of one recording.
 
     :param shift_us: the offset of the recording's times from the times of the other recordings.
-    :ivar samples: the first write of each interface by ``Type::id``, in order of appearance.
-    :ivar skillers: the writes of each SkillerInterface.
-    :ivar executors: the writes of each SkillExecutorInterface.
+    :ivar first_writes: the first write of each interface by ``Type::id``, in order of appearance.
+    :ivar skillers: the writes of each SkillerInterface, by interface id.
+    :ivar executors: the writes of each SkillExecutorInterface, by interface id.
     :ivar messages: messages between skill board and executors.
-    :ivar plans: planner calls.
-    :ivar statuses: the observed statuses of each Skiller.
+    :ivar planner_calls: the starts and the ends of planner calls.
+    :ivar statuses: the statuses of each Skiller that the executive has read, by interface id.
     :ivar begin_us: the start of the run; None in a recording without times.
     :ivar end_us: the time of the last transition or skill status.
     :ivar transition_count: the number of transitions.
@@ -48,19 +48,19 @@ class Scan:
 
     run: Run
     shift_us: int = 0
-    samples: dict[str, InterfaceWrite] = field(default_factory=dict)
+    first_writes: dict[str, InterfaceWrite] = field(default_factory=dict)
     skillers: dict[str, list[InterfaceWrite]] = field(default_factory=dict)
     executors: dict[str, list[InterfaceWrite]] = field(default_factory=dict)
     messages: list[InterfaceMessage] = field(default_factory=list)
     statuses: dict[str, list[SkillStatus]] = field(default_factory=dict)
-    plans: list[PlannerCall] = field(default_factory=list)
+    planner_calls: list[PlannerCall] = field(default_factory=list)
     metadata: dict[str, str] = field(default_factory=dict)
     begin_us: int | None = None
     end_us: int = 0
     transition_count: int = 0
     has_goals: bool = False
     envs: set[str] = field(default_factory=set)
-    _roots: dict[tuple[str, str], str] = field(default_factory=dict)  # the latest mode of each root goal
+    _root_modes: dict[tuple[str, str], str] = field(default_factory=dict)  # the latest mode of each root goal
 
     @property
     def is_log(self) -> bool:
@@ -75,7 +75,9 @@ class Scan:
     def is_complete(self) -> bool:
         """Whether the recording is complete: all root goals are retracted and the file is not truncated."""
         return (
-            self.has_goals and not self.run.notes and all(mode == _RETRACTED for mode in self._roots.values())
+            self.has_goals
+            and not self.run.notes
+            and all(mode == _RETRACTED for mode in self._root_modes.values())
         )
 
     def add_event(self, event: Event) -> None:
@@ -88,7 +90,7 @@ class Scan:
             if event.uid.startswith((EXECUTOR, SKILL_BOARD)):
                 self.messages.append(event)
         elif isinstance(event, PlannerCall):
-            self.plans.append(event)
+            self.planner_calls.append(event)
         elif isinstance(event, (GoalTransition, PlanActionTransition, SkillStatus)):
             self.transition_count += 1
             self.envs.add(event.env)
@@ -106,20 +108,20 @@ class Scan:
         )
 
     def _add_write(self, event: InterfaceWrite) -> None:
-        self.samples.setdefault(event.uid, event)
-        kind, _, name = event.uid.partition("::")
-        if kind == SKILLER:
-            self.skillers.setdefault(name, []).append(event)
-        elif kind == EXECUTOR:
-            self.executors.setdefault(name, []).append(event)
+        self.first_writes.setdefault(event.uid, event)
+        interface_type, _, interface_id = event.uid.partition("::")
+        if interface_type == SKILLER:
+            self.skillers.setdefault(interface_id, []).append(event)
+        elif interface_type == EXECUTOR:
+            self.executors.setdefault(interface_id, []).append(event)
 
     def _add_goal(self, event: GoalTransition) -> None:
         self.has_goals = True
         key = (event.env, event.goal)
         if event.parent == NO_PARENT:
-            self._roots[key] = event.mode
+            self._root_modes[key] = event.mode
         else:
-            self._roots.pop(key, None)
+            self._root_modes.pop(key, None)
 
 
 def scan_recording(run: Run) -> Scan:
@@ -133,7 +135,7 @@ def scan_recording(run: Run) -> Scan:
     scan.metadata = dict(run.metadata())
     if run.start_us is not None and scan.is_timed:
         scan.begin_us = run.start_us
-    if not scan.transition_count and not scan.samples:
+    if not scan.transition_count and not scan.first_writes:
         raise TraceError(
             "it holds nothing to replay", file=run.path, hint="neither interface writes nor transitions"
         )

@@ -13,6 +13,7 @@ from cxbridge.history.exchange import read_progress
 from cxbridge.trace.compare.names import replace_names
 
 Values = Mapping[str, Any]
+"""The values of an interface or a message, by field name."""
 
 _END_STATUSES: Final = ("S_FINAL", "S_FAILED")
 _IDLE_VALUES: Final = {
@@ -62,7 +63,7 @@ class Command:
 class SkillerScript:
     """The recorded commands of a Skiller.
 
-    :ivar initial_writes: writes before the first command: time and values.
+    :ivar initial_writes: the writes before the first command: the time in microseconds, and the values.
     """
 
     initial_writes: list[tuple[int, Values]] = field(default_factory=list)
@@ -156,7 +157,11 @@ class Execution:
 
 @dataclass(slots=True)
 class ExecutorScript:
-    """An executor's identity and executions."""
+    """The recorded behaviour of an executor.
+
+    :param name: the id of its SkillExecutorInterface.
+    :param agent: the agent whose skills it executes.
+    """
 
     name: str
     agent: str
@@ -173,8 +178,10 @@ def make_executor_script(
     name: str, writes: Sequence[InterfaceWrite], messages: Iterable[InterfaceMessage]
 ) -> ExecutorScript:
     """Return an executor's behaviour, from its interface and the recorded messages."""
-    first = writes[0].values
-    script = ExecutorScript(name, str(first.get("agent", "")), tuple(str(first.get("skills", "")).split()))
+    first_values = writes[0].values
+    script = ExecutorScript(
+        name, str(first_values.get("agent", "")), tuple(str(first_values.get("skills", "")).split())
+    )
     executions_by_ticket: dict[tuple[Any, Any], Execution] = {}
     running: Execution | None = None
     for write in writes:
@@ -205,7 +212,7 @@ def _add_message(execution: Execution, message: InterfaceMessage) -> None:
     if message.message == "RequestMessage":
         try:
             execution.parameters = json.loads(str(values.get("parameters") or "{}"))
-        except (ValueError, RecursionError):
+        except (ValueError, RecursionError):  # no JSON, or too deep: a recording may have any text
             execution.parameters = None
     elif message.message == "FeedbackMessage":
         execution.feedback.append(

@@ -47,13 +47,17 @@ class RecordedSkiller(SkillerBackend):
             "SkillerInterface", name, owner=COMPONENT, listen=self._readers.listen
         )
         self._control = ExclusiveControl(self._interface, self._log)
-        self._initial_writes = deque(script.initial_writes)
-        self._controls = deque(command for command in script.commands if command.kind is CommandKind.CONTROL)
+        # times in microseconds, and values
+        self._initial_writes: deque[tuple[int, Values]] = deque(script.initial_writes)
+        self._control_commands = deque(
+            command for command in script.commands if command.kind is CommandKind.CONTROL
+        )
         commands = [command for command in script.commands if command.kind is not CommandKind.CONTROL]
-        self.expected = Expectation(
+        self.expectation = Expectation(
             f"SkillerInterface::{name}", commands, start_us, is_complete=is_complete, report=report
         )
         self._current: Command | None = None
+        # the times are times of this run
         self._pending_writes: deque[tuple[int, Values]] = deque()
 
     @property
@@ -72,14 +76,14 @@ class RecordedSkiller(SkillerBackend):
         self._take_messages(now_us)
         while self._pending_writes and self._pending_writes[0][0] <= now_us:
             self._write(self._pending_writes.popleft()[1])
-        self.expected.check(now_us)
+        self.expectation.check(now_us)
 
     def close(self) -> None:
         self._readers.close()
         self._board.close(self._interface)
 
     def _take_messages(self, now_us: int) -> None:
-        command: Any = None
+        last_message: Any = None
         while (message := self._interface.msgq_pop()) is not None:
             if message.type == "AcquireControlMessage":
                 self._handle_acquisition(message)
@@ -88,17 +92,17 @@ class RecordedSkiller(SkillerBackend):
                     self._interface.write()
             elif message.type != "ExecSkillMessage" or self._control.admit(
                 message,
-                is_second=command is not None and command.type == "ExecSkillMessage",
+                is_second=last_message is not None and last_message.type == "ExecSkillMessage",
                 is_running=bool(self._pending_writes),
             ):
-                command = message  # the Skiller obeys the last command of a loop
-        if command is not None:
-            self._handle_command(command, now_us)
+                last_message = message  # the Skiller obeys the last command of a loop
+        if last_message is not None:
+            self._handle_command(last_message, now_us)
 
     def _handle_acquisition(self, message: Message) -> None:
         if not self._control.acquire(message):
             return
-        recorded_command = self._controls.popleft() if self._controls else None
+        recorded_command = self._control_commands.popleft() if self._control_commands else None
         if recorded_command is not None and not self._interface.skill_string:
             # Fawkes' simulator writes the id of the message here, Fawkes' Skiller writes 0
             self._interface.msgid = message.id if recorded_command.values["msgid"] else 0
@@ -106,19 +110,19 @@ class RecordedSkiller(SkillerBackend):
 
     def _handle_command(self, message: Any, now_us: int) -> None:
         kind = CommandKind.EXEC if message.type == "ExecSkillMessage" else CommandKind.STOP
-        text = message.skill_string if kind is CommandKind.EXEC else ""
+        skill_string = message.skill_string if kind is CommandKind.EXEC else ""
         if kind is CommandKind.STOP and not self._interface.skill_string:
             return  # no skill to stop: the recorded Skiller did not write either
-        expected = self.expected.next
-        if expected is None or not expected.is_for(kind, text):
-            self.expected.refuse(f"{kind.value} '{text}'" if text else kind.value, now_us)
+        expected = self.expectation.next
+        if expected is None or not expected.is_for(kind, skill_string):
+            self.expectation.refuse(f"{kind.value} '{skill_string}'" if skill_string else kind.value, now_us)
             return
         if self._pending_writes:
             self._log.warn(f"{self.name}: {expected} came before the writes that precede it in the recording")
-        self.expected.meet(now_us)
+        self.expectation.meet(now_us)
         self._current = expected
         self._initial_writes.clear()
-        self._interface.skill_string = text
+        self._interface.skill_string = skill_string
         self._interface.msgid = message.id if kind is CommandKind.EXEC else 0
         self._pending_writes = deque(
             (now_us + after_us, values) for after_us, values in expected.later_writes
@@ -126,7 +130,7 @@ class RecordedSkiller(SkillerBackend):
         self._write(expected.values)
 
     def _write(self, values: Values) -> None:
-        """Repeat a recorded write, with skill string, message id and controller of this run."""
+        """Repeat a recorded write, but with the skill string, message id and controller of this run."""
         current = self._current
         for name, value in values.items():
             is_of_this_run = name == "exclusive_controller" or (

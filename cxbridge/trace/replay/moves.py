@@ -51,12 +51,12 @@ class ReplaySurvey:
     """The number of writes of a replay, and the first of each interface.
 
     :ivar write_counts: the number of writes by ``Type::id``.
-    :ivar samples: the first write by ``Type::id``.
+    :ivar first_writes: the first write by ``Type::id``.
     :ivar unselected_writes: the number of writes of unselected interfaces.
     """
 
     write_counts: dict[str, int] = field(default_factory=dict)
-    samples: dict[str, InterfaceWrite] = field(default_factory=dict)
+    first_writes: dict[str, InterfaceWrite] = field(default_factory=dict)
     unselected_writes: int = 0
 
 
@@ -68,7 +68,7 @@ def survey_replay(run: Run, selection: ReplaySelection) -> ReplaySurvey:
     survey = ReplaySurvey()
     for _, event in replay_moves(run, selection):
         survey.write_counts[event.uid] = survey.write_counts.get(event.uid, 0) + 1
-        survey.samples.setdefault(event.uid, event)
+        survey.first_writes.setdefault(event.uid, event)
     if not survey.write_counts:
         survey.unselected_writes = sum(isinstance(event, InterfaceWrite) for event in run)
     return survey

@@ -45,19 +45,19 @@ class ReplayPlayer:
         :raises BlackBoardError: if an interface has a writer, or its type is unknown.
         """
         try:
-            for uid, sample in survey.samples.items():
-                self._open_writer(uid, sample)
+            for uid, first_write in survey.first_writes.items():
+                self._open_writer(uid, first_write)
         except CxbridgeError:
             self.close()
             raise
 
-    def _open_writer(self, uid: str, sample: InterfaceWrite) -> None:
+    def _open_writer(self, uid: str, first_write: InterfaceWrite) -> None:
         interface_type, interface_id = parse_uid(uid)
         try:
             maker = BlockMaker(self._board.registry.get(interface_type))
             # a trial of the first write finds a changed definition before any interface is opened
-            maker.make_block(sample.values, sample.time_us, uid)
-            maker.check_fields(sample.values, uid)
+            maker.make_block(first_write.values, first_write.time_us, uid)
+            maker.check_fields(first_write.values, uid)
             writer = self._board.open_for_writing(interface_type, interface_id, owner=OWNER)
         except WriterActiveError as error:
             owner = f", {error.owner}" if error.owner else ""

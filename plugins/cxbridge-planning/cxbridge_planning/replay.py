@@ -82,7 +82,9 @@ class RecordedPlanning(PlanningService):
         super().__init__()
         assert isinstance(run.replay, Replay)
         self._replay = run.replay
-        plans_of_recordings = (recorded_plans(scan.plans, env) for scan in self._replay.recordings.scans)
+        plans_of_recordings = (
+            recorded_plans(scan.planner_calls, env) for scan in self._replay.recordings.scans
+        )
         self._plans = next(filter(None, plans_of_recordings), {})  # of the first recording that has calls
         self._env, self._now_us = env, run.clock.now_us
         self._count = 0

@@ -105,7 +105,7 @@ def test_functions_are_skills(run):
 
 
 def test_failed_skill_fails_goal():
-    def broken(text, wait=False):
+    def broken(*, text, wait=False):
         raise cx.SkillFailedError("no voice today")
 
     run = cx.run("test-scenario", skills={"say": broken})

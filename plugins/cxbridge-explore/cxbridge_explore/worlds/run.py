@@ -229,8 +229,9 @@ class WorldRun(Closing):
             self.options,
             self._loss_reason,
             None,  # no limit of a cycle has ended the run
-            (self.choices.seconds, 0.0),  # by the run's clock, and in real time
             self._stuck_watch,
+            run_seconds=self.choices.seconds,
+            wall_seconds=0.0,
             is_over=self.is_over,
         )
         return WorldResult(verdict, tuple(self.choices.choices))

@@ -419,7 +419,7 @@ class Agent(Closing):
     def _add_file(self, path: Path, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
         """List a file that CLIPS has loaded."""
         text = path.read_text("utf-8", "surrogateescape")
-        is_core = path.is_relative_to(self.context.paths.core_dir) and self.context.paths.is_builtin
+        is_core = path.is_relative_to(self.context.paths.core_dir) and self.context.paths.has_builtin_core
         file = (_make_core_file if is_core else ClipsFile)(path, text, diagnostics)
         self.files.append(file)
         return file
