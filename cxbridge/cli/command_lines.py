@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import Final, TextIO
 
 _POLL_S: Final = 0.2  # seconds between calls of ``is_done`` without input
-_CHUNK: Final = 4096  # bytes of one read
+_CHUNK_BYTES: Final = 4096  # of one read
 _MAX_LINE_BYTES: Final = 65_536  # a longer line is split, since the input may have no line feeds
 
 
@@ -35,13 +35,13 @@ class CommandLines:
     def next(self, is_done: Callable[[], bool]) -> str | None:
         """Return the next line, stripped; None at the end of input, or when ``is_done`` returns True."""
         while not is_done():
-            line, end, rest = self._buffer.partition(b"\n")
-            if end or (self._has_ended and line) or len(line) > _MAX_LINE_BYTES:
-                self._buffer = rest
+            line, line_feed, remainder = self._buffer.partition(b"\n")
+            if line_feed or (self._has_ended and line) or len(line) > _MAX_LINE_BYTES:
+                self._buffer = remainder
                 return line.decode("utf-8", "replace").strip()
             if self._has_ended:
                 return None
-            self._read(_CHUNK)
+            self._read(_CHUNK_BYTES)
         return None
 
     def _read(self, size: int) -> None:
@@ -50,6 +50,6 @@ class CommandLines:
         # select instead of a blocking read, because ``is_done`` may end the wait at any time
         ready, _, _ = select.select([self._stream], [], [], _POLL_S)
         if ready:
-            data = os.read(self._stream.fileno(), size)
-            self._buffer += data
-            self._has_ended = not data
+            received_bytes = os.read(self._stream.fileno(), size)
+            self._buffer += received_bytes
+            self._has_ended = not received_bytes

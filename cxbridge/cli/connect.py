@@ -66,15 +66,15 @@ def suggest_interface(board: BlackBoard, glob: str) -> str:
     """Return a suggestion for a pattern without matching interfaces, or an empty text."""
     from cxbridge.suggestions import or_similar
 
-    uids = [info.uid for info in board.list()]
+    uids = [interface.uid for interface in board.list()]
     types = {uid.partition("::")[0] for uid in uids}
     names = uids if "::" in glob else types | {name.removesuffix("Interface") for name in types}
     return or_similar(glob.strip("*"), names)
 
 
-def split_glob(text: str) -> tuple[str, str]:
-    """Split ``TYPE::ID``; a missing part becomes ``*``."""
-    type_glob, _, id_glob = text.partition("::")
+def split_glob(glob: str) -> tuple[str, str]:
+    """Return the patterns of type and id in ``TYPE::ID``; a missing pattern becomes ``*``."""
+    type_glob, _, id_glob = glob.partition("::")
     return type_glob or "*", id_glob or "*"
 
 

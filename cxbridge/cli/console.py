@@ -25,15 +25,16 @@ from cxbridge.file_access import make_parent_folder
 from cxbridge.printing import VisibleStream, indent_lines, one_line, unfiltered_stream, visible
 
 # Endless rules print a hundred thousand equal lines at one moment of a virtual clock.
-_MAX_EQUAL: Final = 3
+_MAX_EQUAL_LINES: Final = 3
 
 # Duration of a moment in microseconds of the run's clock: less than a cycle, so that the lines of two cycles
 # are counted separately.
 _MOMENT_US: Final = 10_000
 
 # The limit of remembered lines of one moment, which bounds the memory.
-_MAX_COUNTED: Final = 10_000
+_MAX_COUNTED_LINES: Final = 10_000
 
+# SGR parameters of ANSI escape sequences: dim, default, yellow, red.
 _COLOURS = {Level.DEBUG: "2", Level.INFO: "0", Level.WARN: "33", Level.ERROR: "31"}
 
 
@@ -63,19 +64,19 @@ def say_lines(lines: Iterable[object]) -> None:
         say(line)
 
 
-def say_json(data: Any, *, indent: int | None = None, flush: bool = False) -> None:
+def say_json(value: Any, *, indent: int | None = None, flush: bool = False) -> None:
     """Print a value as JSON, with control characters escaped."""
-    print(visible(json.dumps(data, indent=indent, ensure_ascii=False)), flush=flush)
+    print(visible(json.dumps(value, indent=indent, ensure_ascii=False)), flush=flush)
 
 
-def say_result(data: Any, lines: Iterable[object], *, as_json: bool, indent: int | None = 2) -> None:
+def say_result(result: Any, lines: Iterable[object], *, as_json: bool, indent: int | None = 2) -> None:
     """Print the result of a command.
 
-    :param data: the result for ``--json``.
+    :param result: the result for ``--json``.
     :param lines: the result for people.
     """
     if as_json:
-        say_json(data, indent=indent)
+        say_json(result, indent=indent)
     else:
         say_lines(lines)
 
@@ -125,7 +126,7 @@ class _NamedStdout(io.FileIO):
 def name_stdout() -> None:
     """Make errors of stdout contain its name, without which they look like errors of a socket."""
     out = sys.stdout
-    # otherwise it is the stream of a test or of an embedding program
+    # any other object is the stream of a test or of an embedding program, and stays
     if isinstance(out, io.TextIOWrapper) and isinstance(getattr(out.buffer, "raw", out.buffer), io.FileIO):
         raw = _NamedStdout(out.fileno(), "w", closefd=False)
         sys.stdout = io.TextIOWrapper(
@@ -141,9 +142,11 @@ def name_stdout() -> None:
 class ConsoleLog:
     """Prints log lines to stderr, in colour on a terminal.
 
-    :param quiet: print errors only.
-    :param verbose: print all lines; by default warnings and errors.
-    :param info: include lines of the level INFO, unless quiet.
+    By default, warnings and errors are printed.
+
+    :param quiet: whether to print errors only.
+    :param verbose: whether to print all lines.
+    :param info: whether to include lines of the level INFO, unless quiet.
     """
 
     def __init__(self, *, quiet: bool = False, verbose: bool = False, info: bool = False) -> None:
@@ -155,18 +158,18 @@ class ConsoleLog:
             self._levels |= {Level.INFO, Level.DEBUG}
         self._has_colour = sys.stderr.isatty()
         self._equal_counts: Counter[tuple[Level, str, str]] = Counter()
-        self._time_us = 0
+        self._last_time_us = 0  # of the last line
 
     def __call__(self, event: Event) -> None:
         """Print a log line if its level is shown; equal lines at one moment are limited."""
         if not isinstance(event, LogLine) or event.level not in self._levels:
             return
-        if event.time_us - self._time_us > _MOMENT_US or len(self._equal_counts) > _MAX_COUNTED:
+        if event.time_us - self._last_time_us > _MOMENT_US or len(self._equal_counts) > _MAX_COUNTED_LINES:
             self.finish()
-        self._time_us = event.time_us
+        self._last_time_us = event.time_us
         line = event.level, event.component, event.text
         self._equal_counts[line] += 1
-        if self._equal_counts[line] <= _MAX_EQUAL:
+        if self._equal_counts[line] <= _MAX_EQUAL_LINES:
             self._print(*line)
 
     def show_info(self) -> None:
@@ -177,8 +180,8 @@ class ConsoleLog:
     def finish(self) -> None:
         """Print how many equal lines were omitted, and reset the counts."""
         for (level, component, text), count in self._equal_counts.items():
-            if count > _MAX_EQUAL:
-                self._print(level, component, f"{text} ... repeated {count - _MAX_EQUAL:,} times")
+            if count > _MAX_EQUAL_LINES:
+                self._print(level, component, f"{text} ... repeated {count - _MAX_EQUAL_LINES:,} times")
         self._equal_counts.clear()
 
     def _print(self, level: Level, component: str, text: str) -> None:

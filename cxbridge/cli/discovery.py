@@ -34,7 +34,10 @@ def top_level_rows() -> list[Row]:
 
 
 def group_rows(group: str, package: ModuleType | None = None) -> list[Row]:
-    """Return the commands of a group: modules of its package, and rows of plug-ins."""
+    """Return the rows of a group's commands: the modules of its package, and rows of plug-ins.
+
+    :param package: the package; None for a group whose commands are not separate modules.
+    """
     prefix = f"{group} "
     module_rows = () if package is None else make_module_rows(package)
     plugin_rows = [row for row in COMMANDS.rows if row.name.startswith(prefix)]
@@ -76,11 +79,13 @@ def names_by_section(rows: Iterable[Row], sections: Mapping[str, Sequence[str]])
     """
     sorted_rows = sorted(rows, key=lambda row: row.name)
     row_names = {row.name for row in sorted_rows}
-    by_section = {title: [name for name in names if name in row_names] for title, names in sections.items()}
+    names_of_sections = {
+        title: [name for name in names if name in row_names] for title, names in sections.items()
+    }
     for row in sorted_rows:
         if row.name not in chain.from_iterable(sections.values()):
-            by_section.setdefault(row.section or "Others", []).append(row.name)
-    return by_section
+            names_of_sections.setdefault(row.section or "Others", []).append(row.name)
+    return names_of_sections
 
 
 def make_group_class(
@@ -101,8 +106,8 @@ def make_group_class(
             table_rows = {row.name: row for row in rows()}
             self._sections = names_by_section(table_rows.values(), sections)
             ordered_rows = {name: table_rows[name] for name in chain.from_iterable(self._sections.values())}
-            lazy: Any = LazyCommands({**ordered_rows, **(commands or {})})
-            super().__init__(commands=lazy, **attributes)
+            lazy_commands: Any = LazyCommands({**ordered_rows, **(commands or {})})
+            super().__init__(commands=lazy_commands, **attributes)
 
         def format_commands(self, ctx: Any, formatter: Any) -> None:
             """Write the commands by section."""
@@ -113,12 +118,16 @@ def make_group_class(
             for title, names in self._sections.items():
                 if names:
                     with formatter.section(title):
-                        texts = (
+                        # 4: two spaces before the names, and two between names and texts
+                        help_texts = (
                             self.commands[name].get_short_help_str(formatter.width - width - 4)
                             for name in names
                         )
                         formatter.write_dl(
-                            [(name.ljust(width), text) for name, text in zip(names, texts, strict=True)]
+                            [
+                                (name.ljust(width), help_text)
+                                for name, help_text in zip(names, help_texts, strict=True)
+                            ]
                         )
 
     return CommandGroup

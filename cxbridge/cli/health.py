@@ -37,7 +37,7 @@ _PACKAGES = (
 _OLDEST_PYTHON = (3, 11)
 
 # The programs that --speech on needs on Linux, as arguments of _check_program; other systems include both.
-_SOUND = (
+_SOUND_PROGRAMS = (
     (
         "speech",
         ("espeak-ng", "espeak"),
@@ -98,7 +98,7 @@ def run_checks() -> list[HealthCheck]:
         _check_attempt("CLIPS", _try_clips, "install clipspy 1.0.6 or newer"),
         _check_attempt("Lua", _try_lua, "install lupa, which includes Lua 5.1"),
         _check_attempt("shipped files", _find_shipped_files, "install cxbridge again"),
-        *(_check_program(*sound) for sound in _SOUND if platform.system() == "Linux"),
+        *(_check_program(*sound) for sound in _SOUND_PROGRAMS if platform.system() == "Linux"),
         _check_program("graphviz", ("dot",), "no pictures of state graphs", "apt install graphviz"),
     ]
 
@@ -111,13 +111,15 @@ def _check_package(name: str) -> HealthCheck:
 
 
 def _check_extra(name: str, package: str = CORE) -> HealthCheck:
-    absent = missing_requirements(name, package)
+    absent_requirements = missing_requirements(name, package)
     purpose = f"{EXTRA_PURPOSES[name]}; " if package == CORE and name in EXTRA_PURPOSES else ""
     return HealthCheck(
         f"extra {name}" if package == CORE else f"extra {name} of {package}",
-        fine=not absent,
+        fine=not absent_requirements,
         required=False,
-        detail=f"{purpose}not installed: {', '.join(absent)}" if absent else "installed",
+        detail=f"{purpose}not installed: {', '.join(absent_requirements)}"
+        if absent_requirements
+        else "installed",
         remedy=install_command(name, package),
     )
 
@@ -153,7 +155,7 @@ def _try_clips() -> str:
     try:
         env.build("(defrule once (initial) => (assert (answer 42)))")
         env.assert_string("(initial)")
-        if env.run() != 1 or next(env.facts("answer"))[2]["implied"] != (42,):
+        if env.run() != 1 or [slots["implied"] for _, _, slots in env.facts("answer")] != [(42,)]:
             raise RuntimeError("a rule did not fire as it should")
     finally:
         env.destroy()

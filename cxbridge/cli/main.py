@@ -99,9 +99,10 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
         status = error.exit_status
     except CxbridgeError as error:
         complain(error)
-        status = FAULT if _is_exhaustion(error) else error.exit_status
+        status = FAULT if _is_due_to_exhaustion(error) else error.exit_status
     except _UsageError as error:
-        error.message = indent_lines(error.message) + _package_hint(error)  # type: ignore[attr-defined]  # typer hides it
+        # typer hides the class, so mypy does not know its members
+        error.message = indent_lines(error.message) + _package_hint(error)  # type: ignore[attr-defined]
         error.show()  # type: ignore[attr-defined]
         status = USAGE
     except (typer.Abort, KeyboardInterrupt):
@@ -147,7 +148,7 @@ def _report_system_error(error: OSError) -> int:
         return USAGE
     if error.filename is not None:
         complain(f"{error.filename}: {error.strerror}")
-        return FAULT if _is_exhaustion(error) else USAGE
+        return FAULT if _is_due_to_exhaustion(error) else USAGE
     frame = traceback.extract_tb(error.__traceback__)[-1]
     complain(
         f"the operating system reported an error: {error.strerror or error} "
@@ -156,7 +157,7 @@ def _report_system_error(error: OSError) -> int:
     return FAULT
 
 
-def _is_exhaustion(error: BaseException | None) -> bool:
+def _is_due_to_exhaustion(error: BaseException | None) -> bool:
     # the error of the system may be the cause of an error of cxbridge
     while error is not None:
         if getattr(error, "errno", None) in _EXHAUSTION_CODES:

@@ -122,10 +122,13 @@ class _Group:
             for name in dict.fromkeys(_list_field_names(group_class))
             if get_origin(hints[name]) is Annotated
         ]
-        self._added_groups = [_Group(added) for added in getattr(group_class, "added_groups", list)()]
+        # without the method, list() returns no class
+        self._added_groups = [
+            _Group(added_class) for added_class in getattr(group_class, "added_groups", list)()
+        ]
         self.parameters: list[Parameter] = [
             *self._own_parameters,
-            *(parameter for added in self._added_groups for parameter in added.parameters),
+            *(parameter for group in self._added_groups for parameter in group.parameters),
         ]
 
     def pop_options(self, values: dict[str, Any]) -> Any:
@@ -133,9 +136,11 @@ class _Group:
         options = {parameter.name: values.pop(parameter.name) for parameter in self._own_parameters}
         for name in options.keys() & self._repeatable_fields:
             options[name] = tuple(options[name] or ())
-        added = [group.pop_options(values) for group in self._added_groups]
+        added_options = [group.pop_options(values) for group in self._added_groups]
         # only the groups with a given option: a group with defaults must not change the run
-        if changed_groups := tuple(group for group in added if group != type(group)()):
+        if changed_groups := tuple(
+            group_options for group_options in added_options if group_options != type(group_options)()
+        ):
             options["plugin_groups"] = changed_groups
         return self._group_class(**options)
 
@@ -154,8 +159,10 @@ def _make_typer_hint(group: type, field: dataclasses.Field[Any], hint: Any) -> A
     if meta is None:
         return hint
     value_type, *_ = get_args(hint)
-    definer = next(base for base in group.__mro__ if field.name in vars(base).get("__annotations__", {}))
-    override = OVERRIDES.get(f"{definer.__name__}.{field.name}", {})
+    defining_class = next(
+        base for base in group.__mro__ if field.name in vars(base).get("__annotations__", {})
+    )
+    override = OVERRIDES.get(f"{defining_class.__name__}.{field.name}", {})
     if not isinstance(override, Mapping):
         return Annotated[value_type, override]
     keywords = {"min": meta.ge, "max": meta.le, "help": meta.description, **override}
@@ -181,7 +188,8 @@ def _find_item_type(hint: Any) -> Any:
     """Return the type of the items if a hint is or contains a tuple; otherwise None."""
     if get_origin(hint) in (Annotated, UnionType):
         return next(
-            (item_type for part in get_args(hint) if (item_type := _find_item_type(part)) is not None), None
+            (item_type for member in get_args(hint) if (item_type := _find_item_type(member)) is not None),
+            None,
         )
     return get_args(hint)[0] if get_origin(hint) is tuple else None
 

@@ -40,8 +40,10 @@ _CLIPS_ERROR: Final = re.compile(r"\[[A-Z]+\d+\] ")
 
 def _drop_stack_trace(reason: str) -> str:
     """Return the first line of a Lua error with a stack trace; other reasons unchanged."""
-    head, _, tail = reason.partition("\n")
-    return head if _STACK_TRACE_START.startswith(tail[: len(_STACK_TRACE_START)]) else reason
+    first_line, _, further_lines = reason.partition("\n")
+    # the further lines may be only the first letters of the start
+    is_stack_trace = _STACK_TRACE_START.startswith(further_lines[: len(_STACK_TRACE_START)])
+    return first_line if is_stack_trace else reason
 
 
 class RunLog(ConsoleLog):
@@ -74,7 +76,7 @@ class RunLog(ConsoleLog):
             finally:
                 self._printing_thread = 0
 
-        print_to_log = output.redirect(print_line)
+        print_to_log = output.redirect(print_line)  # the previous receiver of the lines
 
     def __call__(self, event: Event) -> None:
         """Print a log line if it is to be shown."""
@@ -137,6 +139,7 @@ class RunStory:
         title = one_line(f"{goal_title(goal.goal, goal.goal_class)}{duration_text}")
         time_text = f"{elapsed_s:7.1f} s"
         reason = one_line(f": {_drop_stack_trace(failure)}" if failure else "")
+        # with the two gaps between the three columns
         used_width = sum(map(len, (time_text, agent_text, self._format_outcome(outcome), title))) + 2 * len(
             "  "
         )
@@ -199,8 +202,8 @@ class _GoalFollower:
         self._story = story
         self._reasons = FailureReasons(self._read_slots)
         self._start_us = run.clock.start_us
-        self._printed_outcomes: dict[str, str] = {}
-        self._selected_us: dict[str, int] = {}
+        self._printed_outcomes: dict[str, str] = {}  # by goal
+        self._selected_us: dict[str, int] = {}  # the time of the selection by goal
 
     def _read_slots(self, template: str) -> Iterator[Mapping[str, object]]:
         for _, _, slots in self._env.facts(template):

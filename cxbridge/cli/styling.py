@@ -43,13 +43,15 @@ class StyledCommand(TyperCommand):
     """
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        optional = [
+        options_with_optional_value = [
             name
             for parameter in self.params
             if parameter.param_type_name == "option" and (parameter.metavar or "").startswith("[")
             for name in parameter.opts
         ]
-        return list(super().parse_args(ctx, _fill_optional_values(args, optional) if optional else args))
+        if options_with_optional_value:
+            args = _fill_optional_values(args, options_with_optional_value)
+        return list(super().parse_args(ctx, args))
 
 
 def _fill_optional_values(arguments: Sequence[str], options: Sequence[str]) -> list[str]:
@@ -68,9 +70,9 @@ def _fill_optional_values(arguments: Sequence[str], options: Sequence[str]) -> l
 def style(command: Any) -> Any:
     """Give the help of a command and its subcommands the common style; return the command."""
     # an epilog, because click would refill a paragraph of the help and join the lines of the example
-    text, has_example, example = (command.help or "").partition(EXAMPLE)
-    if has_example:
-        command.help = text
+    description, example_heading, example = (command.help or "").partition(EXAMPLE)
+    if example_heading:
+        command.help = description
         lines = "\n".join(f"  {line.strip()}" for line in example.strip().splitlines())
         command.epilog = f"{_KEEP_LINES}\nExample:\n{lines}"
     for parameter in command.params:
@@ -83,9 +85,9 @@ def style(command: Any) -> Any:
 def _style_parameter(parameter: Any) -> None:
     if parameter.metavar is None and not getattr(parameter, "is_flag", False):
         parameter.metavar = _choose_metavar(parameter)
-    text = getattr(parameter, "help", None)
-    if text:
-        parameter.help = _make_sentence(text, (parameter.metavar or "").split("|"))
+    help_text = getattr(parameter, "help", None)
+    if help_text:
+        parameter.help = _make_sentence(help_text, (parameter.metavar or "").split("|"))
 
 
 def _make_sentence(text: str, values: Sequence[str]) -> str:
@@ -97,6 +99,8 @@ def _make_sentence(text: str, values: Sequence[str]) -> str:
 
 
 def _choose_metavar(parameter: Any) -> str:
+    """Return the word for a parameter's value in the help."""
+    # the type by the name of its class: typer depends on click or contains a copy of click
     name, type_name = str(parameter.name), type(parameter.type).__name__
     if parameter.param_type_name == "argument":
         return name.upper().replace("_", "-")

@@ -28,7 +28,7 @@ OWNER = "cxbridge daemon"
 """The owner of the daemon's interfaces, for lists of readers and writers."""
 
 MAX_COMMANDS = 16
-"""The maximum number of waiting commands; further ones are refused, since a stuck loop processes none."""
+"""The maximum number of waiting commands. Further commands are refused: a stuck loop processes none."""
 
 INTERRUPT = "InterruptMessage"
 """The message that is processed on arrival, because the main loop may be stuck."""
@@ -61,21 +61,21 @@ class DaemonBoard:
         on_message: Callable[[str], None] = lambda _type: None,
     ) -> None:
         # the class of the interface is made from XML at run time, so it has no static type
-        daemon: Any = board.open_for_writing(
+        daemon_interface: Any = board.open_for_writing(
             "DaemonInterface", DAEMON_ID, owner=OWNER, queue_limit=MAX_COMMANDS
         )
-        self._daemon_interface = daemon
+        self._daemon_interface = daemon_interface
         self._component_interfaces: dict[str, Any] = {}
         for position, name in enumerate(components, 1):
             interface: Any = board.open_for_writing("ComponentInterface", name, owner=OWNER)
             interface.position = position
             self._component_interfaces[name] = interface
-        daemon.pid = os.getpid()
-        daemon.started = board.clock.now_us()
-        daemon.version = VERSION
-        daemon.time_source = time_source
+        daemon_interface.pid = os.getpid()
+        daemon_interface.started = board.clock.now_us()
+        daemon_interface.version = VERSION
+        daemon_interface.time_source = time_source
         self._lock = threading.RLock()  # the watchdog's thread publishes, too
-        board.register_listener(_MessageListener(on_message), daemon, EventKind.MESSAGE_RECEIVED)
+        board.register_listener(_MessageListener(on_message), daemon_interface, EventKind.MESSAGE_RECEIVED)
 
     def publish(self, state: str, components: Sequence[ComponentStatus]) -> None:
         """Write the changed states of the daemon and its components.
@@ -108,7 +108,10 @@ class DaemonBoard:
             interface.write()
 
     def next_command(self) -> tuple[str, int] | None:
-        """Remove the oldest command; return its name and the id of its message."""
+        """Remove the oldest command; return its name, empty for an unknown message, and the message's id.
+
+        None without a waiting command.
+        """
         message = self._daemon_interface.msgq_pop()
         return None if message is None else (COMMANDS.get(message.type, ""), message.id)
 

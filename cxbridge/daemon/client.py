@@ -38,7 +38,7 @@ class NoAnswerError(CxbridgeError):
 
 
 def _has_writer(board: BlackBoard, interface_type: str, interface_id: str) -> bool:
-    return any(info.has_writer for info in board.list(interface_type, interface_id))
+    return any(interface.has_writer for interface in board.list(interface_type, interface_id))
 
 
 def check_daemon(board: BlackBoard) -> None:
@@ -59,14 +59,17 @@ def read_status(board: BlackBoard) -> dict[str, Any]:
     with Feed(board, OWNER) as feed:
         daemon = feed.read_state(feed.open(_DAEMON_TYPE, DAEMON_ID)).values
         skillers = [
-            (info.id, feed.open(info.type, info.id)) for info in board.list(SKILLER) if info.has_writer
+            (interface.id, feed.open(interface.type, interface.id))
+            for interface in board.list(SKILLER)
+            if interface.has_writer
         ]
         controllers = {
             skiller: describe_controller(instance, str(feed.read_state(instance).values[CONTROLLER_FIELD]))
             for skiller, instance in skillers
         }
         components = [
-            feed.read_state(feed.open(info.type, info.id)) for info in board.list("ComponentInterface")
+            feed.read_state(feed.open(interface.type, interface.id))
+            for interface in board.list("ComponentInterface")
         ]
         stopped = feed.read_state(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stopped"]
     components.sort(key=lambda component: int(component.values["position"]))
@@ -142,7 +145,8 @@ def _check_reply(reply: dict[str, Any]) -> None:
 def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: float) -> dict[str, Any] | None:
     """Ask a daemon about a rule, a goal, an action, a fact or the run.
 
-    :param kind: ``rule``, ``goal``, ``action``, ``fact``, ``run`` or empty.
+    :param kind: ``rule``, ``goal``, ``action``, ``fact`` or ``run``; empty: a rule of this name, or else an
+        object of another kind.
     :param rules: the maximum number of firings before each step of a goal.
     :returns: the reply with ``lines`` and ``data``, or None if there is no reply in time.
     :raises CxbridgeError: if there is no daemon with an executive, or no explanation of the name.
@@ -172,15 +176,17 @@ def request(board: BlackBoard, verb: str, timeout_s: float, **arguments: Any) ->
     :raises CxbridgeError: if there is no daemon, or it refuses, or does not reply in time.
     """
     check_daemon(board)
-    text, token = json.dumps(arguments), uuid4().hex
-    if len(text) > MAX_ARGUMENT_BYTES:  # JSON escapes other characters than ASCII, so a character is a byte
+    arguments_json, token = json.dumps(arguments), uuid4().hex
+    if (
+        len(arguments_json) > MAX_ARGUMENT_BYTES
+    ):  # JSON escapes other characters than ASCII, so a character is a byte
         raise CxbridgeError(
             f"the arguments of {verb} are too long", hint=f"{MAX_ARGUMENT_BYTES} bytes at most"
         )
     with Feed(board, OWNER) as feed:
         interface = feed.open(REQUEST_TYPE, DAEMON_ID)
         message: Any = interface.create_message("AskMessage")
-        message.verb, message.arguments, message.token = verb, text, token
+        message.verb, message.arguments, message.token = verb, arguments_json, token
         for change in _send_and_follow(feed, interface, message, timeout_s):
             # the same field holds the replies to all clients, so the token tells them apart
             reply = _parse_reply(change)

@@ -73,7 +73,7 @@ class Daemon(Run):
         self._thread_id = 0  # the thread of :meth:`run`; 0 before it
         self._notifier = Notifier()
         self.node: ExecutiveNode | None = None
-        """The executive for clients, None without one."""
+        """The executive for clients; None for a daemon without an executive."""
         super().__init__(make_run_options(options, base.config, settings), base)
         self.stalls = StallReporter(
             self.loop,
@@ -168,7 +168,7 @@ class Daemon(Run):
                 else:
                     self._run_loop()
             finally:
-                interrupt.give_time(GOODBYE_S)
+                interrupt.give_time(GOODBYE_S)  # for the finalization rules
                 with self.loop.busy_section():
                     self._shut_down()
                 self.stalls.watchdog.stop()
@@ -182,7 +182,7 @@ class Daemon(Run):
         if isinstance(error, CxbridgeError) or (isinstance(error, OSError) and error.filename is not None):
             return error
         component_error = ComponentFailedError(self.lifecycle.failure)
-        component_error.__cause__ = error
+        component_error.__cause__ = error  # as `raise component_error from error` does
         return component_error
 
     def _run_loop(self) -> None:
@@ -264,7 +264,7 @@ class Daemon(Run):
         self.log.info(f"A client asks to {verb}")
         if verb == "shutdown":
             self.stop()
-        elif verb:
+        elif verb:  # pause, resume or reset; empty for an unknown message
             getattr(self.lifecycle, verb)()
         if verb == "resume":
             self._requests.resume()

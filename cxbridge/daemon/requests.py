@@ -37,8 +37,8 @@ _MAX_LINES: Final = 200  # lines of the log
 _MAX_TEXT_CHARACTERS: Final = 200
 
 
-class DaemonState:
-    """Collects the state of the daemon.
+class StateCollector:
+    """Collects the state of the agent for clients: goals, plan-actions, skills and the log.
 
     :param bus: emits log lines and the states of skills.
     :param node: the executive; None for a daemon without an executive.
@@ -47,6 +47,7 @@ class DaemonState:
 
     def __init__(self, bus: EventBus, node: ExecutiveNode | None, loop: MainLoop) -> None:
         self._clock, self._node, self._loop = bus.clock, node, loop
+        # the number of a log line, its level, its component and its text
         self._lines: deque[tuple[int, str, str, str]] = deque(maxlen=_MAX_LINES)
         self._line_numbers = count(1)
         self._lock = threading.Lock()
@@ -77,23 +78,27 @@ class DaemonState:
             "goals": goals[:limit],
             "more_goals": max(0, len(goals) - limit),
             "actions": self._list_actions(),
-            "skills": [[skiller, *status] for skiller, status in sorted(self._skills.items())],
+            "skills": [[skiller, *skill_status] for skiller, skill_status in sorted(self._skills.items())],
+            # a copy of the lines, because other threads append; a line begins with its number
             "log": [line for line in tuple(self._lines) if line[0] > since],
         }
 
-    def _list_goals(self, text: str) -> list[dict[str, str]]:
-        """Return the goals that contain a text, and their ancestors; all goals if it is empty."""
+    def _list_goals(self, search_text: str) -> list[dict[str, str]]:
+        """Return the goals that contain a text, and their ancestors; all goals if the text is empty.
+
+        :param search_text: the text in lower case.
+        """
         if self._node is None:
             return []
         rows = {
             goal.goal: goal_as_json(goal) | {"error": truncate(goal.error, _MAX_TEXT_CHARACTERS)}
             for goal in self._node.goals.values()
         }
-        if not text:
+        if not search_text:
             return list(rows.values())
         forest = Forest({goal: parent_id(row["parent"]) for goal, row in rows.items()})
         goals = forest.goals_with_ancestors(
-            goal for goal, row in rows.items() if text in " ".join(row.values()).lower()
+            goal for goal, row in rows.items() if search_text in " ".join(row.values()).lower()
         )
         return [row for goal, row in rows.items() if goal in goals]
 
@@ -153,7 +158,7 @@ class DaemonRequests:
             None if node is None else lambda: node.executive,
             lambda: [status.to_json() for status in components()],
             change_component,
-            DaemonState(bus, node, loop).describe,
+            StateCollector(bus, node, loop).describe,
         )
         """The objects that operations work on."""
 
@@ -175,13 +180,13 @@ class DaemonRequests:
 
     @property
     def _control(self) -> RuleControl | None:
-        """The debugger of the rules, if a client uses it."""
+        """The debugger of the rules; None if no client uses a debugger."""
         executive = None if self._node is None else self._node.executive
         return None if executive is None else executive.control
 
     @property
     def _current_stop(self) -> Stopped | None:
-        """The present stop of the rules, if any."""
+        """The present stop of the rules; None if the rules run."""
         return None if (control := self._control) is None else control.stopped
 
     def _report_stop(self) -> None:
@@ -234,6 +239,7 @@ class DaemonRequests:
             return to_json(operation.carry_out(self.context, operation.parse(values)))
         except ParameterError as error:
             raise CxbridgeError(f"the arguments of {verb} are wrong: {error.message}") from None
+        # a value of the right type may still be wrong for the operation
         except (KeyError, OverflowError, TypeError, ValueError) as error:
             raise CxbridgeError(
                 f"the arguments of {verb} are wrong: {type(error).__name__}: {error}"
@@ -246,7 +252,10 @@ def _log_excerpt(text: str) -> str:
 
 
 def _parse(verb: str, arguments: str) -> Mapping[str, Any]:
-    """Parse the arguments of a request."""
+    """Return the arguments of a request by name.
+
+    :raises CxbridgeError: if the arguments are not a JSON object.
+    """
     try:
         values = json.loads(arguments or "{}")
     except (ValueError, RecursionError) as error:

@@ -20,7 +20,7 @@ class ZmqComponent(Component):
         settings, keys = self._daemon.settings, None
         if settings.secret_key is not None and settings.clients is not None:
             keys = CurveServer(settings.secret_key, settings.clients)
-        # anew each time, because a stopped server does not start again
+        # a new server each time, because a stopped server does not start again
         self._server = ZmqBlackBoardServer(
             self._daemon.board,
             list(settings.endpoints),

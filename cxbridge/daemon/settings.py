@@ -157,7 +157,7 @@ def _read_choice(
 
 
 def read_core(config: Configuration) -> str | None:
-    """Return the configured CX core, None for the core that fits the checkout."""
+    """Return the configured CX core; None: the checkout's core, or cxbridge's own without a checkout."""
     return _read_choice(config, "core", CORES, "builtin") if config.exists(f"{TREE}/core") else None
 
 
@@ -166,6 +166,7 @@ def _refuse_unknown_settings(config: Configuration) -> None:
     keys = (*KEYS, *list_plugin_keys())
     for value in config.search(TREE):
         name = value.path.removeprefix(f"{TREE}/")
+        # agents/ are the agents of a scenario, of which a daemon runs one
         if name not in keys and not name.startswith("agents/"):
             section, _, key = name.partition("/")
             hint = package_hint(section)

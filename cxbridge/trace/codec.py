@@ -52,6 +52,7 @@ def _encode_by_json(event: Event) -> bytes:
 
 def encode_with_kind(event: Event) -> bytes:
     """Return the event as JSON on one line, with its kind before the fields."""
+    # the fields follow without their opening brace
     return b'{"kind":"%s",%s' % (event.KIND.name.encode(), encode(event)[1:])
 
 

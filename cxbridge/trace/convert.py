@@ -36,11 +36,11 @@ def _copy_events(run: Run, path: Path, format_name: str) -> list[str]:
 
     :returns: warnings about the copy.
     """
-    target = copy_formats()[format_name]
-    if target.exact and (notes := resolve_name(target.exact)(run, path)) is not None:
+    copy_format = copy_formats()[format_name]
+    if copy_format.exact and (notes := resolve_name(copy_format.exact)(run, path)) is not None:
         return list(notes)
     written_count = lost_count = 0
-    open_writer: Callable[[Path, InterfaceRegistry], RunWriter] = resolve_name(target.writer)
+    open_writer: Callable[[Path, InterfaceRegistry], RunWriter] = resolve_name(copy_format.writer)
     with open_writer(path, run.registry) as writer:
         stored_types = writer.event_types(RecordLevel.FACTS)
         writer.describe(run.metadata())

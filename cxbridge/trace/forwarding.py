@@ -72,9 +72,9 @@ class WriteForwarder(Listener, Observer):
     """
 
     def __init__(self, board: BlackBoard, patterns: Iterable[Pattern], bus: EventBus) -> None:
-        self.enabled = True
+        self.is_enabled = True
         """Whether writes are published or ignored."""
-        self.counts: dict[str, int] = {}
+        self.write_counts: dict[str, int] = {}
         """The number of published writes by ``Type::id``."""
         self.gaps: list[Gap] = []
         """The times without a connection."""
@@ -105,12 +105,15 @@ class WriteForwarder(Listener, Observer):
         self._open_matching(is_later=False)
         return len(self._followed)
 
-    def poll(self, timeout: float) -> None:
-        """Open new and close unused interfaces, until ``timeout`` seconds pass without an event."""
+    def poll(self, timeout_s: float) -> None:
+        """Open new and close unused interfaces.
+
+        :param timeout_s: the limit in seconds of the wait for the first task.
+        """
         # listeners are called in any thread, often with locks of the blackboard: interfaces may be opened
         # only here
-        with suppress(queue.Empty):  # no task for ``timeout`` seconds
-            self._poll_tasks.get(timeout=timeout)()
+        with suppress(queue.Empty):  # no task within the timeout, or no further task
+            self._poll_tasks.get(timeout=timeout_s)()
             while True:
                 self._poll_tasks.get_nowait()()
         if self._recheck_due_s is not None and time.monotonic() >= self._recheck_due_s:
@@ -133,7 +136,7 @@ class WriteForwarder(Listener, Observer):
         if self._board.bus is not None:
             self._board.bus.unsubscribe(self._on_block_write)
         with self._lock:
-            self.enabled = False
+            self.is_enabled = False
         for followed_interface in self._followed.values():
             with suppress(BlackBoardError):  # the blackboard may be gone already
                 followed_interface.instance.close()
@@ -148,8 +151,8 @@ class WriteForwarder(Listener, Observer):
     def _open_matching(self, *, is_later: bool) -> None:
         """Open all matching interfaces that are not open."""
         for pattern in self._patterns:
-            for info in self._board.list(pattern.type_glob, pattern.id_glob):
-                self._open(info.type, info.id, is_later=is_later)
+            for interface in self._board.list(pattern.type_glob, pattern.id_glob):
+                self._open(interface.type, interface.id, is_later=is_later)
 
     def _open_or_close(self, key: InterfaceKey) -> None:
         """Open a new interface, or close an interface that only this process has open.
@@ -227,7 +230,7 @@ class WriteForwarder(Listener, Observer):
         """Schedule a check, as the interface may be unused."""
         self._poll_tasks.put(partial(self._open_or_close, (interface.type, interface.id)))
 
-    def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
+    def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - a listener's signature
         """Schedule a check, as the interface may be unused."""
         self._poll_tasks.put(partial(self._open_or_close, (interface.type, interface.id)))
 
@@ -247,12 +250,12 @@ class WriteForwarder(Listener, Observer):
                 self._publish(schema, event.uid, event.block)
 
     def _find_schema(self, uid: str) -> InterfaceSchema | None:
-        """Return the definition of an interface, or None for an interface that is not recorded."""
-        key = parse_uid(uid)
+        """Return the definition of an interface; None for an interface that is not recorded."""
+        interface_type, _ = key = parse_uid(uid)
         if not any(pattern.matches(key) for pattern in self._patterns):
             return None
         with suppress(CxbridgeError):  # opening the interface reports the error
-            return self._board.registry.get(key[0]).SCHEMA
+            return self._board.registry.get(interface_type).SCHEMA
         return None
 
     def _handle_connection_change(self, connected: bool) -> None:
@@ -267,9 +270,9 @@ class WriteForwarder(Listener, Observer):
 
     def _publish(self, schema: InterfaceSchema, uid: str, block: bytes) -> None:
         # an interface that was never written has only zeros
-        if not self.enabled or not any(block):
+        if not self.is_enabled or not any(block):
             return
-        self.counts[uid] = self.counts.get(uid, 0) + 1
+        self.write_counts[uid] = self.write_counts.get(uid, 0) + 1
         now_us = self._board.clock.now_us()
         if self._bus.wants(BlockWrite):
             self._bus.emit(BlockWrite(now_us, uid, schema.hash, block))

@@ -53,9 +53,9 @@ def text_lines(run: Run, is_shown: EventFilter) -> Iterator[str]:
     start_us = run.start_us
     for event in run:
         start_us = event.time_us if start_us is None else start_us
-        text = event_line(event)
-        if is_shown(event, text):
-            yield f"{(event.time_us - start_us) / MICROSECONDS:12.6f} {event.KIND.name:11s} {text}"
+        line = event_line(event)
+        if is_shown(event, line):
+            yield f"{(event.time_us - start_us) / MICROSECONDS:12.6f} {event.KIND.name:11s} {line}"
 
 
 def json_lines(run: Run, is_shown: EventFilter) -> Iterator[str]:
@@ -101,8 +101,8 @@ def _describe_message(event: InterfaceMessage) -> str:
 
 
 def _describe_planner_call(event: PlannerCall) -> str:
-    call = " ".join(filter(None, (event.call, f"for {event.goal}:", event.status, "by", event.planner)))
+    call_text = " ".join(filter(None, (event.call, f"for {event.goal}:", event.status, "by", event.planner)))
     if event.status == "started":
-        return f"{call}: {event.problem} in domain {event.domain}"
+        return f"{call_text}: {event.problem} in domain {event.domain}"
     outcome = event.reason or format_count(event.actions, "action")
-    return f"{call} after {event.duration_us / MICROSECONDS:.3f} s: {outcome}"
+    return f"{call_text} after {event.duration_us / MICROSECONDS:.3f} s: {outcome}"

@@ -25,7 +25,7 @@ class RunSource:
     """A source of a recorded run.
 
     :param role: ``clips``, ``config``, ``feature`` ...; docs/formats.md lists them.
-    :param owner: the name of the CLIPS environment, if any.
+    :param owner: the name of the CLIPS environment; empty if the source belongs to no environment.
     :param name: the requested path, or a name for a source without a file.
     :param time_us: the time of reading in microseconds since the epoch.
     :param details: the further keys of the record, which depend on the role.
@@ -112,10 +112,11 @@ def _make_relative_path(run: Run, name: str) -> PurePosixPath:
     :raises TraceError: if the name leads out of the folder.
     """
     path = PurePosixPath(name)
-    names = name.split("/")
-    if path.is_absolute() or any(part in ("", ".", "..") for part in names) or "\\" in name or "\0" in name:
+    has_unsafe_part = any(part in ("", ".", "..") for part in name.split("/"))
+    if path.is_absolute() or has_unsafe_part or "\\" in name or "\0" in name:
         raise TraceError(
-            f"an attachment is called {name!r}: it is not extracted", file=run.path,
+            f"an attachment is called {name!r}: it is not extracted",
+            file=run.path,
             hint="the recording is damaged or malicious",
-        )  # fmt: skip
+        )
     return path

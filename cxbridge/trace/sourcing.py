@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
     from cxbridge.interfaces.registry import InterfaceRegistry
 
-_UNSAFE: Final = re.compile(r"[^A-Za-z0-9._-]")
+_UNSAFE_CHARACTER: Final = re.compile(r"[^A-Za-z0-9._-]")
 _MEDIA_TYPES: Final = {
     "clp": "text/x-clips",
     "yaml": "application/yaml",
@@ -106,18 +106,18 @@ def _make_attachment_name(event: SourceRead, number: int) -> str:
         return f"clips/{safe_name(event.owner)}/{number:04d}-{file}{ending}"
     if role == "skill":
         return "/".join(["skills", *map(safe_name, event.name.removeprefix("skills/").split("/"))])
-    names = {
+    names_by_role = {
         "config": f"config/{number:04d}-{file}",
         "config-tree": "config/tree.json",
         "interface": f"interfaces/{file}.xml",
     }
-    return names.get(role) or f"{safe_name(role)}/{file}"
+    return names_by_role.get(role) or f"{safe_name(role)}/{file}"
 
 
-def safe_name(text: str) -> str:
-    """Return a text as part of a path that is valid on any system and has no special meaning."""
+def safe_name(name: str) -> str:
+    """Return a name as part of a path that is valid on any system and has no special meaning."""
     # file systems take names of 255 bytes, which also have a number and an ending
-    return (_UNSAFE.sub("_", text).lstrip(".") or "_")[:200]
+    return (_UNSAFE_CHARACTER.sub("_", name).lstrip(".") or "_")[:200]
 
 
 def emit_configuration(bus: EventBus, config: Configuration) -> None:
@@ -127,21 +127,21 @@ def emit_configuration(bus: EventBus, config: Configuration) -> None:
     """
     for file in config.files:
         with suppress(OSError):  # the file was deleted after its reading; the tree has its values
-            data = Path(file).read_bytes()
-            if not has_secrets(data):
-                bus.emit_source("config", "", str(file), data)
+            content = Path(file).read_bytes()
+            if not has_secrets(content):
+                bus.emit_source("config", "", str(file), content)
     tree = {
-        item.path: list(item.items) if item.is_list else item.text
-        for item in map(mask_value, config.search("/"))
+        value.path: list(value.items) if value.is_list else value.text
+        for value in map(mask_value, config.search("/"))
     }
-    text = json.dumps(tree, ensure_ascii=False, indent=1)
-    bus.emit_source("config-tree", "", "tree.json", text.encode("utf-8", "backslashreplace"))
+    tree_json = json.dumps(tree, ensure_ascii=False, indent=1)
+    bus.emit_source("config-tree", "", "tree.json", tree_json.encode("utf-8", "backslashreplace"))
 
 
 def read_interface_source(
     registry: InterfaceRegistry, interface_type: str, time_us: int
 ) -> SourceRead | None:
-    """Return the definition of an interface type, or None if the type has no readable file."""
+    """Return the definition of an interface type as a source; None if the type has no readable file."""
     path = registry.path(interface_type)
     with suppress(OSError):
         if path is not None:

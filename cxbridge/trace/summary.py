@@ -53,17 +53,17 @@ def summarise(run: Run) -> Summary:
 
     :raises TraceError: if the run cannot be read.
     """
-    events = dict.fromkeys(EVENT_TYPES, 0)
-    times: list[int] = []  # the earliest and the latest time
+    counts_by_kind = dict.fromkeys(EVENT_TYPES, 0)
+    earliest_us, latest_us = float("inf"), float("-inf")
     # also reads the notes of the run, which are complete after the last event
     for event in run:
-        events[event.KIND.name] += 1
-        times = [min(times[0], event.time_us), max(times[1], event.time_us)] if times else [event.time_us] * 2
+        counts_by_kind[event.KIND.name] += 1
+        earliest_us, latest_us = min(earliest_us, event.time_us), max(latest_us, event.time_us)
     return Summary(
         path=str(run.path),
         format=run.format,
-        seconds=(times[1] - times[0]) / MICROSECONDS if times else 0.0,
-        events={name: count for name, count in events.items() if count},
+        seconds=max(0.0, latest_us - earliest_us) / MICROSECONDS,  # 0 without an event
+        events={name: count for name, count in counts_by_kind.items() if count},
         metadata=dict(run.metadata()),
         attachments={file.name: file.size for file in run.files()},
         description=list(run.description()),

@@ -107,7 +107,7 @@ def test_a_recording_comes_to_its_end(transport, kind, tmp_path):
     with site_with_ear(transport, tmp_path) as (site, ear):
         report = replay(ReplayOptions(run=run, url=site.url))
         until(lambda: len(ear.writes) == 2)
-    assert (report.end, report.writes, report.rounds) == (DONE, {UID: 2}, 1)
+    assert (report.end, report.write_counts, report.rounds) == (DONE, {UID: 2}, 1)
     assert ear.writes == [(1, BEGIN_US + 1000), (2, BEGIN_US + 2000)]
 
 
@@ -120,7 +120,7 @@ def test_a_folder_that_fawkes_wrote_is_played(transport: str, tmp_path: Path) ->
         assert site.board.bus is not None
         site.board.bus.subscribe(told.append, BlockWrite)
         report = replay(ReplayOptions(run=RECORDING, url=site.url, speed=1000))
-        assert sum(report.writes.values()) == 28
+        assert sum(report.write_counts.values()) == 28
         until(lambda: len(told) == 29)  # a Skiller that leaves ends the control that the recording ends with
     *mine, _last = [event.block for event in told if event.uid == "SkillerInterface::Skiller"]
     file = next(RECORDING.glob("*SkillerInterface*"))

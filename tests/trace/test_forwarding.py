@@ -91,7 +91,7 @@ def test_each_write_is_published_once_in_order_with_its_stamp(site):
     blocks = [event for event in run.published if isinstance(event, BlockWrite)]
     assert [event.uid for event in blocks] == ["SwitchInterface::s"] * 100
     assert blocks[-1].block == writer.to_bytes()
-    assert run.forwarder.counts == {"SwitchInterface::s": 100}
+    assert run.forwarder.write_counts == {"SwitchInterface::s": 100}
 
 
 def test_earlier_data_are_not_published(site):
@@ -124,7 +124,7 @@ def test_only_matching_interfaces_are_published(site):
         for writer in writers:
             write(writer, 1)
         until(lambda: run.levels("SwitchInterface::ac") and run.levels("SwitchInterface::b"))
-    assert sorted(run.forwarder.counts) == ["SwitchInterface::ac", "SwitchInterface::b"]
+    assert sorted(run.forwarder.write_counts) == ["SwitchInterface::ac", "SwitchInterface::b"]
 
 
 def test_later_interface_is_published_with_its_data(site):
@@ -178,12 +178,12 @@ def test_disabled_forwarder_publishes_nothing(site):
     with forwarded(site, "SwitchInterface") as run:
         reader = run.board.open_for_reading(SwitchInterface, "s")
         for number, enabled in enumerate((True, False, True), 1):
-            run.forwarder.enabled = enabled
+            run.forwarder.is_enabled = enabled
             write(writer, number)
             until(lambda: reader.read() and reader.value == number)  # noqa: B023
             run.board.flush()
     assert run.levels() == [1, 3]
-    assert run.forwarder.counts == {"SwitchInterface::s": 2}
+    assert run.forwarder.write_counts == {"SwitchInterface::s": 2}
 
 
 @pytest.mark.parametrize("transport", REMOTE)

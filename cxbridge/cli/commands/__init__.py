@@ -17,4 +17,7 @@ HELP_SECTIONS: Final = {
     "Skills": ("skill",),
     "Set up": ("doctor", "keys"),
 }
-"""The sections of the help with the core's commands in order; a plug-in's row names its section."""
+"""The sections of the help in order, with the core's commands.
+
+A section without commands has only commands of plug-ins, whose rows name their sections.
+"""

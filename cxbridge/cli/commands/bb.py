@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from cxbridge.blackboard import BlackBoard, InterfaceInfo
-    from cxbridge.blackboard.following import Feed, InterfaceChange
+    from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
     from cxbridge.interfaces.instance import Interface
 
 app = typer.Typer(name="bb", cls=make_group_class(lambda: group_rows("bb"), {}), no_args_is_help=True)
@@ -68,30 +68,34 @@ def list_interfaces(
 
     type_glob, id_glob = split_glob(glob)
     with connect(url, interface_dir) as board:
-        infos = list(board.list(type_glob, id_glob))
-        if not infos and glob != _ANY_INTERFACE:
+        interfaces = list(board.list(type_glob, id_glob))
+        if not interfaces and glob != _ANY_INTERFACE:
             raise BlackBoardError(
                 f"no interface matches '{glob}'{suggest_interface(board, glob)}",
                 hint="see 'cxbridge bb list'",
             )
-    say_result([_info_to_json(info) for info in infos], _format_table(infos), as_json=as_json)
+    say_result(
+        [_interface_to_json(interface) for interface in interfaces],
+        _format_table(interfaces),
+        as_json=as_json,
+    )
 
 
-def _format_table(infos: Iterable[InterfaceInfo]) -> Iterator[str]:
+def _format_table(interfaces: Iterable[InterfaceInfo]) -> Iterator[str]:
     """Yield the lines of the list of interfaces, with a heading."""
     rows = [("INTERFACE", "WRITER", "READERS", "WRITTEN")]
-    for info in infos:
-        writer = (info.writer or "yes") if info.has_writer else "-"
-        rows.append((info.uid, writer, _list_readers(info), local_time(info.timestamp_us)))
+    for interface in interfaces:
+        writer = (interface.writer or "yes") if interface.has_writer else "-"
+        rows.append((interface.uid, writer, _list_readers(interface), local_time(interface.timestamp_us)))
     *padded_columns, _ = zip(*rows, strict=True)
     widths = [max(map(len, column)) for column in padded_columns]
     for *cells, written in rows:
         yield "  ".join([*map(str.ljust, cells, widths), written])
 
 
-def _list_readers(info: InterfaceInfo) -> str:
+def _list_readers(interface: InterfaceInfo) -> str:
     """Return the names of an interface's readers; their number if Fawkes does not report the names."""
-    return ", ".join(filter(None, info.readers)) or str(info.num_readers)
+    return ", ".join(filter(None, interface.readers)) or str(interface.num_readers)
 
 
 @app.command()
@@ -103,11 +107,11 @@ def show(
     Example: cxbridge bb show SkillerInterface::Skiller
     """
     with connect(url, interface_dir) as board:
-        info = _find_interface(board, uid)
-        with board.open_for_reading(info.type, info.id, owner=OWNER) as instance:
+        interface = _find_interface(board, uid)
+        with board.open_for_reading(interface.type, interface.id, owner=OWNER) as instance:
             instance.read()
-            description = {**_info_to_json(info), "fields": _json_values(instance.as_dict())}
-            say_result(description, _describe_interface(info, instance), as_json=as_json)
+            description = {**_interface_to_json(interface), "fields": _json_values(instance.as_dict())}
+            say_result(description, _describe_interface(interface, instance), as_json=as_json)
 
 
 @app.command()
@@ -202,22 +206,23 @@ def send(
     from cxbridge.interfaces.assignments import assign
 
     with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
-        info = _find_interface(board, uid)
-        instance = feed.open(info.type, info.id)
+        interface = _find_interface(board, uid)
+        instance = feed.open(interface.type, interface.id)
         if wait and instance.SCHEMA.field("msgid") is None:
             raise BlackBoardError(
-                f"{info.type} has no field msgid to wait for", hint="omit --wait, and look with 'bb watch'"
+                f"{interface.type} has no field msgid to wait for",
+                hint="omit --wait, and look with 'bb watch'",
             )
         has_suffix = message in instance.MESSAGES or message.endswith("Message")
         outgoing = instance.create_message(message if has_suffix else f"{message}Message")
         assign(outgoing, assignments or ())
-        earlier = feed.read_state(instance)
+        earlier_change = feed.read_state(instance)
         msgid = instance.msgq_enqueue(outgoing)
         say(msgid, flush=True)
-        if wait and not _print_reply(feed, earlier, msgid, Deadline(timeout)):
+        if wait and not _print_reply(feed, earlier_change, msgid, Deadline(timeout)):
             reason = (
                 ": another client has exclusive control of the Skiller"
-                if earlier.values.get("exclusive_controller")
+                if earlier_change.values.get("exclusive_controller")
                 else ""
             )
             say(f"no answer to message {msgid} after {timeout:g} s{reason}", err=True)
@@ -225,11 +230,11 @@ def send(
     return 0
 
 
-def _print_reply(feed: Feed, earlier: InterfaceChange, msgid: int, deadline: Any) -> bool:
+def _print_reply(feed: Feed, earlier_change: InterfaceChange, msgid: int, deadline: Deadline) -> bool:
     """Wait for the reply to a message and print its fields; return whether the reply has come in time."""
     while (change := feed.wait_for_change(deadline)) is not None:
         # a listener may get an old write, from before the message, twice
-        is_stale = change.values == earlier.values and change.time_us <= earlier.time_us
+        is_stale = change.values == earlier_change.values and change.time_us <= earlier_change.time_us
         if change.kind == "data" and not is_stale and change.values["msgid"] == msgid:
             say_lines(_format_fields(change.values))
             return True
@@ -246,12 +251,18 @@ def _find_interface(board: BlackBoard, uid: str) -> InterfaceInfo:
     from cxbridge.suggestions import did_you_mean, nearest_names
 
     interface_type, interface_id = parse_uid(uid)
-    infos = board.list()
-    if matching := [info for info in infos if (info.type, info.id) == (interface_type, interface_id)]:
+    interfaces = board.list()
+    if matching := [
+        interface
+        for interface in interfaces
+        if (interface.type, interface.id) == (interface_type, interface_id)
+    ]:
         return matching[0]
 
-    types = [interface_type, *nearest_names(interface_type, {info.type for info in infos})]
-    hint = did_you_mean(uid, (info.uid for info in infos if info.type in types), "see 'cxbridge bb list'")
+    types = [interface_type, *nearest_names(interface_type, {interface.type for interface in interfaces})]
+    hint = did_you_mean(
+        uid, (interface.uid for interface in interfaces if interface.type in types), "see 'cxbridge bb list'"
+    )
     raise BlackBoardError(f"no process has {uid} open", hint=hint)
 
 
@@ -261,28 +272,28 @@ def _json_values(values: Mapping[str, Any]) -> dict[str, Any]:
     return {name: json_value(value) for name, value in values.items()}
 
 
-def _info_to_json(info: InterfaceInfo) -> dict[str, Any]:
+def _interface_to_json(interface: InterfaceInfo) -> dict[str, Any]:
     """Return the description of an interface for JSON."""
     return {
-        "uid": info.uid,
-        "type": info.type,
-        "id": info.id,
-        "hash": info.hash.hex().upper(),
-        "serial": info.serial,
-        "has_writer": info.has_writer,
-        "writer": info.writer,
-        "num_readers": info.num_readers,
-        "readers": list(info.readers),
-        "timestamp_us": info.timestamp_us,
+        "uid": interface.uid,
+        "type": interface.type,
+        "id": interface.id,
+        "hash": interface.hash.hex().upper(),
+        "serial": interface.serial,
+        "has_writer": interface.has_writer,
+        "writer": interface.writer,
+        "num_readers": interface.num_readers,
+        "readers": list(interface.readers),
+        "timestamp_us": interface.timestamp_us,
     }
 
 
-def _describe_interface(info: InterfaceInfo, instance: Interface) -> list[str]:
-    writer = (info.writer or "an unnamed owner") if info.has_writer else "no writer"
+def _describe_interface(interface: InterfaceInfo, instance: Interface) -> list[str]:
+    writer = (interface.writer or "an unnamed owner") if interface.has_writer else "no writer"
     return [
-        f"{info.uid}  {info.hash.hex().upper()}",
+        f"{interface.uid}  {interface.hash.hex().upper()}",
         f"written by {writer}, last {local_time(instance.timestamp_us)}",
-        f"read by {_list_readers(info)}",
+        f"read by {_list_readers(interface)}",
         *_format_fields(instance.as_dict()),
     ]
 
@@ -303,9 +314,13 @@ def _print_change(change: InterfaceChange, last_values: dict[str, dict[str, Any]
 
     fields: Iterable[str] = ()
     if change.kind == "data":
-        earlier = last_values.get(change.uid)
+        earlier_values = last_values.get(change.uid)
         last_values[change.uid] = change.values
-        fields = [name for name, value in change.values.items() if earlier is None or earlier[name] != value]
+        fields = [
+            name
+            for name, value in change.values.items()
+            if earlier_values is None or earlier_values[name] != value
+        ]
         if not fields:
             return False
     if as_json:
@@ -313,6 +328,6 @@ def _print_change(change: InterfaceChange, last_values: dict[str, dict[str, Any]
         line = {"time_us": change.time_us, "uid": change.uid, "what": change.kind, "fields": values}
         say_json(line, flush=True)
     else:
-        text = fields_text(change.values, fields) if change.kind == "data" else change.kind
-        say(f"{local_time(change.time_us)}  {change.uid}  {text}", flush=True)
+        change_text = fields_text(change.values, fields) if change.kind == "data" else change.kind
+        say(f"{local_time(change.time_us)}  {change.uid}  {change_text}", flush=True)
     return True

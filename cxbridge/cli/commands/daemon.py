@@ -26,7 +26,8 @@ _COMMAND_TIMEOUT_S = 30.0  # a reset loads all files of an agent, which takes se
 _STOP_TIMEOUT_S = 5.0  # a stuck main loop does not reply
 
 
-# Click documents parse_args and shell_complete as the interface for subclasses of groups.
+# Click documents parse_args and shell_complete as the interface for subclasses of groups. Mypy does not know
+# the base class, because a function makes it.
 class _StartByDefault(make_group_class(lambda: group_rows("daemon"), {})):  # type: ignore[misc]
     """Passes arguments without a command to ``start``: ``daemon CONFIG`` means ``daemon start CONFIG``."""
 
@@ -42,12 +43,14 @@ class _StartByDefault(make_group_class(lambda: group_rows("daemon"), {})):  # ty
         return list(super().parse_args(ctx, args))
 
     def shell_complete(self, ctx: Any, incomplete: str) -> list[Any]:
-        items: list[Any] = super().shell_complete(ctx, incomplete)
-        command_names = {item.value for item in items}
+        completions: list[Any] = super().shell_complete(ctx, incomplete)
+        command_names = {completion.value for completion in completions}
         start = self.commands["start"]
         with start.make_context("start", [], parent=ctx, resilient_parsing=True) as start_ctx:
-            start_items = start.shell_complete(start_ctx, incomplete)
-        return items + [item for item in start_items if item.value not in command_names]
+            start_completions = start.shell_complete(start_ctx, incomplete)
+        return completions + [
+            completion for completion in start_completions if completion.value not in command_names
+        ]
 
 
 app = typer.Typer(name="daemon", cls=_StartByDefault)
@@ -210,11 +213,11 @@ def component(
     if transition:
         ask_daemon(url, "component-change", component=name, transition=transition)
     components = ask_daemon(url, "component-list")
-    selected = [row for row in components if row["name"] == name] if name else components
-    if not selected:
+    selected_components = [row for row in components if row["name"] == name] if name else components
+    if not selected_components:
         raise CxbridgeError(
             f"there is no component '{name}'",
             hint=f"there are: {', '.join(row['name'] for row in components)}",
         )
-    say_result(selected, _format_components(selected), as_json=as_json)
+    say_result(selected_components, _format_components(selected_components), as_json=as_json)
     return 0

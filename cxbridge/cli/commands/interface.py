@@ -88,13 +88,13 @@ def check(
     findings: list[dict[str, Any]] = []
     for file in files:
         result = check_file(file)
-        mistakes = [
-            *(("error", error) for error in result.errors),
-            *(("warning", warning) for warning in result.warnings),
-        ]
-        for severity, mistake in sorted(mistakes, key=lambda row: (row[1].line or 0, row[1].column or 0)):
-            fields = ("file", "line", "column", "message", "hint")
-            findings.append({"severity": severity, **{name: getattr(mistake, name) for name in fields}})
+        mistakes = sorted(
+            [*result.errors, *result.warnings], key=lambda mistake: (mistake.line or 0, mistake.column or 0)
+        )
+        for mistake in mistakes:
+            severity = "error" if mistake in result.errors else "warning"
+            members = {name: getattr(mistake, name) for name in ("file", "line", "column", "message", "hint")}
+            findings.append({"severity": severity, **members})
             if not as_json:
                 hint = f"\n  hint: {mistake.hint}" if mistake.hint else ""
                 say_text(indent_lines(f"{mistake.location}: {severity}: {mistake.message}{hint}"))
@@ -143,9 +143,9 @@ def compile_types(
     """
     from cxbridge.interfaces.codegen import module_source, stub_source
 
-    makers = {".pyi": stub_source} if stubs else {".py": module_source, ".pyi": stub_source}
+    source_makers = {".pyi": stub_source} if stubs else {".py": module_source, ".pyi": stub_source}
     for schema in [_find_schema(name, interface_dir) for name in names]:
-        for suffix, make_source in makers.items():
+        for suffix, make_source in source_makers.items():
             path = output / f"{schema.name}{suffix}"
             write_file(path, make_source(schema))
             say(path)

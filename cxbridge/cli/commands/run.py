@@ -75,9 +75,9 @@ def run(options: RunOptions, output: _OutputOptions) -> int:
         nonlocal is_shown
         is_shown = True
         show(result)
-        names = " and ".join(server.lingering_name for server in servers if server.lingering_name)
+        server_names = " and ".join(server.lingering_name for server in servers if server.lingering_name)
         end_keys = "Enter or Ctrl-C" if sys.stdin.isatty() else "Ctrl-C"
-        say(f"Serving {names} until {end_keys}", err=True, flush=True)
+        say(f"Serving {server_names} until {end_keys}", err=True, flush=True)
         return _has_pressed_enter
 
     # with --json, stdout is only for the result, not for the output of a prompt
@@ -86,8 +86,8 @@ def run(options: RunOptions, output: _OutputOptions) -> int:
     if not is_shown:
         show(result)
     # CLIPS and Lua notice some mistakes only when a rule fires or a skill runs, and without a place.
-    for text in mistakes(options) if result.status in (UNSUCCESSFUL, TIMED_OUT) else ():
-        say_text(text, err=True)
+    for mistake_text in mistakes(options) if result.status in (UNSUCCESSFUL, TIMED_OUT) else ():
+        say_text(mistake_text, err=True)
     return result.status
 
 

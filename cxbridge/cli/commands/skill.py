@@ -72,9 +72,12 @@ def execute(
             return 0
         result = call.execute(skill_string, timeout)
     outcome = result.outcome.name.lower().replace("_", " ")
-    data = {"outcome": outcome, "error": result.error, "msgid": result.msgid}
+    result_object = {"outcome": outcome, "error": result.error, "msgid": result.msgid}
     say_result(
-        data, [f"{outcome}: {result.error}" if result.error else outcome], as_json=as_json, indent=None
+        result_object,
+        [f"{outcome}: {result.error}" if result.error else outcome],
+        as_json=as_json,
+        indent=None,
     )
     return result.outcome.value
 
@@ -94,17 +97,17 @@ def list_skills(
     rows: list[dict[str, Any]] = []
     controllers: dict[str, str] = {}
     with connect(url, interface_dir) as board:
-        for info in board.list(SKILLER_TYPE):
-            if info.has_writer:
-                with board.open_for_reading(SKILLER_TYPE, info.id, owner=OWNER) as instance:
+        for interface in board.list(SKILLER_TYPE):
+            if interface.has_writer:
+                with board.open_for_reading(SKILLER_TYPE, interface.id, owner=OWNER) as instance:
                     instance.read()
                     values = {name: json_value(value) for name, value in instance.as_dict().items()}
-                    controllers[info.id] = describe_controller(instance, values["exclusive_controller"])
+                    controllers[interface.id] = describe_controller(instance, values["exclusive_controller"])
                 rows.append(
                     {
-                        "skiller": info.id,
+                        "skiller": interface.id,
                         **values,
-                        "skills": request_skill_names(board, info.id, _LIST_TIMEOUT_S),
+                        "skills": request_skill_names(board, interface.id, _LIST_TIMEOUT_S),
                     }
                 )
     say_result(rows, _format_skillers(rows, controllers), as_json=as_json)

@@ -1,4 +1,4 @@
 """The operations that clients can request: a table for requests, the REST API and prompts.
 
-Each module here with ``OPERATIONS`` adds some; see :mod:`cxbridge.daemon.operations.table`.
+Each module of this package with ``OPERATIONS`` adds operations; see :mod:`cxbridge.daemon.operations.table`.
 """

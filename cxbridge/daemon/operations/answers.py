@@ -15,7 +15,8 @@ class StopInfo(Struct):
 
     :param kind: the event that has stopped the rules.
     :param breakpoint: the number of the breakpoint; 0 without one.
-    :param rule: the rule that fired last.
+    :param rule: the rule that fired last; empty if no rule has fired.
+    :param next_rule: the first rule of the agenda; empty if the agenda is empty.
     :param loop: the number of the cycle.
     :param fired: the number of rules that have fired in the cycle.
     """

@@ -20,7 +20,7 @@ from cxbridge.rights import Right
 
 OPERATIONS: Final = Operations()
 _PATH: Final = "/cxbridge/components"
-_ROW_KIND: Final = "ComponentInfo"
+_ROW_KIND: Final = "ComponentInfo"  # the member `kind` of each reply
 _UNKNOWN_COMPONENT: Final = {404: "No component has this name"}
 _TRANSITIONS: Final = ["configure", "activate", "deactivate", "cleanup", "shutdown"]
 
@@ -43,6 +43,7 @@ def _find_component(context: OperationContext, name: str) -> Mapping[str, Any]:
 def _make_route(
     method: str, summary: str, *, errors: Mapping[int, str] = MappingProxyType({}), body: str = ""
 ) -> Route[Any]:
+    """Return a route for one component. Its reply is the state of the component after the operation."""
     return Route(
         method,
         f"{_PATH}/{{component}}",
@@ -50,7 +51,7 @@ def _make_route(
         ComponentState,
         _ROW_KIND,
         answer=_describe_component,
-        check=lambda context, path: _find_component(context, path["component"]),
+        check=lambda context, path_values: _find_component(context, path_values["component"]),
         body=body,
         errors={**_UNKNOWN_COMPONENT, **errors},
     )

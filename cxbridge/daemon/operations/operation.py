@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive
 
 # The name of the parameter in msgspec's messages: of a wrong value, and of a missing one.
-_PARAMETER: Final = re.compile(r"\$\.(\w+)|field `(\w+)`")
+_PARAMETER: Final = re.compile(r"\$\.(?P<wrong>\w+)|field `(?P<missing>\w+)`")
 
 
 class UnavailableError(ExecutiveError):
@@ -59,7 +59,7 @@ class OperationContext:
 
     rights: Rights
     find_executive: Callable[[], Executive | None] | None  # a function, because a reset makes a new executive
-    component_rows: Callable[[], Sequence[Mapping[str, Any]]] = tuple
+    component_rows: Callable[[], Sequence[Mapping[str, Any]]] = tuple  # without components: an empty tuple
     change_component: Callable[[str, str], None] = lambda _name, _transition: None
     describe_state: Callable[[Mapping[str, Any]], dict[str, Any]] = lambda _parameters: {}
 
@@ -102,7 +102,7 @@ class Route(Generic[_Parameters]):
     :param http_function: the function to call over HTTP instead of the function of the operation.
     :param check: raises an error if a name in the path is unknown; called before the body is parsed.
     :param body: the name of the model of the body, empty without one.
-    :param names: names of parameters that differ in the body.
+    :param names: the names in the body, by parameter, of parameters that have another name there.
     :param defaults: the defaults of parameters that the client may omit.
     :param query: the parameters of the query, with descriptions.
     :param errors: the descriptions of error replies by status.
@@ -145,20 +145,20 @@ class Operation(Generic[_Parameters]):
         """Return the parameters of a request.
 
         :param values: the values by name.
-        :param strict: refuse a text in place of a number.
+        :param strict: whether to refuse a text in place of a number.
         :raises ParameterError: if a parameter is missing, or has a value of another type.
         """
         try:
             return msgspec.convert(values, self.parameters, strict=strict)
         except (msgspec.ValidationError, ValueError) as error:
             match = _PARAMETER.search(str(error))
-            if match is not None and match[2]:
-                raise ParameterError(match[2], f"'{match[2]}' is missing") from None
-            raise ParameterError(match[1] if match else "", str(error)) from None
+            if match is not None and match["missing"]:
+                raise ParameterError(match["missing"], f"'{match['missing']}' is missing") from None
+            raise ParameterError(match["wrong"] if match else "", str(error)) from None
 
 
 class Operations(list[Operation[Any]]):
-    """The operations of a module, as ``OPERATIONS``."""
+    """The operations of a module, which the module assigns to ``OPERATIONS``."""
 
     def add(
         self,

@@ -17,6 +17,7 @@ OPERATIONS: Final = Operations()
 
 
 def stop_info(control: RuleControl | None) -> StopInfo | None:
+    """Return where a debugger has stopped the rules; None if the rules run or have no debugger."""
     stopped = None if control is None else control.stopped
     return None if stopped is None else convert(stopped, StopInfo, from_attributes=True)
 

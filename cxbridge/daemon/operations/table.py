@@ -29,11 +29,11 @@ def operations() -> Mapping[str, Operation[Any]]:
 @lru_cache(maxsize=4)
 def _load_operations(rows: tuple[Row, ...]) -> Mapping[str, Operation[Any]]:
     operations_by_name: dict[str, Operation[Any]] = {}
-    origins: dict[str, Row] = {}
+    row_by_operation: dict[str, Row] = {}
     for row in rows:
         for operation in getattr(OPERATION_MODULES.load_target(row), "OPERATIONS", ()):
-            if (origin := origins.setdefault(operation.name, row)) is not row:
-                raise PluginError(f"{origin} and {row} both define the operation '{operation.name}'")
+            if (first_row := row_by_operation.setdefault(operation.name, row)) is not row:
+                raise PluginError(f"{first_row} and {row} both define the operation '{operation.name}'")
             operations_by_name[operation.name] = operation
     return MappingProxyType(operations_by_name)
 

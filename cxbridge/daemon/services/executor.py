@@ -53,14 +53,15 @@ def run_executor(
 
     :param console: gets the log lines.
     :param on_ready: called with a stop function when the executor is on the blackboard.
-    :raises CxbridgeError: if the class does not exist, no server answers at the URL, or the id is in use.
+    :raises CxbridgeError: if the class does not exist, no server answers at the URL, or another process has
+        the id.
     """
     settings = parse_settings(options.settings)
     executor_class = load_executor(options.target, Path.cwd())
     name = options.name or f"{options.agent}-{executor_class.__name__.lower()}"
-    signal = _MessageSignal()
+    message_signal = _MessageSignal()
     with Service(console, on_ready) as service:
-        service.set_wake_function(signal.arrived.set)
+        service.set_wake_function(message_signal.arrived.set)
         log = service.bus.logger(name)
         board = service.open_blackboard(options.url, InterfaceRegistry(options.interface_dirs))
         context = ExecutorContext(options.agent, board, service.clock, log, settings, Path.cwd())
@@ -68,7 +69,7 @@ def run_executor(
         if host is None:
             return
         service.callback(host.close)
-        host.listen(signal, EventKind.MESSAGE_RECEIVED)
+        host.listen(message_signal, EventKind.MESSAGE_RECEIVED)
         status = f"{name} executes {', '.join(executor_class.skills)} for {options.agent} on {options.url}"
         log.info(f"Ready: {status}")
         service.report_ready(status)
@@ -80,14 +81,15 @@ def run_executor(
                 host.step()
             if not host.valid:
                 raise SkillerError(f"another process has taken over the executor {name}")
-            signal.arrived.wait(max(0.0, next_step_s - time.monotonic()))
-            signal.arrived.clear()
+            message_signal.arrived.wait(max(0.0, next_step_s - time.monotonic()))
+            message_signal.arrived.clear()
 
 
 def _wait_for_host(open_host: Callable[[], ExecutorHost], stopped: threading.Event) -> ExecutorHost | None:
-    """Call ``open_host`` until the interface has no other writer; return None if the service stops first.
+    """Return the host that ``open_host`` opens, as soon as the executor's interface has no other writer.
 
-    :raises WriterActiveError: if there is another writer after `PATIENCE_S`.
+    :returns: None if the service stops first.
+    :raises WriterActiveError: if the interface still has another writer after `PATIENCE_S`.
     """
     deadline_s = time.monotonic() + PATIENCE_S
     while True:
@@ -119,14 +121,14 @@ def parse_settings(assignments: Iterable[str]) -> dict[str, Any]:
 def read_executor_states(board: BlackBoard) -> list[dict[str, Any]]:
     """Return the states of the executors for JSON, sorted by agent."""
     rows = []
-    for info in board.list("SkillExecutorInterface"):
-        if info.has_writer:
-            with board.open_for_reading(info.type, info.id, owner="cxbridge skill") as instance:
+    for interface in board.list("SkillExecutorInterface"):
+        if interface.has_writer:
+            with board.open_for_reading(interface.type, interface.id, owner="cxbridge skill") as instance:
                 instance.read()
                 values = instance.as_dict()
             rows.append(
                 {
-                    "executor": info.id,
+                    "executor": interface.id,
                     "agent": values["agent"],
                     "skills": values["skills"].split(),
                     "state": getattr(values["state"], "name", str(values["state"])),

@@ -29,7 +29,7 @@ class RecordReport:
     """The result of a recording.
 
     :param seconds: the duration in real time.
-    :param writes: the number of recorded writes by ``Type::id``.
+    :param write_counts: the number of recorded writes by ``Type::id``.
     :param skipped: the number of writes that the blackboard has merged with later ones.
     :param gaps: the start in microseconds since the epoch, and the duration in seconds, of each loss of the
         connection.
@@ -38,7 +38,7 @@ class RecordReport:
     url: str
     outputs: tuple[str, ...]
     seconds: float = 0.0
-    writes: dict[str, int] = field(default_factory=dict)
+    write_counts: dict[str, int] = field(default_factory=dict)
     skipped: int = 0
     gaps: list[tuple[int, float]] = field(default_factory=list)
     errors: list[str] = field(default_factory=list)
@@ -49,8 +49,8 @@ class RecordReport:
             "url": self.url,
             "outputs": list(self.outputs),
             "seconds": round(self.seconds, 3),
-            "writes": sum(self.writes.values()),
-            "interfaces": dict(sorted(self.writes.items())),
+            "writes": sum(self.write_counts.values()),
+            "interfaces": dict(sorted(self.write_counts.items())),
             "skipped": self.skipped,
             "gaps": [{"start_us": start_us, "seconds": round(seconds, 3)} for start_us, seconds in self.gaps],
             "errors": self.errors,
@@ -59,12 +59,12 @@ class RecordReport:
     @property
     def counts_text(self) -> str:
         """The numbers of writes and interfaces, with nouns."""
-        return count_writes(self.writes)
+        return count_writes(self.write_counts)
 
     def to_lines(self) -> list[str]:
         """Return the result as lines of text."""
         lines = [f"{self.counts_text} in {self.seconds:.1f} s"]
-        lines += [f"  {uid}  {writes}" for uid, writes in sorted(self.writes.items())]
+        lines += [f"  {uid}  {count}" for uid, count in sorted(self.write_counts.items())]
         if self.skipped:
             lines.append(f"{self.skipped} more writes came too fast and were left out")
         if self.gaps:
@@ -89,7 +89,7 @@ def record(
     :param on_progress: called with the present result about twice a second.
     :raises CxbridgeError: if a pattern is invalid, no server answers at the URL, or a file cannot be created.
     """
-    patterns = [Pattern.parse(text) for text in options.patterns]
+    patterns = list(map(Pattern.parse, options.patterns))
     report = RecordReport(options.url, tuple(str(path) for path in options.outputs))
     with Service(console, on_ready) as service:
         # a separate bus: the blackboard emits its own events on the bus of the service
@@ -98,8 +98,12 @@ def record(
         recorded_run = RecordedRun(
             InterfaceRegistry(options.interface_dirs), _SCENARIO, service.clock.now_us()
         )
-        outputs = [("mcap" if path.suffix == ".mcap" else "bblogger", path) for path in options.outputs]
-        recorder = service.enter_context(Recorder(recorded_bus, open_writers(outputs, recorded_run)))
+        formats_and_paths = [
+            ("mcap" if path.suffix == ".mcap" else "bblogger", path) for path in options.outputs
+        ]
+        recorder = service.enter_context(
+            Recorder(recorded_bus, open_writers(formats_and_paths, recorded_run))
+        )
         recorder.describe({"cxbridge": VERSION, "clock": service.clock.name, "blackboard": options.url})
         forwarder = WriteForwarder(board, patterns, recorded_bus)
         service.callback(forwarder.close)
@@ -116,7 +120,7 @@ def record(
         def update_report() -> float:
             """Update the report; return the seconds until the next update or the end of the recording."""
             seconds = report.seconds = time.monotonic() - start_s
-            report.writes, report.skipped = dict(forwarder.counts), board.skipped
+            report.write_counts, report.skipped = dict(forwarder.write_counts), board.skipped
             report.gaps = [(gap.start_us, gap.seconds) for gap in forwarder.gaps]
             report.errors = [str(error) for error in recorder.errors]
             on_progress(report)

@@ -38,7 +38,7 @@ class ReplayReport:
     :ivar end: ``done``, ``interrupted`` or ``lost``; empty during the replay.
     :ivar seconds: the duration in real time.
     :ivar rounds: the number of started rounds.
-    :ivar writes: the number of writes by ``Type::id``.
+    :ivar write_counts: the number of writes by ``Type::id``.
     :ivar notes: warnings about the file.
     """
 
@@ -47,7 +47,7 @@ class ReplayReport:
     end: str = ""
     seconds: float = 0.0
     rounds: int = 0
-    writes: dict[str, int] = field(default_factory=dict)
+    write_counts: dict[str, int] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
     def to_json(self) -> dict[str, Any]:
@@ -58,16 +58,16 @@ class ReplayReport:
             "end": self.end,
             "seconds": round(self.seconds, 3),
             "rounds": self.rounds,
-            "writes": sum(self.writes.values()),
-            "interfaces": dict(sorted(self.writes.items())),
+            "writes": sum(self.write_counts.values()),
+            "interfaces": dict(sorted(self.write_counts.items())),
             "notes": self.notes,
         }
 
     def to_lines(self) -> list[str]:
         """Return the result as lines of text."""
         return [
-            f"{self.end}: {count_writes(self.writes)} in {self.seconds:.1f} s",
-            *(f"  {uid}  {writes}" for uid, writes in sorted(self.writes.items())),
+            f"{self.end}: {count_writes(self.write_counts)} in {self.seconds:.1f} s",
+            *(f"  {uid}  {count}" for uid, count in sorted(self.write_counts.items())),
         ]
 
 
@@ -128,7 +128,7 @@ class _ReplaySession:
         board.add_connection_callback(self._handle_connection_change)
 
     def run(self, make_moves: Callable[[], Iterable[ReplayMove]]) -> None:
-        """Replay, hold the interfaces if requested, and complete the report."""
+        """Replay once, or in rounds until the stop, and complete the report."""
         report = self._report
         pace = Pace(self._options.speed, self._stop_event, self._update_report)
         try:
@@ -139,7 +139,7 @@ class _ReplaySession:
                     break
             if not self._stop_event.is_set() or (is_complete and not self._options.loop):
                 report.end = DONE
-                self._board.flush()
+                self._board.flush()  # the last writes may still be on their way to the server
         except BlackBoardError:
             if self._board.connected and not self._is_connection_lost:
                 raise  # a refusal of the blackboard, not the end of the connection
@@ -152,7 +152,7 @@ class _ReplaySession:
     def _update_report(self) -> None:
         report, player = self._report, self._player
         report.seconds = time.monotonic() - self._start_s
-        report.writes = dict(player.write_counts)
+        report.write_counts = dict(player.write_counts)
         self._on_progress(report)
 
     def _handle_connection_change(self, connected: bool) -> None:
@@ -188,7 +188,9 @@ def add_attached_types(registry: InterfaceRegistry, run: Run, uids: Iterable[str
 
     :raises InterfaceDefinitionError: if such a file is invalid.
     """
-    missing_types = {kind for kind, _ in map(parse_uid, uids) if registry.path(kind) is None}
+    missing_types = {
+        interface_type for interface_type, _ in map(parse_uid, uids) if registry.path(interface_type) is None
+    }
     for attachment in run.attachments() if missing_types else ():
         name = PurePath(attachment.name)
         if name.suffix == ".xml" and name.stem in missing_types:

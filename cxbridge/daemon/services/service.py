@@ -21,7 +21,7 @@ from cxbridge.interrupt import Interrupt
 from cxbridge.printing import format_count
 
 ReadyCallback = Callable[[Callable[[], None]], None]
-"""Gets a function that stops the service, when the service is ready."""
+"""A function that is called when the service is ready, with a function that stops the service."""
 
 
 def do_nothing(_value: object) -> None:

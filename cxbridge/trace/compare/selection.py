@@ -31,7 +31,7 @@ ContentSelector: TypeAlias = Callable[[Event], Event | None]
 _WHOLE_GOAL: Final = frozenset({"id", "env", "class", "sub-type"})
 
 
-def pattern_fields() -> Mapping[str, Mapping[str, str]]:
+def pattern_fields_by_kind() -> Mapping[str, Mapping[str, str]]:
     """Return the fields that patterns can name with their attributes, by kind; compared kinds first."""
     compared_types = [event_type for view in View for event_type in view.event_types]
     kinds = (event_type.KIND for event_type in (*compared_types, *EVENT_TYPES.values()))
@@ -70,7 +70,7 @@ def parse_pattern(text: str) -> EventPattern:
     """
     head, _, condition = text.partition(":")
     kind, _, field = head.partition(".")
-    kinds = pattern_fields()
+    kinds = pattern_fields_by_kind()
     if kind not in kinds:
         raise TraceError(f"pattern '{text}': unknown kind '{kind}'", hint=f"use one of {', '.join(kinds)}")
     fields = kinds[kind]

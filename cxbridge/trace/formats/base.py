@@ -91,7 +91,7 @@ class Run(ABC):
 
     @property
     def start_us(self) -> int | None:
-        """The clock at the start of the run, in microseconds since the epoch, if it was recorded."""
+        """The run's clock at the start, in microseconds since the epoch; None if it was not recorded."""
         return parse_decimal(self.metadata().get("start_us", ""))
 
     def exit_status(self) -> int | None:

@@ -30,13 +30,15 @@ class BlockDecoder:
         self, schema: InterfaceSchema, decode_text: Callable[[bytes], str | bytes] | None = None
     ) -> None:
         self.schema = schema
-        code = f"<{TIMESTAMP_SIZE}x"
+        # a struct format: x skips the time stamp, and the padding between the fields
+        struct_format = f"<{TIMESTAMP_SIZE}x"
         end, index = TIMESTAMP_SIZE, 0
+        # the name of a field, the index of its first element, and the function that converts the elements
         self._fields: list[tuple[str, int, _FieldConverter | None]] = []
         for field in schema.fields:
             count = 1 if field.is_string else field.runtime_length
             element = f"{field.size}s" if field.is_string else f"{count}{field.storage.code}"
-            code += f"{field.offset - end}x{element}"
+            struct_format += f"{field.offset - end}x{element}"
             self._fields.append(
                 (
                     field.name,
@@ -45,7 +47,7 @@ class BlockDecoder:
                 )
             )
             end, index = field.offset + field.size, index + count
-        self._unpack = struct.Struct(code).unpack_from
+        self._unpack = struct.Struct(struct_format).unpack_from
 
     def decode(self, block: bytes | memoryview) -> dict[str, Any]:
         """Return the values by field: texts, numbers, names of enum items, lists."""
@@ -98,11 +100,11 @@ def _make_converter(
     """Return a function from the elements of a block to a field's value; None if one element is the value."""
     if field.is_string:
         return lambda elements: decode_text(elements[start])
-    names = {item.value: item.name for item in field.enum.items} if field.enum else {}
+    item_names = {item.value: item.name for item in field.enum.items} if field.enum else {}
     if field.length is None:
-        return (lambda elements: names.get(elements[start], elements[start])) if field.is_enum else None
+        return (lambda elements: item_names.get(elements[start], elements[start])) if field.is_enum else None
     if field.is_enum:
-        return lambda elements: [names.get(value, value) for value in elements[start:end]]
+        return lambda elements: [item_names.get(value, value) for value in elements[start:end]]
     return lambda elements: list(elements[start:end])
 
 

@@ -24,9 +24,11 @@ from cxbridge.printing import escape_log_entry, escape_record, unescape_record
 from cxbridge.trace.formats.base import CopyFormat, Format, RecordedRun, Run, StreamWriter
 from cxbridge.trace.formats.files import MAX_LINE_BYTES, open_exclusively, read_lines, writing
 
+# An entry, e.g. D 12:34:56.123456 CLIPS (executive): FIRE 1 my-rule: f-1,*
 _ENTRY_LINES = re.compile(r"([DIWE]) (\d\d:\d\d:\d\d)\.(\d{6}) (.*?): (.*)", re.DOTALL)
 _TIME_STAMP = re.compile(r"[DIWE] \d\d:\d\d:\d\d\.\d{6} ")
 _FIRST_ENTRY = re.compile(rb"^[DIWE] \d\d:\d\d:\d\d\.\d{6} .*?: ", re.MULTILINE)
+# Texts of entries with CLIPS debugging: ==> f-12 (time 1 2), and FIRE 1 my-rule: f-1,*
 _FACT = re.compile(r"(==>|<==) f-(\d{1,18}) +(\(.*)", re.DOTALL)
 _FIRE = re.compile(r"FIRE +(\d{1,18}) ([^: ]+):(?: (.*))?", re.DOTALL)
 _ENVIRONMENT = re.compile(r"CLIPS \((.+)\)")
@@ -52,9 +54,9 @@ class FawkesLog(Run):
     def __iter__(self) -> Iterator[Event]:
         """Yield log lines, firings, and fact changes with their transitions."""
         trackers: dict[str, TransitionTracker] = {}
-        days = _DayCounter()
-        for line, (letter, clock, fraction, component, text) in self._join_entries():
-            time_us = days.to_time_us(clock, fraction)
+        day_counter = _DayCounter()
+        for line, (letter, time_of_day, fraction, component, text) in self._join_entries():
+            time_us = day_counter.to_time_us(time_of_day, fraction)
             env = _find_environment(component) if letter == "D" else None
             event = parse_clips_event(time_us, env, text) if env is not None else None
             if event is None:
@@ -145,13 +147,13 @@ class _DayCounter:
         self._last_us = 0
         self._midnight_us = 0
 
-    def to_time_us(self, clock: str, fraction: str) -> int:
+    def to_time_us(self, time_of_day: str, fraction: str) -> int:
         """Return microseconds since the midnight before the first entry.
 
-        :param clock: ``HH:MM:SS``.
+        :param time_of_day: ``HH:MM:SS``.
         :param fraction: six digits, microseconds.
         """
-        hour, minute, second = map(int, clock.split(":"))
+        hour, minute, second = map(int, time_of_day.split(":"))
         time_of_day_us = ((hour * 60 + minute) * 60 + second) * MICROSECONDS + int(fraction)
         if self._last_us - time_of_day_us > _DAY_US // 2:
             self._midnight_us += _DAY_US
@@ -166,7 +168,10 @@ def _find_environment(component: str) -> str | None:
 
 
 def parse_clips_event(time_us: int, env: str, text: str) -> Event | None:
-    """Return the event in a debug line of a CLIPS environment, or None for other text."""
+    """Return the event in a debug line of a CLIPS environment; None for any other line.
+
+    :param text: the line without level, time and component.
+    """
     if text.startswith(_FACT_STARTS):
         match = _FACT.match(text)
         if match:
@@ -188,8 +193,8 @@ class FawkesLogWriter(StreamWriter):
     run loses few lines.
 
     :param path: replaced if it exists, unless another process writes the file.
-    :param utc: use UTC for times of day instead of the machine's time zone, which Fawkes uses: the log of a
-        run on the virtual clock is then the same on every machine.
+    :param utc: whether times of day are in UTC instead of the machine's time zone, which Fawkes uses: the log
+        of a run on the virtual clock is then the same on every machine.
     :raises TraceError: if the file cannot be created.
     """
 
@@ -198,9 +203,9 @@ class FawkesLogWriter(StreamWriter):
         with writing(path):
             super().__init__(path, open_exclusively(path, _BUFFER_SIZE))
         self._to_time_of_day = time.gmtime if utc else time.localtime
-        self._second = -1
+        self._last_second = -1
         self._last_flush_s = time.monotonic()
-        self._clock = ""
+        self._last_time_of_day = ""  # of `_last_second`
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - the log has the same events at any level
         """Return log lines, firings and facts, from which a reader makes the run."""
@@ -231,11 +236,13 @@ class FawkesLogWriter(StreamWriter):
         """Return the time of day, ``HH:MM:SS.uuuuuu``."""
         # most events share the second of the last event
         second, fraction = split_us(time_us)
-        if second != self._second:
+        if second != self._last_second:
             time_of_day = self._to_time_of_day(second)
-            self._second = second
-            self._clock = f"{time_of_day.tm_hour:02d}:{time_of_day.tm_min:02d}:{time_of_day.tm_sec:02d}"
-        return f"{self._clock}.{fraction:06d}"
+            self._last_second = second
+            self._last_time_of_day = (
+                f"{time_of_day.tm_hour:02d}:{time_of_day.tm_min:02d}:{time_of_day.tm_sec:02d}"
+            )
+        return f"{self._last_time_of_day}.{fraction:06d}"
 
 
 def _encode_text(text: str) -> bytes:

@@ -124,7 +124,7 @@ def rename_previous(path: Path) -> Path | None:
 
     Empty files, paths other than regular files, links, and files that another process writes are not renamed.
 
-    :return: the new path, or None.
+    :returns: the new path; None if the file is not renamed.
     :raises TraceError: if the file cannot be renamed.
     """
     if path.is_symlink() or not path.is_file() or not path.stat().st_size or _is_locked(path):
@@ -144,7 +144,7 @@ def _is_locked(path: Path) -> bool:
     try:
         with path.open("rb") as file:
             return not _try_to_lock(file, is_shared=True)
-    except OSError:  # a file that cannot be opened
+    except OSError:  # a file that cannot be opened: writing it will raise the error
         return False
 
 

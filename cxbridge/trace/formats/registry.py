@@ -45,12 +45,12 @@ def copy_formats() -> dict[str, CopyFormat]:
 
 
 @lru_cache(maxsize=8)  # the rows change only with the installed plug-ins
-def _load_entries(rows: tuple[Row, ...], table: str) -> tuple[Any, ...]:
-    """Return the entries of a table of all modules, sorted by rank."""
+def _load_entries(rows: tuple[Row, ...], constant: str) -> tuple[Any, ...]:
+    """Return the formats in a constant of all modules, ``FORMATS`` or ``COPIES``, sorted by rank."""
     entries = [
         entry
         for module in [FORMAT_MODULES.load_target(row) for row in rows]
-        for entry in getattr(module, table, ())
+        for entry in getattr(module, constant, ())
     ]
     return tuple(sorted(entries, key=lambda entry: entry.rank))
 
@@ -88,7 +88,11 @@ def _package_hint(path: Path, head: bytes) -> str:
 
 
 def _read_head(path: Path) -> bytes:
-    """Return the start of a file, empty for a folder."""
+    """Return the start of a file; empty for a folder.
+
+    :raises TraceError: if the path is neither a file nor a folder.
+    :raises OSError: if the file or folder cannot be read.
+    """
     mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
         with os.scandir(path) as entries:  # raises an error if the folder cannot be listed

@@ -137,21 +137,22 @@ class _LastDetails:
     """The last known details of each goal and plan-action."""
 
     def __init__(self) -> None:
-        self._by_subject: dict[tuple[str, ...], dict[str, str]] = {}
+        self._details_by_subject: dict[tuple[str, ...], dict[str, str]] = {}
 
     @staticmethod
     def _subject(event: Event) -> tuple[str, ...]:
+        """Return the kind of an event and the fields that identify its goal or plan-action."""
         return (event.KIND.name, *(getattr(event, name) for name in event.KIND.subject))
 
     def store(self, event: Event, name: str, value: str) -> None:
         """Store a changed detail."""
-        self._by_subject.setdefault(
+        self._details_by_subject.setdefault(
             self._subject(event), {name: DEFAULT_DETAILS[name] for name in event.KIND.details}
         )[name] = value
 
     def complete(self, event: Transition) -> Transition:
         """Return an event with the details of its subject."""
-        details = self._by_subject.get(self._subject(event), {})
+        details = self._details_by_subject.get(self._subject(event), {})
         fields: dict[str, Any] = {name: details[name] for name in event.KIND.details if name in details}
         if isinstance(event, GoalTransition):
             fields["slots"] = {name: value for name, value in details.items() if value and name not in fields}
@@ -166,8 +167,8 @@ class _LastDetails:
         subject = self._subject(event)
         # the first transition shows its parameters even if there are none: without a line, a reader would
         # take the details for not recorded
-        former_details = self._by_subject.get(subject, DEFAULT_DETAILS | {"params": ""})
-        self._by_subject[subject] = details
+        former_details = self._details_by_subject.get(subject, DEFAULT_DETAILS | {"params": ""})
+        self._details_by_subject[subject] = details
         for name in (*details, *(former_details.keys() - details.keys() - DEFAULT_DETAILS.keys())):
             if details.get(name, "") != former_details.get(name, ""):
                 yield escape_record(f"  {name}={details.get(name, '')}")
@@ -177,7 +178,7 @@ class TransitionsWriter(StreamWriter):
     """Writes the transitions of a run as lines of text.
 
     :param path: replaced if it exists.
-    :param details: write parameters and other details, as in golden runs.
+    :param details: whether to write parameters and other details, as in golden runs.
     :param start_us: the start of the run in microseconds, to write times in seconds since then; None omits
         times.
     :raises TraceError: if the file cannot be created.

@@ -22,10 +22,10 @@ class BlockMaker:
     """Makes blocks of one interface type."""
 
     def __init__(self, interface_class: type[Interface]) -> None:
-        self._names = {field.name for field in interface_class.fields()}
+        self._field_names = {field.name for field in interface_class.fields()}
         # an instance without a blackboard, whose setters check the values and place them in the block
         port = ClosedPort(interface_class.SCHEMA.name, _NO_SERIAL)
-        self._scratch = interface_class(port, id="", owner="", serial=_NO_SERIAL, writer=True)
+        self._scratch_instance = interface_class(port, id="", owner="", serial=_NO_SERIAL, writer=True)
 
     def check_fields(self, values: Mapping[str, Any], uid: str) -> None:
         """Check that a write has the fields of the type.
@@ -36,8 +36,8 @@ class BlockMaker:
         differences = [
             f"{problem} {', '.join(sorted(names))}"
             for problem, names in (
-                ("only the recording has", values.keys() - self._names),
-                ("only the definition has", self._names - values.keys()),
+                ("only the recording has", values.keys() - self._field_names),
+                ("only the definition has", self._field_names - values.keys()),
             )
             if names
         ]
@@ -54,12 +54,12 @@ class BlockMaker:
         """
         try:
             for name, value in values.items():
-                self._scratch.set(name, value)
+                self._scratch_instance.set(name, value)
         except InterfaceError as error:
             self.check_fields(values, uid)
             raise TraceError(
                 f"the recorded {uid} does not fit: {error.message}", hint=_DEFINITION_HINT
             ) from error
-        block = bytearray(self._scratch.to_bytes())
+        block = bytearray(self._scratch_instance.to_bytes())
         STAMP.pack_into(block, 0, *split_us(time_us))
         return bytes(block)

@@ -34,7 +34,7 @@ class ReplayPlayer:
         self.write_counts: dict[str, int] = {}
         """The number of writes by ``Type::id``."""
         self._board = board
-        # by ``Type::id``
+        # both by ``Type::id``
         self._writers: dict[str, tuple[Interface, BlockMaker]] = {}
         self._last_data: dict[str, bytes] = {}  # the last written block without its time stamp
 

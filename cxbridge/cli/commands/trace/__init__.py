@@ -6,14 +6,23 @@ import typer
 
 from cxbridge.cli.discovery import group_rows, make_group_class
 
-_ORDER = (
-    *("diff", "extract", "record", "replay"),
-    *("transitions", "rules", "exchange", "info", "cat", "convert"),
-)
+# The order of the commands in the help.
+_COMMAND_NAMES = [
+    "diff",
+    "extract",
+    "record",
+    "replay",
+    "transitions",
+    "rules",
+    "exchange",
+    "info",
+    "cat",
+    "convert",
+]
 
 app = typer.Typer(
     name="trace",
-    cls=make_group_class(lambda: group_rows("trace", sys.modules[__name__]), {"Commands": _ORDER}),
+    cls=make_group_class(lambda: group_rows("trace", sys.modules[__name__]), {"Commands": _COMMAND_NAMES}),
     no_args_is_help=True,
 )
 

@@ -115,10 +115,12 @@ def _check_outputs(runs: tuple[Path, ...], *outputs: Path | None) -> None:
             raise typer.BadParameter(f"'{output}' is one of the runs")
 
 
-def _print_comparison(report: ComparisonReport, outputs: _DiffOutputs, options: dict[str, Any]) -> None:
+def _print_comparison(
+    report: ComparisonReport, outputs: _DiffOutputs, options_object: dict[str, Any]
+) -> None:
     """Print the comparison, and write the JUnit file of the options.
 
-    :param options: the options of the comparison, for JSON.
+    :param options_object: the options of the comparison, for JSON.
     """
     from cxbridge.trace.compare.render.json import report_to_json
     from cxbridge.trace.compare.render.junit import write_junit
@@ -126,14 +128,16 @@ def _print_comparison(report: ComparisonReport, outputs: _DiffOutputs, options: 
 
     if outputs.junit is not None:
         write_junit(outputs.junit, report)
-    say_result(report_to_json(report, options), text_report(report), as_json=outputs.as_json, indent=None)
+    say_result(
+        report_to_json(report, options_object), text_report(report), as_json=outputs.as_json, indent=None
+    )
 
 
 def _write_page(path: Path, document: dict[str, Any]) -> None:
     """Write the comparison as a page."""
     from cxbridge.run.pages import write_document
 
-    title = " and ".join(Path(document[side]["path"]).name for side in "ab")
+    title = " and ".join(Path(document[side]["path"]).name for side in ("a", "b"))
     write_document(path, "comparison", title, document)
 
 

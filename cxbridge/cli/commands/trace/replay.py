@@ -41,7 +41,9 @@ def replay(
         report = replaying.replay(
             options,
             console=console.make_log(),
-            on_progress=lambda report: show(f"{report.seconds:.0f} s  {sum(report.writes.values())} writes"),
+            on_progress=lambda report: show(
+                f"{report.seconds:.0f} s  {sum(report.write_counts.values())} writes"
+            ),
         )
     print_notes(report.notes, options.run)
     say_result(report.to_json(), report.to_lines(), as_json=as_json)

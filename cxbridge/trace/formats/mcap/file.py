@@ -36,6 +36,7 @@ _LENGTH: Final = struct.Struct("<I")
 
 
 def _pack_block(data: bytes) -> bytes:
+    """Return data with their length in front, the form of texts and maps in mcap."""
     return _LENGTH.pack(len(data)) + data
 
 
@@ -63,6 +64,7 @@ class McapFile:
     A subclass may write records of another file, with the numbers of schemas and channels in that file.
 
     :param file: positioned at its start.
+    :param profile: the name of the conventions that the file follows, for readers.
     :param library: the name of the writing program.
     """
 
@@ -125,7 +127,7 @@ class McapFile:
         for channel, time_ns, data in messages:
             # struct refuses a time outside of this range, which a robot's wrong clock may yield
             if not 0 <= time_ns <= _MAX_TIME_NS:
-                time_ns = max(0, min(time_ns, _MAX_TIME_NS))  # noqa: PLW2901 - it is the time
+                time_ns = max(0, min(time_ns, _MAX_TIME_NS))  # noqa: PLW2901 - the nearest permitted time
             index = indexes[channel]
             index += (time_ns, len(chunk))
             chunk += pack(mcap.MESSAGE, _MESSAGE_FIELDS_SIZE + len(data), channel, 0, time_ns, time_ns)
@@ -154,13 +156,13 @@ class McapFile:
             names,
         )
 
-    def _append_indexed(self, record: bytes, index: list[bytes], kind: int, *entry: bytes) -> None:
+    def _append_indexed(self, record: bytes, index: list[bytes], kind: int, *fields: bytes) -> None:
         """Write a record, and add its record to an index.
 
         :param kind: the kind of the index record.
-        :param entry: the fields of the index record after the position of the record.
+        :param fields: the fields of the index record after the position of the record.
         """
-        index.append(pack_record(kind, struct.pack("<QQ", self._append(record), len(record)), *entry))
+        index.append(pack_record(kind, struct.pack("<QQ", self._append(record), len(record)), *fields))
 
     def finish_chunk(self) -> None:
         """Write the collected messages to the file as a chunk, with their indexes."""
@@ -168,6 +170,7 @@ class McapFile:
         if not chunk:
             return
         indexes = {channel: index for channel, index in self._message_index.items() if index}
+        # in an index, times have the even positions
         times = [time for index in indexes.values() for time in (min(index[::2]), max(index[::2]))]
         start, end = (min(times), max(times)) if times else (0, 0)
         head = struct.pack("<QQQI", start, end, len(chunk), zlib.crc32(chunk))

@@ -33,6 +33,7 @@ SOURCE_NAME: Final = "cxbridge.source"
 MAX_RECORD_SIZE: Final = 256 * 1024 * 1024
 """The maximum number of bytes of a record, and of an unpacked chunk."""
 
+# Kinds of records.
 HEADER: Final = 0x01
 FOOTER: Final = 0x02
 SCHEMA: Final = 0x03
@@ -183,12 +184,12 @@ def read_attachment_head(file: IO[bytes], record: Record) -> StoredAttachment:
     """
     file.seek(record.start)
     fields = FieldReader(file.read(min(record.size, _MAX_NAMES_SIZE)))
-    time_ns, _ = fields.read_uint64(), fields.read_uint64()
+    log_time_ns, _creation_time_ns = fields.read_uint64(), fields.read_uint64()
     name, media_type, size = fields.read_text(), fields.read_text(), fields.read_uint64()
     start = record.start + fields.offset
     if start + size + _CRC.size != record.start + record.size:
         raise DamageError("the size of an attachment differs from the stated size")
-    return StoredAttachment(name, media_type, time_ns, start, size)
+    return StoredAttachment(name, media_type, log_time_ns, start, size)
 
 
 def read_attachment_data(file: IO[bytes], attachment: StoredAttachment, record: Record) -> bytes:
@@ -221,9 +222,8 @@ def unpack_chunk(data: bytes, *, is_complete: bool) -> bytes:
         raise DamageError("a chunk is too large")
     packed_records = data[fields.offset :]
     if not is_complete:
-        return (
-            b"" if compression else packed_records
-        )  # without its end, a compressed chunk cannot be unpacked
+        # without its end, a compressed chunk cannot be unpacked
+        return b"" if compression else packed_records
     records = _decompress(compression, packed_records, size)
     if len(records) != size or (crc and crc != zlib.crc32(records)):
         raise DamageError("a chunk has a wrong checksum")
