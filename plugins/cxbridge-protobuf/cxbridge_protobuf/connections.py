@@ -42,7 +42,7 @@ class Connections(Protocol):
         """Close a peer; unknown ids are ignored."""
 
     def setup_crypto(self, peer_id: int, secret: str, cipher: str) -> None:
-        """Encrypt a peer's further messages; an empty secret or cipher ends encryption."""
+        """Encrypt a peer's messages from now on; an empty secret or cipher ends encryption."""
 
     def send(self, link_id: int, frame: Frame) -> None:
         """Send over a connection or a peer."""

@@ -30,9 +30,8 @@ def derive_key(secret: str, size: int) -> bytes:
 
     :param size: bytes of the key, at most 32.
     """
-    digest = secret.encode(
-        "utf-8", "surrogateescape"
-    )  # CLIPS texts have other bytes than UTF-8 as surrogates
+    # a text of CLIPS has surrogates in place of bytes that are not UTF-8
+    digest = secret.encode("utf-8", "surrogateescape")
     for _ in range(_HASH_ROUNDS):
         digest = hashlib.sha256(digest).digest()
     return digest[:size]

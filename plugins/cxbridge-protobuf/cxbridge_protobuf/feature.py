@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 _CLIPS_FILE = Path(__file__).with_name("protobuf.clp")
 _LOG_COMPONENT = "CLIPS-Protobuf"
-_FIRST_HANDLE = 1 << 40  # differs from 0, the null pointer, and from the addresses of further features
+_FIRST_HANDLE = 1 << 40  # differs from 0, the null pointer, and from the addresses of other features
 
 _INVALID_MESSAGE = Symbol("INVALID-MESSAGE")
 _UNKNOWN_FIELD = Symbol("DOES-NOT-EXIST")
@@ -357,9 +357,9 @@ class ProtobufFeature(Feature):
         return self._states[env.name].network
 
     def delete_messages(self, env: ClipsEnvironment) -> None:
-        """Delete all messages of an environment, for a caller whose rules never call ``pb-destroy``.
+        """Delete all messages of an environment: afterwards, all addresses that its rules have are invalid.
 
-        Such rules must not keep the address of a message beyond the call.
+        The method is for environments whose rules do not call ``pb-destroy``.
         """
         self._states[env.name].delete_messages()
 

@@ -157,15 +157,15 @@ def _list_elements(message: Message, field: MessageField) -> list[Any]:
         return list(container)
     entry_type = field.descriptor.message_type
     entry_class = message_factory.GetMessageClass(entry_type)
-    entries = []
+    map_entries = []
     for key in container:
         map_entry: Any = entry_class(key=key)
         if entry_type.fields_by_name["value"].message_type is None:
             map_entry.value = container[key]
         else:
             map_entry.value.CopyFrom(container[key])
-        entries.append(map_entry)
-    return entries
+        map_entries.append(map_entry)
+    return map_entries
 
 
 def _set_map_entry(container: Any, entry: Message) -> None:

@@ -97,7 +97,7 @@ class LocalConnections:
         return port > 0 and self._server_port == port
 
     def disable_server(self) -> None:
-        """Reject further clients, and close the connections of the server's clients."""
+        """Reject new clients, and close the connections of the server's clients."""
         self._server_port = 0
         for link_id, link in list(self._links.items()):
             if link.origin is Origin.SERVER:
@@ -202,7 +202,7 @@ class LocalConnections:
             if peer.recv_port == port and peer.key == key:
                 self._add_message_event(Origin.PEER, peer_id, sender_port, frame)
             elif peer.recv_port == port and not peer.has_warned:
-                peer.has_warned = True  # one warning suffices: further messages are not readable, either
+                peer.has_warned = True  # one warning suffices: later messages are not readable, either
                 self._events.append(
                     LogWarning(
                         f"Messages to port {port} have a different key or none: "

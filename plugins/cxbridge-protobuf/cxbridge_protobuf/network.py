@@ -27,7 +27,7 @@ from cxbridge_protobuf.types import MessageTypes
 
 ResultT = TypeVar("ResultT")
 
-MAX_CLIENTS: Final = 256  # clients of a server; further clients are disconnected
+MAX_CLIENTS: Final = 256  # clients of a server; additional clients are disconnected
 
 _THREAD_TIMEOUT_S = 10  # far longer than any work of the thread, which never blocks
 _ALL_INTERFACES = "*"  # the setting of the server's address for all network interfaces
@@ -49,7 +49,7 @@ class Network:
         self._server_address = server_address
         self.inbox: Final = Inbox(now_us)
         self._ids = itertools.count(1)
-        # held while both threads could change the tables; a single look-up needs no lock
+        # guards the changes of `_links` and `_peers` by both threads; a single look-up needs no lock
         self._lock = threading.Lock()
         self._links: dict[int, StreamLink] = {}
         self._peers: dict[int, Peer] = {}
@@ -137,7 +137,7 @@ class Network:
             self._run_in_thread(peer.close())
 
     def setup_crypto(self, peer_id: int, secret: str, cipher: str) -> None:
-        """Encrypt a peer's further messages; an empty secret or cipher ends encryption."""
+        """Encrypt a peer's messages from now on; an empty secret or cipher ends encryption."""
         peer = self._peers.get(peer_id)
         if peer is not None:
             peer.crypter = _make_crypter(secret, cipher)

@@ -145,4 +145,5 @@ def _find_source_address(address: str) -> str:
             probe.connect((address, 9))  # chooses a route and sends nothing; the port makes no difference
         except OSError:
             return ""  # an unreachable address sends no broadcast back
-        return str(probe.getsockname()[0])
+        source_address, _port = probe.getsockname()
+        return str(source_address)

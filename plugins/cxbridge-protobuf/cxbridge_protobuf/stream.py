@@ -59,8 +59,8 @@ class StreamLink(asyncio.Protocol):
         """Report the connection to the owner, and abort the connection if the owner rejects it."""
         assert isinstance(transport, asyncio.Transport)
         self._transport = transport
-        # an address of IPv6 has two more items; a connection that is already lost has no address
-        self.host, self.port = transport.get_extra_info("peername", ("", 0))[:2]
+        # an address of IPv6 has two more items; asyncio has None for a connection that is already lost
+        self.host, self.port = (transport.get_extra_info("peername") or ("", 0))[:2]
         self.host = self.host.removeprefix(_MAPPED_PREFIX)
         # set before accept_link(): afterwards the environment may send at once
         self.is_connected = True
@@ -69,7 +69,7 @@ class StreamLink(asyncio.Protocol):
             transport.abort()
 
     def data_received(self, data: bytes) -> None:
-        """Decode received bytes, and abort the connection if they are invalid."""
+        """Decode received bytes, and abort the connection if the bytes are invalid."""
         if not self.is_connected:
             return
         try:

@@ -127,10 +127,10 @@ def message_numbers(descriptor: Any) -> tuple[int, int]:
     enum = descriptor.enum_types_by_name.get("CompType")
     if enum is None:
         raise ProtobufError("Message does not have CompType enum")
-    values = [enum.values_by_name.get(name) for name in ("COMP_ID", "MSG_TYPE")]
-    if None in values:
+    enum_values = [enum.values_by_name.get(name) for name in ("COMP_ID", "MSG_TYPE")]
+    if None in enum_values:
         raise ProtobufError("Message CompType enum has no COMP_ID or MSG_TYPE value")
-    component, type_ = (int(value.number) for value in values)
+    component, type_ = (int(enum_value.number) for enum_value in enum_values)
     if not (0 <= component <= _MAX_NUMBER and 0 <= type_ <= _MAX_NUMBER):
         raise ProtobufError("Message has an invalid COMP_ID or MSG_TYPE")
     return component, type_

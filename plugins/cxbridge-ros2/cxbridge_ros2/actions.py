@@ -135,7 +135,7 @@ class ActionClient(Closing):
                 f"{name}/_action/feedback",
                 str(type_name.derive("FeedbackMessage")),
                 self._receive_feedback,
-                right=Right.LOOK,  # events of this client's goals require no further right
+                right=Right.LOOK,  # events of this client's goals require no other right
             ),
             node.subscribe(
                 f"{name}/_action/status",
@@ -195,7 +195,7 @@ class ActionClient(Closing):
         """End the goal with the status UNKNOWN if the server of the goal was restarted or replaced."""
         present_servers = self._result_client.server_numbers
         if present_servers - sent_goal.server_numbers and sent_goal.is_accepted:
-            # if the new server replaces the server of the goal, it responds with the status UNKNOWN
+            # a new server that replaces the server of the goal responds with the status UNKNOWN
             self._request_result(sent_goal)
         elif (
             present_servers

@@ -91,7 +91,7 @@ class Codec:
                 hint = did_you_mean(str(key), [field for field in fields if field != EMPTY_MESSAGE_FIELD])
                 raise Ros2Error(f"{path}: {name} has no field '{key}'", hint=hint or None)
         field_values = {**self._definitions.find_defaults(name), **message}
-        values = [
+        attribute_values = [
             self._to_ros(
                 field_type,
                 field_values[field] if field in field_values else _make_zero(field_type),
@@ -99,7 +99,7 @@ class Codec:
             )
             for field, field_type in fields.items()
         ]
-        return self._store.types[str(name)](*values)
+        return self._store.types[str(name)](*attribute_values)
 
     def _to_ros(self, field_type: FieldType, value: Any, path: str) -> Any:
         kind, details = field_type

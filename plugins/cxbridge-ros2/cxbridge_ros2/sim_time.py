@@ -50,7 +50,7 @@ def make_clock(config: Configuration, folder: Path) -> Clock:
 class SimTimeClock(Clock):
     """Follows ``/clock`` from the first query of the time on.
 
-    Time never goes backwards: after a reset of the simulation, it continues from the old time.
+    Time never goes backwards: after a reset of the simulation, the clock continues from the old time.
 
     :param join_domain: makes the node that receives the messages.
     :param server_timeout_s: the limit of real time for the first message.

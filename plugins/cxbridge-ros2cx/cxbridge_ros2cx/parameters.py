@@ -27,7 +27,7 @@ REFRESH_RATE_PATH = f"{EXECUTIVE_TREE}/refresh-rate"  # rate of the executive's 
 _DEFAULT_REFRESH_HZ = 10  # the default of the thesis' executive
 _MAX_REFRESH_HZ = 10_000  # far above useful rates: a typing error such as 1e6 would only load the processor
 
-# scalars of YAML 1.1, which the parsers of ROS 2 and of the thesis' executive read
+# scalars of YAML 1.1, which the parsers of ROS 2 and of the thesis' executive read; booleans in lower case
 YAML_TRUE = frozenset({"y", "yes", "true", "on"})
 YAML_FALSE = frozenset({"n", "no", "false", "off"})
 YAML_INTEGER = re.compile(r"[+-]?(0[xX][0-9a-fA-F]+|\d+)\Z")

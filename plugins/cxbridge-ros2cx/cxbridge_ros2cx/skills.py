@@ -69,7 +69,9 @@ class Ros2CxSkills:
         :raises SkillError: if names or parameters do not fit into messages.
         """
         self._service.settle()  # register executors that appeared since the last loop
-        has_executor = any(info.agent == agent and skill in info.skills for info in self.executors)
+        has_executor = any(
+            executor.agent == agent and skill in executor.skills for executor in self.executors
+        )
         if not has_executor and self._may_get_dummy(agent, skill):
             dummy_name = f"{agent}-{skill}-dummy"
             self._run.bus.logger(dummy_name).warn(
@@ -128,7 +130,9 @@ class Ros2CxSkills:
             raise SkillError(f"--executor cannot be '{executor_option}'", hint="write ACTION=FILE.py:CLASS")
         executor_class = load_executor(class_location, Path.cwd())
         self._service.settle()  # register executors that appeared since the last loop
-        previous_count = sum(info.agent == NO_AGENT and action in info.skills for info in self.executors)
+        previous_count = sum(
+            executor.agent == NO_AGENT and action in executor.skills for executor in self.executors
+        )
         name = f"{action}-{executor_class.__name__}-{previous_count + 1}"
         self._start_executor(make_skill_class(executor_class, action), NO_AGENT, name)
 

@@ -114,7 +114,10 @@ class Ros2CxSource(Source):
         configured_folders = config.get_strings("/clips-executive/clips-dirs", default=[])
         folders = (
             *options.clips_dirs,
-            *(Path(text.replace("@CONFDIR@", str(checkout.bringup_folder))) for text in configured_folders),
+            *(
+                Path(folder.replace("@CONFDIR@", str(checkout.bringup_folder)))
+                for folder in configured_folders
+            ),
             OVERLAYS,  # the files that shipped overlays load
         )
         repeats_defects = Ros2CxSettings.from_config(config).repeats_defects

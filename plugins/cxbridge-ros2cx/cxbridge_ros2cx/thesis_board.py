@@ -46,7 +46,7 @@ class ThesisMaster(Master):
                 f" and skill ({self.skill} {' '.join(parameters)})"
             )
 
-    def handle_response(self, executor: str, now_us: int) -> None:  # noqa: ARG002 - no further deadline
+    def handle_response(self, executor: str, now_us: int) -> None:  # noqa: ARG002 - no new deadline
         """Confirm each executor, and follow the last."""
         if self.is_over:
             return

@@ -71,7 +71,9 @@ class BagRun(Run):
             ):
                 converter = converters[connection.topic, connection.msgtype]
                 yield from self._convert(converter, connection, message, time_ns)
-            if omitted_counts and not has_events:  # with events, the omitted messages only repeat them
+            if (
+                omitted_counts and not has_events
+            ):  # in a bag with events, the other messages repeat the events
                 counts = (f"{topic}: {count}" for topic, count in sorted(omitted_counts.items()))
                 self.note(f"left out: {', '.join(counts)}")
 

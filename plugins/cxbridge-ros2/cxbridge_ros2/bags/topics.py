@@ -132,10 +132,12 @@ class ConverterTable:
 
     def _make_interface_converter(self, interface_type: str) -> Converter:
         fields = self._registry.schema(interface_type).fields
-        names = make_ros_field_names(fields)
+        ros_names = make_ros_field_names(fields)
 
         def convert(topic: str, message: Message, time_us: int) -> Iterator[Event]:
-            values = {field.name: _to_interface_value(field, message[names[field.name]]) for field in fields}
+            values = {
+                field.name: _to_interface_value(field, message[ros_names[field.name]]) for field in fields
+            }
             yield InterfaceWrite(time_us, f"{interface_type}::{topic.rpartition('/')[2]}", values)
 
         return convert

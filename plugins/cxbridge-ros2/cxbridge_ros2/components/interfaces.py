@@ -49,7 +49,7 @@ class Ros2Interfaces(Component):
         )
         node = settings.join(name, definitions, self._log.warn, context.rights)
         self._nodes.append(node)
-        # the written interfaces first, since published interfaces leave them out
+        # the written interfaces first, since PublishedInterfaces excludes the written interfaces
         for topic in sorted(topics, key=lambda topic: topic.direction != WRITE):
             with locate_errors(context.config, f"{SECTION}/{topic.key}"):
                 for schema in schemas[topic.key]:

@@ -53,7 +53,7 @@ class ExpertClient:
         :raises Ros2Error: if there is no server, or the server does not answer.
         """
         name = self.namespace + service
-        if name not in self._clients:  # kept for further calls, since the discovery of a server takes a while
+        if name not in self._clients:  # kept for later calls, since the discovery of a server takes a while
             self._clients[name] = self.node.create_client(name, SERVICE_TYPES[service])
         client = self._clients[name]
         if not self.wait(lambda: client.has_server, self._server_timeout_s):

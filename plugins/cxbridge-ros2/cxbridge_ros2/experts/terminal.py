@@ -180,7 +180,8 @@ class Terminal:
         words = argument.split()
         if len(words) != 2:  # noqa: PLR2004 - NAME and TYPE
             raise Ros2Error("an instance must have a name and a type", hint="set instance NAME TYPE")
-        self._request_problem("add_problem_instance", {"param": make_param(words[0], words[1])})
+        name, type_name = words
+        self._request_problem("add_problem_instance", {"param": make_param(name, type_name)})
 
     def _remove_instance(self, argument: str) -> None:
         name = _parse_single_name(argument, "remove instance NAME")

@@ -94,7 +94,7 @@ class ServedAction(Struct, frozen=True):
 
     @property
     def skill(self) -> str:
-        """The name of the configured skill."""
+        """The name of the configured skill: the part of the template before its arguments."""
         return re.split(r"[{(]", self.call)[0].strip() or self.action
 
 
@@ -268,11 +268,13 @@ class HubPerformer(Closing):
         """Return the agent's executors that have a skill."""
         calls = self._find_skill_calls()
         executors = () if calls is None else calls.executors
-        return [info for info in executors if info.agent == self._agent and skill in info.skills]
+        return [
+            executor for executor in executors if executor.agent == self._agent and skill in executor.skills
+        ]
 
     def _has_free_executor(self, skill: str) -> bool:
         """Return whether an executor for a skill is free, and not reserved for a caller."""
-        idle_count = sum(info.state is ExecutorState.IDLE for info in self._find_executors(skill))
+        idle_count = sum(executor.state is ExecutorState.IDLE for executor in self._find_executors(skill))
         reserved_count = sum(
             job.master is None or job.master.state is MasterState.ASKING for job in self._jobs.values()
         )

@@ -54,15 +54,15 @@ def generate_definitions(schemas: Iterable[InterfaceSchema]) -> dict[str, str]:
 def make_ros_field_names(fields: Sequence[FieldSchema]) -> dict[str, str]:
     """Return the names of fields in ROS, by their names in the interface."""
     used_names = {TIME_FIELD}
-    names = {}
+    ros_names = {}
     for field in fields:
         ros_name = re.sub(r"[^a-z0-9]+", "_", field.name.lower()).strip("_")
-        names[field.name] = _make_unique_name(ros_name, "f_", used_names)
-    return names
+        ros_names[field.name] = _make_unique_name(ros_name, "f_", used_names)
+    return ros_names
 
 
 def _format_definition(schema: InterfaceSchema) -> str:
-    fields, names = schema.fields, make_ros_field_names(schema.fields)
+    fields, ros_names = schema.fields, make_ros_field_names(schema.fields)
     enum_names = {field.enum.name for field in fields if field.enum is not None}
     enums = [enum for enum in schema.enums if enum.name in enum_names]
     lines = [f"builtin_interfaces/Time {TIME_FIELD}", *_format_constants(enums, schema.constants)]
@@ -70,7 +70,7 @@ def _format_definition(schema: InterfaceSchema) -> str:
         ros_type = _ROS_TYPES.get(field.type, _ENUM_TYPE)
         length = f"[{field.length}]" if field.is_array else ""
         comment = " ".join(field.comment.split())
-        lines.append(f"{ros_type}{length} {names[field.name]}{f'  # {comment}' if comment else ''}")
+        lines.append(f"{ros_type}{length} {ros_names[field.name]}{f'  # {comment}' if comment else ''}")
     return "\n".join((*lines, ""))
 
 

@@ -15,16 +15,17 @@ MAX_DDS_DOMAIN: Final = 232  # DDS computes port numbers from the domain; the po
 
 
 def read_domain_id() -> int:
-    """Return ``ROS_DOMAIN_ID``, or 0 if it is unset.
+    """Return ``ROS_DOMAIN_ID``, or 0 if the variable is unset or empty.
 
     :raises Ros2Error: if the variable is not a domain of DDS.
     """
-    text = os.environ.get("ROS_DOMAIN_ID", "0") or "0"
-    domain_id = parse_decimal(text)
+    domain_text = os.environ.get("ROS_DOMAIN_ID", "0") or "0"
+    domain_id = parse_decimal(domain_text)
     if domain_id is None or domain_id > MAX_DDS_DOMAIN:
         # 101 instead of 232: on Linux, the ports of higher domains overlap with ephemeral ports
         raise Ros2Error(
-            f"ROS_DOMAIN_ID={text} is not a domain", hint="use a number, on most systems from 0 to 101"
+            f"ROS_DOMAIN_ID={domain_text} is not a domain",
+            hint="use a number, on most systems from 0 to 101",
         )
     return domain_id
 
@@ -44,5 +45,5 @@ def has_rclpy() -> bool:
     spec = find_spec("rclpy")
     # a ROS for another Python has the package, too, but without an extension module for this Python
     folders = () if spec is None else spec.submodule_search_locations or ()
-    names = [f"_rclpy_pybind11{suffix}" for suffix in EXTENSION_SUFFIXES]
-    return any((Path(folder) / name).is_file() for folder in folders for name in names)
+    extension_names = [f"_rclpy_pybind11{suffix}" for suffix in EXTENSION_SUFFIXES]
+    return any((Path(folder) / name).is_file() for folder in folders for name in extension_names)

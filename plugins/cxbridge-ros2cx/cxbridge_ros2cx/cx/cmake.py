@@ -71,7 +71,7 @@ def read_commands(file: Path) -> list[CMakeCommand]:
 def find_installed_entries(commands: list[CMakeCommand], folder: Path) -> Iterator[InstalledEntry]:
     """Yield the files and folders of a package's ``install`` commands."""
     for command in commands:
-        arguments = command.arguments
+        arguments = command.arguments  # the first argument says the kind of the sources, which follow
         if command.name != "install" or "DESTINATION" not in arguments or arguments[0] not in _INSTALL_KINDS:
             continue
         target = arguments[arguments.index("DESTINATION") + 1].strip("/")

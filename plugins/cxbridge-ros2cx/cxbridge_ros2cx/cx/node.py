@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from cxbridge_ros2cx.cx.ros.node_services import NodeServices
     from cxbridge_ros2cx.cx.stock import StockEnvironment
 
-# transitions of a managed node; cxbridge_ros2.lifecycle has them, too, but is slow to import
+# transitions of a managed node; cxbridge_ros2.lifecycle has the same names, but is slow to import
 CONFIGURE, ACTIVATE, DEACTIVATE, SHUTDOWN = "configure", "activate", "deactivate", "shutdown"
 
 

@@ -1,8 +1,8 @@
 """The base class of plug-ins for environments, and the table of plug-in classes.
 
 In the ROS 2 CX (carologistics/clips_executive) a plug-in is a C++ class, e.g. ``cx::FileLoadPlugin``, which
-adds functions, templates and facts to environments. The parameters list plug-ins by name, each with its
-class; here a Python class stands in for it. All environments share one object per name. The node calls
+adds functions, templates and facts to environments. The parameters list plug-ins by name, each with its C++
+class, for which a Python class stands in here. All environments share one object per name. The node calls
 ``initialize`` once, ``init_context`` and ``context_destroyed`` for each environment, and ``finalize`` once.
 """
 

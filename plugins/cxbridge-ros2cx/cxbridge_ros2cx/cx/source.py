@@ -47,7 +47,7 @@ _FILE_SINCE_2026 = ("cx_msgs", "srv/ClipsCommand.srv")
 
 _CALLBACK_SUFFIX = "-callback"  # suffix of the deffunctions that plug-ins call
 _EXECUTIVE_TREE = "/clips-executive"
-# the longest time between two receptions of messages on a real clock: it limits the delay of responses
+# the longest time between two receptions of messages on a real clock, which limits the delay of responses
 _MAX_LOOP_PERIOD_US = MICROSECONDS // 50
 
 

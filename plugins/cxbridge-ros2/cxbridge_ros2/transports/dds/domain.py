@@ -38,10 +38,10 @@ def find_security_problem() -> str:
     """
     if os.environ.get("ROS_SECURITY_ENABLE", "").lower() != "true":
         return ""
-    text = "ROS_SECURITY_ENABLE is true, but the wheel of Cyclone DDS is built without DDS security"
+    problem = "ROS_SECURITY_ENABLE is true, but the wheel of Cyclone DDS is built without DDS security"
     if os.environ.get("ROS_SECURITY_STRATEGY") == "Enforce":
-        raise Ros2Error(text, hint="use the transport rclpy in a sourced ROS 2")
-    return f"{text}, so no data is encrypted; the transport rclpy supports security in a sourced ROS 2"
+        raise Ros2Error(problem, hint="use the transport rclpy in a sourced ROS 2")
+    return f"{problem}, so no data is encrypted; the transport rclpy supports security in a sourced ROS 2"
 
 
 # The configured domains of this process and the counts of their nodes, by the number of the domain. A domain

@@ -101,8 +101,8 @@ class _EndpointOwners:
         if endpoint is None:
             return None
         policy = endpoint.qos[Policy.Userdata]
-        text = "" if policy is None else bytes(policy.data).decode("ascii", "replace")
-        match = self._pattern.search(text)
+        user_data = "" if policy is None else bytes(policy.data).decode("ascii", "replace")
+        match = self._pattern.search(user_data)
         return "" if match is None else match[1]
 
 
@@ -176,7 +176,7 @@ class DdsClient(Client):
         if paired_handles or not readers:
             self._last_paired_s = now_s
         elif owners and now_s - self._last_paired_s > _INTRODUCTION_TIMEOUT_S:
-            paired_handles = frozenset(readers)  # the endpoints have no ids by which they could be paired
+            paired_handles = frozenset(readers)  # without ids in their user data, endpoints cannot be paired
         return self._introduction.filter_introduced(paired_handles)
 
     def explain_missing_server(self) -> str:

@@ -146,18 +146,18 @@ class RosbridgeConnection:
 
     def _receive_operations(self, socket: ClientConnection) -> None:
         try:
-            for text in socket:
-                op = _parse_operation(text)
+            for websocket_message in socket:
+                op = _parse_operation(websocket_message)
                 if op is not None:
                     self._put_in_inbox(op)
         except (WebSocketException, OSError):
             return  # the connection was lost, or closed by this side
 
 
-def _parse_operation(text: str | bytes) -> Operation | None:
+def _parse_operation(websocket_message: str | bytes) -> Operation | None:
     """Parse an operation; return None for invalid data, which is ignored."""
     try:
-        op = json.loads(text)
+        op = json.loads(websocket_message)
     except (ValueError, RecursionError):
         return None
     is_operation = isinstance(op, dict) and all(isinstance(op.get(key, ""), str | int) for key in _NAME_KEYS)

@@ -188,10 +188,11 @@ class RosbridgeNode(Node):
 
     def _handle_status(self, op: Operation) -> None:
         if op.get("level") in ("error", "warning"):
-            text = str(op.get("msg"))
+            status_text = str(op.get("msg"))
             # the start of the text names the problem, the rest quotes a message or a line of code
             self.complain(
-                f"status {text[:_COMPARED_LENGTH]}", f"the rosbridge reports: {text[:_DISPLAYED_LENGTH]}"
+                f"status {status_text[:_COMPARED_LENGTH]}",
+                f"the rosbridge reports: {status_text[:_DISPLAYED_LENGTH]}",
             )
 
     def _handle_action(self, op: Operation) -> None:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from cxbridge_ros2.node import Node
 
 NODE_NAME: Final = "/pddl_manager"
-MAX_WAITING_GOALS: Final = 64  # goals that may wait for the planner; further goals are rejected
+MAX_WAITING_GOALS: Final = 64  # goals that may wait for the planner; additional goals are rejected
 
 # errors with the texts of the ROS 2 CX
 _UNKNOWN_INSTANCE: Final = "Unknown pddl instance"
@@ -139,7 +139,7 @@ class PddlManager(GoalHandler, Closing):
     def _change_items(
         self, field: str, change: Callable[..., None], keys: tuple[str, ...], request: Message
     ) -> Fields:
-        """Change a problem by each item of a request; an invalid item does not stop further changes.
+        """Change a problem by each item of a request; an invalid item does not stop the other changes.
 
         :param field: the field of the request that lists the items.
         :param change: gets the problem of an item, and the values of the item.

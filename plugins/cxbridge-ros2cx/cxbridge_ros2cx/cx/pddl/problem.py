@@ -181,7 +181,9 @@ class ManagedProblem:
         self, action: str, arguments: Sequence[str]
     ) -> tuple[Formula | None, Formula | None, dict[str, str]]:
         """Return the condition and the effect of an action, and the values of its variables."""
-        action_definition = next((item for item in self.domain.actions if item.name == action), None)
+        action_definition = next(
+            (known_action for known_action in self.domain.actions if known_action.name == action), None
+        )
         if action_definition is None:
             raise PddlError(f"the domain has no action '{action}'")
         self._check_arguments(action, arguments, action_definition.parameters)

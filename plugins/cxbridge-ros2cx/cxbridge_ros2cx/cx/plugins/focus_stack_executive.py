@@ -188,12 +188,12 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
     def _eval(self, request: Message) -> Mapping[str, Any]:
         return self._run_command(
             request,
-            lambda env, text: int(lib.Eval(env.c_env, text, ffi.new("CLIPSValue *"))),
+            lambda env, command: int(lib.Eval(env.c_env, command, ffi.new("CLIPSValue *"))),
             "Eval",
             _EVAL_ERRORS,
         )
 
     def _build(self, request: Message) -> Mapping[str, Any]:
         return self._run_command(
-            request, lambda env, text: int(lib.Build(env.c_env, text)), "Build", _BUILD_ERRORS
+            request, lambda env, command: int(lib.Build(env.c_env, command)), "Build", _BUILD_ERRORS
         )

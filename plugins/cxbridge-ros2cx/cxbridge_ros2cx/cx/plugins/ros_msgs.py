@@ -41,7 +41,7 @@ class RosMsgsPlugin(RosPlugin):
             env,
             NAME_PREFIX,
             (
-                ("create-message", lambda text: self.messages.create(parse_type(text)), "sy"),
+                ("create-message", lambda type_text: self.messages.create(parse_type(type_text)), "sy"),
                 ("destroy-message", self.messages.destroy, "e"),
                 ("get-field", self._get_field, "e;sy"),
                 ("set-field", self._set_field, "e;sy;*"),

@@ -148,7 +148,8 @@ class _DeffunctionGoalHandler(GoalHandler):
     def _call_deffunction(self, name: str, served_goal: ServedGoal, argument: Value) -> Value:
         """Call a deffunction with a goal and an argument.
 
-        :returns: the value of the deffunction; None if it is undefined, :data:`_REJECTED` if it fails.
+        :returns: the value of the deffunction; None without such a deffunction, :data:`_REJECTED` after an
+            error.
         """
         function, messages = f"{self._prefix}{name}-callback", self._plugin.messages
         goal = messages.add_received(self._servers.type_name.derive("Goal"), served_goal.goal)

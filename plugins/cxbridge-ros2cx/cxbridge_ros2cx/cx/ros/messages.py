@@ -249,7 +249,7 @@ def _to_string(value: Value, _type_name: str) -> str | None:
     return str(value) if isinstance(value, str) else None
 
 
-# functions that return the value of a field from a CLIPS value, by the field's type; None if it does not fit
+# functions by the type of a field: each converts a CLIPS value, and returns None if the value does not fit
 _CONVERTERS: Final[dict[str, Callable[[Value, str], Any]]] = {
     **dict.fromkeys(_BIT_WIDTHS, _to_integer),
     "bool": _to_bool,

@@ -42,7 +42,7 @@ Fields = Mapping[str, Any]
 
 
 class NodeServices(Closing):
-    """The services of the node, offered when it is activated, or when it begins to wait for its activation.
+    """The services of the node, offered as soon as the node is active or waits for its activation.
 
     :param transitions: a function for each transition that returns whether the transition has succeeded.
     :param state: the state of the node: active, or unconfigured while it waits.

@@ -179,7 +179,7 @@ class ServiceServers(EndpointGroup):
     def _handle_request(
         self, env: ClipsEnvironment, service: str, type_name: TypeName, request: Message, reply: SendResponse
     ) -> None:
-        """Call the deffunction for a request at once, and send the response that it filled."""
+        """Call the deffunction for a request at once, and send the response that the deffunction filled."""
         function = f"{service if self.type_name is None else self.prefix.rstrip('-')}-service-callback"
         messages, log = self.plugin.messages, self.plugin.log
         request_address = messages.add_received(type_name.derive("Request"), request)

@@ -89,7 +89,7 @@ class Topics(EndpointGroup):
         endpoint.publisher.publish(view.fields)
 
     def _subscribe(self, env: ClipsEnvironment, topic: str, type_text: str | None = None) -> None:
-        """Subscribe to a topic: each further message becomes a fact."""
+        """Subscribe to a topic: each message from now on becomes a fact."""
         type_name, previous_endpoint = self.resolve_type(type_text), self._subscriptions.get(env, topic)
         if previous_endpoint is not None and self.type_name is None:
             self.plugin.log.warn(f"Already subscribed to topic {topic}")

@@ -1,4 +1,6 @@
-; Answers messages on /question on /answer, and serves /light.
+; Answers each message on /question with a message on /answer, and serves /light.
+
+; at the end of a run, (executive-finalize) keeps this rule from firing again after the rule `close`
 (defrule open
   (not (ros-msgs-subscription))
   (not (executive-finalize))

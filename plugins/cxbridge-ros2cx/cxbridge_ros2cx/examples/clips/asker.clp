@@ -1,4 +1,6 @@
 ; Publishes a question on /question, then switches the light on.
+
+; at the end of a run, (executive-finalize) keeps this rule from firing again after the rule `close`
 (defrule open
   (not (ros-msgs-publisher))
   (not (executive-finalize))

@@ -1,6 +1,8 @@
 ; Sends two goals, one after the other: count to 3, and count to 100, which is cancelled at 5.
+
 (deffacts goals (goal 3) (goal 100))
 
+; at the end of a run, (executive-finalize) keeps this rule from firing again after the rule `close`
 (defrule open
   (not (cxbridge-examples-count-client))
   (not (executive-finalize))

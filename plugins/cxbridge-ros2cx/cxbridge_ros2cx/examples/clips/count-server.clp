@@ -1,4 +1,5 @@
 ; Counts to the goal, one number each tick; rejects negative goals, and accepts cancellation.
+
 ; `last` is the time of the last count, so that each tick counts only once
 (deftemplate counting (slot handle) (slot to) (multislot counted) (slot last (default 0.0)))
 
@@ -7,6 +8,7 @@
   (if (< (cxbridge-examples-count-goal-get-field ?goal "to") 0) then (return 1))
   (return 2))
 
+; at the end of a run, (executive-finalize) keeps this rule from firing again after the rule `close`
 (defrule open
   (not (cxbridge-examples-count-server))
   (not (executive-finalize))

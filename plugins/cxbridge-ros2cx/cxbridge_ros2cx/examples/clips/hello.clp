@@ -1,4 +1,5 @@
 ; Greets, counts the ticks, and says good-bye.
+
 (defglobal ?*ticks* = 0)
 
 (defrule greet

@@ -10,6 +10,7 @@
   (ros-msgs-async-send-request ?request ?name)
   (ros-msgs-destroy-message ?request))
 
+; at the end of a run, (executive-finalize) keeps this rule from firing again after the rule `close`
 (defrule open
   (not (ros-msgs-client))
   (not (executive-finalize))
