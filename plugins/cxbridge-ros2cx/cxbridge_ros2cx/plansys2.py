@@ -77,6 +77,7 @@ class _PlanSys2Functions(PlanningFunctions):
             self._log.error(f"Problem adding predicate: {predicate}: {error.message}")
 
     def call_planner(self, goal_id: str, formula: str, plan_id: str) -> None:
+        """Plan for a goal; the plan and a ``pddl-plan-feedback`` become facts when the planner has ended."""
         arguments = _PlanArguments(str(goal_id), str(plan_id), str(formula))
         try:
             request, reporter = self.request(arguments.goal_id, arguments.formula)
