@@ -47,6 +47,6 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     """Return the public names and all shipped interface types."""
-    from cxbridge.interfaces import default_registry  # noqa: PLC0415
+    from cxbridge.interfaces import default_registry  # noqa: PLC0415 - as above
 
     return sorted({*globals(), *_MODULE_BY_NAME, "run", "Skill", *default_registry().names()})

@@ -17,7 +17,7 @@ from cxbridge.errors import ConfigError
 MICROSECONDS = 1_000_000
 """The number of microseconds in a second."""
 
-_MAX_US = 2**63 - 1  # the largest time stamp of 64 bits
+_MAX_US = 2**63 - 1  # the largest signed integer of 64 bits
 _MIN_ASCTIME_S = 1_000_000_000  # Fawkes prints an earlier time as two numbers
 
 MIN_FACTOR, MAX_FACTOR = 1e-6, 1e6
@@ -79,7 +79,7 @@ class Clock(ABC):
 
 
 class RealClock(Clock):
-    """The machine time, which never decreases: wall clock at the start plus monotonic time.
+    """The wall clock at the start plus the real time since then by the monotonic clock; never decreases.
 
     :param factor: seconds of the clock per second since the start.
     """

@@ -1,4 +1,4 @@
-"""Base of objects with a ``close`` method that are context managers."""
+"""The base class of context managers that call their ``close`` method."""
 
 from __future__ import annotations
 
@@ -20,6 +20,9 @@ class Closing(ABC):
         return self
 
     def __exit__(
-        self, error_type: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self,
+        error_type: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
     ) -> None:
         self.close()

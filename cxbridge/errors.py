@@ -6,21 +6,21 @@
     ├── ConfigError              a configuration file is wrong, or a value is missing or has the wrong type
     ├── InterfaceError
     │    └── InterfaceDefinitionError   an interface XML file is wrong
-    ├── BlackBoardError          an operation the blackboard refuses (blackboard.errors refines it)
-    ├── BrokenAgentError         an agent has mistakes, and is not started
+    ├── BlackBoardError          the blackboard refuses an operation (subclasses: blackboard.errors)
+    ├── BrokenAgentError         an agent has mistakes, and is not started or ended
     ├── ExecutiveError
     │    ├── ClipsError          CLIPS refused a construct, a command or a value
     │    ├── PddlError           a PDDL text does not parse or does not make sense
     │    └── ProtobufError       a protobuf message, frame or type is wrong, or the package for it is missing
     ├── SkillerError
     │    └── SkillError          a skill cannot be loaded or run
-    ├── TransformError           the transform between two frames is unknown (tf.errors refines it)
+    ├── TransformError           the transform between two frames is unknown (subclasses: space.tf.errors)
     ├── NavGraphError            a navigation graph cannot be read, or lacks a node or an edge
     ├── Ros2Error                a definition, a message or a peer of ROS 2 is wrong
     └── TraceError               a recorded run cannot be read or written
 
-All mistakes of users are such errors: the command line prints them without traceback and exits with
-:attr:`CxbridgeError.exit_status`.
+Each mistake of a user raises a :class:`CxbridgeError`. The command line prints the error without traceback
+and exits with :attr:`CxbridgeError.exit_status`.
 """
 
 from __future__ import annotations

@@ -54,12 +54,12 @@ class EventDescription(Struct, frozen=True):
         same topic.
     :param level: the lowest level at which the events are recorded.
     :param views: the views that include the events.
-    :param patterns: the fields that patterns can select, as in ``goal:env=executive``, by their names in
-        patterns. A pattern without a name selects by the first field. An empty field means that the
+    :param pattern_fields: the fields that patterns can select, as in ``goal:env=executive``, by their names
+        in patterns. A pattern without a name selects by the first field. An empty field means that the
         selection computes the value.
-    :param subject: the fields that identify the subject whose state the events describe, e.g. a goal; empty
-        for events without state.
-    :param details: the fields with details, such as parameters; empty in recordings without details.
+    :param subject_fields: the fields that identify the subject whose state the events describe, e.g. a goal;
+        empty for events without state.
+    :param detail_fields: the fields with details, such as parameters; empty in recordings without details.
     :param on_demand: whether the event is expensive, so that streams subscribe only while a client wants it.
     """
 
@@ -68,9 +68,9 @@ class EventDescription(Struct, frozen=True):
     topic_field: str = ""
     level: RecordLevel = RecordLevel.TRANSITIONS
     views: tuple[View, ...] = ()
-    patterns: Mapping[str, str] = field(default_factory=dict)
-    subject: tuple[str, ...] = ()
-    details: tuple[str, ...] = ()
+    pattern_fields: Mapping[str, str] = field(default_factory=dict)
+    subject_fields: tuple[str, ...] = ()
+    detail_fields: tuple[str, ...] = ()
     on_demand: bool = False
 
 
@@ -78,7 +78,7 @@ EVENT_TYPES: Final[dict[str, type[Event]]] = {}
 """The classes of events that leave the process, by the name of the kind."""
 
 
-def pattern_fields(definition: str) -> dict[str, str]:
+def parse_pattern_fields(definition: str) -> dict[str, str]:
     """Return the fields of an event by their names in patterns.
 
     :param definition: words ``NAME=FIELD``, or ``NAME`` if the field has the same name.

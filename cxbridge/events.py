@@ -14,7 +14,7 @@ from typing import Any
 from msgspec import Struct
 
 from cxbridge.clock import Clock
-from cxbridge.event_kinds import Event, EventDescription, RecordLevel, View, pattern_fields
+from cxbridge.event_kinds import Event, EventDescription, RecordLevel, View, parse_pattern_fields
 
 __all__ = [
     "BlockWrite",
@@ -71,7 +71,7 @@ class RuleFired(Event, frozen=True):
         "/rules",
         level=RecordLevel.RULES,
         views=(View.RULES,),
-        patterns=pattern_fields("name=rule env"),
+        pattern_fields=parse_pattern_fields("name=rule env"),
         on_demand=True,
     )
 
@@ -96,7 +96,7 @@ class FactChange(Event, frozen=True):
         "/facts",
         level=RecordLevel.FACTS,
         views=(View.FACTS,),
-        patterns=pattern_fields("template env text"),
+        pattern_fields=parse_pattern_fields("template env text"),
         on_demand=True,
     )
 
@@ -124,12 +124,12 @@ class GoalTransition(Event, frozen=True):
         "goal",
         "/goals",
         views=(View.TRANSITIONS,),
-        patterns=pattern_fields(
+        pattern_fields=parse_pattern_fields(
             "id=goal env class=goal_class sub-type=sub_type parent mode outcome error"
             " params meta priority resources"
         ),
-        subject=("env", "goal"),
-        details=("params", "meta", "priority", "resources"),
+        subject_fields=("env", "goal"),
+        detail_fields=("params", "meta", "priority", "resources"),
     )
 
     env: str
@@ -156,10 +156,10 @@ class GoalTransition(Event, frozen=True):
 class PlanActionTransition(Event, frozen=True):
     """A plan-action is new, or its state changed.
 
-    :param params: the values of its parameters in parentheses as CLIPS prints them, ``(warn "This is a
-        text")``; empty if not recorded.
-    :param skiller: the id of the SkillerInterface to which it was sent; empty if not recorded, not sent, or
-        sent to a skill board.
+    :param params: the values of the action's parameters in parentheses as CLIPS prints them, ``(warn
+        "This is a text")``; empty if not recorded.
+    :param skiller: the id of the SkillerInterface that got the skill string; empty if not recorded, not sent,
+        or sent to a skill board.
     :param call: the id of the message, or the name or number of the request on the skill board; empty if not
         recorded or not sent.
     """
@@ -169,9 +169,9 @@ class PlanActionTransition(Event, frozen=True):
         "/plan-actions",
         views=(View.TRANSITIONS,),
         # the selection computes the class: events of plan-actions have no goal class
-        patterns=pattern_fields("action env goal plan id=action_id state class= params"),
-        subject=("env", "goal", "plan", "action_id"),
-        details=("params",),
+        pattern_fields=parse_pattern_fields("action env goal plan id=action_id state class= params"),
+        subject_fields=("env", "goal", "plan", "action_id"),
+        detail_fields=("params",),
     )
 
     env: str
@@ -192,8 +192,8 @@ class SkillStatus(Event, frozen=True):
         "skill",
         "/skills",
         views=(View.TRANSITIONS, View.SKILLS),
-        patterns=pattern_fields("string=skill_string env skiller msgid status"),
-        subject=("env", "skiller"),
+        pattern_fields=parse_pattern_fields("string=skill_string env skiller msgid status"),
+        subject_fields=("env", "skiller"),
     )
 
     env: str
@@ -221,10 +221,10 @@ class InterfaceWrite(Publication, frozen=True):
     KIND = EventDescription(
         "interface",
         "/bb/",
-        "uid",
+        topic_field="uid",
         views=(View.BLACKBOARD,),
-        patterns=pattern_fields("uid"),
-        subject=("uid",),
+        pattern_fields=parse_pattern_fields("uid"),
+        subject_fields=("uid",),
         on_demand=True,
     )
 
@@ -242,7 +242,7 @@ class InterfaceMessage(Event, frozen=True):
     :param values: the values by field name, in the order of declaration.
     """
 
-    KIND = EventDescription("message", "/messages/", "uid")
+    KIND = EventDescription("message", "/messages/", topic_field="uid")
 
     uid: str
     message: str
@@ -291,10 +291,12 @@ class NavGraphRead(Event, frozen=True):
 
     :param graph: the name of the graph.
     :param nodes: the nodes by name, each with ``x`` and ``y`` in metres, ``unconnected``, ``properties``.
-    :param edges: the edges, each with ``from``, ``to``, ``directed``.
+    :param edges: the edges by ``A--B``, directed edges by ``A->B``, each with ``from``, ``to``, ``directed``.
     """
 
-    KIND = EventDescription("navgraph", "/navgraph", patterns=pattern_fields("graph"), subject=("graph",))
+    KIND = EventDescription(
+        "navgraph", "/navgraph", pattern_fields=parse_pattern_fields("graph"), subject_fields=("graph",)
+    )
 
     graph: str
     nodes: Mapping[str, Any]
@@ -384,7 +386,7 @@ class EventBus:
         }
 
     def wants(self, event_type: type[Event]) -> bool:
-        """Return whether this type, or a derived one, has a sink; checked before making an event."""
+        """Return whether a type, or a derived type, has a sink; producers ask before they make an event."""
         return event_type in self._wanted_types
 
     def emit(self, event: Event) -> None:
@@ -413,7 +415,7 @@ class Logger(Struct, frozen=True):
 
     @property
     def enabled(self) -> bool:
-        """Whether log lines have a listener; checked before formatting many lines."""
+        """Whether log lines have a listener; producers ask before they format many lines."""
         return self.bus.wants(LogLine)
 
     def log(self, level: Level, text: str) -> None:

@@ -12,6 +12,8 @@ from typing import Final
 from cxbridge.errors import CxbridgeError
 
 CORE: Final = "cxbridge"
+"""The package of cxbridge itself; the names of the plug-ins of this repository start with its name."""
+
 _DEV_EXTRA = "dev"  # the extra for work on cxbridge, which no command suggests to users
 EXTRA_PURPOSES: Final[Mapping[str, str]] = {
     "test": "pytest, which the plug-in for tests needs; `make run` installs it",
@@ -26,7 +28,7 @@ EXTRA_PURPOSES: Final[Mapping[str, str]] = {
 _EXTRA_MARKER = re.compile(r"""\bextra\s*==\s*["']([\w.-]+)["']""")
 _PACKAGE_NAME = re.compile(r"[\w.-]+")
 # The requirement of a plug-in of this repository, perhaps with an extra: cxbridge-web[foxglove].
-_PLUGIN = re.compile(rf"({CORE}-[\w-]+)(?:\[([\w-]+)\])?")
+_PLUGIN_REQUIREMENT = re.compile(rf"({CORE}-[\w-]+)(?:\[([\w-]+)\])?")
 
 
 def requirements_by_extra(package: str = CORE) -> Mapping[str, Sequence[str]]:
@@ -89,7 +91,8 @@ def pip_command(*arguments: str) -> str:
 def _checkout_folders(package: str, extra: str) -> dict[str, None]:
     """Return the folders of a package and of the plug-ins that it needs, with extras, e.g. ``.[packed]``.
 
-    Empty if the package is not in the checkout of this cxbridge.
+    The folders are the keys of a dict, which keeps each folder once, in order. Empty if the package is not in
+    the checkout of this cxbridge.
     """
     import tomllib  # noqa: PLC0415 - seldom needed
 
@@ -101,13 +104,16 @@ def _checkout_folders(package: str, extra: str) -> dict[str, None]:
     # the plug-in may not be installed, and has no metadata then
     dependencies = tomllib.loads(project_file.read_text("utf-8"))["project"]["dependencies"]
     for requirement in (*dependencies, *requirements_by_extra(package).get(extra, ())):
-        if plugin := _PLUGIN.match(requirement):
+        if plugin := _PLUGIN_REQUIREMENT.match(requirement):
             folders |= _checkout_folders(plugin[1], plugin[2] or "")
     return folders
 
 
 def _checkout() -> Path:
-    """Return the folder of the sources of cxbridge: a checkout, or the argument of ``pip install``."""
+    """Return the folder of the sources of cxbridge: a checkout, or the argument of ``pip install``.
+
+    Without sources, the folder has no ``pyproject.toml``.
+    """
     import json  # noqa: PLC0415 - seldom needed
     from importlib import metadata  # noqa: PLC0415 - as above
     from urllib.parse import urlsplit  # noqa: PLC0415 - as above
@@ -117,7 +123,7 @@ def _checkout() -> Path:
     if (folder / "pyproject.toml").is_file():
         return folder
     origin = json.loads(metadata.distribution(CORE).read_text("direct_url.json") or "{}")
-    return Path(url2pathname(urlsplit(origin.get("url", "")).path))
+    return Path(url2pathname(urlsplit(origin.get("url", folder.as_uri())).path))
 
 
 def _with_extra(package: str, extra: str) -> str:
@@ -137,8 +143,8 @@ def missing_package_error(error: ModuleNotFoundError) -> CxbridgeError | None:
         return CxbridgeError(f"the package '{module}' is not installed", hint=hint)
     for package in _cxbridge_packages():
         for requirement in metadata.requires(package) or []:
-            text, _, marker = requirement.partition(";")
-            name, extra = _PACKAGE_NAME.match(text), _EXTRA_MARKER.search(marker)
+            specifier, _, marker = requirement.partition(";")
+            name, extra = _PACKAGE_NAME.match(specifier), _EXTRA_MARKER.search(marker)
             is_match = name is not None and module and _module_name(name[0]) == module.lower()
             if is_match and (extra is None or extra[1] != _DEV_EXTRA):
                 hint = plugin_command(package) if extra is None else install_command(extra[1], package)
@@ -164,7 +170,7 @@ def _module_name(package: str) -> str:
 def _is_installed(requirement: str) -> bool:
     from importlib import metadata  # noqa: PLC0415 - slow to import, and seldom needed
 
-    name, plugin = _PACKAGE_NAME.match(requirement), _PLUGIN.match(requirement)
+    name, plugin = _PACKAGE_NAME.match(requirement), _PLUGIN_REQUIREMENT.match(requirement)
     try:
         metadata.version(name[0] if name else requirement)
     except metadata.PackageNotFoundError:
@@ -173,6 +179,6 @@ def _is_installed(requirement: str) -> bool:
 
 
 def _shorten_path(path: Path) -> str:
-    """Return a path, relative to the working directory if that is shorter."""
-    folder = Path.cwd()
-    return str(path.relative_to(folder)) if path.is_relative_to(folder) else str(path)
+    """Return a path, relative to the working directory if the path is within that folder."""
+    working_dir = Path.cwd()
+    return str(path.relative_to(working_dir)) if path.is_relative_to(working_dir) else str(path)

@@ -17,7 +17,8 @@ from cxbridge.errors import CxbridgeError
 ABSENT: Final = "does not exist"
 """The phrase of :func:`why_unreadable` for a path at which nothing exists."""
 
-_ABSENCE_CODES: Final = frozenset({errno.ENOENT, errno.ENOTDIR, errno.ELOOP})
+# The errors of a missing file, of a file in place of a folder, and of a link that leads to itself.
+_ABSENCE_ERRNOS: Final = frozenset({errno.ENOENT, errno.ENOTDIR, errno.ELOOP})
 
 
 @contextmanager
@@ -42,7 +43,7 @@ def is_readable_file(path: str | Path) -> bool:
 
 
 def why_unreadable(path: str | Path) -> str:
-    """Return why a path is not a readable file, as a phrase after its name; empty if it is.
+    """Return why a path is not a readable file, as a phrase to follow the path; empty for a readable file.
 
     A parent folder without permission to search is a reason, too, because its content is unknown.
     """
@@ -52,7 +53,7 @@ def why_unreadable(path: str | Path) -> str:
             return "is not a regular file"
         path.open("rb").close()
     except (OSError, ValueError) as error:  # ValueError: the path has a null byte
-        if getattr(error, "errno", None) not in _ABSENCE_CODES:
+        if getattr(error, "errno", None) not in _ABSENCE_ERRNOS:
             return f"cannot be read: {getattr(error, 'strerror', None) or error}"
         return f"is a broken link to {path.readlink()}" if path.is_symlink() else ABSENT
     return ""
@@ -114,9 +115,9 @@ def write_file(path: str | Path, content: str | bytes) -> None:
     :param content: a text is written in UTF-8 with line ends ``\n``.
     :raises CxbridgeError: if the file cannot be written.
     """
-    data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
+    encoded = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
     with replaced_file(path) as new_path:
-        new_path.write_bytes(data)
+        new_path.write_bytes(encoded)
 
 
 def _temporary_folder(target: Path) -> Path | None:

@@ -45,15 +45,15 @@ class Interrupt:
     """Records SIGINT, SIGTERM and SIGHUP while it is entered.
 
     Enter it before creating resources that need a clean-up, and leave it after the clean-up. A nested
-    instance takes over the signals that the outer one has recorded, and returns its signals. Ignored signals
-    remain ignored, except SIGINT for a service: shells start background jobs with SIGINT ignored, and a
-    service has no terminal whose Ctrl-C is for other programs. The third signal ends the process immediately,
-    because a C function that does not return cannot be interrupted. In threads other than the main thread,
-    where Python delivers no signals, an instance has no effect.
+    instance takes over the signals that the outer instance has recorded, and passes its own signals back.
+    Ignored signals remain ignored, except SIGINT for a service: shells start background jobs with SIGINT
+    ignored, and a service has no terminal whose Ctrl-C is for other programs. The third signal ends the
+    process immediately, because a C function that does not return cannot be interrupted. In threads other
+    than the main thread, where Python delivers no signals, an instance has no effect.
 
     :param stop: called repeatedly after a signal in a second thread to request the end.
     :param force: called repeatedly after :data:`GRACE_S` in the second thread to end work that does not end.
-    :param service: whether the process serves clients until a signal.
+    :param is_service: whether the process serves clients until a signal.
     """
 
     _entered_instances: ClassVar[list[Interrupt]] = []  # from the outermost to the innermost instance
@@ -63,27 +63,27 @@ class Interrupt:
         stop: Callable[[], None] = _do_nothing,
         force: Callable[[], None] = _do_nothing,
         *,
-        service: bool = False,
+        is_service: bool = False,
     ) -> None:
         self._stop, self._force = stop, force
-        self._service = service
+        self._is_service = is_service
         self._replaced_handlers: dict[signal.Signals, _Handler] = {}
         self._ended = threading.Event()
         self._thread: threading.Thread | None = None
-        self._sockets: tuple[socket.socket, socket.socket] | None = None
+        self._sockets: tuple[socket.socket, socket.socket] | None = None  # read by the thread, written by C
         self._outer_wakeup_fd = -1
-        self._force_at_s = 0.0
-        self._handled_numbers = [int(number) for number in _SIGNALS]
+        self._force_at_s = 0.0  # by the monotonic clock
+        self._handled_numbers = [int(signal_number) for signal_number in _SIGNALS]
         self.is_signalled = False
 
     def __enter__(self) -> Self:
         if threading.current_thread() is not threading.main_thread():
             return self
-        for number in _SIGNALS:
-            is_service_interrupt = self._service and number == signal.SIGINT
-            if is_service_interrupt or signal.getsignal(number) is not signal.SIG_IGN:
-                self._replaced_handlers[number] = signal.signal(number, self._record_signal)
-        self._handled_numbers = [int(number) for number in self._replaced_handlers]
+        for signal_number in _SIGNALS:
+            is_service_interrupt = self._is_service and signal_number == signal.SIGINT
+            if is_service_interrupt or signal.getsignal(signal_number) is not signal.SIG_IGN:
+                self._replaced_handlers[signal_number] = signal.signal(signal_number, self._record_signal)
+        self._handled_numbers = [int(signal_number) for signal_number in self._replaced_handlers]
         # a socket, because Windows cannot wait for a pipe
         self._sockets = reader, writer = socket.socketpair()
         writer.setblocking(False)
@@ -99,13 +99,16 @@ class Interrupt:
         return self
 
     def __exit__(
-        self, error_type: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self,
+        error_type: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
     ) -> None:
         if self._thread is None or self._sockets is None:
             return
         signal.set_wakeup_fd(self._outer_wakeup_fd)
-        for number, handler in self._replaced_handlers.items():
-            signal.signal(number, handler)
+        for signal_number, handler in self._replaced_handlers.items():
+            signal.signal(signal_number, handler)
         self._replaced_handlers = {}
         self._ended.set()
         with contextlib.suppress(BlockingIOError):  # full of signals, so the thread is awake
@@ -145,7 +148,7 @@ class Interrupt:
             signal_socket.settimeout(_REPEAT_S if signal_count else None)
             with contextlib.suppress(TimeoutError):  # the time for the next call of ``stop`` or ``force``
                 new_signals = sum(
-                    number in self._handled_numbers for number in signal_socket.recv(64)
+                    signal_number in self._handled_numbers for signal_number in signal_socket.recv(64)
                 )  # further bytes wait for the next round
                 if new_signals and not signal_count:
                     self._force_at_s = max(self._force_at_s, time.monotonic() + GRACE_S)

@@ -59,19 +59,20 @@ def check_server_address(
     is_local: bool,
     is_restricted: bool,
     hint: str,
-    error: type[CxbridgeError] = ConfigError,
+    error_class: type[CxbridgeError] = ConfigError,
 ) -> None:
     """Raise an error for a server that anybody on the network can reach.
 
+    :param server: the server's name, for the error.
     :param address: the host or the endpoint.
     :param is_local: whether only this user or this machine can reach the server.
     :param is_restricted: whether keys, a token or a list of peers restrict the clients, or an option permits
         all clients.
-    :raises CxbridgeError: of the class ``error``.
+    :raises CxbridgeError: of the class ``error_class``.
     """
     if not (is_local or is_restricted):
         reach = "by all users of" if is_abstract_socket(address) else "from beyond"
-        raise error(f"{server} at {address} could be reached {reach} this machine", hint=hint)
+        raise error_class(f"{server} at {address} could be reached {reach} this machine", hint=hint)
 
 
 def listen(

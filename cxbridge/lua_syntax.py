@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any, Final
 
-_LINE: Final = re.compile(r"\]:(\d{1,9}): (.*)")  # [string "..."]:3: unexpected symbol near ...
+_LINE_AND_MESSAGE: Final = re.compile(r"\]:(\d{1,9}): (.*)")  # [string "..."]:3: unexpected symbol near ...
 _BYTECODE_START: Final = b"\x1b"  # Lua does not check bytecode, which may crash the process
 
 
@@ -30,7 +30,7 @@ class LuaCompiler:
             self._lua.compile(text)
         except self._error as error:
             message = decode_lua_text(str(error))
-            match = _LINE.search(message)
+            match = _LINE_AND_MESSAGE.search(message)
             return (int(match[1]), match[2]) if match else (0, message)
         return None
 

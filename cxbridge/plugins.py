@@ -26,7 +26,7 @@ API: Final = 1
 """The version of the hooks; plug-ins for other versions are refused."""
 
 GROUP: Final = "cxbridge"
-"""The group of entry points; each names a module with the tables of a plug-in."""
+"""The group of entry points of plug-ins, named like the package; each names a module with tables."""
 
 HOOKS: Final = frozenset(
     {
@@ -189,9 +189,9 @@ class Table(Generic[T]):
         try:
             loaded: T = resolve_name(row.target)
         except Exception as error:
-            absent = missing_package_error(error) if isinstance(error, ModuleNotFoundError) else None
-            if absent is not None or not row.origin:
-                raise absent or error from None  # an error of cxbridge itself is a fault, with its traceback
+            absence = missing_package_error(error) if isinstance(error, ModuleNotFoundError) else None
+            if absence is not None or not row.origin:
+                raise absence or error from None  # an error of cxbridge itself is a fault, with its traceback
             raise PluginError(
                 f"{title} cannot be loaded: {type(error).__name__}: {error}",
                 hint=_make_mend_hint(row.origin),

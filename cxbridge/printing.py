@@ -49,6 +49,7 @@ def _compile_pattern(*ranges: range) -> re.Pattern[str]:
 
 _UNSAFE_CHARACTER: Final = _compile_pattern(*_UNSAFE_RANGES)
 _UNSAFE_IN_LINE: Final = _compile_pattern(*_UNSAFE_RANGES, _LINE_FEED)
+# The lookahead excepts the surrogates that represent Latin-1 letters.
 _UNSAFE_IN_RECORD: Final = re.compile(
     f"(?!{_compile_pattern(_LATIN_1_SURROGATES).pattern}){_UNSAFE_IN_LINE.pattern}"
 )

@@ -46,7 +46,7 @@ class Rights(Struct, frozen=True):
     programs: bool = True
     skills_are_programs: bool = False
 
-    def allow(self, right: Right) -> bool:
+    def allows(self, right: Right) -> bool:
         """Return whether clients have a right."""
         return right is Right.LOOK or (self.control and (right is Right.CONTROL or self.programs))
 
@@ -61,7 +61,7 @@ class Rights(Struct, frozen=True):
         :param action: the operation, for the error.
         :raises RefusedError: if clients do not have the right.
         """
-        if not self.allow(right):
+        if not self.allows(right):
             raise RefusedError(f"refused: {action}", hint=self.refusal_hint(right))
 
     def message_right(self, interface_type: str, message_type: str) -> Right:

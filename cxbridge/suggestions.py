@@ -16,9 +16,9 @@ _MAX_LENGTH: Final = 200  # comparing longer texts takes too long
 _MIN_PART_LENGTH: Final = 3  # shorter names are part of too many longer ones
 
 
-def likeness(a: str, b: str) -> float:
+def likeness(name: str, other_name: str) -> float:
     """Return the similarity of two names from 0 to 1, ignoring case."""
-    return SequenceMatcher(None, a.lower(), b.lower()).ratio()
+    return SequenceMatcher(None, name.lower(), other_name.lower()).ratio()
 
 
 def nearest_names(name: str, known_names: Iterable[str], cutoff: float = MIN_LIKENESS) -> list[str]:
@@ -30,16 +30,18 @@ def nearest_names(name: str, known_names: Iterable[str], cutoff: float = MIN_LIK
     """
     if len(name) > _MAX_LENGTH:
         return []
-    candidates = {candidate.lower(): candidate for candidate in sorted(set(known_names))}
+    names_by_lower_case = {known.lower(): known for known in sorted(set(known_names))}
     name = name.lower()
-    candidates_by_length = sorted(candidates, key=lambda candidate: abs(len(candidate) - len(name)))
+    candidates_by_length = sorted(names_by_lower_case, key=lambda candidate: abs(len(candidate) - len(name)))
     similar = get_close_matches(name, candidates_by_length[:_MAX_COMPARED], _MAX_SUGGESTIONS, cutoff)
     if similar:
         min_likeness = likeness(similar[0], name) - _MARGIN
         similar = [candidate for candidate in similar if likeness(candidate, name) >= min_likeness]
     elif len(name) >= _MIN_PART_LENGTH:
-        similar = sorted(candidate for candidate in candidates if name in candidate)[:_MAX_SUGGESTIONS]
-    return [candidates[candidate] for candidate in similar]
+        similar = sorted(candidate for candidate in names_by_lower_case if name in candidate)[
+            :_MAX_SUGGESTIONS
+        ]
+    return [names_by_lower_case[candidate] for candidate in similar]
 
 
 def did_you_mean(
@@ -47,14 +49,14 @@ def did_you_mean(
 ) -> str:
     """Return a hint with the likely meanings of an unknown name.
 
-    :param otherwise: the hint if there are none.
+    :param otherwise: the hint without similar names.
     :param cutoff: the minimum similarity, as for :func:`nearest_names`.
     """
     suggestions = nearest_names(name, known_names, cutoff)
     return f"did you mean {' or '.join(suggestions)}?" if suggestions else otherwise
 
 
-def or_similar(name: str, known_names: Iterable[str]) -> str:
-    """Return the hint in parentheses, `` (did you mean ...?)``, to follow a name; or empty."""
+def bracketed_suggestion(name: str, known_names: Iterable[str]) -> str:
+    """Return the hint to follow a name, ``" (did you mean ...?)"``; empty without similar names."""
     hint = did_you_mean(name, known_names)
     return f" ({hint})" if hint else ""

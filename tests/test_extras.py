@@ -70,12 +70,14 @@ def test_command_installs_plug_ins_of_extra_from_checkout(monkeypatch, extra, pa
     assert words == [word for folder in folders for word in ("-e", folder)]
 
 
-def test_installed_copy_knows_source_folder(monkeypatch, tmp_path):
+@pytest.mark.parametrize(
+    ("origin", "folder"), [(json.dumps({"url": ROOT.as_uri()}), str(ROOT)), (None, "site-packages")]
+)
+def test_installed_copy_knows_source_folder(monkeypatch, tmp_path, origin, folder):
+    """An installation from an index has no origin, and the working directory is not its source."""
     monkeypatch.setattr(extras, "__file__", str(tmp_path / "site-packages" / "cxbridge" / "extras.py"))
-    monkeypatch.setattr(
-        metadata.Distribution, "read_text", lambda self, name: json.dumps({"url": ROOT.as_uri()})
-    )
-    assert extras._checkout() == ROOT
+    monkeypatch.setattr(metadata.Distribution, "read_text", lambda self, name: origin)
+    assert extras._checkout() == tmp_path / folder
 
 
 def test_doctor_names_missing_extras_and_command(installed):

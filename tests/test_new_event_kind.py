@@ -9,7 +9,7 @@ import pytest
 
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import TraceError
-from cxbridge.event_kinds import EVENT_TYPES, EventDescription, RecordLevel, pattern_fields
+from cxbridge.event_kinds import EVENT_TYPES, EventDescription, RecordLevel, parse_pattern_fields
 from cxbridge.events import Event, EventBus
 from cxbridge.trace.compare.selection import Selection
 from cxbridge.trace.formats.mcap.writer import McapWriter
@@ -30,8 +30,8 @@ class BatteryCharge(Event, frozen=True):
         "/battery/",
         "robot",
         level=RecordLevel.RULES,
-        patterns=pattern_fields("robot charge"),
-        subject=("robot",),
+        pattern_fields=parse_pattern_fields("robot charge"),
+        subject_fields=("robot",),
     )
 
     robot: str

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.suggestions import did_you_mean, likeness, nearest_names, or_similar
+from cxbridge.suggestions import bracketed_suggestion, did_you_mean, likeness, nearest_names
 
 
 @pytest.mark.parametrize(
@@ -53,8 +53,8 @@ def test_hints():
     assert did_you_mean("rule-c", ["rule-a", "rule-b"], "see the list") == "did you mean rule-b or rule-a?"
     assert did_you_mean("zebra", ["pick"], "see the list") == "see the list"
     assert did_you_mean("/a/bc", ["/a/xy"], cutoff=0.75) == ""
-    assert or_similar("pik", ["pick"]) == " (did you mean pick?)"
-    assert or_similar("zebra", ["pick"]) == ""
+    assert bracketed_suggestion("pik", ["pick"]) == " (did you mean pick?)"
+    assert bracketed_suggestion("zebra", ["pick"]) == ""
 
 
 def test_likeness():

@@ -53,7 +53,7 @@ class OpenRequest(Struct, frozen=True):
     interface_class: type[Interface]
     id: str
     owner: str = ""
-    writer: bool = False
+    is_writer: bool = False
     queue_limit: int | None = None
     listen: ListenerRegistrar | None = None
 
@@ -78,7 +78,7 @@ class OpenRequest(Struct, frozen=True):
             id=self.id,
             owner=self.owner,
             serial=serial,
-            writer=self.writer,
+            writer=self.is_writer,
             queue_limit=self.queue_limit,
         )
         if self.listen is not None:
@@ -209,7 +209,16 @@ class BlackBoard(ABC):
         :raises VersionMismatchError: if the interface is open in another version of the type.
         """
         interface_class = self._find_class(interface, interface_id)
-        return self._open(OpenRequest(interface_class, interface_id, owner, True, queue_limit, listen))
+        return self._open(
+            OpenRequest(
+                interface_class,
+                interface_id,
+                owner,
+                is_writer=True,
+                queue_limit=queue_limit,
+                listen=listen,
+            )
+        )
 
     def _find_class(self, interface: type[Interface] | str, interface_id: str) -> type[Interface]:
         """Check the names and return the class."""
@@ -224,7 +233,8 @@ class BlackBoard(ABC):
             raise UnknownTypeError(interface, hint=error.hint) from error
 
     @abstractmethod
-    def _open(self, request: OpenRequest) -> Interface: ...
+    def _open(self, request: OpenRequest) -> Interface:
+        """Open an interface as requested; :meth:`open_for_writing` lists the errors."""
 
     @abstractmethod
     def close(self, instance: Interface) -> None:

@@ -61,9 +61,10 @@ class Feed(Listener, Observer, Closing):
     def __init__(self, board: BlackBoard, owner: str) -> None:
         self._board = board
         self._owner = owner
+        # changes, and for each created interface its type and id
         self._events: queue.SimpleQueue[InterfaceChange | tuple[str, str]] = queue.SimpleQueue()
-        self._lock = threading.Lock()  # guards the instances, because listeners run in any thread
-        self._instances: dict[tuple[str, str], Interface] = {}
+        self._lock = threading.Lock()  # guards the copies of the instances: listeners read in any thread
+        self._instances: dict[tuple[str, str], Interface] = {}  # by type and id
 
     def open(self, interface_type: str, interface_id: str) -> Interface:
         """Open an interface for reading and follow its events.
@@ -90,7 +91,7 @@ class Feed(Listener, Observer, Closing):
         return tuple(self._instances.values())
 
     def follow(self, type_glob: str, id_glob: str) -> Sequence[Interface]:
-        """Follow all present and future interfaces that match; return the present ones.
+        """Follow all present and future interfaces that match; return the present interfaces.
 
         :raises BlackBoardError: if an interface cannot be opened.
         """

@@ -43,7 +43,7 @@ class _ObserverRegistration(Struct, eq=False):
     observer: Observer
     type_glob: str
     id_glob: str
-    active: bool = True
+    is_active: bool = True
 
 
 FaultReporter = Callable[[str, Exception], None]
@@ -72,15 +72,15 @@ class ObserverTable:
         with self._lock:
             for registration in self._registrations:
                 # a notification in another thread may still hold the registration
-                registration.active &= registration.observer is not observer
+                registration.is_active &= registration.observer is not observer
             self._registrations = tuple(
-                registration for registration in self._registrations if registration.active
+                registration for registration in self._registrations if registration.is_active
             )
 
     def notify(self, interface_type: str, interface_id: str, *, created: bool) -> None:
         """Notify the observers of a created or destroyed interface."""
         for registration in self._find_registrations(interface_type, interface_id):
-            if registration.active:
+            if registration.is_active:
                 observer = registration.observer
                 method = observer.interface_created if created else observer.interface_destroyed
                 try:
@@ -184,7 +184,7 @@ class _Registration(Struct, eq=False):
     listener: Listener
     instance: Interface
     method: Callable[..., bool | None]
-    active: bool = True
+    is_active: bool = True
 
 
 def overridden_kinds(listener: Listener, *, messages: bool) -> tuple[EventKind, ...]:
@@ -192,6 +192,7 @@ def overridden_kinds(listener: Listener, *, messages: bool) -> tuple[EventKind, 
 
     :param messages: whether to include messages.
     """
+    # a bound method has the function of its class; a function that an instance has instead has no __func__
     return tuple(
         kind
         for kind in EventKind
@@ -227,20 +228,23 @@ class ListenerTable:
         """Register a listener of an instance; a repeated registration has no effect."""
         with self._lock:
             for kind in kinds:
-                present = self._registrations.get(kind, ())
-                if not any(each.listener is listener and each.instance is instance for each in present):
+                registrations = self._registrations.get(kind, ())
+                if not any(
+                    registration.listener is listener and registration.instance is instance
+                    for registration in registrations
+                ):
                     registration = _Registration(listener, instance, getattr(listener, kind))
-                    self._registrations[kind] = (*present, registration)
+                    self._registrations[kind] = (*registrations, registration)
             self._update_data_audience()
 
     def unregister(self, listener: Listener | None, instance: Interface) -> None:
-        """Remove the registrations of a listener for an instance; with None, of all listeners."""
+        """Remove the registrations of a listener for an instance; None: of all listeners."""
         with self._lock:
             for kind, registrations in list(self._registrations.items()):
                 remaining = []
                 for registration in registrations:
                     if instance is registration.instance and listener in (None, registration.listener):
-                        registration.active = False  # a notification in another thread may still hold it
+                        registration.is_active = False  # a notification in another thread may still hold it
                     else:
                         remaining.append(registration)
                 self._registrations[kind] = tuple(remaining)
@@ -272,7 +276,7 @@ class ListenerTable:
     def notify_audience(self, audience: Audience, kind: EventKind, *args: UUID) -> None:
         """Notify the active listeners of ``audience``."""
         for registration in audience:
-            if registration.active:
+            if registration.is_active:
                 try:
                     registration.method(registration.instance, *args)
                 except Exception as error:  # noqa: BLE001 - a listener's fault is not the caller's
@@ -285,7 +289,7 @@ class ListenerTable:
             does not count as False.
         """
         for registration in self._registrations.get(EventKind.MESSAGE_RECEIVED, ()):
-            if registration.active:
+            if registration.is_active:
                 try:
                     if registration.method(registration.instance, message) is False:
                         return False

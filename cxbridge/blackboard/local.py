@@ -58,12 +58,12 @@ class InterfaceMemory(BoardPort):
         :raises VersionMismatchError: if the class belongs to another version of the type.
         """
         with self._lock:
-            if request.writer and self._writer is not None:
+            if request.is_writer and self._writer is not None:
                 raise WriterActiveError(self.type, self.id, self._writer.owner)
             if request.interface_class.SCHEMA.hash != self.hash:
                 raise VersionMismatchError(self.uid, self.hash, request.interface_class.SCHEMA.hash)
             instance = request.make_instance(self, serial)
-            if request.writer:
+            if request.is_writer:
                 self._writer = instance
             else:
                 self._readers[serial] = instance
@@ -214,7 +214,7 @@ class LocalBlackBoard(BlackBoard):
         # observers and listeners are called without the lock, because they may use the blackboard
         if existing is None:
             self._observers.notify(*key, created=True)
-        memory.listeners.notify(membership_kind(writer=request.writer, added=True), instance.serial)
+        memory.listeners.notify(membership_kind(writer=request.is_writer, added=True), instance.serial)
         return instance
 
     def close(self, instance: Interface) -> None:
@@ -227,12 +227,12 @@ class LocalBlackBoard(BlackBoard):
             memory = self._memories.get(key)
             if memory is None or not memory.detach(instance):
                 raise ForeignInstanceError(instance.uid)
-            destroyed = memory.is_unused
-            if destroyed:
+            is_destroyed = memory.is_unused
+            if is_destroyed:
                 del self._memories[key]
         memory.listeners.notify(membership_kind(writer=instance.is_writer, added=False), instance.serial)
         memory.listeners.unregister(None, instance)
-        if destroyed:
+        if is_destroyed:
             self._observers.notify(*key, created=False)
 
     def _write_final_block(self, writer: Interface) -> None:

@@ -38,7 +38,7 @@ class Snapshot(Struct, frozen=True, gc=False):
 
 
 class BoardPort:
-    """An interface on a blackboard; the transport adds the access to it.
+    """An interface on a blackboard; the transport adds the access to the interface.
 
     A write replaces the whole snapshot, so a reader in another thread needs no lock to get all parts of the
     same write. The lock orders the writes.

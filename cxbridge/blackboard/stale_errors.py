@@ -39,10 +39,10 @@ class ErrorTracker:
         return error
 
 
-def find_syntax_error(chunk: str) -> str:
-    """Return the error of compiling a Lua chunk; empty if the chunk is valid."""
-    problem = _get_compiler().find_error(chunk.encode("utf-8", "surrogateescape"))
-    return "" if problem is None else f"the skill string is not valid Lua: {problem[1]}"
+def find_syntax_error(skill_string: str) -> str:
+    """Return the error of compiling a skill string as Lua; empty for valid Lua."""
+    line_and_message = _get_compiler().find_error(skill_string.encode("utf-8", "surrogateescape"))
+    return "" if line_and_message is None else f"the skill string is not valid Lua: {line_and_message[1]}"
 
 
 @cache

@@ -64,12 +64,12 @@ def say_unmatched(board: BlackBoard, globs: Sequence[str]) -> None:
 
 def suggest_interface(board: BlackBoard, glob: str) -> str:
     """Return a suggestion for a pattern without matching interfaces, or an empty text."""
-    from cxbridge.suggestions import or_similar
+    from cxbridge.suggestions import bracketed_suggestion
 
     uids = [interface.uid for interface in board.list()]
     types = {uid.partition("::")[0] for uid in uids}
     names = uids if "::" in glob else types | {name.removesuffix("Interface") for name in types}
-    return or_similar(glob.strip("*"), names)
+    return bracketed_suggestion(glob.strip("*"), names)
 
 
 def split_glob(glob: str) -> tuple[str, str]:

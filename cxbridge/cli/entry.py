@@ -40,12 +40,12 @@ def default_interrupt() -> Iterator[None]:
             signal.signal(signal.SIGINT, handler)
 
 
-def handle_signals(*, service: bool = False) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
+def handle_signals(*, is_service: bool = False) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
     """Make a command handle SIGINT, SIGTERM and SIGHUP from before its imports until its end.
 
     Instances of :class:`cxbridge.interrupt.Interrupt` within the command take over the signals.
 
-    :param service: whether the command serves clients until a signal stops it.
+    :param is_service: whether the command serves clients until a signal stops it.
     """
 
     def decorate(command: Callable[_P, _T]) -> Callable[_P, _T]:
@@ -54,7 +54,7 @@ def handle_signals(*, service: bool = False) -> Callable[[Callable[_P, _T]], Cal
             with default_interrupt():
                 from cxbridge.interrupt import Interrupt
 
-                with Interrupt(service=service):
+                with Interrupt(is_service=is_service):
                     return command(*args, **kwargs)
 
         return run

@@ -7,7 +7,7 @@ CLIPS 6.30 prints strings within facts in quotes without escaping::
 A quote may therefore end a string or belong to it. The slots of the deftemplates of transitions are known: a
 slot ends where the next known slot starts, and the text between must have the form of a value. In other
 deftemplates, a quote ends the string only if the end of the slot or the next field of a multislot can follow.
-A string that contains the end of its slot and the start of the next is ambiguous.
+A string that contains the end of its slot and the start of the next slot is ambiguous.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from cxbridge.clipstext.values import Value, show
 LAYOUTS: Final[Mapping[str, tuple[str, ...]]] = {
     "SkillerInterface": ("id", "time", "skill_string", "error", "exclusive_controller", "msgid", "status"),
     "goal": tuple(slot.name for slot in GOAL_SLOTS),
+    # unpacked tuples, because the formatter would write a single tuple with one name a line
     "plan-action": (
         *("id", "goal-id", "plan-id", "skiller", "action-name", "param-names", "param-values", "duration"),
         *("dispatch-time", "state", "executable", "error-msg", "start-time", "precondition"),
@@ -89,13 +90,13 @@ def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
         slots, is_complete = _parse_by_quotes(text, template)
     except FactSyntaxError:
         # a quote within a string may have ended the string too early
-        slots = _LayoutParser(text, names).read(1 + len(template)) or {}
+        slots = _LayoutParser(text, names).read(len("(") + len(template)) or {}
         if not slots:
             raise
         return template, slots, True
     if is_complete and len(slots) < len(names):
         # a string may contain the start of slots, or the fact has unknown slots
-        layout_slots = _LayoutParser(text, names).read(1 + len(template))
+        layout_slots = _LayoutParser(text, names).read(len("(") + len(template))
         if layout_slots is not None and len(layout_slots) > len(slots):
             slots = layout_slots
     return template, slots, is_complete
@@ -103,7 +104,7 @@ def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
 
 def _parse_by_quotes(text: str, template: str) -> tuple[dict[str, str], bool]:
     """Return the slots of a fact, found by the quotes of its strings, and whether none is omitted."""
-    position = 1 + len(template)
+    position = len("(") + len(template)
     slots: dict[str, str] = {}
     is_complete = True
     while True:
@@ -126,8 +127,9 @@ def _parse_by_quotes(text: str, template: str) -> tuple[dict[str, str], bool]:
 
 
 def _parse_slots_without_strings(template: str, text: str) -> dict[str, str] | None:
-    """Return the slots of a fact without strings, found by one search, or None for other facts."""
-    slots = _SLOT_WITHOUT_STRINGS.findall(text, 1 + len(template))
+    """Return the slots of a fact without strings, found by a single search; None for other facts."""
+    slots = _SLOT_WITHOUT_STRINGS.findall(text, len("(") + len(template))
+    # the slots that were found must make up the whole text
     size = sum(map(len, chain.from_iterable(slots))) + len(" ()") * len(slots)
     if size + len(template) + len("()") != len(text) or not text.endswith(")"):
         return None
@@ -148,7 +150,10 @@ class _LayoutParser:
         self._dead_ends: set[tuple[int, int]] = set()
 
     def read(self, position: int) -> dict[str, str] | None:
-        """Return the slots, or None if the fact has unknown slots or another order."""
+        """Return the slots, or None if the fact has unknown slots or another order.
+
+        :param position: the position after the deftemplate.
+        """
         slots = self._parse_reversed_slots(0, position)
         return None if slots is None else dict(reversed(slots))
 
@@ -190,8 +195,8 @@ class _LayoutParser:
 def _find_slot_end(text: str, position: int) -> int:
     """Return the position of the parenthesis that closes the slot whose value starts at ``position``."""
     depth = 0
-    while (mark := _PARENTHESIS_OR_QUOTE.search(text, position)) is not None:
-        position = mark.start()
+    while (match := _PARENTHESIS_OR_QUOTE.search(text, position)) is not None:
+        position = match.start()
         character = text[position]
         if character == '"':
             position = _find_string_end(text, position)

@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 from typing import Final, NamedTuple
 
-DECLARATION: Final = Path(__file__).parent.parent / "executive" / "clips" / "cx" / "goal.clp"
+DECLARATION_FILE: Final = Path(__file__).parent.parent / "executive" / "clips" / "cx" / "goal.clp"
 """The file of the core with the deftemplate ``goal``."""
 
 _COMMENT: Final = re.compile(r";[^\n]*")
@@ -35,7 +35,8 @@ class GoalSlot(NamedTuple):
 def read_slots(text: str) -> tuple[GoalSlot, ...]:
     """Return the slots of the first deftemplate in a file, in the order of printing."""
     begin = text.index("(deftemplate")
-    # up to the next construct, so that slots of other deftemplates of the file are not found
+    # up to the next construct, so that slots of other deftemplates of the file are not found; without a next
+    # construct, find returns -1, which only drops the last line end
     declaration = _COMMENT.sub("", text[begin : text.find("\n(def", begin)])
     return tuple(
         _make_slot(bool(multi), name, attributes)
@@ -53,4 +54,4 @@ def _make_slot(is_multi: bool, name: str, attribute_text: str) -> GoalSlot:
     return GoalSlot(name, is_multi, slot_type, attributes.get("default", implicit_default))
 
 
-GOAL_SLOTS: Final = read_slots(DECLARATION.read_text("utf-8"))
+GOAL_SLOTS: Final = read_slots(DECLARATION_FILE.read_text("utf-8"))

@@ -108,7 +108,7 @@ class Lines(Struct, frozen=True, dict=True):
         return self._starts[line - 1] + column - 1 if line <= len(self._starts) else len(self.text)
 
 
-def read(text: str, *, close: bool = False) -> list[SyntaxNode]:
+def read_nodes(text: str, *, close: bool = False) -> list[SyntaxNode]:
     """Return the top-level nodes of ``text``.
 
     :param close: whether lists without end extend to the end of the text; otherwise they are left out.
@@ -158,10 +158,10 @@ def _blank_match(match: re.Match[str]) -> str:
     return _CHARACTER_IN_LINE.sub(" ", hidden) if "\n" in hidden else " " * len(hidden)
 
 
-def top_level(code: str) -> Iterator[tuple[int, int | None]]:
+def top_level_lists(code: str) -> Iterator[tuple[int, int | None]]:
     """Yield start and end of each top-level list; None is the end of a list without end.
 
-    The function is much faster than :func:`read`, because it makes no nodes.
+    The function is much faster than :func:`read_nodes`, because it makes no nodes.
 
     :param code: a text with blank strings and comments.
     """
@@ -182,12 +182,14 @@ def top_level(code: str) -> Iterator[tuple[int, int | None]]:
 def has_top_level_calls(text: str) -> bool:
     """Return whether a file has calls at the top level, so that CLIPS executes it with ``batch``."""
     code = blank(text)
-    return any(not _DEFINITION.match(code, start) for start, _ in top_level(code))
+    return any(not _DEFINITION.match(code, start) for start, _ in top_level_lists(code))
 
 
 def literal(node: SyntaxNode) -> str:
     """Return the text of a literal word or string; empty for other nodes."""
-    if node.items is not None or node.text.startswith(("?", "$?")) or node.text in "&|~:=":
+    if (
+        node.items is not None or node.text.startswith(("?", "$?")) or node.text in "&|~:="
+    ):  # the marks of constraints
         return ""
     return node.text.strip('"') if node.text.startswith('"') else node.text
 
@@ -205,9 +207,10 @@ def is_declaration(construct: str) -> bool:
 class Definition(Struct, frozen=True):
     """A construct with its content.
 
-    :param kind: the word that begins it: ``defrule``, ``deftemplate`` ...
+    :param kind: the word that begins the construct: ``defrule``, ``deftemplate`` ...
     :param name: the name without the module.
-    :param line: the number of its first line, from 1.
+    :param line: the line on which the construct begins, from 1.
+    :param node: the whole construct.
     """
 
     kind: str
@@ -219,7 +222,7 @@ class Definition(Struct, frozen=True):
 def definitions(text: str) -> Iterator[Definition]:
     """Yield the complete constructs of a file in order."""
     lines = Lines(text)
-    for node in read(text):
+    for node in read_nodes(text):
         if node.arguments:
             name = without_module(node.arguments[0].text)
             yield Definition(node.head, name, lines.at(node.start), node)
@@ -228,7 +231,7 @@ def definitions(text: str) -> Iterator[Definition]:
 def rule_lines(text: str) -> dict[str, int]:
     """Return the lines of the rules of a file by name; of several rules with a name the last rule counts."""
     code, lines = blank(text), Lines(text)
-    constructs = ((CONSTRUCT.match(code, start), start) for start, _ in top_level(code))
+    constructs = ((CONSTRUCT.match(code, start), start) for start, _ in top_level_lists(code))
     return {
         without_module(match[2]): lines.at(start)
         for match, start in constructs

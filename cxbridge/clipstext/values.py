@@ -1,4 +1,4 @@
-"""Values of CLIPS that do not need CLIPS, and their printed forms."""
+"""Values of CLIPS, independent of the CLIPS library, and their printed forms."""
 
 from __future__ import annotations
 
@@ -38,7 +38,8 @@ NIL: Final = Symbol("nil")
 Value: TypeAlias = Any
 """A value: int, float, str, a class of this module, or of :mod:`cxbridge.executive.host.values`.
 
-A tuple of values is a MULTIFIELD. A recursive alias would need more casts than it finds mistakes.
+A tuple of values is a MULTIFIELD. An exact recursive alias would cost
+more casts than it would find mistakes.
 """
 
 

@@ -19,7 +19,7 @@ _BASE: Final = "BASEDIR"
 
 
 class Checkouts(Struct, frozen=True):
-    """Checkouts with the same layout; a file of an earlier checkout hides the file of a later one.
+    """Checkouts with the same layout; a file of an earlier checkout hides the file of a later checkout.
 
     :param folders: absolute paths, by decreasing precedence.
     """
@@ -33,17 +33,17 @@ class Checkouts(Struct, frozen=True):
         """
         resolved = file.resolve()
         for folder in self.folders:
-            configuration = folder / CONFIGURATION
-            if resolved.is_relative_to(configuration.resolve()):
-                return configuration
+            configuration_folder = folder / CONFIGURATION
+            if resolved.is_relative_to(configuration_folder.resolve()):
+                return configuration_folder
         return file.parent
 
     def find_checkout(self, file: Path) -> Path:
         """Return the checkout of a configuration file, else the last checkout, else the file's folder."""
         resolved = file.resolve()
-        owners = (folder for folder in self.folders if resolved.is_relative_to(folder.resolve()))
+        checkouts = (folder for folder in self.folders if resolved.is_relative_to(folder.resolve()))
         # the last checkout is Fawkes', which has the files that a team does not replace
-        return next(owners, self.folders[-1] if self.folders else resolved.parent)
+        return next(checkouts, self.folders[-1] if self.folders else resolved.parent)
 
     def find_configuration(self, name: Path) -> Path:
         """Return the configuration file or folder with a name in a checkout, else the name itself."""
@@ -54,17 +54,18 @@ class Checkouts(Struct, frozen=True):
         """Return the folders that match a pattern, by checkout."""
         return [path for folder in self.folders for path in sorted(folder.glob(pattern)) if path.is_dir()]
 
-    def expand(self, text: str, placeholders: dict[str, str], base: Path) -> list[Path]:
-        """Return the folders of a configured path, one for each checkout that has it.
+    def expand(self, configured_path: str, placeholders: dict[str, str], base: Path) -> list[Path]:
+        """Return the folders of a configured path, one for each checkout that has the folder.
 
+        :param configured_path: a path that may begin with a placeholder, e.g. ``@BASEDIR@/src/clips``.
         :param placeholders: the values of ``BASEDIR`` etc.; used if no checkout has the folder.
         :param base: the base of relative paths.
         """
-        default = base / substitute_path(text, placeholders)
-        if f"@{_BASE}@" not in text:  # the path does not depend on the checkout
+        default = base / substitute_path(configured_path, placeholders)
+        if f"@{_BASE}@" not in configured_path:  # the path does not depend on the checkout
             return [default]
         bases = (placeholders | {_BASE: str(folder)} for folder in self.folders)
-        paths = [base / substitute_path(text, values) for values in bases]
+        paths = [base / substitute_path(configured_path, values) for values in bases]
         return [path for path in paths if path.is_dir()] or [default]
 
 
@@ -72,7 +73,7 @@ PLACEHOLDERS = ("BASEDIR", "FAWKES_BASEDIR", "RESDIR", "CONFDIR")
 """The placeholders that the CLIPS Executive registers, without their @, in its order."""
 
 
-def substitute_path(text: str, folders: Mapping[str, str | Path]) -> str:
+def substitute_path(configured_path: str, folders: Mapping[str, str | Path]) -> str:
     """Return a configured path with placeholders replaced.
 
     As in Fawkes, only the first occurrence of each placeholder is replaced.
@@ -80,5 +81,5 @@ def substitute_path(text: str, folders: Mapping[str, str | Path]) -> str:
     :param folders: folders by placeholder without @, e.g. ``{"BASEDIR": "/opt/fawkes"}``.
     """
     for name, folder in folders.items():
-        text = text.replace(f"@{name}@", str(folder), 1)
-    return text
+        configured_path = configured_path.replace(f"@{name}@", str(folder), 1)
+    return configured_path

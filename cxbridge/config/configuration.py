@@ -75,7 +75,7 @@ class Configuration:
     def from_text(
         cls, text: str, name: str = "<text>", *, host: str | None = None, confdir: str | Path = "."
     ) -> Configuration:
-        """Read a configuration from a text; ``name`` replaces its file in errors."""
+        """Read a configuration from a text; ``name`` takes the place of a file in errors."""
         loader = ConfigLoader(Path(confdir), host)
         loader.load_text(text, name)
         return cls._from_loader(loader)
@@ -129,7 +129,7 @@ class Configuration:
         return ConfigError(message, hint=hint) if value is None else value.error(message, hint)
 
     def keys(self, path: str = "/") -> list[str]:
-        """Return the path elements directly below a path, sorted, but in order for a list of maps."""
+        """Return the path elements directly below a path, sorted; of a list of maps, in the list's order."""
         node = self._root.find(path)
         if node is None:
             return []
@@ -224,14 +224,17 @@ class Configuration:
     def _make_missing_error(self, path: str, node: ConfigNode | None) -> ConfigError:
         """Return the error for a path without a value.
 
-        :param node: the map or the list of maps at the path, if any.
+        :param node: the map or the list of maps at the path; None if the path has neither.
         """
         path = "/" + "/".join(split_path(path))
         if node is not None:
             return ConfigError(
-                f"{path} holds {node.kind.value}, not a value", file=node.mark.file or None,
-                line=node.mark.line or None, hint=f"values below: {', '.join(list(node.children)[:8])}",
-            )  # fmt: skip
+                f"{path} holds {node.kind.value}, not a value",
+                file=node.mark.file or None,
+                line=node.mark.line or None,
+                # the first eight, because a map may have hundreds of values
+                hint=f"values below: {', '.join(list(node.children)[:8])}",
+            )
         known_paths = (leaf for leaf, _ in self._root.leaves(""))
         return ConfigError(
             f"there is no configuration value {path}",
@@ -244,8 +247,8 @@ class Configuration:
     def _find_host_hint(self, path: str) -> str:
         """Return a hint about the first file of another host that has a value; empty without such a file."""
         for include in self._host_includes:
-            for entry in sorted(include.parent.glob(include.name.replace("$host", "*", 1))):
-                for file in list_config_files(entry) if entry.is_dir() else [entry]:
+            for host_path in sorted(include.parent.glob(include.name.replace("$host", "*", 1))):
+                for file in list_config_files(host_path) if host_path.is_dir() else [host_path]:
                     with suppress(ConfigError):  # the file of another host may be invalid
                         if file not in self.files and Configuration.load(file).exists(path):
                             option = f"--config {shlex.quote(str(file))}"
@@ -295,7 +298,7 @@ class Configuration:
     def overlay_files(self, files: Path | Sequence[Path] | None) -> None:
         """Lay configuration files over this one, in order.
 
-        :raises ConfigError: if a file cannot be read, or its kinds of values differ.
+        :raises ConfigError: if a file cannot be read, or a value would replace a value of another kind.
         """
         for file in () if files is None else (files,) if isinstance(files, Path) else files:
             self.overlay(Configuration.load(file))
@@ -303,7 +306,7 @@ class Configuration:
     def overlay(self, upper: Configuration) -> None:
         """Lay another configuration over this one; its values take precedence.
 
-        :raises ConfigError: if a value would replace one of another kind, such as a list in place of a
+        :raises ConfigError: if a value would replace a value of another kind, such as a list in place of a
             scalar.
         """
         overlay(self._root, upper._root)

@@ -17,15 +17,15 @@ from cxbridge.errors import ConfigError
 MAX_DEPTH: Final = 100  # far above real files, far below the limit of recursion
 TOO_DEEP: Final = f"values are nested more than {MAX_DEPTH} deep"
 MAX_NODES: Final = 200_000  # aliases of aliases multiply the nodes of a short text
-FAWKES_TAG: Final = "tag:fawkesrobotics.org,cfg/"
-_YAML_TAG: Final = "tag:yaml.org,2002:"
+FAWKES_TAG_PREFIX: Final = "tag:fawkesrobotics.org,cfg/"
+_YAML_TAG_PREFIX: Final = "tag:yaml.org,2002:"
 # YAML's own tags of scalars, sequences and mappings.
 _YAML_KINDS: Final = {
     yaml.ScalarEvent: ("str", "int", "float", "bool", "null"),
     yaml.SequenceStartEvent: ("seq",),
     yaml.MappingStartEvent: ("map",),
 }
-# hints for parts of libyaml's messages
+# The hints by a phrase of libyaml's messages.
 _SYNTAX_HINTS: Final = {
     "cannot start any token": "indent with blanks, not tabs; quote a value that begins with @, ` or %",
     "mapping values are not allowed": "quote a value that has ': ' inside, or check the indentation",
@@ -88,24 +88,24 @@ class YamlMap(NamedTuple):
 YamlNode = YamlScalar | YamlList | YamlMap
 
 
-def parse_documents(data: bytes | str, name: str) -> list[YamlNode]:
+def parse_documents(content: bytes | str, name: str) -> list[YamlNode]:
     """Return the root nodes of all documents of a YAML text.
 
     :param name: the name of the text in errors and marks, usually its file.
     :raises ConfigError: if the text is invalid, nested too deep, or too large through aliases.
     """
-    text = data if isinstance(data, str) else _decode(data, name)
+    text = content if isinstance(content, str) else _decode(content, name)
     loader: Any = getattr(yaml, "CLoader", yaml.Loader)  # libyaml, if PyYAML was built with it
     try:
         return list(_Composer(yaml.parse(text, Loader=loader), name).build_documents())
     except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
+        yaml_mark = error.problem_mark or error.context_mark
         problem = ", ".join(text for text in (error.context, error.problem) if text)
-        position = Mark(name, mark.line + 1, mark.column + 1) if mark else Mark(name)
+        mark = Mark(name, yaml_mark.line + 1, yaml_mark.column + 1) if yaml_mark else Mark(name)
         if "maximum nesting depth" in problem:  # PyYAML 6.0.4 reaches a separate limit first
-            raise position.error(TOO_DEEP) from None
-        hint = next((hint for part, hint in _SYNTAX_HINTS.items() if part in problem), None)
-        raise position.error(f"this is not valid YAML: {problem}", hint) from None
+            raise mark.error(TOO_DEEP) from None
+        hint = next((hint for phrase, hint in _SYNTAX_HINTS.items() if phrase in problem), None)
+        raise mark.error(f"this is not valid YAML: {problem}", hint) from None
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, max(0, min(error.position, len(text)))) + 1
         raise Mark(name, line).error(
@@ -115,13 +115,13 @@ def parse_documents(data: bytes | str, name: str) -> list[YamlNode]:
         raise Mark(name).error(f"this is not valid YAML: {error}") from None
 
 
-def _decode(data: bytes, name: str) -> str:
+def _decode(encoded: bytes, name: str) -> str:
     # YAML is in UTF-8 or UTF-16; PyYAML would report a wrong byte without its line
-    encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+    encoding = "utf-16" if encoded[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     try:
-        return data.decode(encoding)
+        return encoded.decode(encoding)
     except UnicodeDecodeError as error:
-        raise Mark(name, data.count(b"\n", 0, error.start) + 1).error(
+        raise Mark(name, encoded.count(b"\n", 0, error.start) + 1).error(
             f"the file is not {encoding.removesuffix('-sig').upper()} text", "save it as UTF-8"
         ) from None
 
@@ -157,7 +157,7 @@ class _Composer:
             return self._resolve_alias(event)
         if depth > MAX_DEPTH:
             raise self._make_mark(event).error(TOO_DEEP)
-        budget = self._budget
+        budget_before = self._budget
         self._use_budget(1, event)
         if event.anchor:
             self._anchors[event.anchor] = None
@@ -169,7 +169,7 @@ class _Composer:
             else self._build_map(event, depth)
         )
         if event.anchor:
-            self._anchors[event.anchor] = (node, budget - self._budget)
+            self._anchors[event.anchor] = (node, budget_before - self._budget)
         return node
 
     def _resolve_alias(self, event: Any) -> YamlNode:
@@ -181,11 +181,12 @@ class _Composer:
         anchor = self._anchors[event.anchor]
         if anchor is None:
             raise self._make_mark(event).error(f"the alias *{event.anchor} lies inside its own anchor")
-        node, size = anchor
-        self._use_budget(size, event)
+        node, node_count = anchor
+        self._use_budget(node_count, event)
         return node
 
     def _build_scalar(self, event: Any) -> YamlScalar:
+        # event.implicit[0]: whether the scalar has no tag and no quotes
         is_null = event.implicit[0] and event.tag is None and event.value in _NULL_TEXTS
         return YamlScalar(
             self._make_mark(event), self._normalize_tag(event), event.value, is_null, event.implicit[0]
@@ -212,16 +213,16 @@ class _Composer:
     def _normalize_tag(self, event: Any) -> str:
         """Return the tag in the spelling of the files, without the exclamation mark.
 
-        %TAG is valid for a single document, but yaml-cpp applies it to the next one. Tags with Fawkes' prefix
-        and tags without a prefix are therefore equal here. YAML's own tags only repeat the kind of the node
-        and are dropped.
+        %TAG is valid for a single document, but yaml-cpp applies the directive to the next document, too.
+        Tags with Fawkes' prefix and tags without a prefix are therefore equal here. YAML's own tags only
+        repeat the kind of the node and are dropped.
         """
         tag: str | None = event.tag
         if tag is None or tag == "!":
             return ""
-        if tag.startswith(FAWKES_TAG):
-            return tag.removeprefix(FAWKES_TAG)
+        if tag.startswith(FAWKES_TAG_PREFIX):
+            return tag.removeprefix(FAWKES_TAG_PREFIX)
         if tag.startswith("!"):
             return tag[1:]
         own_kinds = next(kinds for event_type, kinds in _YAML_KINDS.items() if isinstance(event, event_type))
-        return "" if tag.removeprefix(_YAML_TAG) in own_kinds else tag
+        return "" if tag.removeprefix(_YAML_TAG_PREFIX) in own_kinds else tag

@@ -28,10 +28,14 @@ MAX_FILES: Final = 1000
 _FILE_IN_FOLDER: Final = re.compile(r"[a-zA-Z0-9_-]+\.yaml")
 
 
-class _FileToRead(Struct, frozen=True):
-    """A file to read, with the place of its include and the chain of including files."""
+class _QueuedFile(Struct, frozen=True):
+    """A file to read.
 
-    file: Path
+    :param mark: the place of the include; empty for a file that the program names.
+    :param chain: the including files, from the first file to the file with the include.
+    """
+
+    path: Path
     mark: Mark
     chain: tuple[Path, ...] = ()
     ignores_missing: bool = False
@@ -51,8 +55,8 @@ class ConfigLoader:
         """The includes with ``$host`` in the file name, not replaced."""
         self._confdir, self._host = confdir, host
         self._builder = TreeBuilder()
-        self._host_file: _FileToRead | None = None
-        self._queue: deque[_FileToRead] = deque()
+        self._host_file: _QueuedFile | None = None
+        self._queue: deque[_QueuedFile] = deque()
 
     @property
     def warnings(self) -> list[str]:
@@ -61,48 +65,48 @@ class ConfigLoader:
 
     def load_files(self, files: Iterable[Path]) -> None:
         """Read files and their includes."""
-        self._queue.extend(_FileToRead(file, Mark()) for file in files)
+        self._queue.extend(_QueuedFile(file, Mark()) for file in files)
         self._load_queue()
 
     def load_text(self, text: str | bytes, name: str) -> None:
         """Read a text and its includes."""
-        self._read(text, _FileToRead(Path(name), Mark()), name)
+        self._read(text, _QueuedFile(Path(name), Mark()), name)
         self._load_queue()
 
     def _load_queue(self) -> None:
         while self._queue:
-            self._load_entry(self._queue.popleft())
-        if (host_entry := self._host_file) is not None:  # last, so that its values take precedence
-            self._load_entry(host_entry)
+            self._load_file(self._queue.popleft())
+        if (host_file := self._host_file) is not None:  # last, so that its values take precedence
+            self._load_file(host_file)
             if self._queue:
                 raise ConfigError(
                     "a host-specific file may not include files",
-                    file=host_entry.file,
-                    hint=f"move the include into the file that names it ({host_entry.mark.file})",
+                    file=host_file.path,
+                    hint=f"move the include into the file that names it ({host_file.mark.file})",
                 )
 
-    def _load_entry(self, entry: _FileToRead) -> None:
+    def _load_file(self, queued_file: _QueuedFile) -> None:
         if len(self.files) >= MAX_FILES:
-            raise entry.mark.error(f"more than {MAX_FILES} files are included")
+            raise queued_file.mark.error(f"more than {MAX_FILES} files are included")
         try:
-            data = entry.file.read_bytes()
+            content = queued_file.path.read_bytes()
         except OSError as error:
             # a file that exists but cannot be read is an error all the same
-            if entry.ignores_missing and isinstance(error, FileNotFoundError | NotADirectoryError):
+            if queued_file.ignores_missing and isinstance(error, FileNotFoundError | NotADirectoryError):
                 return
-            raise _make_unreadable_error(entry, error) from None
-        self.files.append(entry.file)
-        self._read(data, entry, str(entry.file))
+            raise _make_unreadable_error(queued_file, error) from None
+        self.files.append(queued_file.path)
+        self._read(content, queued_file, str(queued_file.path))
 
-    def _read(self, data: str | bytes, entry: _FileToRead, name: str) -> None:
-        documents = parse_documents(data, name)
+    def _read(self, content: str | bytes, queued_file: _QueuedFile, name: str) -> None:
+        documents = parse_documents(content, name)
         for surplus in documents[2:3]:  # only the first, so that a file has one warning
             self.warnings.append(f"{surplus.mark.file}:{surplus.mark.line}: only two documents are read")
         if not documents:
             return
         *includes, values = documents[:2]  # a single document has the values
         for document in includes:
-            self._queue_includes(document, entry)
+            self._queue_includes(document, queued_file)
         tree = self._builder.build(values)
         if tree.kind is NodeKind.MAP:
             overlay(self.root, tree)
@@ -112,7 +116,7 @@ class ConfigLoader:
                 "write 'name: value' lines",
             )
 
-    def _queue_includes(self, document: YamlNode, entry: _FileToRead) -> None:
+    def _queue_includes(self, document: YamlNode, queued_file: _QueuedFile) -> None:
         """Queue the includes in the first of two documents."""
         if isinstance(document, YamlScalar) and document.is_null:
             return
@@ -120,14 +124,16 @@ class ConfigLoader:
             raise document.mark.error("the first of two documents must be a map, e.g. with 'include:'")
         for key, value in document.pairs:
             if isinstance(key, YamlScalar) and key.text == "include":
-                self._queue_include_list(value, entry)
+                self._queue_include_list(value, queued_file)
 
-    def _queue_include_list(self, value: YamlNode, entry: _FileToRead) -> None:
-        if isinstance(value, YamlScalar) and value.is_null:
+    def _queue_include_list(self, includes: YamlNode, queued_file: _QueuedFile) -> None:
+        if isinstance(includes, YamlScalar) and includes.is_null:
             return
-        if not isinstance(value, YamlList):
-            raise value.mark.error("'include' must be a list", "write each file on a separate line: '- FILE'")
-        for item in value.items:
+        if not isinstance(includes, YamlList):
+            raise includes.mark.error(
+                "'include' must be a list", "write each file on a separate line: '- FILE'"
+            )
+        for item in includes.items:
             if not isinstance(item, YamlScalar):
                 raise item.mark.error(
                     "an include must be the name of a file, or of a folder with '/' at its end"
@@ -136,27 +142,27 @@ class ConfigLoader:
                 raise unknown_tag_error(item.tag, item.mark)
             if not item.text or item.is_null or "\0" in item.text:
                 raise item.mark.error("the include is empty", "name a file or a folder")
-            self._queue_include(item, entry)
+            self._queue_include(item, queued_file)
 
-    def _queue_include(self, item: YamlScalar, entry: _FileToRead) -> None:
+    def _queue_include(self, item: YamlScalar, queued_file: _QueuedFile) -> None:
         if "$host" in Path(item.text).name:
             self.host_includes.append(Path(os.path.normpath(self._confdir / item.text)))
         name = item.text.replace("$host", self._host or socket.gethostname(), 1)
         path = Path(os.path.normpath(self._confdir / name))
-        chain = (*entry.chain, entry.file)
+        chain = (*queued_file.chain, queued_file.path)
         if item.tag == "host-specific":
             if self._host_file is not None:
                 mark = self._host_file.mark
                 raise item.mark.error(
                     f"a host-specific file is already included ({mark.file}:{mark.line})", "keep one"
                 )
-            self._host_file = _FileToRead(path, item.mark, chain, ignores_missing=True)
+            self._host_file = _QueuedFile(path, item.mark, chain, ignores_missing=True)
             return
         is_optional = item.tag == "ignore-missing"
         if name.endswith("/"):
             self._queue_folder(path, item.mark, chain, is_optional=is_optional)
         else:
-            self._enqueue(_FileToRead(path, item.mark, chain, is_optional))
+            self._enqueue(_QueuedFile(path, item.mark, chain, is_optional))
 
     def _queue_folder(self, folder: Path, mark: Mark, chain: tuple[Path, ...], *, is_optional: bool) -> None:
         try:
@@ -164,15 +170,15 @@ class ConfigLoader:
         except OSError as error:
             if is_optional and isinstance(error, FileNotFoundError):
                 return
-            raise _make_unreadable_error(_FileToRead(folder, mark), error) from None
+            raise _make_unreadable_error(_QueuedFile(folder, mark), error) from None
         for file in files:
-            self._enqueue(_FileToRead(file, mark, chain, is_optional))
+            self._enqueue(_QueuedFile(file, mark, chain, is_optional))
 
-    def _enqueue(self, entry: _FileToRead) -> None:
-        if entry.file in entry.chain:
-            cycle = " -> ".join(str(file) for file in (*entry.chain, entry.file))
-            raise entry.mark.error(f"the includes form a cycle: {cycle}", "remove this include")
-        self._queue.append(entry)
+    def _enqueue(self, queued_file: _QueuedFile) -> None:
+        if queued_file.path in queued_file.chain:
+            cycle = " -> ".join(str(file) for file in (*queued_file.chain, queued_file.path))
+            raise queued_file.mark.error(f"the includes form a cycle: {cycle}", "remove this include")
+        self._queue.append(queued_file)
 
 
 def list_config_files(folder: Path) -> list[Path]:
@@ -183,11 +189,11 @@ def list_config_files(folder: Path) -> list[Path]:
     return sorted(file for file in folder.iterdir() if _FILE_IN_FOLDER.fullmatch(file.name))
 
 
-def _make_unreadable_error(entry: _FileToRead, error: OSError) -> ConfigError:
+def _make_unreadable_error(queued_file: _QueuedFile, error: OSError) -> ConfigError:
     reason = (error.strerror or str(error)).lower()
-    if not entry.mark.file:
-        return ConfigError(f"cannot read the configuration: {reason}", file=entry.file)
-    return entry.mark.error(
-        f"cannot read the included {entry.file}: {reason}",
+    if not queued_file.mark.file:
+        return ConfigError(f"cannot read the configuration: {reason}", file=queued_file.path)
+    return queued_file.mark.error(
+        f"cannot read the included {queued_file.path}: {reason}",
         "correct the name, or write '- !ignore-missing NAME' when it may be missing",
     )

@@ -35,7 +35,7 @@ _STREAM_INT = re.compile(rf"{_SPACE}(?P<sign>[+-]?){_DIGITS}{_SPACE}")
 _STREAM_FLOAT = re.compile(
     rf"{_SPACE}(?P<number>[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?){_SPACE}"
 )
-_BOOLS = {
+_BOOL_BY_WORD = {
     "y": True,
     "yes": True,
     "true": True,
@@ -109,7 +109,7 @@ def to_bool(text: str) -> bool | None:
     The words are y, yes, true, on, n, no, false, off; each in lower case, upper case or capitalised.
     """
     is_uniform = text in (text.lower(), text.upper(), text.capitalize())
-    return _BOOLS.get(text.lower()) if is_uniform else None
+    return _BOOL_BY_WORD.get(text.lower()) if is_uniform else None
 
 
 CONVERTERS: Mapping[ConfigType, Callable[[str], bool | int | float | str | None]] = {

@@ -53,9 +53,9 @@ def is_secret(path: str) -> bool:
 def _is_secret_name(name: str) -> bool:
     words = [word.lower() for word in _WORD.findall(name)]
     # apiKey and api-key have two words
-    joined = (word + following for word, following in zip(("", *words), words, strict=False))
+    word_pairs = (word + following for word, following in zip(("", *words), words, strict=False))
     return any(word.endswith(_ENDINGS) for word in words) or any(
-        word.removesuffix("s").endswith(_KEY_ENDINGS) for word in joined
+        word.removesuffix("s").endswith(_KEY_ENDINGS) for word in word_pairs
     )
 
 
@@ -64,9 +64,9 @@ def mask(path: str, text: str) -> str:
 
     :param path: the path of the value, empty if it is unknown.
     """
-    # a switch such as `use-password: true` tells nothing
-    is_told = not text or not is_secret(path) or scalar_type(text) is ConfigType.BOOL
-    if _PEM.search(text) or not is_told:
+    # a switch such as `use-password: true` reveals nothing
+    is_public = not text or not is_secret(path) or scalar_type(text) is ConfigType.BOOL
+    if _PEM.search(text) or not is_public:
         return MASKED_TEXT
     if "://" in text:
         text = _USER.sub(f"{MASKED_TEXT}@", text)
@@ -83,12 +83,12 @@ def mask_value(value: ConfigValue) -> ConfigValue:
     )
 
 
-def has_secrets(data: bytes) -> bool:
+def has_secrets(content: bytes) -> bool:
     """Return whether a configuration file has secrets, or cannot be searched for secrets."""
     try:
         return any(
             mask(path, node.text) != node.text
-            for root in parse_documents(data, "")
+            for root in parse_documents(content, "")
             for path, node in _walk_scalars(root, "")
         )
     except ConfigError:
@@ -96,6 +96,7 @@ def has_secrets(data: bytes) -> bool:
 
 
 def _walk_scalars(node: YamlNode, path: str) -> Iterator[tuple[str, YamlScalar]]:
+    """Yield path and node of each scalar; the elements of a list have the path of the list."""
     if isinstance(node, YamlScalar):
         yield path, node
     elif isinstance(node, YamlList):

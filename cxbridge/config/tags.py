@@ -28,6 +28,7 @@ def _is_port(text: str) -> bool:
     return port is not None and 0 < port < _PORT_LIMIT
 
 
+# By tag: the check of a text, and the description of valid texts for errors.
 _CHECKS: dict[str, tuple[Callable[[str], bool], str]] = {
     "frame": (
         lambda text: _FRAME.fullmatch(text) is not None,

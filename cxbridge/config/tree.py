@@ -1,8 +1,9 @@
 """The tree of a configuration, its leaves as values, and the overlay of trees.
 
 The rules are those of Fawkes (``libs/config/yaml_node.h``): maps merge, scalars and lists replace; a list of
-maps has the path elements ``0``, ``1``, ... and is replaced as a whole. Where Fawkes silently drops a value
-(a scalar over a map, a value over ``null``), it is an error, or the value is used; see docs/configuration.md.
+maps has the path elements ``0``, ``1``, ... and is replaced as a whole. Where Fawkes silently drops a value,
+an error is raised (a scalar over a map), or the value is used (a value over ``null``); see
+docs/configuration.md.
 """
 
 from __future__ import annotations
@@ -161,18 +162,23 @@ class TreeBuilder:
                     raise key_node.mark.error(
                         f"'{element}' is {node_above.kind.value} in line {node_above.mark.line}, not a map"
                     )
-            value = self.build(value_node, child_depth)
+            child = self.build(value_node, child_depth)
             earlier_node = node_above.children.get(key)
             if earlier_node is not None:
-                self._report_duplicate(key, earlier_node, value, key_node.mark)
-            node_above.children[key] = value
+                self._report_duplicate(key, earlier_node, child, key_node.mark)
+            node_above.children[key] = child
         return root
 
-    def _report_duplicate(self, key: str, earlier_node: ConfigNode, value: ConfigNode, mark: Mark) -> None:
-        """Report a duplicate key: a warning for equal kinds, where the later value is used as in Fawkes."""
-        if earlier_node.kind is not value.kind:
+    def _report_duplicate(
+        self, key: str, earlier_node: ConfigNode, later_node: ConfigNode, mark: Mark
+    ) -> None:
+        """Warn of a duplicate key, whose later value is used as in Fawkes.
+
+        :raises ConfigError: if the values have different kinds.
+        """
+        if earlier_node.kind is not later_node.kind:
             raise mark.error(
-                f"'{key}' is {value.kind.value}, "
+                f"'{key}' is {later_node.kind.value}, "
                 f"but {earlier_node.kind.value} in line {earlier_node.mark.line}",
                 "the key is defined twice: keep one of them",
             )
@@ -205,7 +211,7 @@ def _split_key(node: YamlNode) -> list[str]:
 def overlay(base: ConfigNode, upper: ConfigNode, path: str = "") -> None:
     """Lay the tree ``upper`` over the tree ``base``, which is changed.
 
-    :raises ConfigError: if a value would replace one of another kind.
+    :raises ConfigError: if a value would replace a value of another kind.
     """
     if base.kind is NodeKind.MAP and upper.kind is NodeKind.MAP:
         for key, child in upper.children.items():

@@ -155,7 +155,7 @@ class Daemon(Run):
         self._thread_id = get_ident()
         for warning in self.warnings:
             self.bus.logger("Config").warn(warning)
-        with Interrupt(self.stop, self._interrupt_rules, service=True) as interrupt:
+        with Interrupt(self.stop, self._interrupt_rules, is_service=True) as interrupt:
             self.stalls.watchdog.start()
             try:
                 with self.loop.busy_section():

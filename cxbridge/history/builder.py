@@ -63,8 +63,8 @@ class HistoryLimits:
     :param goals: the maximum number of goals.
     :param actions: the maximum number of plan-actions.
     :param calls: the maximum number of calls of skills, and of planners.
-    :param transitions: the maximum number of transitions of goals and plan-actions; beyond it only the first
-        and the last transition of each are kept.
+    :param transitions: the maximum number of transitions of goals and plan-actions; beyond this number
+        only the first and the last transition of each goal and plan-action are kept.
     :param text: the maximum number of characters of an error or a skill string.
     """
 
@@ -76,6 +76,7 @@ class HistoryLimits:
 
 
 UNLIMITED: Final = HistoryLimits(*[sys.maxsize] * len(fields(HistoryLimits)))
+"""Limits that no run reaches."""
 
 
 class RunHistory:
@@ -101,11 +102,11 @@ class RunHistory:
         self._assignments: dict[tuple[str, ActionKey], ActionAssignment] = {}
         self._calls: list[SkillExecution] = []
         # by environment and Skiller; None: the Skiller has executed no skill in this run
-        self._last_call: dict[tuple[str, str], SkillExecution | None] = {}
+        self._last_calls: dict[tuple[str, str], SkillExecution | None] = {}
         self._read_skillers: set[str] = set()  # Skillers that an executive reads
-        self._board = BoardExecutions(self._limits.calls)
+        self._board_executions = BoardExecutions(self._limits.calls)
         self._open_planner_calls: dict[tuple[str, str], PlannerExecution] = {}
-        self._errors: dict[str, str] = {}  # the last error by Skiller, with the agent of a team before it
+        self._errors_by_skiller: dict[str, str] = {}  # in a team with the agent before it
         self._transition_count = 0
         self._handlers: Mapping[type[Event], Callable[[Any], None]] = {
             GoalTransition: self._handle_goal,
@@ -113,7 +114,7 @@ class RunHistory:
             SkillStatus: self._handle_skill,
             FactChange: self._handle_fact,
             InterfaceWrite: self._handle_write,
-            InterfaceMessage: lambda event: self._board.record_message(event, self._moment),
+            InterfaceMessage: lambda event: self._board_executions.record_message(event, self._moment),
             PlannerCall: self._handle_planner_call,
         }
 
@@ -144,8 +145,8 @@ class RunHistory:
     def calls(self) -> list[SkillExecution]:
         """The executed skills in order."""
         # a Skiller and the skill board that serves this Skiller report the same skills, which must count once
-        has_skiller_calls = self._calls and (self._read_skillers or not self._board.calls)
-        return self._calls if has_skiller_calls else self._board.calls
+        has_skiller_calls = self._calls and (self._read_skillers or not self._board_executions.calls)
+        return self._calls if has_skiller_calls else self._board_executions.calls
 
     @property
     def _moment(self) -> Moment:
@@ -204,8 +205,10 @@ class RunHistory:
                 goal.actions.append(action)
         sent_call = SentCall(self.event_count, event.skiller, event.call)
         # later transitions repeat the message
-        if event.call and (not action.sent or action.sent[-1]._replace(seq=sent_call.seq) != sent_call):
-            action.sent.append(sent_call)
+        if event.call and (
+            not action.sent_calls or action.sent_calls[-1]._replace(seq=sent_call.seq) != sent_call
+        ):
+            action.sent_calls.append(sent_call)
         self._append_change(action.changes, ActionChange(*self._moment, event.state))
 
     @staticmethod
@@ -232,22 +235,24 @@ class RunHistory:
             self._read_skillers.add(event.skiller)
             # a write on a single agent's blackboard names no environment: the first read moves its call to
             # the environment
-            call = self._last_call.pop(("", event.skiller), None)
-            if call is not None and key not in self._last_call:
+            call = self._last_calls.pop(("", event.skiller), None)
+            if call is not None and key not in self._last_calls:
                 call.env = event.env
                 # a skill that still runs begins at the read, like the skills of later reads
                 if call.end is None:
                     call.begin = self._moment
-                self._last_call[key] = call
+                self._last_calls[key] = call
         self._record_status(key, event)
 
     def _record_status(self, key: tuple[str, str], event: SkillStatus) -> None:
-        text, moment = truncate(event.skill_string, self._limits.text), self._moment
-        if key not in self._last_call and event.status in SKILL_ENDED:
-            self._last_call[key] = SkillExecution(*key, text, event.msgid, moment, moment, event.status)
+        skill_string, moment = truncate(event.skill_string, self._limits.text), self._moment
+        if key not in self._last_calls and event.status in SKILL_ENDED:
+            self._last_calls[key] = SkillExecution(
+                *key, skill_string, event.msgid, moment, moment, event.status
+            )
             return  # a Skiller that was used before this run still shows its last skill: no call of this run
-        call = self._last_call.setdefault(key, None)
-        is_same = call is not None and (call.skill_string, call.msgid) == (text, event.msgid)
+        call = self._last_calls.setdefault(key, None)
+        is_same = call is not None and (call.skill_string, call.msgid) == (skill_string, event.msgid)
         if call is not None and call.end is None and (not is_same or event.status != SKILL_RUNNING):
             # the skill has ended; or the Skiller shows another skill or none, because the skill was stopped
             # before it reported an end
@@ -258,17 +263,19 @@ class RunHistory:
             if is_same:
                 return
         if event.status == SKILL_RUNNING and not (is_same and call is not None and call.end is None):
-            self._register_call(key, SkillExecution(*key, text, event.msgid, moment, None, SKILL_RUNNING))
-        elif event.status in SKILL_ENDED and text and not is_same:
+            self._register_call(
+                key, SkillExecution(*key, skill_string, event.msgid, moment, None, SKILL_RUNNING)
+            )
+        elif event.status in SKILL_ENDED and skill_string and not is_same:
             # started and ended between two reads of the executive
             error = self._find_error_text(*key)
             self._register_call(
-                key, SkillExecution(*key, text, event.msgid, moment, moment, event.status, error)
+                key, SkillExecution(*key, skill_string, event.msgid, moment, moment, event.status, error)
             )
 
     def _register_call(self, key: tuple[str, str], call: SkillExecution) -> None:
-        """Register a call as the last one of its Skiller."""
-        self._last_call[key] = call
+        """Register a call as the last call of its Skiller."""
+        self._last_calls[key] = call
         if len(self._calls) < self._limits.calls:
             self._calls.append(call)
 
@@ -294,12 +301,12 @@ class RunHistory:
 
     def _find_error_text(self, env: str, skiller: str) -> str:
         # each of several agents has its own blackboard, whose name precedes the Skiller's
-        return self._errors.get(f"{env}/{skiller}") or self._errors.get(skiller, "")
+        return self._errors_by_skiller.get(f"{env}/{skiller}") or self._errors_by_skiller.get(skiller, "")
 
     def _record_error(self, skiller: str, text: str) -> None:
         """Record a Skiller's error text, which may follow the end of the skill at the same time."""
-        self._errors[skiller] = text
-        for (env, name), call in self._last_call.items():
+        self._errors_by_skiller[skiller] = text
+        for (env, name), call in self._last_calls.items():
             end = None if call is None or skiller not in (name, f"{env}/{name}") else call.end
             if call is not None and end is not None and end.time == self.end and not call.error:
                 call.error = text

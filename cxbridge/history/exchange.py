@@ -74,7 +74,12 @@ class SkillMessage:
 
 
 class _Ticket(NamedTuple):
-    """The identity of a request on a skill board. In a team, the name of the agent precedes the board."""
+    """The identity of a request on a skill board.
+
+    :param board: the id of the board; in a team, the name of the agent precedes the id.
+    :param epoch: identifies the start of the board, because each start numbers its masters anew.
+    :param master: the number of the master.
+    """
 
     board: str
     epoch: int
@@ -88,7 +93,7 @@ _MasterMessage: TypeAlias = tuple[SkillMessage, str]
 class Exchange:
     """Extracts the messages of masters and executors from the events of a run.
 
-    Between processes a reply may be recorded before its request; the reply is delayed until then.
+    Between processes a reply may be recorded before its request; the reply is delayed until the request.
     """
 
     def __init__(self) -> None:
@@ -105,7 +110,7 @@ class Exchange:
             yield from (self._make_message(ticket, reply) for reply in replies)
 
     def read_message(self, event: InterfaceMessage) -> Iterator[_MasterMessage]:
-        """Yield a message; REQUEST is followed by its earlier replies, which wait until then."""
+        """Yield a message; after a REQUEST, also the replies that were recorded before the REQUEST."""
         ticket = None if event.outcome == _REFUSED else _read_ticket(event)
         if ticket is None:
             return
@@ -143,7 +148,7 @@ class Exchange:
 
 
 def _read_ticket(event: InterfaceMessage) -> _Ticket | None:
-    """Return the ticket of a message, or None if it does not belong to a skill board."""
+    """Return the ticket of a message; None if the message does not belong to a skill board."""
     if event.uid.startswith(_BOARD):
         board = _interface_id(event)
     elif event.uid.startswith(_EXECUTOR):
@@ -169,14 +174,16 @@ def _make_request(ticket: _Ticket, event: InterfaceMessage, values: Mapping[str,
     if not isinstance(parameters, dict):
         parameters = {}
     mapped_action = str(parameters.pop(MAPPED_ACTION, ""))
-    texts = tuple(str(value) if name.isdigit() else f"{name}={value}" for name, value in parameters.items())
-    name, skill, agent = (str(values.get(field, "")) for field in ("name", "skill", "agent"))
+    parameter_texts = tuple(
+        str(value) if name.isdigit() else f"{name}={value}" for name, value in parameters.items()
+    )
+    name, skill, agent = (str(values.get(key, "")) for key in ("name", "skill", "agent"))
     return SkillMessage(
         event.time_us,
         "REQUEST",
         name or f"{ticket.board}-{ticket.master}",
         skill,
-        texts,
+        parameter_texts,
         agent,
         mapped_action,
         request=name or str(ticket.master),
@@ -269,9 +276,9 @@ class BoardExecutions:
             SKILL_RUNNING,
             request=message.request,
         )
-        previous_run = self._running.get((env, message.node_id))
-        if previous_run is not None:  # the executor restarted, or the reply was lost
-            previous_run.call.end, previous_run.call.status = moment, "stopped"
+        previous = self._running.get((env, message.node_id))
+        if previous is not None:  # the executor restarted, or the reply was lost
+            previous.call.end, previous.call.status = moment, "stopped"
         self._running[env, message.node_id] = _RunningCall(call, summary, 0)
         if len(self.calls) < self._limit:
             self.calls.append(call)

@@ -26,7 +26,7 @@ MAX_FAILURES: Final = 1000
 _FAILURE_OUTCOMES: Final = ("FAILED", "REJECTED")
 _FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
 
-Entry = TypeVar("Entry")
+Failure = TypeVar("Failure")
 
 SlotReader = Callable[[str], Iterable[Mapping[str, object]]]
 """Returns the slots of the present facts of a deftemplate."""
@@ -93,9 +93,9 @@ class FailureReasons:
         )
         values = slots.get("param-values")
         arguments = values if isinstance(values, list | tuple) else ()
-        text = str(slots.get("error-msg", ""))
-        call = " ".join((action.action, *map(str, arguments)))
-        return f"action {call} failed{f': {text}' if text else ''}"
+        error_text = str(slots.get("error-msg", ""))
+        action_text = " ".join((action.action, *map(str, arguments)))
+        return f"action {action_text} failed{f': {error_text}' if error_text else ''}"
 
     def _find_last_fact_slots(self, template: str, key: Mapping[str, str]) -> Mapping[str, object]:
         """Return the slots of the last fact with the key; empty without a fact, or after too many lookups."""
@@ -109,7 +109,7 @@ class FailureReasons:
         return last_slots
 
 
-def forget_oldest(table: dict[str, Entry]) -> None:
-    """Drop the oldest entry of a table that has more than :data:`MAX_FAILURES`."""
-    if len(table) > MAX_FAILURES:
-        del table[next(iter(table))]
+def forget_oldest(failures: dict[str, Failure]) -> None:
+    """Drop the oldest failure if there are more than :data:`MAX_FAILURES`."""
+    if len(failures) > MAX_FAILURES:
+        del failures[next(iter(failures))]

@@ -48,7 +48,7 @@ class Forest(Generic[Key]):
         rank = {goal: number for number, goal in enumerate(self.parents)}
         settled: set[Key] = set()
         for start in self.parents:
-            path: dict[Key, None] = {}
+            path: dict[Key, None] = {}  # an ordered set
             goal: Key | None = start
             while goal is not None and goal not in settled and goal not in path:
                 path[goal] = None
@@ -72,10 +72,10 @@ class Forest(Generic[Key]):
 
     def goals_with_ancestors(self, goals: Iterable[Key]) -> set[Key]:
         """Return the goals and all their ancestors."""
-        result: set[Key] = set()
+        collected: set[Key] = set()
         for goal in goals:
             ancestor: Key | None = goal
-            while ancestor is not None and ancestor not in result:
-                result.add(ancestor)
+            while ancestor is not None and ancestor not in collected:
+                collected.add(ancestor)
                 ancestor = self.parents[ancestor]
-        return result
+        return collected

@@ -61,7 +61,7 @@ class _Wait:
 
     :param ordered_at: the change to the last state before RUNNING.
     :param running_seq: the seq of RUNNING.
-    :param end_us: the time of the end of RUNNING, if it was recorded.
+    :param end_us: the time of the end of RUNNING; None if the end was not recorded.
     """
 
     action: PlanActionRecord
@@ -73,7 +73,7 @@ class _Wait:
 def find_skill_links(history: RunHistory) -> list[SkillLink]:
     """Return the pairs of actions and skills in order."""
     # whether messages are recorded is decided per agent
-    envs_with_messages = {action.env for action in history.actions if action.sent}
+    envs_with_messages = {action.env for action in history.actions if action.sent_calls}
     return sorted(
         [*_find_recorded_links(history), *_guess_links(history, envs_with_messages)],
         key=lambda link: link.call.begin,
@@ -84,14 +84,14 @@ def _find_recorded_links(history: RunHistory) -> Iterator[SkillLink]:
     """Yield the recorded pairs."""
     # message ids are reused: the last call before the transition counts, unless the action was not yet sent
     # then
-    calls: dict[tuple[str, str], list[SkillExecution]] = {}
+    calls_by_key: dict[tuple[str, str], list[SkillExecution]] = {}
     for call in history.calls:
-        calls.setdefault(call.call_key, []).append(call)
+        calls_by_key.setdefault(call.call_key, []).append(call)
     for action in history.actions:
-        for seq, skiller, call_id in action.sent:
+        for seq, skiller, call_id in action.sent_calls:
             candidates = [
                 call
-                for call in calls.get((skiller, call_id), ())
+                for call in calls_by_key.get((skiller, call_id), ())
                 if call.begin.seq < seq and call.env in ("", action.env)
             ]
             unsent_seqs = [
@@ -141,11 +141,12 @@ def _find_waits(history: RunHistory) -> Iterator[_Wait]:
     """Yield the waiting of actions for skills."""
     for action in history.actions:
         changes = action.changes
-        for index, (waiting, change) in enumerate(pairwise(changes)):
-            if change.state == _RUNNING_STATE and waiting.state in WAITING_STATES:
+        for index, (waiting_change, change) in enumerate(pairwise(changes)):
+            if change.state == _RUNNING_STATE and waiting_change.state in WAITING_STATES:
+                # the pair has the changes `index` and `index + 1`, so the next change ends RUNNING
                 has_ended = index + 2 < len(changes)
                 end_us = changes[index + 2].time if has_ended else None
-                yield _Wait(action, waiting.moment, change.seq, end_us)
+                yield _Wait(action, waiting_change.moment, change.seq, end_us)
 
 
 def _rank_candidate(call: SkillExecution, run_end_us: int, wait: _Wait) -> tuple[int, int, bool, int]:

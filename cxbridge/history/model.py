@@ -94,7 +94,7 @@ class GoalRecord:
 
     :param number: the index of the goal in :attr:`~cxbridge.history.builder.RunHistory.goals`.
     :param life: the number of the life, from 1, because the id of a retracted goal may be reused.
-    :param replaced_seq: the seq at which the next life starts, if any.
+    :param replaced_seq: the seq at which the next life starts; None for the last life.
     """
 
     number: int
@@ -237,7 +237,7 @@ class PlanActionRecord:
     :param goal: the id of its goal.
     :param plan: the id of its plan.
     :param assignment: updated by the last fact of the action.
-    :param sent: the messages that sent the plan-action, empty if they are not recorded.
+    :param sent_calls: the messages that sent the plan-action, empty if they are not recorded.
     :param params: the parameters in the first event; other parameters show that the ids are reused.
     """
 
@@ -250,7 +250,7 @@ class PlanActionRecord:
     name: str
     changes: list[ActionChange] = field(default_factory=list)
     assignment: ActionAssignment = field(default_factory=ActionAssignment)
-    sent: list[SentCall] = field(default_factory=list)
+    sent_calls: list[SentCall] = field(default_factory=list)
     params: str = ""
 
     @property
@@ -300,6 +300,8 @@ class PlannerExecution:
 
     :param begin: the moment of the start.
     :param end: the moment of the result; None without a result.
+    :param status: the status of the result, as in :class:`~cxbridge.events.PlannerCall`; empty before it.
+    :param text: the goal formula; after the end also the result and the duration.
     """
 
     name: str
@@ -319,7 +321,7 @@ def goal_forest(goals: Sequence[GoalRecord]) -> Forest[int]:
 
 
 def _parent_number(goal: GoalRecord, lives: Mapping[tuple[str, str], Sequence[GoalRecord]]) -> int | None:
-    """Return the number of the parent, the life of its id that existed at the time."""
+    """Return the number of the parent: of its lives, the life in which the goal got this parent."""
     parent = parent_id(goal.parent)
     parents = () if parent is None else lives.get((goal.env, parent), ())
     # the first of the last changes with the present parent

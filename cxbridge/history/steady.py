@@ -33,21 +33,21 @@ class SteadyClock:
         """
         if self.first_us is None:
             self.first_us = self._offset_us = time_us
-        since_us = time_us - self._offset_us
-        if since_us < self.now_us - MIN_SETBACK_US:
-            self.setbacks.append((self.now_us, self.now_us - since_us))
+        elapsed_us = time_us - self._offset_us
+        if elapsed_us < self.now_us - MIN_SETBACK_US:
+            self.setbacks.append((self.now_us, self.now_us - elapsed_us))
             self._offset_us = time_us - self.now_us
-        elif since_us > self.now_us:
-            self.now_us = since_us
+        elif elapsed_us > self.now_us:
+            self.now_us = elapsed_us
         return self.now_us
 
     def describe_setbacks(self) -> list[str]:
         """Return a warning for the user if the clock was set back."""
         if not self.setbacks:
             return []
-        setback_us, back_us = self.setbacks[0]
+        at_us, setback_us = self.setbacks[0]
         text = (
-            f"The clock was set back by {back_us / MICROSECONDS:.3f} s at {setback_us / MICROSECONDS:.3f} s; "
+            f"The clock was set back by {setback_us / MICROSECONDS:.3f} s at {at_us / MICROSECONDS:.3f} s; "
             "times continue as if it had not been."
         )
         return [text if len(self.setbacks) == 1 else f"{text} It was set back {len(self.setbacks)} times."]

@@ -55,7 +55,8 @@ State = TypeVar("State")
 NOT_SENT: Final = ("FORMULATED", "PENDING")
 """The states of a plan-action before its message is sent."""
 
-# The slots of goals that are fields of the event.
+# The slots of goals that are fields of the event; unpacked tuples, because the formatter would write a single
+# tuple with one name a line.
 _EVENT_SLOTS: Final = (
     *("id", "class", "sub-type", "parent", "mode", "outcome", "error"),
     *("params", "meta", "priority", "required-resources"),
@@ -63,6 +64,7 @@ _EVENT_SLOTS: Final = (
 
 _FURTHER_SLOTS: Final = tuple(slot for slot in GOAL_SLOTS if slot.name not in _EVENT_SLOTS)
 
+# In the order in which `track_goal` unpacks the values.
 _STATE_SLOTS: Final = ("mode", "outcome", "parent", "error")
 
 
@@ -116,7 +118,7 @@ class TransitionTracker:
         self.env = env
         self._goals: _Memory[str, tuple[str, ...]] = _Memory()
         self._actions: _Memory[tuple[str, str, str], str] = _Memory()
-        self._skills: dict[tuple[str, str], str] = {}  # message ids by skill id and Skiller
+        self._msgid_by_skill: dict[tuple[str, str], str] = {}  # by skill id and Skiller
         # Skiller and message id, or request on the skill board, by the ids of goal, plan and action
         self._calls: dict[tuple[str, str, str], tuple[str, str]] = {}
         self._last_retracted = ""  # the goal that the last change retracted, else empty
@@ -139,11 +141,11 @@ class TransitionTracker:
                 return self.read_skiller_status(time_us, slots)
             if template == "skill":
                 _store_newest(
-                    self._skills, (slots["id"], _skiller_id(slots)), slots.get("msgid", slots["id"])
+                    self._msgid_by_skill, (slots["id"], _skiller_id(slots)), slots.get("msgid", slots["id"])
                 )
             elif template == "skill-action-execinfo":
                 skiller = _skiller_id(slots)
-                call = self._skills.get((slots["skill-id"], skiller), "0")
+                call = self._msgid_by_skill.get((slots["skill-id"], skiller), "0")
                 # an action that was not sent has no message
                 _store_newest(self._calls, _call_key(slots), ("", "") if call == "0" else (skiller, call))
             elif template == "skill-board-call":

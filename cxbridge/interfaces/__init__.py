@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cxbridge.interfaces.schema import InterfaceSchema as InterfaceSchema
     from cxbridge.interfaces.stubs import *  # noqa: F403 - made by 'cxbridge interface compile --stubs'
 
-_EXPORTS = {
+_MODULE_BY_NAME = {
     "InterfaceRegistry": "cxbridge.interfaces.registry",
     "default_registry": "cxbridge.interfaces.registry",
     "InterfaceSchema": "cxbridge.interfaces.schema",
@@ -26,8 +26,8 @@ def __getattr__(name: str) -> Any:
     """Return the class of a shipped interface type, or import a public name on first use."""
     from importlib import import_module  # noqa: PLC0415 - importing the package alone costs nothing
 
-    if name in _EXPORTS:
-        return getattr(import_module(_EXPORTS[name]), name)
+    if name in _MODULE_BY_NAME:
+        return getattr(import_module(_MODULE_BY_NAME[name]), name)
     if name.endswith("Interface"):
         registry = import_module("cxbridge.interfaces.registry").default_registry()
         if registry.path(name) is not None:
@@ -36,6 +36,6 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    from cxbridge.interfaces.registry import default_registry  # noqa: PLC0415
+    from cxbridge.interfaces.registry import default_registry  # noqa: PLC0415 - as above
 
-    return sorted({*globals(), *_EXPORTS, *default_registry().names()})
+    return sorted({*globals(), *_MODULE_BY_NAME, *default_registry().names()})

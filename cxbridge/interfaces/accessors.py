@@ -62,11 +62,11 @@ def misfit_error(owner: str, field: FieldSchema, value: object) -> InterfaceErro
         allowed = f"one of {names}"
     if field.is_array:
         allowed = f"a sequence of at most {field.length} elements, each {allowed}"
-    text = repr(value)
-    if len(text) > _MAX_QUOTED_CHARACTERS:
-        text = text[: _MAX_QUOTED_CHARACTERS - len("...")] + "..."
+    quoted_value = repr(value)
+    if len(quoted_value) > _MAX_QUOTED_CHARACTERS:
+        quoted_value = quoted_value[: _MAX_QUOTED_CHARACTERS - len("...")] + "..."
     return InterfaceError(
-        f"{owner}.{field.name} of type {field.type} cannot be {text}", hint=f"it holds {allowed}"
+        f"{owner}.{field.name} of type {field.type} cannot be {quoted_value}", hint=f"it holds {allowed}"
     )
 
 
@@ -185,12 +185,12 @@ def fit_text(text: str, room: int) -> bytes:
     :raises UnicodeEncodeError: if the text has other surrogates.
     """
     text = text.partition("\0")[0]
-    data = text.encode("utf-8", "surrogateescape")
-    cut = min(room, len(data))
-    # the further bytes of a character in UTF-8
-    while 0 < cut < len(data) and 0x80 <= data[cut] < 0xC0:  # noqa: PLR2004
+    encoded = text.encode("utf-8", "surrogateescape")
+    cut = min(room, len(encoded))
+    # 0x80 to 0xBF are the further bytes of a character in UTF-8
+    while 0 < cut < len(encoded) and 0x80 <= encoded[cut] < 0xC0:  # noqa: PLR2004 - as said
         cut -= 1
-    return data[:cut]
+    return encoded[:cut]
 
 
 _MAX_QUOTED_CHARACTERS = 60  # characters of a refused value in an error
@@ -218,13 +218,13 @@ _NUMBER_SETTER_TEMPLATE = """
 def make(pack_into, offset, adapt):
     def set(self, value):
         view = self._view
-        old = view.SLOT
+        previous = view.SLOT
         try:
             pack_into(self._buf, offset, value)
         except (StructError, OverflowError):
-            pack_into(self._buf, offset, old)  # a part of an array may be written already
+            pack_into(self._buf, offset, previous)  # struct clears the bytes before it raises
             pack_into(self._buf, offset, adapt(value))
-        if not self._changed and view.SLOT != old:
+        if not self._changed and view.SLOT != previous:
             self._changed = True
         self._refreshed = True
     return set
@@ -246,13 +246,13 @@ _STRING_SETTER_TEMPLATE = """
 def make(pack_into, offset, room, adapt):
     def set(self, value):
         try:
-            data = value.encode()
+            encoded = value.encode()
         except (AttributeError, UnicodeEncodeError):
-            data = adapt(value)
-        if len(data) > room or 0 in data:
-            data = adapt(value)
-        if self._changed or self._view.SLOT != data:
-            pack_into(self._buf, offset, data)
+            encoded = adapt(value)
+        if len(encoded) > room or 0 in encoded:
+            encoded = adapt(value)
+        if self._changed or self._view.SLOT != encoded:
+            pack_into(self._buf, offset, encoded)
             self._changed = True
         self._refreshed = True
     return set

@@ -35,15 +35,15 @@ def assign(block: Block, assignments: Iterable[str]) -> bool:
     :raises InterfaceError: if an assignment is invalid; the previous assignments keep their effect.
     """
     previous_bytes = block.to_bytes()
-    for text in assignments:
-        match = _ASSIGNMENT.fullmatch(text)
+    for assignment in assignments:
+        match = _ASSIGNMENT.fullmatch(assignment)
         if match is None:
-            raise InterfaceError(f"'{text}' is not an assignment", hint="write NAME=VALUE")
+            raise InterfaceError(f"'{assignment}' is not an assignment", hint="write NAME=VALUE")
         field = block.field(match[1])
         value: Any
         if field.is_array:
-            texts = [text for text in match[2].split(",") if text.strip()]
-            value = [_parse_element(block, field, text) for text in texts]
+            element_texts = [text for text in match[2].split(",") if text.strip()]
+            value = [_parse_element(block, field, text) for text in element_texts]
         else:
             value = _parse_element(block, field, match[2])
         set_field(block, field.name, value)
@@ -51,6 +51,10 @@ def assign(block: Block, assignments: Iterable[str]) -> bool:
 
 
 def _parse_element(block: Block, field: FieldSchema, text: str) -> bool | int | float | str:
+    """Return the value of a field, or of an element of an array, from its text.
+
+    :raises InterfaceError: if the field cannot hold the value.
+    """
     word = text.strip()
     try:
         if field.is_string:

@@ -47,8 +47,8 @@ class Block:
         """Make a block of zeros."""
         self._buf = bytearray(self.SCHEMA.datasize)
         self._view = self.VIEW.from_buffer(self._buf)
-        self._changed = False
-        self._refreshed = False
+        self._changed = False  # whether a setter changed a value, as in Fawkes
+        self._refreshed = False  # whether a setter was called, even with an equal value
 
     @classmethod
     def fields(cls) -> tuple[FieldSchema, ...]:

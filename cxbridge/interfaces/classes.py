@@ -20,6 +20,7 @@ from cxbridge.interfaces.schema import EnumSchema, FieldSchema, InterfaceSchema,
 
 EnumClasses = dict[str, type[IntEnum]]
 
+# By the character codes of the module struct.
 _C_TYPES: dict[str, Any] = {
     "?": ctypes.c_bool,
     "b": ctypes.c_int8,
@@ -61,7 +62,7 @@ def make_interface_class(schema: InterfaceSchema) -> type[Interface]:
 def make_enum(schema: EnumSchema) -> type[IntEnum]:
     """Return the class of an enum, always the same class for equal schemas."""
     items = [(enum_member_name(item.name), item.value) for item in schema.items]
-    enum = IntEnum(schema.name, items)  # type: ignore[misc]
+    enum = IntEnum(schema.name, items)  # type: ignore[misc]  # mypy expects a literal name
     enum.__doc__ = schema.comment
     return enum
 
@@ -69,8 +70,8 @@ def make_enum(schema: EnumSchema) -> type[IntEnum]:
 def enum_member_name(name: str) -> str:
     """Return the name of an enum item in Python, with an underscore if the name is reserved."""
     # Python's enums refuse an item called mro, and treat names with underscores at both ends as attributes
-    reserved = keyword.iskeyword(name) or name == "mro" or (name.startswith("_") and name.endswith("_"))
-    return f"{name}_" if reserved else name
+    is_reserved = keyword.iskeyword(name) or name == "mro" or (name.startswith("_") and name.endswith("_"))
+    return f"{name}_" if is_reserved else name
 
 
 def attribute_name(name: str, base: type) -> str:

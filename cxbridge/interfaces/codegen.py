@@ -22,7 +22,7 @@ from cxbridge.interfaces.schema import (
 _WIDTH = 88  # columns of docstrings, as in ruff's default
 _GENERATOR_NOTE = "Made by 'cxbridge interface compile': do not edit, generate it again."
 _INDENT = "    "
-_MODULE = '''\
+_MODULE_TEMPLATE = '''\
 """The interface type {name}.
 
 {note}
@@ -38,7 +38,7 @@ _DEFINITION = r"""
 {name} = make_interface_class(schema_from_json(_DEFINITION))
 '''
 _PYTHON_TYPES = {"bool": "bool", "string": "str", "float": "float", "double": "float"}
-_ZEROS = {"bool": "False", "str": '""', "float": "0.0"}
+_ZERO_LITERALS = {"bool": "False", "str": '""', "float": "0.0"}
 # The names of a definition, messages with many fields, and bool fields may break these rules of ruff. The
 # docstrings of stubs, which PYI021 forbids, are for editors.
 _NOQA = "# ruff: noqa: E501, FBT001, FBT002, N801, N802, N815, PLR0913, PLR0917, PYI021, RUF100, TC001, TC003"
@@ -47,7 +47,7 @@ _NOQA = "# ruff: noqa: E501, FBT001, FBT002, N801, N802, N815, PLR0913, PLR0917,
 def module_source(schema: InterfaceSchema) -> str:
     """Return the source of a module with the class of an interface."""
     # JSON escapes quotes: no text of the definition can end the literal
-    return _MODULE.format(name=schema.name, note=_GENERATOR_NOTE, definition=schema_to_json(schema))
+    return _MODULE_TEMPLATE.format(name=schema.name, note=_GENERATOR_NOTE, definition=schema_to_json(schema))
 
 
 def stub_source(schema: InterfaceSchema) -> str:
@@ -90,11 +90,14 @@ class _StubWriter:
             yield "from typing import ClassVar"
 
     def _uses_arrays(self, *, in_messages: bool = False) -> bool:
-        """Return whether there are array fields."""
-        blocks = [message.fields for message in self._schema.messages]
+        """Return whether the interface or its messages have array fields.
+
+        :param in_messages: whether to look only at messages.
+        """
+        field_tuples = [message.fields for message in self._schema.messages]
         if not in_messages:
-            blocks.append(self._schema.fields)
-        return any(field.is_array for fields in blocks for field in fields)
+            field_tuples.append(self._schema.fields)
+        return any(field.is_array for fields in field_tuples for field in fields)
 
     def _class_lines(self) -> Iterator[str]:
         schema = self._schema
@@ -140,24 +143,29 @@ class _StubWriter:
 
     def _constructor_lines(self, message: MessageSchema, indent: str) -> Iterator[str]:
         """Yield the constructor of a message, which takes fields by position or keyword."""
-        body = indent + _INDENT
+        body_indent = indent + _INDENT
         names = [attribute_name(field.name, Message) for field in message.fields]
         yield ""
         yield f"{indent}def __init__("
-        yield f"{body}self,"
+        yield f"{body_indent}self,"
         for name, field in zip(names, message.fields, strict=True):
             python_type = _find_python_type(field, f"{self._schema.name}.")
             if field.is_array:
-                yield f"{body}{name}: Sequence[{python_type}] = (),"
+                yield f"{body_indent}{name}: Sequence[{python_type}] = (),"
             elif field.is_enum:
-                yield f"{body}{name}: {python_type} | int = 0,"
+                yield f"{body_indent}{name}: {python_type} | int = 0,"
             else:
-                yield f"{body}{name}: {python_type} = {_ZEROS.get(python_type, '0')},"
+                yield f"{body_indent}{name}: {python_type} = {_ZERO_LITERALS.get(python_type, '0')},"
         yield f"{indent}) -> None: ..."
 
     def _annotation_lines(
         self, fields: tuple[FieldSchema, ...], base: type, indent: str, enum_prefix: str
     ) -> Iterator[str]:
+        """Yield the annotations of fields.
+
+        :param base: the base class, whose attributes no field can have.
+        :param enum_prefix: the qualifier of the interface's enums, empty within the interface's class.
+        """
         for field in fields:
             python_type = _find_python_type(field, enum_prefix)
             yield ""

@@ -41,8 +41,9 @@ def layout_fingerprint(schema: InterfaceSchema) -> str:
 
 def known_hashes(schema: InterfaceSchema) -> tuple[bytes, ...]:
     """Return the 16-byte hashes that Fawkes has for this layout."""
-    entry = _load_table().get(schema.name, {})
-    return tuple(bytes.fromhex(text) for text in entry.get(layout_fingerprint(schema), ()))
+    hashes_by_fingerprint = _load_table().get(schema.name, {})
+    hashes = hashes_by_fingerprint.get(layout_fingerprint(schema), ())
+    return tuple(map(bytes.fromhex, hashes))
 
 
 def hash_for_wire(schema: InterfaceSchema) -> bytes:
@@ -69,7 +70,7 @@ def _list_layout(fields: tuple[FieldSchema, ...]) -> list[list[Any]]:
 
 @cache
 def _read_shipped_version(name: str) -> tuple[bytes, str] | None:
-    """Return hash and fingerprint of the shipped definition of a type, if any."""
+    """Return hash and fingerprint of the shipped definition of a type; None without a definition."""
     path = shipped_dir("interfaces") / f"{name}.xml"
     if not path.is_file():
         return None
@@ -80,6 +81,6 @@ def _read_shipped_version(name: str) -> tuple[bytes, str] | None:
 @cache
 def _load_table() -> dict[str, dict[str, list[str]]]:
     """Return the hexadecimal hashes by type name and fingerprint."""
-    text = (shipped_dir("interfaces") / TABLE_NAME).read_text(encoding="utf-8")
-    table: dict[str, dict[str, list[str]]] = json.loads(text)
+    table_json = (shipped_dir("interfaces") / TABLE_NAME).read_text(encoding="utf-8")
+    table: dict[str, dict[str, list[str]]] = json.loads(table_json)
     return table

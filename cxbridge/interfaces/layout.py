@@ -36,20 +36,20 @@ def make_field(
         name,
         type_name,
         length,
-        0,
-        elem_size * (1 if length is None else length),
-        elem_size,
-        comment,
-        enum,
-        default,
-        flags,
+        offset=0,
+        size=elem_size * (1 if length is None else length),
+        elem_size=elem_size,
+        comment=comment,
+        enum=enum,
+        default=default,
+        flags=flags,
     )
 
 
 def place_fields(fields: Iterable[FieldSchema]) -> tuple[tuple[FieldSchema, ...], int]:
     """Assign the offsets of fields.
 
-    :return: the placed fields in order, and the size of the block in bytes.
+    :returns: the placed fields in order, and the size of the block in bytes.
     """
     placed_fields = []
     end = TIMESTAMP_SIZE

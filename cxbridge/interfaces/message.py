@@ -97,7 +97,7 @@ class Port(Protocol[InstanceT_contra]):
         """Close the instance."""
 
 
-_OPERATIONS: Final = {
+_OPERATION_BY_METHOD: Final = {
     "now_us": "write()",
     "fetch": "read()",
     "publish": "write()",
@@ -124,8 +124,8 @@ class ClosedPort:
 
     def __getattr__(self, method: str) -> Any:
         """Refuse a method of :class:`Port`."""
-        if method in _OPERATIONS:
-            raise InvalidInstanceError(self._uid, self._serial, _OPERATIONS[method])
+        if method in _OPERATION_BY_METHOD:
+            raise InvalidInstanceError(self._uid, self._serial, _OPERATION_BY_METHOD[method])
         raise AttributeError(method)
 
     def close(self, instance: object) -> None:
@@ -181,9 +181,8 @@ class Message(Block):
         """The number of networks that the message crossed."""
         if len(values) > len(self.ACCESSORS):
             raise TypeError(f"{self.type} has {len(self.ACCESSORS)} fields, not {len(values)}")
-        for accessor, value in zip(
-            self.ACCESSORS.values(), values, strict=False
-        ):  # the other fields stay zero
+        # not strict, because the other fields stay zero
+        for accessor, value in zip(self.ACCESSORS.values(), values, strict=False):
             accessor.fset(self, value)
         for name, value in by_name.items():
             self.set(name, value)

@@ -14,6 +14,7 @@ MAX_MESSAGE_LENGTH: Final = 63
 INTERFACE_SUFFIX: Final = "Interface"
 MESSAGE_SUFFIX: Final = "Message"
 
+# several names in a line, because the lists are long
 # fmt: off
 RESERVED_IN_INTERFACES: Final = frozenset(
     {

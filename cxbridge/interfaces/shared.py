@@ -77,11 +77,11 @@ class SharedBlock(Block):
         return f"<{self.uid} opened for {mode} by {self.owner or 'an owner without a name'}>"
 
     def invalidate(self) -> None:
-        """Disconnect the instance; blackboards call it on closing and after a lost connection."""
+        """Disconnect the instance; blackboards call this method on closing and after a lost connection."""
         self._port = ClosedPort(self.uid, self.serial)
 
     def adopt_serial(self, serial: UUID) -> None:
-        """Replace the serial; blackboards call it when they reopen the instance after a lost connection."""
+        """Replace the serial. Blackboards call this method when they reopen an instance after a loss."""
         self.serial = serial
 
     @property
@@ -150,9 +150,9 @@ class SharedBlock(Block):
             self._read_refreshed = self._read_changed = False
             return False
         replaced_copy = bytes(self._buf) if self._version == _COPY_REPLACED else None
-        version, stamped, changed = port.fetch(self._buf)
-        self._read_refreshed = stamped > self._read_version
-        self._read_changed = changed > self._read_version
+        version, last_stamped, last_changed = port.fetch(self._buf)
+        self._read_refreshed = last_stamped > self._read_version
+        self._read_changed = last_changed > self._read_version
         if replaced_copy is not None:
             self._compare_with_replaced(replaced_copy)
         self._version = self._read_version = version
@@ -177,7 +177,8 @@ class SharedBlock(Block):
         if stamped:
             now_us = self._port.now_us() if self._explicit_stamp_us is None else self._explicit_stamp_us
             STAMP.pack_into(self._buf, 0, now_us // MICROSECONDS, now_us % MICROSECONDS)
-        # the copy was replaced without setters: only a comparison shows whether its time stamp is new
+        # the copy was never read, or was replaced without setters: only a comparison shows whether its time
+        # stamp is new
         elif self._version < 0:
             stamped = None
         self._version = self._read_version = self._port.publish(self, self._buf, stamped, changed)
@@ -227,9 +228,9 @@ class SharedBlock(Block):
 
     def _compare_with_replaced(self, replaced_copy: bytes) -> None:
         """Set the flags of a read by comparing the new private copy with the replaced copy."""
-        head = STAMP.size
-        self._read_refreshed |= replaced_copy[:head] != self._buf[:head]
-        self._read_changed |= replaced_copy[head:] != self._buf[head:]
+        stamp_size = STAMP.size
+        self._read_refreshed |= replaced_copy[:stamp_size] != self._buf[:stamp_size]
+        self._read_changed |= replaced_copy[stamp_size:] != self._buf[stamp_size:]
 
     @property
     def auto_timestamping(self) -> bool:

@@ -29,7 +29,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
 from cxbridge.run.stuck import RULE_ERROR_CODE
 from cxbridge.run.watchdog import make_spin_watchdog
-from cxbridge.suggestions import or_similar
+from cxbridge.suggestions import bracketed_suggestion
 from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.members import find_member
 from cxbridge.testing.scripted import ScriptedSkills
@@ -305,7 +305,7 @@ class AgentRun(World, Closing):
         actions = [action for action in self._history.actions if name is None or action.name == name]
         operators = [str(row[0]) for row in self.assembly.executive.env.columns("domain-operator", "name")]
         if name and not actions and operators and name not in operators:
-            raise AssertionError(f"there is no action '{name}'{or_similar(name, operators)}")
+            raise AssertionError(f"there is no action '{name}'{bracketed_suggestion(name, operators)}")
         return actions
 
     def assert_outcomes(self, **outcomes: str) -> None:

@@ -18,7 +18,7 @@ from cxbridge.skiller.simulation.deciders import FOREVER_S, Decider, Effect, Out
 from cxbridge.skiller.simulation.estimators import argument_text
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
-from cxbridge.suggestions import or_similar
+from cxbridge.suggestions import bracketed_suggestion
 
 _PATTERN_CHARACTER: Final = re.compile(r"[*?[]")  # a character with a meaning in shell patterns
 _MAX_EXAMPLES: Final = 3  # the maximum number of different calls in a complaint
@@ -152,7 +152,7 @@ class SkillRule:
             return ""
         if self.name not in skills:
             skills_text = f": the skills are {', '.join(sorted(skills))}" if skills else ""
-            hint = or_similar(self.name, skills) or skills_text
+            hint = bracketed_suggestion(self.name, skills) or skills_text
             # a rule without outcomes only looks calls up, often to check that there are none: its name is a
             # typo only if it is a plain name, and the names of the skills are known
             is_typo = self._has_script or (skills and not _PATTERN_CHARACTER.search(self.name))

@@ -12,7 +12,7 @@ from cxbridge.executive.host.values import Value
 from cxbridge.interfaces.assignments import set_field
 from cxbridge.interfaces.block import Block
 from cxbridge.interfaces.instance import Interface
-from cxbridge.suggestions import or_similar
+from cxbridge.suggestions import bracketed_suggestion
 
 OWNER = "test"
 """The owner of interfaces that a test opens."""
@@ -47,7 +47,7 @@ class World:
         if not self._env.has_template(template):
             template = template.replace("_", "-")
         if not self._env.has_template(template):
-            suggestion = or_similar(template, construct_names(self._env, "deftemplate"))
+            suggestion = bracketed_suggestion(template, construct_names(self._env, "deftemplate"))
             raise AssertionError(f"there is no deftemplate '{template}'{suggestion}")
         # Python's keywords cannot have a dash, while names of slots may have a dash or an underscore
         expected_values = {name.replace("_", "-"): _to_comparable(value) for name, value in slots.items()}

@@ -90,7 +90,7 @@ def describe_event(event: Event) -> str:
 
 def describe_details(event: Event) -> str:
     """Return the recorded details of a goal or plan-action, such as parameters."""
-    values = ((name, getattr(event, name)) for name in event.KIND.details)
+    values = ((name, getattr(event, name)) for name in event.KIND.detail_fields)
     return escape_record(" ".join(f"{name}={value}" for name, value in values if value))
 
 

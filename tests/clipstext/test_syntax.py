@@ -6,7 +6,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.clipstext.syntax import TOKEN, Lines, blank, definitions, one_line, read, rule_lines, top_level
+from cxbridge.clipstext.syntax import (
+    TOKEN,
+    Lines,
+    blank,
+    definitions,
+    one_line,
+    read_nodes,
+    rule_lines,
+    top_level_lists,
+)
 
 PIECES = st.lists(
     st.sampled_from([*'()"\\;&|~<-?x=*a\n \0é', "(defrule r", "(defrule MAIN::s", '"a\\"b"', "; c\n"])
@@ -25,9 +34,9 @@ def test_the_quick_ways_and_the_reader_agree(text):
     assert len(code) == len(text)
     assert code.count("\n") == text.count("\n")
     assert not set(code) & set('";')
-    lists = [(node.start, node.end) for node in read(text) if node.items is not None]
-    closed = [(start, end) for start, end in top_level(code) if end is not None]
-    if len(closed) == sum(1 for _ in top_level(code)):
+    lists = [(node.start, node.end) for node in read_nodes(text) if node.items is not None]
+    closed = [(start, end) for start, end in top_level_lists(code) if end is not None]
+    if len(closed) == sum(1 for _ in top_level_lists(code)):
         assert closed == lists
         rules = {each.name: each.line for each in definitions(text) if each.kind == "defrule"}
         assert rule_lines(text).items() <= rules.items()

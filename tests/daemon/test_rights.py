@@ -156,7 +156,7 @@ def test_unknown_http_request_needs_highest_right():
 def test_unknown_messages_and_frames_are_refused():
     assert right_of_message("NewInterface", "AnyMessage") is Right.CONTROL
     rights = Rights(control=False, programs=True)
-    assert [right for right in Right if rights.allow(right)] == [Right.LOOK]
+    assert [right for right in Right if rights.allows(right)] == [Right.LOOK]
 
 
 # -- the settings

@@ -164,7 +164,7 @@ def test_public_endpoint_needs_keys(endpoint: str, expected: bool):
     for secured in ({"keys": True, "insecure": False}, {"keys": False, "insecure": True}):
         check_endpoint(endpoint, **secured)
     if expected:
-        check_endpoint(endpoint, keys=False, insecure=False)
+        check_endpoint(endpoint, has_keys=False, is_insecure_allowed=False)
     else:
         with pytest.raises(InsecureEndpointError):
-            check_endpoint(endpoint, keys=False, insecure=False)
+            check_endpoint(endpoint, has_keys=False, is_insecure_allowed=False)

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from cxbridge.clipstext.goal_slots import DECLARATION, GOAL_SLOTS, read_slots
+from cxbridge.clipstext.goal_slots import DECLARATION_FILE, GOAL_SLOTS, read_slots
 from cxbridge.history.outcome import outcomes_as_json
 from tests.history.test_lives import AGENT, SCENARIO
 from tests.support import PACKAGES, ROOT, needs_plugin
@@ -45,7 +45,7 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
         shutil.copytree(source, folder / source.name, ignore=ignored)
     for name in ("interfaces", "luaskills"):
         (folder / name).symlink_to(ROOT / name)
-    goal = folder / "cxbridge" / DECLARATION.relative_to(PACKAGES[0])
+    goal = folder / "cxbridge" / DECLARATION_FILE.relative_to(PACKAGES[0])
     text = goal.read_text()
     assert text.count("  (multislot warning)") == 1
     goal.write_text(text.replace("  (multislot warning)", ADDED))
@@ -80,7 +80,7 @@ def events(package: Path) -> list[dict[str, Any]]:
 
 def test_declaration_with_slot_is_read():
     assert {slot.name for slot in GOAL_SLOTS} >= {"id", "class", "mode", "params", "is-executable"}
-    more = read_slots(DECLARATION.read_text().replace("  (multislot warning)", ADDED))
+    more = read_slots(DECLARATION_FILE.read_text().replace("  (multislot warning)", ADDED))
     (deadline,) = set(more) - set(GOAL_SLOTS)
     assert deadline == ("deadline", False, "INTEGER", "0")
 

@@ -30,12 +30,12 @@ class Dispatcher:
         self.thread_id: Final = self._thread.ident
         """The identifier of the thread, as in `threading.get_ident`."""
 
-    def put(self, function: Callable[..., object], *args: Any, urgent: bool = False) -> None:
+    def put(self, function: Callable[..., object], *args: Any, is_urgent: bool = False) -> None:
         """Queue a call.
 
-        :param urgent: whether a transport may make the call even while a listener waits for a reply.
+        :param is_urgent: whether a transport may make the call even while a listener waits for a reply.
         """
-        self._queue.put((function, args, urgent))
+        self._queue.put((function, args, is_urgent))
 
     def is_current_thread(self) -> bool:
         """Return whether the caller runs in the dispatcher's thread."""
@@ -63,10 +63,11 @@ class Dispatcher:
             self._thread.join(timeout)
 
     def _run(self) -> None:
-        while (item := self._queue.get()) is not None:
-            self._call(*item)
+        """Make the queued calls until :meth:`stop` queues None."""
+        while (call := self._queue.get()) is not None:
+            self._call(*call)
 
-    def _call(self, function: Callable[..., object], args: tuple[Any, ...], _urgent: bool) -> None:
+    def _call(self, function: Callable[..., object], args: tuple[Any, ...], _is_urgent: bool) -> None:
         try:
             function(*args)
         except Exception as error:  # noqa: BLE001 - a listener's fault must not end the thread of all listeners

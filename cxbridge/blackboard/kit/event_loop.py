@@ -23,6 +23,7 @@ class LoopThread(Closing):
     """
 
     def __init__(self, name: str) -> None:
+        # with a factory, the runner does not make the loop the present event loop of the calling thread
         self._runner = asyncio.Runner(loop_factory=asyncio.new_event_loop)
         self._loop = self._runner.get_loop()
         self._close_requested = asyncio.Event()

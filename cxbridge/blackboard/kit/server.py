@@ -49,9 +49,9 @@ class BoardServer(ABC):
     def __init__(self, thread_name: str, log: Logger | None) -> None:
         self._log: Final = log
         self._complaints: Final = Complaints(self._warn)
-        self._stopping = False
-        self._started = False
-        self._released = False
+        self._is_stopping = False
+        self._is_started = False
+        self._is_released = False
         self._thread_id = 0  # the identifier of the serving thread, set by that thread before it serves
         self._thread = threading.Thread(target=self._serve_thread, name=thread_name, daemon=True)
 
@@ -72,8 +72,8 @@ class BoardServer(ABC):
 
         :raises BlackBoardError: if the server cannot listen.
         """
-        assert not self._started, "a server can be started only once"
-        self._started = True
+        assert not self._is_started, "a server can be started only once"
+        self._is_started = True
         self._wakeup = SocketWakeup()
         try:
             self._prepare()
@@ -89,8 +89,8 @@ class BoardServer(ABC):
 
         :param timeout: the seconds to wait for the thread; None: no limit.
         """
-        self._stopping = True
-        if self._started:
+        self._is_stopping = True
+        if self._is_started:
             self._wakeup.set()
         if self._thread.ident is not None:
             self._thread.join(timeout)
@@ -107,10 +107,10 @@ class BoardServer(ABC):
         self._run()
 
     def _release_once(self) -> None:
-        if not self._released:
-            self._released = True
+        if not self._is_released:
+            self._is_released = True
             self._release()
-            if self._started:
+            if self._is_started:
                 self._wakeup.close()
 
     @abstractmethod

@@ -58,12 +58,13 @@ class CurveClient:
         :raises EndpointError: if a file is missing or invalid.
         """
         socket.curve_publickey, socket.curve_secretkey = load_keys(self.secret_key)
-        socket.curve_serverkey = load_keys(self.server_key, secret=False)[0]
+        socket.curve_serverkey, _ = load_keys(self.server_key, needs_secret=False)
 
 
-def load_keys(path: Path, *, secret: bool = True) -> tuple[bytes, bytes]:
-    """Return the public key of a file, and its secret key unless ``secret`` is False.
+def load_keys(path: Path, *, needs_secret: bool = True) -> tuple[bytes, bytes]:
+    """Return the public and the secret key of a file; the secret key is empty if the file has none.
 
+    :param needs_secret: whether a file without secret key is an error.
     :raises EndpointError: if the file is missing or lacks the key.
     """
     from zmq.auth import load_certificate  # noqa: PLC0415 - slow to import, and rarely needed
@@ -72,16 +73,16 @@ def load_keys(path: Path, *, secret: bool = True) -> tuple[bytes, bytes]:
         public_key, secret_key = load_certificate(path)
     except (OSError, ValueError) as error:
         raise EndpointError(f"the key file is unusable: {error}", file=path) from error
-    if secret and secret_key is None:
+    if needs_secret and secret_key is None:
         raise EndpointError("the key file has no secret key", file=path, hint="use the .key_secret file")
     return public_key, secret_key or b""
 
 
-def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
+def check_endpoint(endpoint: str, *, has_keys: bool, is_insecure_allowed: bool) -> None:
     """Check the form of an endpoint and its security.
 
-    :param keys: whether the endpoint has CURVE keys.
-    :param insecure: whether the user accepts connections without keys.
+    :param has_keys: whether the endpoint has CURVE keys.
+    :param is_insecure_allowed: whether the user accepts connections without keys.
     :raises EndpointError: if the text is not an endpoint.
     :raises InsecureEndpointError: if the endpoint needs keys.
     """
@@ -92,10 +93,10 @@ def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
         "a blackboard",
         endpoint,
         is_local=is_private_endpoint(endpoint),
-        is_restricted=keys or insecure,
+        is_restricted=has_keys or is_insecure_allowed,
         hint="it needs CURVE keys, which 'cxbridge keys' makes, see docs/security.md; "
         "the option 'insecure' allows connections without keys",
-        error=InsecureEndpointError,
+        error_class=InsecureEndpointError,
     )
 
 

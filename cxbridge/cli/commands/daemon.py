@@ -66,7 +66,7 @@ def _daemon() -> None:
 
 @app.command(cls=StyledCommand)
 @option_groups
-@handle_signals(service=True)
+@handle_signals(is_service=True)
 def start(options: DaemonOptions, console: ConsoleOptions) -> int:
     """Serve a blackboard, with Skiller and executive, in the foreground until SIGINT or SIGTERM.
 

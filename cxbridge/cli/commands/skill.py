@@ -129,7 +129,7 @@ def _format_skillers(rows: Iterable[Mapping[str, Any]], controllers: Mapping[str
 
 @app.command()
 @option_groups
-@handle_signals(service=True)
+@handle_signals(is_service=True)
 def executor(
     options: ExecutorOptions,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="log errors only")] = False,

@@ -64,7 +64,7 @@ class Service(ExitStack):
 
     def __enter__(self) -> Self:
         super().__enter__()
-        self.enter_context(Interrupt(self.stop, service=True))
+        self.enter_context(Interrupt(self.stop, is_service=True))
         return self
 
     def __exit__(

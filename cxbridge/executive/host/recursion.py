@@ -16,7 +16,7 @@ from collections.abc import Callable
 
 from clips._clips import ffi, lib
 
-from cxbridge.clipstext.syntax import top_level
+from cxbridge.clipstext.syntax import top_level_lists
 from cxbridge.executive.host.capi import CData, make_callback
 from cxbridge.executive.host.retracted import Edit
 
@@ -59,7 +59,7 @@ def find_guard_insertion(code: str, start: int, end: int, is_known: Callable[[st
     call_pattern = re.compile(rf"\(\s*(?:{'|'.join(map(re.escape, (name, *_INDIRECT_FUNCTIONS)))})(?=[\s()])")
     if handler is None and not call_pattern.search(code, head.end(), end) and not is_known(name):
         return None
-    _, parameters_end = next(top_level(code[head.end() : end]))
+    _, parameters_end = next(top_level_lists(code[head.end() : end]))
     position = head.end() + (parameters_end or 0)
     return position, position, f" ({GUARD_FUNCTION} {name})"
 

@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.clipstext.syntax import SyntaxNode, read
+from cxbridge.clipstext.syntax import SyntaxNode, read_nodes
 
 _QUERY_FUNCTIONS: Final = frozenset({"do-for-fact", "do-for-all-facts", "delayed-do-for-all-facts"})
 _RETRACTING_FUNCTIONS: Final = frozenset({"retract", "modify"})
@@ -34,7 +34,7 @@ def find_retracted_slot_edits(code: str, start: int, end: int) -> list[Edit]:
         return []
     return [
         (start + edit_start, start + edit_end, text)
-        for node in read(code[start:end])
+        for node in read_nodes(code[start:end])
         for query in node.walk()
         if query.head in _QUERY_FUNCTIONS
         for edit_start, edit_end, text in _find_query_edits(query)

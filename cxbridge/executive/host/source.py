@@ -22,7 +22,15 @@ from itertools import islice
 
 from msgspec import Struct
 
-from cxbridge.clipstext.syntax import CONSTRUCT, HIDDEN, PARENTHESIS, Lines, blank, is_declaration, top_level
+from cxbridge.clipstext.syntax import (
+    CONSTRUCT,
+    HIDDEN,
+    PARENTHESIS,
+    Lines,
+    blank,
+    is_declaration,
+    top_level_lists,
+)
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.recursion import find_guard_insertion
 from cxbridge.executive.host.retracted import Edit, find_retracted_slot_edits
@@ -119,7 +127,7 @@ def prepare_source(text: str, is_known: Callable[[str], bool] = lambda _name: Fa
     edits: list[Edit] = []
     function_names: set[str] = set()
     unclosed_line = None
-    for start, end in top_level(code):
+    for start, end in top_level_lists(code):
         construct = CONSTRUCT.match(code, start)  # group 1 is the kind, group 2 the name
         search_end = len(code) if end is None else end
         _add_modify_edits(code, (start, search_end), _USER_CALL, edits)

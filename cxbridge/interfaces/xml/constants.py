@@ -1,4 +1,4 @@
-"""Reading of constants and enums."""
+"""Reading of the constants and enums of an interface definition."""
 
 from __future__ import annotations
 

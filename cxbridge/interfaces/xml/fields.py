@@ -21,14 +21,14 @@ _FIELD_ATTRIBUTES = ("type", "name", "length", "validfor", "default", "flags", "
 
 
 def read_field(
-    element: Element, enums: Enums, reserved: frozenset[str], scope: NameScope, findings: Findings
+    element: Element, enums: Enums, reserved_names: frozenset[str], scope: NameScope, findings: Findings
 ) -> FieldSchema:
     """Read a ``field`` without its offset.
 
     :raises InterfaceDefinitionError: if the field is invalid.
     """
     findings.check_form(element, _FIELD_ATTRIBUTES)
-    name = findings.read_name(element, reserved)
+    name = findings.read_name(element, reserved_names)
     scope.add(element, name)
     comment = findings.read_comment(element)
     type_name = findings.read_attribute(element, "type")

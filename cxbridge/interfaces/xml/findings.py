@@ -58,7 +58,7 @@ class Findings(Struct):
             raise self.make_error(element, f"<{element.name}> has no attribute '{name}'")
         return value
 
-    def read_name(self, element: Element, reserved: frozenset[str] = frozenset()) -> str:
+    def read_name(self, element: Element, reserved_names: frozenset[str] = frozenset()) -> str:
         """Return the attribute ``name``.
 
         :raises InterfaceDefinitionError: if the name is missing, not an identifier, or reserved.
@@ -70,7 +70,7 @@ class Findings(Struct):
                 f"'{name}' cannot be the name of a <{element.name}>",
                 "a name consists of letters, digits and underscores, and does not begin with a digit",
             )
-        if name in reserved:
+        if name in reserved_names:
             raise self.make_error(
                 element, f"'{name}' cannot be the name of a <{element.name}>: the name is reserved"
             )
@@ -103,15 +103,16 @@ class Findings(Struct):
         :param attributes: the names of the attributes that the element can have.
         :param children: the names of the elements that the element can contain.
         """
-        parts = [(element, f"attribute '{name}'", name, attributes) for name in element.attributes]
-        parts += [(child, f"<{child.name}>", child.name, children) for child in element.children]
-        for place, subject, name, known_names in parts:
+        # the element with the position, the words for the warning, the name, and the known names
+        named_parts = [(element, f"attribute '{name}'", name, attributes) for name in element.attributes]
+        named_parts += [(child, f"<{child.name}>", child.name, children) for child in element.children]
+        for place, subject, name, known_names in named_parts:
             if name not in known_names:
-                names = ", ".join(known_names)
+                known_text = ", ".join(known_names)
                 self.report_warning(
                     place,
                     f"{subject} in <{element.name}> is ignored",
-                    f"known: {names or 'none'}",
+                    f"known: {known_text or 'none'}",
                 )
 
 

@@ -57,24 +57,24 @@ def parse_file(path: str | Path) -> InterfaceSchema:
     return _parse(_read_bytes(path), str(path))
 
 
-def parse_bytes(data: bytes, file: str | Path | None = None) -> InterfaceSchema:
+def parse_bytes(xml: bytes, file: str | Path | None = None) -> InterfaceSchema:
     """Read a definition; its hash is the MD5 of the bytes.
 
     :raises InterfaceDefinitionError: the first error.
     """
-    result = check_bytes(data, file)
+    result = check_bytes(xml, file)
     if result.schema is None:
         raise result.errors[0]
     return result.schema
 
 
 @lru_cache(maxsize=128)  # enough for the definitions of cxbridge and of a Fawkes checkout
-def _parse(data: bytes, file: str) -> InterfaceSchema:
+def _parse(xml: bytes, file: str) -> InterfaceSchema:
     """Read a file once per process.
 
     Errors are not cached. Definitions of recordings are not cached either: they are freed with the recording.
     """
-    return parse_bytes(data, file)
+    return parse_bytes(xml, file)
 
 
 def _read_bytes(path: str | Path) -> bytes:
@@ -110,16 +110,16 @@ def make_name_error(schema: InterfaceSchema, path: str | Path) -> InterfaceDefin
     )
 
 
-def check_bytes(data: bytes, file: str | Path | None = None) -> CheckResult:
+def check_bytes(xml: bytes, file: str | Path | None = None) -> CheckResult:
     """Return all errors of a definition; never raises."""
-    name = None if file is None else str(file)
+    file_name = None if file is None else str(file)
     try:
-        root = read_tree(data, name)
+        root = read_tree(xml, file_name)
     except InterfaceDefinitionError as error:
         return CheckResult(None, (error,))
-    findings = Findings(name)
-    digest = hashlib.md5(data, usedforsecurity=False).digest()  # Fawkes' version of an interface
-    schema = _DefinitionReader(root, findings).read(digest, name or "")
+    findings = Findings(file_name)
+    digest = hashlib.md5(xml, usedforsecurity=False).digest()  # Fawkes' version of an interface
+    schema = _DefinitionReader(root, findings).read(digest, file_name or "")
     errors = tuple(sorted(findings.errors, key=lambda error: (error.line or 0, error.column or 0)))
     return CheckResult(None if errors else schema, errors, tuple(findings.warnings))
 

@@ -45,39 +45,39 @@ class Element(Struct):
         return [child for child in self.children if child.name == name]
 
 
-def read_tree(data: bytes, file: str | None = None) -> Element:
+def read_tree(xml: bytes, file: str | None = None) -> Element:
     """Read a document.
 
     :raises InterfaceDefinitionError: if the document is too large or not well-formed, or declares or uses
         entities.
     """
-    if len(data) > MAX_FILE_SIZE:
+    if len(xml) > MAX_FILE_SIZE:
         raise InterfaceDefinitionError(
-            f"the file has {len(data)} bytes, the limit is {MAX_FILE_SIZE}",
+            f"the file has {len(xml)} bytes, the limit is {MAX_FILE_SIZE}",
             file=file,
             line=1,
             column=1,
             hint="split the file: an interface definition has a few kilobytes",
         )
     # a byte order mark would shift the columns of the first line
-    data = data.removeprefix(codecs.BOM_UTF8)
+    xml = xml.removeprefix(codecs.BOM_UTF8)
     # with a DOCTYPE, expat silently drops unknown entities in attributes
-    entity = _ENTITY.search(data)
+    entity = _ENTITY.search(xml)
     if entity is not None:
         raise InterfaceDefinitionError(
             f"the entity '{entity.group().decode('utf-8', 'replace')}' is not expanded",
             file=file,
-            line=data.count(b"\n", 0, entity.start()) + 1,
+            line=xml.count(b"\n", 0, entity.start()) + 1,
             hint=_ENTITY_HINT,
         )
-    return _TreeReader(data, file).read()
+    return _TreeReader(xml, file).read()
 
 
 class _TreeReader:
     """The handlers of expat, which build the tree."""
 
-    def __init__(self, data: bytes, file: str | None) -> None:
-        self._data = data
+    def __init__(self, xml: bytes, file: str | None) -> None:
+        self._xml = xml
         self._file = file
         self._open_elements: list[Element] = []
         self._element_count = 0
@@ -93,7 +93,7 @@ class _TreeReader:
     def read(self) -> Element:
         """Parse the document."""
         try:
-            self._parser.Parse(self._data, True)
+            self._parser.Parse(self._xml, True)  # True: the document is complete
         except expat.ExpatError as error:
             raise InterfaceDefinitionError(
                 f"the file is not well-formed XML: {expat.ErrorString(error.code)}",

@@ -25,7 +25,7 @@ class YieldingBoard(LocalBlackBoard):
     """Called with type and id before another client opens an interface for writing; None without a replay."""
 
     def _open(self, request: OpenRequest) -> Interface:
-        if request.writer and self.release is not None and request.owner != OWNER:
+        if request.is_writer and self.release is not None and request.owner != OWNER:
             self.release(request.key)
         return super()._open(request)
 

@@ -19,7 +19,7 @@ from cxbridge.errors import NavGraphError
 # Fawkes converts properties with C's atof and atoi, which read the longest number at the start
 _FLOAT = re.compile(r"\s*[+-]?(\d+(?:\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 _INTEGER = re.compile(r"\s*[+-]?\d+")
-_TRUE = frozenset(["true", "yes", "1"])
+_TRUE_TEXTS = frozenset(["true", "yes", "1"])
 
 
 def property_as_float(text: str) -> float:
@@ -36,7 +36,7 @@ def property_as_int(text: str) -> int:
 
 def property_as_bool(text: str) -> bool:
     """Return whether a property's text is true, yes or 1."""
-    return text in _TRUE
+    return text in _TRUE_TEXTS
 
 
 class NavGraphNode(Struct, frozen=True):
@@ -59,7 +59,7 @@ class NavGraphNode(Struct, frozen=True):
 
 
 class NavGraphEdge(Struct, frozen=True):
-    """A connection from one node to another, and back unless it is directed."""
+    """A connection from one node to another, and back unless the edge is directed."""
 
     start: str
     end: str
@@ -124,7 +124,7 @@ class NavGraph:
         self.revision += 1
 
     def search_nodes(self, property_name: str = "") -> list[NavGraphNode]:
-        """Return the nodes with a property; an empty name returns all."""
+        """Return the nodes with a property; with an empty name, all nodes."""
         return [
             node for node in self._nodes.values() if not property_name or property_name in node.properties
         ]
@@ -197,13 +197,13 @@ class NavGraph:
 
     def unreachable_nodes(self) -> list[str]:
         """Return the sorted names of the nodes that cannot be reached from the first connected node."""
-        connected = [node.name for node in self._nodes.values() if not node.unconnected]
-        reached, open_nodes = set(connected[:1]), connected[:1]
-        while open_nodes:
-            new_nodes = [name for name in self.neighbours(open_nodes.pop()) if name not in reached]
-            reached.update(new_nodes)
-            open_nodes.extend(new_nodes)
-        return sorted(set(connected) - reached)
+        connected_names = [node.name for node in self._nodes.values() if not node.unconnected]
+        reached_names, open_names = set(connected_names[:1]), connected_names[:1]
+        while open_names:
+            new_names = [name for name in self.neighbours(open_names.pop()) if name not in reached_names]
+            reached_names.update(new_names)
+            open_names.extend(new_names)
+        return sorted(set(connected_names) - reached_names)
 
     def block(self, start: str, end: str) -> None:
         """Exclude the edge from one node to another, in this direction, from paths.
@@ -219,7 +219,7 @@ class NavGraph:
         self._blocked_directions.discard((start, end))
 
     def search_path(self, start: str, goal: str) -> NavGraphPath | None:
-        """Return the shortest path (A*), or None.
+        """Return the shortest path, found by A*; None without a path.
 
         :raises NavGraphError: if a node is unknown.
         """
@@ -227,10 +227,11 @@ class NavGraph:
             if name not in self._nodes:
                 names = ", ".join(sorted(self._nodes)) or "none"
                 raise NavGraphError(f"there is no node '{name}'", hint=f"there are: {names}")
-        target = self._nodes[goal]
+        goal_node = self._nodes[goal]
         order = itertools.count()  # breaks ties of equal costs by the order of discovery
-        queue = [(self._nodes[start].distance(target.x, target.y), next(order), 0.0, start, "")]
-        came_from: dict[str, str] = {}
+        # estimated cost of the whole path, order of discovery, cost so far, node, previous node
+        queue = [(self._nodes[start].distance(goal_node.x, goal_node.y), next(order), 0.0, start, "")]
+        came_from: dict[str, str] = {}  # the previous node of each node; empty for the start
         while queue:
             _, _, cost_so_far, name, previous_name = heapq.heappop(queue)
             if name in came_from:
@@ -245,7 +246,7 @@ class NavGraph:
                 end = self._nodes[neighbour]
                 total_cost = cost_so_far + node.distance(end.x, end.y)
                 # no path is shorter than the straight line, so the first path to the goal is the shortest
-                estimate = total_cost + end.distance(target.x, target.y)
+                estimate = total_cost + end.distance(goal_node.x, goal_node.y)
                 heapq.heappush(queue, (estimate, next(order), total_cost, neighbour, name))
         return None
 

@@ -28,6 +28,7 @@ def find_intersection(
     # u leads along the edge, v along the line, w from the start of the edge to the start of the line
     ux, uy, vx, vy = b.x - a.x, b.y - a.y, end.x - start.x, end.y - start.y
     across = ux * vy - uy * vx
+    # relative to the lengths, because rounding leaves a small product of parallel lines
     if abs(across) < 1e-12 * max(1.0, math.hypot(ux, uy) * math.hypot(vx, vy)):
         return None  # parallel lines may overlap, but not in a single point
     wx, wy = start.x - a.x, start.y - a.y
@@ -77,7 +78,8 @@ def add_and_split(graph: NavGraph, edge: NavGraphEdge) -> None:
             _split_edge(graph, crossed_edge, middle_name)
         if middle_name not in (previous_name, edge.end):
             _add_if_new(
-                graph, _generate_edge(previous_name, middle_name, edge.properties, directed=edge.directed)
+                graph,
+                _generate_edge(previous_name, middle_name, edge.properties, directed=edge.directed),
             )
             previous_name = middle_name
     _add_if_new(graph, _generate_edge(previous_name, edge.end, edge.properties, directed=edge.directed))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path as FilePath
+from pathlib import Path
 from typing import Final
 
 from cxbridge.config.documents import YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
@@ -19,17 +19,17 @@ TAG_PREFIX: Final = "tag:fawkesrobotics.org,navgraph/"
 _PAIR = 2  # the coordinates of a node, and the ends of a connection
 
 
-def load_navgraph(file: str | FilePath, *, allow_multi_graph: bool = False) -> NavGraph:
+def load_navgraph(file: str | Path, *, allow_multi_graph: bool = False) -> NavGraph:
     """Load a graph file.
 
     :param allow_multi_graph: whether the graph may have several parts without connection.
     :raises NavGraphError: with file and line, if the file cannot be read or is invalid.
     """
     try:
-        data = FilePath(file).read_bytes()
+        content = Path(file).read_bytes()
     except OSError as error:
         raise NavGraphError(f"cannot read the navigation graph: {error.strerror}", file=file) from None
-    return parse_navgraph(data, str(file), allow_multi_graph=allow_multi_graph)
+    return parse_navgraph(content, str(file), allow_multi_graph=allow_multi_graph)
 
 
 def parse_navgraph(text: str | bytes, name: str, *, allow_multi_graph: bool = False) -> NavGraph:
@@ -80,7 +80,7 @@ def _read_node(item: YamlNode) -> NavGraphNode:
     if "insert-mode" in properties:
         raise _error_at(item, "'insert-mode' is not supported", "write the edges of the node as connections")
     # Fawkes ignores further coordinates
-    x, y = (_read_number(value) for value in pos.items[:_PAIR])
+    x, y = (_read_number(coordinate) for coordinate in pos.items[:_PAIR])
     return NavGraphNode(
         _read_text(fields["name"]),
         x,
@@ -131,12 +131,12 @@ def _read_text(node: YamlNode) -> str:
 
 def _read_number(node: YamlNode) -> float:
     try:
-        value = float(_read_text(node))
+        number = float(_read_text(node))
     except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
+        number = math.nan
+    if not math.isfinite(number):
         raise _error_at(node, f"'{_read_text(node)}' is not a number")
-    return value
+    return number
 
 
 @contextmanager

@@ -49,25 +49,25 @@ class StampedTransform(Struct, frozen=True):
 class _History:
     """The transforms of one frame to its parent, from the oldest."""
 
-    __slots__ = ("entries", "is_static", "stamps")
+    __slots__ = ("is_static", "stamps", "transforms")
 
-    def __init__(self, *, static: bool) -> None:
-        self.is_static = static
+    def __init__(self, *, is_static: bool) -> None:
+        self.is_static = is_static
         self.stamps: list[int] = []
-        self.entries: list[StampedTransform] = []
+        self.transforms: list[StampedTransform] = []
 
-    def insert(self, entry: StampedTransform, keep_us: int) -> bool:
+    def insert(self, stamped: StampedTransform, keep_us: int) -> bool:
         """Add a transform; return whether the transform was recent enough."""
         if self.is_static:
-            self.stamps, self.entries = [LATEST], [entry]
+            self.stamps, self.transforms = [LATEST], [stamped]
             return True
-        if self.stamps and entry.stamp_us < self.stamps[-1] - keep_us:
+        if self.stamps and stamped.stamp_us < self.stamps[-1] - keep_us:
             return False
-        position = bisect_right(self.stamps, entry.stamp_us)  # transforms may arrive out of order
-        self.stamps.insert(position, entry.stamp_us)
-        self.entries.insert(position, entry)
+        position = bisect_right(self.stamps, stamped.stamp_us)  # transforms may arrive out of order
+        self.stamps.insert(position, stamped.stamp_us)
+        self.transforms.insert(position, stamped)
         outdated_count = bisect_left(self.stamps, self.stamps[-1] - keep_us)
-        del self.stamps[:outdated_count], self.entries[:outdated_count]
+        del self.stamps[:outdated_count], self.transforms[:outdated_count]
         return True
 
     def transform_at(self, time_us: int) -> StampedTransform:
@@ -75,16 +75,16 @@ class _History:
 
         :raises ExtrapolationError: if all transforms are later.
         """
-        entries = self.entries
+        transforms = self.transforms
         if time_us == LATEST or self.is_static or time_us >= self.stamps[-1]:
-            return entries[-1]
+            return transforms[-1]
         later_index = bisect_right(self.stamps, time_us)
         if later_index == 0:
             raise ExtrapolationError(
                 "Lookup would require extrapolation into the past. Requested time "
                 f"{_format_time(time_us)}, but the earliest data is at time {_format_time(self.stamps[0])}"
             )
-        earlier, later = entries[later_index - 1], entries[later_index]
+        earlier, later = transforms[later_index - 1], transforms[later_index]
         # between two parents there is no interpolation
         if earlier.stamp_us == time_us or earlier.frame != later.frame:
             return earlier
@@ -101,7 +101,7 @@ class _History:
 
 
 class TransformBuffer:
-    """Stores transforms and computes those between frames. Thread-safe.
+    """Stores transforms of frames and computes the transforms between any two frames. Thread-safe.
 
     Leading slashes of frame names are ignored.
 
@@ -112,10 +112,10 @@ class TransformBuffer:
     def __init__(self, keep_seconds: float = 10.0) -> None:
         self._keep_us = round(keep_seconds * 1_000_000)
         self._histories: dict[str, _History] = {}
-        self._frames: set[str] = set()
+        self._frames: set[str] = set()  # all frames, including roots, which have no history
         self._lock = threading.RLock()
 
-    def set_transform(self, entry: StampedTransform, *, static: bool = False) -> bool:
+    def set_transform(self, stamped: StampedTransform, *, static: bool = False) -> bool:
         """Store a transform.
 
         :param static: whether the transform is valid for all times; the first transform of a frame decides
@@ -124,17 +124,17 @@ class TransformBuffer:
             too old.
         :raises InvalidRotationError: if the rotation is invalid.
         """
-        frame, child = _strip_slash(entry.frame), _strip_slash(entry.child_frame)
-        if not frame or not child or frame == child or any(map(math.isnan, entry.transform.translation)):
+        frame, child = _strip_slash(stamped.frame), _strip_slash(stamped.child_frame)
+        if not frame or not child or frame == child or any(map(math.isnan, stamped.transform.translation)):
             return False
-        transform = Transform(entry.transform.translation, normalize(entry.transform.rotation))
+        transform = Transform(stamped.transform.translation, normalize(stamped.transform.rotation))
         with self._lock:
             history = self._histories.get(child)
             if history is None:  # the first transform decides whether the frame is static, as in tf
-                history = self._histories[child] = _History(static=static)
+                history = self._histories[child] = _History(is_static=static)
                 self._frames |= {frame, child}
             self._frames.add(frame)
-            return history.insert(StampedTransform(transform, entry.stamp_us, frame, child), self._keep_us)
+            return history.insert(StampedTransform(transform, stamped.stamp_us, frame, child), self._keep_us)
 
     def frame_exists(self, frame: str) -> bool:
         """Return whether the frame is known."""
@@ -145,7 +145,7 @@ class TransformBuffer:
         """The parent of each frame by its latest transform, None for roots."""
         with self._lock:
             return {
-                name: self._histories[name].entries[-1].frame if name in self._histories else None
+                name: self._histories[name].transforms[-1].frame if name in self._histories else None
                 for name in sorted(self._frames)
             }
 
@@ -170,8 +170,11 @@ class TransformBuffer:
     def lookup_via(
         self, target: str, target_us: int, source: str, source_us: int, fixed_frame: str
     ) -> StampedTransform:
-        """Return the transform from ``source`` to ``target`` at different times, via ``fixed_frame`` at rest.
+        """Return the transform from ``source`` at one time to ``target`` at another time.
 
+        :param target_us: the time of ``target``.
+        :param source_us: the time of ``source``.
+        :param fixed_frame: a frame that does not move between the times.
         :raises TransformError: if the transform is unknown.
         """
         to_fixed = self.lookup(fixed_frame, source, source_us)
@@ -238,27 +241,31 @@ class TransformBuffer:
         """Return the latest common time of all transforms between two frames, 0 if all are static."""
         source_path = self._find_path_to_root(source)
         if target == source:
-            entries = source_path[:1]
+            transforms = source_path[:1]
         else:
-            ancestors = {source} | {entry.frame for entry in source_path}
+            ancestors = {source} | {stamped.frame for stamped in source_path}
             common_frame = target  # becomes the first common ancestor
-            entries = []
-            for entry in self._find_path_to_root(target):
+            transforms = []
+            for stamped in self._find_path_to_root(target):
                 if common_frame in ancestors:
                     break
-                entries.append(entry)
-                common_frame = entry.frame
+                transforms.append(stamped)
+                common_frame = stamped.frame
             if common_frame not in ancestors:
                 raise _not_connected_error(target, source)
-            entries += itertools.takewhile(lambda entry: entry.child_frame != common_frame, source_path)
-        stamps = [entry.stamp_us for entry in entries if not self._histories[entry.child_frame].is_static]
+            transforms += itertools.takewhile(
+                lambda stamped: stamped.child_frame != common_frame, source_path
+            )
+        stamps = [
+            stamped.stamp_us for stamped in transforms if not self._histories[stamped.child_frame].is_static
+        ]
         return min(stamps, default=LATEST)
 
     def _find_path_to_root(self, frame: str) -> list[StampedTransform]:
         """Return the latest transforms from a frame to its parent, and so on to the root."""
         path: list[StampedTransform] = []
         while frame in self._histories:
-            path.append(self._histories[frame].entries[-1])
+            path.append(self._histories[frame].transforms[-1])
             frame = path[-1].frame
             if len(path) > MAX_DEPTH:
                 raise UnknownFrameError("The tf tree is invalid because it contains a loop.")
@@ -293,13 +300,13 @@ class TransformBuffer:
             frame != goal and (known_poses is None or frame not in known_poses) and frame in self._histories
         ):
             try:
-                entry = self._histories[frame].transform_at(time_us)
+                stamped = self._histories[frame].transform_at(time_us)
             except ExtrapolationError as error:
                 return poses, error
-            if entry.frame in poses:
+            if stamped.frame in poses:
                 raise UnknownFrameError("The tf tree is invalid because it contains a loop.")
-            poses[entry.frame] = entry.transform * poses[frame]
-            frame = entry.frame
+            poses[stamped.frame] = stamped.transform * poses[frame]
+            frame = stamped.frame
         return poses, None
 
 

@@ -34,7 +34,7 @@ class TransformListener(Listener, Observer):
         self._board = board
         self._owner = owner
         self._lock = threading.RLock()
-        self._instances: dict[str, Interface | None] = {}
+        self._instances: dict[str, Interface | None] = {}  # by id; None while the interface is being opened
         board.register_observer(self, INTERFACE_TYPE, ID_GLOB)
         for info in board.list(INTERFACE_TYPE, ID_GLOB):
             self.interface_created(info.type, info.id)
@@ -60,14 +60,14 @@ class TransformListener(Listener, Observer):
         interface.read()
         if not interface.child_frame:
             return  # the interface was never written
-        entry = StampedTransform(
+        stamped = StampedTransform(
             Transform(tuple(interface.translation), tuple(interface.rotation)),
             interface.timestamp_us,
             interface.frame,
             interface.child_frame,
         )
         try:
-            self.buffer.set_transform(entry, static=interface.static_transform)
+            self.buffer.set_transform(stamped, static=interface.static_transform)
         except InvalidRotationError:
             return  # as in Fawkes: the interface may not be initialised yet
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 class TransformPublisher:
     """Writes transforms to one TransformInterface.
 
-    :param name: the interface's id; without a leading slash, it is prefixed by ``/tf/``.
+    :param name: the interface's id; an id without a leading slash gets the prefix ``/tf/``.
     :raises BlackBoardError: if the interface has another writer.
     """
 
@@ -24,16 +24,16 @@ class TransformPublisher:
         self._interface: Any = board.open_for_writing("TransformInterface", interface_id, owner=owner)
         self._interface.auto_timestamping = False  # the time stamp is that of the transform
 
-    def send(self, entry: StampedTransform, *, static: bool = False) -> None:
+    def send(self, stamped: StampedTransform, *, static: bool = False) -> None:
         """Publish a transform.
 
         :raises InterfaceError: if a frame's name is too long.
         """
         interface = self._interface
-        interface.frame, interface.child_frame = entry.frame, entry.child_frame
+        interface.frame, interface.child_frame = stamped.frame, stamped.child_frame
         interface.static_transform = static
-        interface.translation, interface.rotation = entry.transform.translation, entry.transform.rotation
-        interface.set_timestamp(entry.stamp_us)
+        interface.translation, interface.rotation = stamped.transform.translation, stamped.transform.rotation
+        interface.set_timestamp(stamped.stamp_us)
         interface.write()
 
     def close(self) -> None:

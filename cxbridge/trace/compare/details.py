@@ -37,9 +37,9 @@ class DetailChanges:
         kind = event.KIND
         missing_names = self._missing.get(type(event), ())
         recorded_details = tuple(
-            "" if name in missing_names else getattr(event, name) for name in kind.details
+            "" if name in missing_names else getattr(event, name) for name in kind.detail_fields
         )
-        subject = (kind.name, *(getattr(event, name) for name in kind.subject))
+        subject = (kind.name, *(getattr(event, name) for name in kind.subject_fields))
         last_recorded_details, last_details = self._last_details.get(subject, (None, None))
         if last_recorded_details == recorded_details:
             return ("",) * len(recorded_details)
@@ -67,7 +67,7 @@ def find_missing_details(runs: Sequence[Run]) -> MissingDetails:
             event_type = type(event)
             if event_type not in examined_types:
                 examined_types.add(event_type)
-                empty_names = frozenset(name for name in event.KIND.details if not getattr(event, name))
+                empty_names = frozenset(name for name in event.KIND.detail_fields if not getattr(event, name))
                 missing_details[event_type] = missing_details.get(event_type, frozenset()) | empty_names
                 if len(examined_types) == len(TYPES_WITH_DETAILS):
                     break

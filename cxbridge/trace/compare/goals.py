@@ -163,7 +163,7 @@ class GoalForest:
 
         :param action: the id and name of the action, which are empty for the goal itself.
         """
-        changes = zip(event.KIND.details, self._detail_changes.find_changed_details(event), strict=True)
+        changes = zip(event.KIND.detail_fields, self._detail_changes.find_changed_details(event), strict=True)
         details = [f"{name}={replace_fact_names(value)}" for name, value in changes if value]
         if details:
             self._add_step(goal, Thread(intern(plan), has_details=True), (*action, *details), event)

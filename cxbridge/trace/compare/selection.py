@@ -35,7 +35,7 @@ def pattern_fields_by_kind() -> Mapping[str, Mapping[str, str]]:
     """Return the fields that patterns can name with their attributes, by kind; compared kinds first."""
     compared_types = [event_type for view in View for event_type in view.event_types]
     kinds = (event_type.KIND for event_type in (*compared_types, *EVENT_TYPES.values()))
-    return {kind.name: kind.patterns for kind in kinds if kind.patterns}
+    return {kind.name: kind.pattern_fields for kind in kinds if kind.pattern_fields}
 
 
 @dataclass(frozen=True)
@@ -197,7 +197,9 @@ class _SelectionReader:
 
     def _pattern_values(self, event: Event) -> Mapping[str, str]:
         """Return the fields of an event by their names in patterns."""
-        values = {name: str(getattr(event, field)) for name, field in event.KIND.patterns.items() if field}
+        values = {
+            name: str(getattr(event, field)) for name, field in event.KIND.pattern_fields.items() if field
+        }
         if isinstance(event, PlanActionTransition):
             goal = self._goals.get((event.env, event.goal))
             values["class"] = goal.goal_class if goal else ""
@@ -205,9 +207,9 @@ class _SelectionReader:
 
     def _drop_repetition(self, event: Event) -> Event | None:
         """Return the event, or None if the event repeats the last event of its subject."""
-        if not event.KIND.subject:
+        if not event.KIND.subject_fields:
             return event
-        subject = event.KIND.name, *(getattr(event, field) for field in event.KIND.subject)
+        subject = event.KIND.name, *(getattr(event, field) for field in event.KIND.subject_fields)
         timeless_event = replace(event, time_us=0)
         if self._last_contents.get(subject) == timeless_event:
             return None
@@ -223,7 +225,7 @@ def _remove_field(event: Event, field: str) -> Event:
         )
     if isinstance(event, FactChange):
         return replace(event, text=_remove_slots(event.text, field))
-    attribute = event.KIND.patterns[field]
+    attribute = event.KIND.pattern_fields[field]
     return replace(event, **{attribute: type(getattr(event, attribute))()})
 
 

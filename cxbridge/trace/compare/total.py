@@ -230,7 +230,7 @@ class _Divergence:
         if edit.kind is not DifferenceKind.CHANGED or not DETAIL_NOUNS.issuperset(self._changed_parts(edit)):
             return None
         event_a, event_b = (tail[index].event for tail, index in zip(self._tails, edit.indices, strict=True))
-        subject = tuple(getattr(event_a, name) for name in event_a.KIND.subject)
+        subject = tuple(getattr(event_a, name) for name in event_a.KIND.subject_fields)
         return subject, describe_details(event_a), describe_details(event_b)
 
     def _changed_parts(self, edit: Edit) -> list[str]:

@@ -142,26 +142,26 @@ class _LastDetails:
     @staticmethod
     def _subject(event: Event) -> tuple[str, ...]:
         """Return the kind of an event and the fields that identify its goal or plan-action."""
-        return (event.KIND.name, *(getattr(event, name) for name in event.KIND.subject))
+        return (event.KIND.name, *(getattr(event, name) for name in event.KIND.subject_fields))
 
     def store(self, event: Event, name: str, value: str) -> None:
         """Store a changed detail."""
         self._details_by_subject.setdefault(
-            self._subject(event), {name: DEFAULT_DETAILS[name] for name in event.KIND.details}
+            self._subject(event), {name: DEFAULT_DETAILS[name] for name in event.KIND.detail_fields}
         )[name] = value
 
     def complete(self, event: Transition) -> Transition:
         """Return an event with the details of its subject."""
         details = self._details_by_subject.get(self._subject(event), {})
-        fields: dict[str, Any] = {name: details[name] for name in event.KIND.details if name in details}
+        fields: dict[str, Any] = {name: details[name] for name in event.KIND.detail_fields if name in details}
         if isinstance(event, GoalTransition):
             fields["slots"] = {name: value for name, value in details.items() if value and name not in fields}
         return replace(event, **fields) if details else event
 
     def changed_lines(self, event: Event) -> Iterator[str]:
         """Yield a line for each changed detail of an event."""
-        details = {name: getattr(event, name) or DEFAULT_DETAILS[name] for name in event.KIND.details}
-        if not any(getattr(event, name) for name in event.KIND.details):
+        details = {name: getattr(event, name) or DEFAULT_DETAILS[name] for name in event.KIND.detail_fields}
+        if not any(getattr(event, name) for name in event.KIND.detail_fields):
             return
         details |= event.slots if isinstance(event, GoalTransition) else {}
         subject = self._subject(event)

@@ -15,7 +15,7 @@ from mcp.types import ToolAnnotations
 from cxbridge import __version__
 from cxbridge.daemon.operations.table import verbs
 from cxbridge.errors import CxbridgeError
-from cxbridge.suggestions import or_similar
+from cxbridge.suggestions import bracketed_suggestion
 from cxbridge_mcp.daemons import DaemonTools
 from cxbridge_mcp.folders import Folders
 from cxbridge_mcp.programs import ProgramTools
@@ -84,7 +84,7 @@ def _check_names(allow: Sequence[str]) -> None:
     for name in allow:
         if name not in names:
             raise CxbridgeError(
-                f"--allow cannot be '{name}'{or_similar(name, names)}",
+                f"--allow cannot be '{name}'{bracketed_suggestion(name, names)}",
                 hint=f"allow {', '.join(PROGRAM_TOOLS)}, or one of the operations "
                 f"{', '.join(sorted(verbs()))}",
             )

@@ -167,7 +167,7 @@ class Node(Closing):
         :param right: the right that other nodes need; without the right, messages are reported and dropped.
         :raises Ros2Error: if the topic or type is invalid.
         """
-        if not self.rights.allow(right):
+        if not self.rights.allows(right):
             # subscribe all the same, so that the log tells why messages have no effect
             def callback(_message: Message) -> None:
                 self._report_refusal(topic, right)
@@ -218,7 +218,7 @@ class Node(Closing):
         :param make_refusal: makes the response to clients without the right.
         :raises Ros2Error: if the name or type is invalid.
         """
-        if not self.rights.allow(right):
+        if not self.rights.allows(right):
 
             def handler(request: Message, reply: SendResponse) -> None:
                 reply(make_refusal(request, self._report_refusal(service, right)))

@@ -97,7 +97,7 @@ class Api:
         """
         rights = self._host.rights
         needed_right = endpoint.needed_right(rights)
-        if not rights.allow(needed_right):
+        if not rights.allows(needed_right):
             forbidden_action = "change anything" if not rights.control else "run programs"
             raise ApiError(403, f"Clients may not {forbidden_action}: {rights.refusal_hint(needed_right)}")
 

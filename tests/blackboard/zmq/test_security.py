@@ -39,21 +39,21 @@ REMOTE = [
 
 @pytest.mark.parametrize("endpoint", LOCAL)
 def test_local_endpoints_need_no_keys(endpoint):
-    check_endpoint(endpoint, keys=False, insecure=False)
+    check_endpoint(endpoint, has_keys=False, is_insecure_allowed=False)
 
 
 @pytest.mark.parametrize("endpoint", REMOTE)
 def test_remote_endpoints_need_keys_or_insecure(endpoint):
     with pytest.raises(InsecureEndpointError, match="needs CURVE keys"):
-        check_endpoint(endpoint, keys=False, insecure=False)
-    check_endpoint(endpoint, keys=True, insecure=False)
-    check_endpoint(endpoint, keys=False, insecure=True)
+        check_endpoint(endpoint, has_keys=False, is_insecure_allowed=False)
+    check_endpoint(endpoint, has_keys=True, is_insecure_allowed=False)
+    check_endpoint(endpoint, has_keys=False, is_insecure_allowed=True)
 
 
 @pytest.mark.parametrize("endpoint", ["", "tcp", "tcp://", "udp://127.0.0.1:1", "127.0.0.1:1"])
 def test_invalid_endpoint_is_refused(endpoint):
     with pytest.raises(EndpointError, match="is not an endpoint"):
-        check_endpoint(endpoint, keys=False, insecure=False)
+        check_endpoint(endpoint, has_keys=False, is_insecure_allowed=False)
 
 
 NAMES = ("friend", "stranger")

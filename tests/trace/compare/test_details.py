@@ -19,7 +19,7 @@ def with_details(event: Event, **values: Any) -> Event:
     return replace(event, **values)
 
 
-WITHOUT = [with_details(event, **dict.fromkeys(event.KIND.details, "")) for event in family()]
+WITHOUT = [with_details(event, **dict.fromkeys(event.KIND.detail_fields, "")) for event in family()]
 
 
 def changed(field: str, value: str) -> list[Event]:
@@ -77,7 +77,7 @@ def test_names_and_times_in_details_are_no_difference(order):
 def test_recording_of_earlier_version_is_read():
     event = goal("gen1", "FORMULATED")
     text = encode(event).decode()
-    for name in event.KIND.details:
+    for name in event.KIND.detail_fields:
         text = text.replace(f',"{name}":"{getattr(event, name)}"', "")
     assert "params" not in text
     decoded = make_decoder(type(event))(text.encode())

@@ -59,7 +59,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         keys: CurveClient | None = None,
         insecure: bool = False,
     ) -> None:
-        check_endpoint(url, keys=keys is not None, insecure=insecure)
+        check_endpoint(url, has_keys=keys is not None, is_insecure_allowed=insecure)
         super().__init__(registry, clock, bus)
         self._timeout: Final = timeout
         self._context = make_context()

@@ -1,7 +1,7 @@
 """The open interfaces of a client, and the effect of the server's frames on them.
 
 The receiving thread handles frames; any thread may write and send requests. The lock guards the tables; the
-sender's lock guards ``_unsent``.
+sender's lock guards ``_unsent_copies``.
 """
 
 from __future__ import annotations
@@ -68,9 +68,9 @@ class OpenInterfaces:
         self._receiver: Final = receiver
         self._lock: Final = threading.RLock()
         self._copies: dict[tuple[str, str], InterfaceCopy] = {}  # by type and id
-        self._channels: dict[int, InterfaceCopy] = {}  # by the server's number, in this session
+        self._copies_by_channel: dict[int, InterfaceCopy] = {}  # by the server's number, in this session
         self._instances: dict[bytes, Interface] = {}  # by serial
-        self._unsent: set[InterfaceCopy] = set()  # copies with a write that waits for a session
+        self._unsent_copies: set[InterfaceCopy] = set()  # copies with a write that waits for a session
         self._epoch = b""  # the id of the running server
         self._is_same_epoch = False  # whether the last two sessions were with the same run of the server
         self._missing_replies = 0  # the number of replies that must come before other threads may send
@@ -89,14 +89,14 @@ class OpenInterfaces:
 
         :raises BlackBoardError: if the server refuses, or does not reply in time.
         """
-        opened: list[Interface] = []
+        opened: list[Interface] = []  # filled by the receiving thread before the request returns
 
         def on_reply(reply: Response) -> None:
             if isinstance(reply, Opened):
                 opened.append(self._make_instance(request, reply))
 
         schema = request.interface_class.SCHEMA
-        frame = _make_open_frame(schema, request.id, request.owner, request.writer)
+        frame = _make_open_frame(schema, request.id, request.owner, request.is_writer)
         reply = self._sender.request(frame, timeout=self._timeout, on_reply=on_reply)
         if isinstance(reply, Reply):
             raise_refusal(reply, uid=request.uid, hash_=schema.hash)
@@ -124,7 +124,7 @@ class OpenInterfaces:
 
     def _assign_channel(self, copy: InterfaceCopy, channel_number: int) -> None:
         copy.mem_serial = channel_number
-        self._channels[channel_number] = copy
+        self._copies_by_channel[channel_number] = copy
 
     def has_instance(self, instance: Interface) -> bool:
         """Return whether an instance is open at this client."""
@@ -153,7 +153,7 @@ class OpenInterfaces:
                 copy.instances.remove(instance)
             copy.seq = seq
             if instance.is_writer:
-                self._unsent.discard(copy)
+                self._unsent_copies.discard(copy)
                 copy.has_own_data = False
             self._drop_if_unused(copy)
         copy.end_listening(instance)
@@ -162,8 +162,8 @@ class OpenInterfaces:
         if not copy.instances:
             if self._copies.get(copy.key) is copy:
                 del self._copies[copy.key]
-            if self._channels.get(copy.mem_serial) is copy:
-                del self._channels[copy.mem_serial]
+            if self._copies_by_channel.get(copy.mem_serial) is copy:
+                del self._copies_by_channel[copy.mem_serial]
 
     def invalidate_all(self) -> None:
         """Invalidate all instances without notifying listeners."""
@@ -172,7 +172,7 @@ class OpenInterfaces:
                 instance.invalidate()
             self._instances.clear()
             self._copies.clear()
-            self._channels.clear()
+            self._copies_by_channel.clear()
 
     def write(
         self, copy: InterfaceCopy, serial: UUID, stamped: bool | None, changed: bool, block: bytes
@@ -181,9 +181,9 @@ class OpenInterfaces:
         with self._sender.lock:
             if self._sender.is_ready and self._sender.send(Write(serial.bytes, stamped, changed, block)):
                 copy.seq += 1
-                self._unsent.discard(copy)
+                self._unsent_copies.discard(copy)
             else:
-                self._unsent.add(copy)
+                self._unsent_copies.add(copy)
 
     def count_skipped(self) -> None:
         """Count an update that a later update replaced because listeners are slow."""
@@ -223,7 +223,7 @@ class OpenInterfaces:
         self._is_same_epoch, self._epoch = epoch == self._epoch, epoch
         with self._lock:
             instances = [instance for copy in self._copies.values() for instance in copy.instances]
-            self._channels.clear()
+            self._copies_by_channel.clear()
             for copy in self._copies.values():
                 copy.expected_seq = copy.seq
         # writers first, because a reader's reply is compared with the sequence number of this client's writer
@@ -268,7 +268,7 @@ class OpenInterfaces:
             if reply.block is not None:
                 self._update_reopened(copy, reply, reply.block)
             if instance.is_writer and copy.has_own_data and self._is_write_lost(copy, reply.seq):
-                self._unsent.add(copy)
+                self._unsent_copies.add(copy)
             copy.seq = reply.seq
             copy.set_members(reply.members, quietly=False)
 
@@ -276,7 +276,7 @@ class OpenInterfaces:
         """Update a copy with the data of a new session, unless the copy is newer."""
         # a restarted server counts from 0, and has no data before the first write
         is_outdated = opened.seq <= copy.expected_seq if self._is_same_epoch else opened.seq == 0
-        if not is_outdated and copy not in self._unsent:
+        if not is_outdated and copy not in self._unsent_copies:
             copy.update(opened.seq, block, opened.stamped, opened.changed)
 
     def _is_write_lost(self, copy: InterfaceCopy, seq: int) -> bool:
@@ -293,7 +293,7 @@ class OpenInterfaces:
             if instance in copy.instances:
                 copy.instances.remove(instance)
             copy.has_own_data = False
-            self._unsent.discard(copy)
+            self._unsent_copies.discard(copy)
             copy.listeners.unregister(None, instance)
             self._drop_if_unused(copy)
 
@@ -309,12 +309,14 @@ class OpenInterfaces:
             return
         with self._sender.lock:
             self._sender.set_ready()
-            unsent, self._unsent = self._unsent, set()
-            for copy in unsent:
+            unsent_copies, self._unsent_copies = self._unsent_copies, set()
+            for copy in unsent_copies:
                 for instance in copy.instances:
                     if instance.is_writer and instance.valid:
                         # several writes, of which any may have changed the data
-                        self.write(copy, instance.serial, True, True, copy.snapshot.block)
+                        self.write(
+                            copy, instance.serial, stamped=True, changed=True, block=copy.snapshot.block
+                        )
         if self._is_loss_announced:
             self._is_loss_announced = False
             self._board.report_connection(True, f"connected to {self._url} again")
@@ -336,7 +338,7 @@ class OpenInterfaces:
         :raises ProtocolError: if an earlier update is missing, or the size of the block is wrong.
         """
         with self._lock:
-            copy = self._channels.get(update.channel)
+            copy = self._copies_by_channel.get(update.channel)
             if copy is None or update.seq <= copy.seq:
                 return
             if update.seq != copy.seq + 1 + update.skipped:
@@ -351,11 +353,11 @@ class OpenInterfaces:
                 if not self._sender.finish(frame) and isinstance(frame, Opened):
                     self._close_unwanted(frame)  # the caller has given up after the timeout
             case Change():
-                copy = self._channels.get(frame.channel)
+                copy = self._copies_by_channel.get(frame.channel)
                 if copy is not None:
                     copy.change_member(frame.kind, UUID(bytes=frame.serial), frame.owner)
             case Deliver():
-                self._receiver.put(self._deliver, frame, urgent=True)
+                self._receiver.put(self._deliver, frame, is_urgent=True)
             case Existence():
                 if self.is_watching:
                     self._handle_existence((frame.type, frame.id), frame.created)
@@ -376,7 +378,7 @@ class OpenInterfaces:
 
     def _handle_existence(self, key: tuple[str, str], created: bool) -> None:
         if created is not (key in self._known_interfaces):
-            self._known_interfaces ^= {key}
+            self._known_interfaces ^= {key}  # adds a created interface, removes a destroyed interface
             self._receiver.put(partial(self._observers.notify, *key, created=created))
 
     def _deliver(self, frame: Deliver) -> None:

@@ -164,12 +164,12 @@ class InterfaceCopy(BoardPort):
 
         :param quietly: whether to omit the notification of the listeners.
         """
-        present = {UUID(bytes=member.serial): member for member in members}
+        members_by_serial = {UUID(bytes=member.serial): member for member in members}
         if not quietly:
-            self._remove_members(self._members.keys() - present.keys())
-            for serial, member in present.items():
+            self._remove_members(self._members.keys() - members_by_serial.keys())
+            for serial, member in members_by_serial.items():
                 self.change_member(membership_kind(writer=member.writer, added=True), serial, member.owner)
-        self._members = present  # again, because the order of the members is the server's
+        self._members = members_by_serial  # again, because the order of the members is the server's
 
     def _remove_members(self, serials: AbstractSet[UUID]) -> None:
         for serial, member in self._members.items():
@@ -211,13 +211,13 @@ class InterfaceCopy(BoardPort):
     def publish(
         self, writer: OpenedBlock, block: bytes | bytearray, stamped: bool | None, changed: bool
     ) -> int:
-        data = bytes(block)
+        block_copy = bytes(block)
         with self._lock:
-            version = self._replace_snapshot(data, stamped, changed).version
+            version = self._replace_snapshot(block_copy, stamped, changed).version
             self.has_own_data = True
             # listeners that register later read the data and are not notified
             audience = self.listeners.data_audience
-        self._uplink.write(self, writer.serial, stamped, changed, data)
+        self._uplink.write(self, writer.serial, stamped, changed, block_copy)
         if audience is not None:
             self.listeners.notify_data(audience, changed)
         return version

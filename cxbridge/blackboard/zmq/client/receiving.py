@@ -6,9 +6,10 @@ its listeners are quick, and the session's thread receives otherwise. The rules:
 
 - Only the thread that has the turn uses the socket, the numbers and the credit.
 
-- Only the thread that has the turn gives it away. The session's thread takes it back only while the
-  dispatcher's thread calls listeners, or has not begun to receive. It opens and closes the socket while it
-  has the turn.
+- Only the thread that has the turn gives the turn away. There is one exception: the session's thread takes
+  the turn back while the dispatcher's thread calls listeners, or has not begun to receive.
+
+- The session's thread opens and closes the socket while that thread has the turn.
 
 - Any thread may send a nudge, an empty frame that interrupts the receiving of the dispatcher's thread, under
   a second lock.
@@ -112,8 +113,8 @@ class EventReceiver(Dispatcher):
         self._unreported_count = 0  # the number of handled updates that the server does not know of
         self._credit_threshold = 1  # the number of unreported updates at which the client returns credit
 
-    def put(self, function: Callable[..., object], *args: Any, urgent: bool = False) -> None:
-        self._queue.put((function, args, urgent))
+    def put(self, function: Callable[..., object], *args: Any, is_urgent: bool = False) -> None:
+        self._queue.put((function, args, is_urgent))
         if self._is_receiving:
             self._nudge_dispatcher()
 
@@ -122,28 +123,31 @@ class EventReceiver(Dispatcher):
         """Whether the queue is so long that updates are conflated."""
         return self._queue.qsize() >= MAX_WAITING_EVENTS
 
-    def wait_until(self, is_done: Callable[[], bool], deadline: float) -> None:
+    def wait_until(self, is_done: Callable[[], bool], deadline_s: float) -> None:
         """Make urgent calls until ``is_done`` returns True, for a listener that waits for a reply.
 
         The thread that changes the result of ``is_done`` must queue a call, which wakes this thread.
+
+        :param deadline_s: the limit, in seconds of the monotonic clock.
         """
         self._hand_turn_over()
         while not is_done():
-            remaining = deadline - time.monotonic()
-            if remaining <= 0:
+            remaining_s = deadline_s - time.monotonic()
+            if remaining_s <= 0:
                 return
             try:
-                item = self._queue.get(timeout=remaining)
+                call = self._queue.get(timeout=remaining_s)
             except queue.Empty:
                 return
-            if item is None:  # the end of the thread, which `_call_waiting` handles
+            if call is None:  # the end of the thread, which `_call_waiting` handles
                 self._queue.put(None)
                 return
-            _function, _args, urgent = item
-            if urgent:  # a message to a writer of this client, perhaps from the peer whose reply is missing
-                self._call(*item)
+            _function, _args, is_urgent = call
+            if is_urgent:
+                # a message to a writer of this client, perhaps from the peer whose reply is missing
+                self._call(*call)
             else:
-                self._backlog.append(item)
+                self._backlog.append(call)
 
     def _run(self) -> None:
         while True:
@@ -161,15 +165,15 @@ class EventReceiver(Dispatcher):
         """Make all queued calls."""
         while not self._has_ended:
             if self._backlog:
-                item = self._backlog.popleft()
+                call = self._backlog.popleft()
             elif self._queue.empty():
                 return
             else:
-                item = self._queue.get()
-            if item is None:
+                call = self._queue.get()
+            if call is None:
                 self._has_ended = True
                 return
-            self._call(*item)
+            self._call(*call)
 
     def _receive(self) -> None:
         """Receive and call listeners until the session's thread takes over."""
@@ -198,10 +202,10 @@ class EventReceiver(Dispatcher):
             # after the flag, because a call that was queued before has not nudged this thread
             if no_calls():
                 start_s = now()
-                data = recv()
+                frame_bytes = recv()
                 self._is_receiving = False
                 self.last_received_s = end_s = now()
-                self._handle_message(data)
+                self._handle_message(frame_bytes)
                 if end_s - start_s < _ARRIVED_S:
                     # before the listeners, which then read newer data
                     self.handle_waiting_frames()
@@ -229,7 +233,8 @@ class EventReceiver(Dispatcher):
         """Begin a session after its Hello; the session's thread has the first turn.
 
         :param name: identifies the session in this process.
-        :param give_credit: reports the number of handled updates to the server; returns whether it was sent.
+        :param give_credit: reports the number of handled updates to the server; returns whether
+            the report was sent.
         """
         self._reset()
         self._handler = handler
@@ -290,10 +295,10 @@ class EventReceiver(Dispatcher):
         recv = self._recv
         for _ in range(_BATCH_SIZE):
             try:
-                data = recv(NOBLOCK)
+                frame_bytes = recv(NOBLOCK)
             except zmq.Again:
                 break
-            self._handle_message(data)
+            self._handle_message(frame_bytes)
             if self.fault:
                 return
         self.last_received_s = time.monotonic()
@@ -314,11 +319,11 @@ class EventReceiver(Dispatcher):
             self._turn = _SESSION
         self._wake_session()
 
-    def _handle_message(self, data: bytes) -> None:
-        if not data:
+    def _handle_message(self, frame_bytes: bytes) -> None:
+        if not frame_bytes:
             return  # a nudge
         try:
-            frame = decode_server_frame(data)
+            frame = decode_server_frame(frame_bytes)
             if type(frame) is Update:  # first, because nearly all frames are updates
                 self._unreported_count += 1
                 self._handler.handle_update(frame)

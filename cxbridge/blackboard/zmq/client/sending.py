@@ -23,7 +23,7 @@ from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, raw_send
 _MAX_WAIT_MS: Final = 1000  # the wait of a frame for room, after which the server counts as dead
 
 
-def _make_locked() -> threading.Lock:
+def _make_locked_lock() -> threading.Lock:
     """Return a locked lock, which the thread with the reply releases."""
     lock = threading.Lock()
     lock.acquire()
@@ -43,7 +43,8 @@ class PendingRequest:
     reply: Response | None = None
     is_lost: bool = False
     wake: Callable[[], None] | None = None
-    _reply_lock: threading.Lock = field(default_factory=_make_locked)  # an Event takes five times as long
+    # a lock, because an Event takes five times as long
+    _reply_lock: threading.Lock = field(default_factory=_make_locked_lock)
 
     def finish(self, reply: Response | None) -> None:
         """Store the reply and wake the requester.
@@ -80,7 +81,7 @@ class CommandSender:
         """Whether the server has stopped accepting frames."""
         self._dispatcher: Final = dispatcher
         self._socket: zmq.Socket[bytes] | None = None
-        self._send_bytes: Callable[..., Any]  # the function of the socket
+        self._send_bytes: Callable[..., Any]  # sends by the socket
         self.is_ready = False
         """Whether all threads may send."""
         self._is_closed = False
@@ -128,14 +129,17 @@ class CommandSender:
         pending.finish(reply)
         return True
 
-    def wait_ready(self, deadline: float) -> bool:
-        """Wait until all threads may send; return False after the deadline or `close`."""
+    def wait_ready(self, deadline_s: float) -> bool:
+        """Wait until all threads may send; return False after the deadline or `close`.
+
+        :param deadline_s: the limit, in seconds of the monotonic clock.
+        """
         with self.lock:
             while not self.is_ready:
-                remaining = deadline - time.monotonic()
-                if remaining <= 0 or self._is_closed:
+                remaining_s = deadline_s - time.monotonic()
+                if remaining_s <= 0 or self._is_closed:
                     return False
-                self._readiness_changed.wait(remaining)
+                self._readiness_changed.wait(remaining_s)
         return True
 
     def give_credit(self, updates: int) -> bool:
@@ -152,9 +156,9 @@ class CommandSender:
             if self._socket is None or self.is_blocked:
                 return False
             frame.number = self._number + 1
-            data = encode(frame)
+            frame_bytes = encode(frame)
             try:
-                self._send_bytes(data, NOBLOCK)
+                self._send_bytes(frame_bytes, NOBLOCK)
             except zmq.Again:
                 if not wait_ms:
                     return False
@@ -201,18 +205,18 @@ class CommandSender:
         :raises RequestTimeoutError: if no reply comes in time.
         """
         frame_name = type(frame).__name__.lower()
-        deadline = time.monotonic() + timeout
+        deadline_s = time.monotonic() + timeout
         is_in_dispatcher = self._dispatcher.is_current_thread()
         while True:
             pending = PendingRequest(on_reply, wake=self._wake_dispatcher if is_in_dispatcher else None)
             with self.lock:
-                if not self.wait_ready(deadline):
+                if not self.wait_ready(deadline_s):
                     raise DisconnectedError("there is no connection to the blackboard's server")
                 number = self.start(frame, pending)
             if is_in_dispatcher:
-                self._dispatcher.wait_until(pending.is_answered, deadline)
+                self._dispatcher.wait_until(pending.is_answered, deadline_s)
             else:
-                pending.wait(deadline - time.monotonic())
+                pending.wait(deadline_s - time.monotonic())
             with self.lock:
                 is_given_up = self._pending.pop(number, None) is not None
             if not is_given_up:
@@ -233,4 +237,4 @@ class CommandSender:
 
     def _wake_dispatcher(self) -> None:
         """Wake the dispatcher's thread, which waits on its queue."""
-        self._dispatcher.put(lambda: None, urgent=True)
+        self._dispatcher.put(lambda: None, is_urgent=True)

@@ -78,7 +78,7 @@ class SessionThread:
         self._wakeup: Final = wakeup
         self._name: Final = name
         self._keys: Final = keys
-        self._stopping = False
+        self._is_stopping = False
         self._patience_ms = MIN_PATIENCE_MS
         self._previous_session = b""  # the id of the last session, which the server may still keep alive
         self._thread: Final = threading.Thread(target=self._run, name=f"BlackBoard {url}", daemon=True)
@@ -87,29 +87,29 @@ class SessionThread:
         self._thread.start()
 
     def stop(self) -> None:
-        self._stopping = True
+        self._is_stopping = True
         self._wakeup.set()
         if threading.current_thread() is not self._thread:
             self._thread.join()
             self._wakeup.close()
 
     def _run(self) -> None:
-        while not self._stopping:
+        while not self._is_stopping:
             try:
                 reason = self._run_session()
             # for example without a free descriptor, which another attempt may get
             except (TransportError, zmq.ZMQError, OSError) as error:
                 reason = f"cannot begin a session: {error}"
-            if not self._stopping:
+            if not self._is_stopping:
                 self._interfaces.handle_loss(reason)
                 self._sleep(RETRY_PAUSE_S)
 
     def _sleep(self, seconds: float) -> None:
         poller = zmq.Poller()
         poller.register(self._wakeup, zmq.POLLIN)
-        deadline = time.monotonic() + seconds
-        while not self._stopping and (remaining := deadline - time.monotonic()) > 0:
-            poller.poll(int(remaining * 1000) + 1)
+        deadline_s = time.monotonic() + seconds
+        while not self._is_stopping and (remaining_s := deadline_s - time.monotonic()) > 0:
+            poller.poll(int(remaining_s * 1000) + 1)
             self._wakeup.clear()
 
     def _run_session(self) -> str:
@@ -132,10 +132,10 @@ class SessionThread:
                 )
                 # without blocking, because a refused handshake may have closed the connection
                 events.send(encode(hello), zmq.NOBLOCK)
-                name = f"nudge-{session.hex()}"
-                self._receiver.open_session(events, name, self._interfaces, self._sender.give_credit)
+                nudge_name = f"nudge-{session.hex()}"
+                self._receiver.open_session(events, nudge_name, self._interfaces, self._sender.give_credit)
                 reason = self._keep_session(events, monitor)
-                if self._stopping and self._receiver.welcome is not None:
+                if self._is_stopping and self._receiver.welcome is not None:
                     self._sender.send(Bye(), wait_ms=0)
             finally:
                 # the turn first, so that no other thread uses the socket that is closed here
@@ -144,7 +144,7 @@ class SessionThread:
                 self._sender.detach()
                 events.disable_monitor()
                 monitor.close(linger=0)
-                commands.close(linger=LINGER_MS if self._stopping else 0)
+                commands.close(linger=LINGER_MS if self._is_stopping else 0)
         finally:
             events.close(linger=0)
         if self._receiver.welcome is not None:
@@ -160,7 +160,7 @@ class SessionThread:
             poller.register(monitor, zmq.POLLIN)
         session_poller.register(events, zmq.POLLIN)
         next_check_s = last_check_s = time.monotonic()
-        while not (self._stopping or receiver.fault):
+        while not (self._is_stopping or receiver.fault):
             self._wakeup.clear()  # before the states are read, so that no later change is missed
             if receiver.session_has_turn and self._sender.is_ready:
                 receiver.lend_turn()
@@ -197,7 +197,7 @@ class SessionThread:
 
     @property
     def _heartbeat_s(self) -> float:
-        """The heartbeat of the server; before its Welcome, a short one."""
+        """The heartbeat of the server; before its Welcome, a short time, so that the thread soon sees it."""
         welcome = self._receiver.welcome
         return 0.2 if welcome is None else welcome.heartbeat_ms / 1000
 

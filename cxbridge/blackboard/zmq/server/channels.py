@@ -154,7 +154,7 @@ class Channel(MembershipListener):
             Update(self.memory.mem_serial, seq, stamped, changed, seq - sent_seq - 1, snapshot.block)
         )
 
-    def membership_changed(self, interface: Interface, kind: EventKind, serial: UUID) -> None:  # noqa: ARG002
+    def membership_changed(self, interface: Interface, kind: EventKind, serial: UUID) -> None:  # noqa: ARG002 - as above
         if self._loop.is_current_thread():
             self._send_change(kind, serial)
         else:

@@ -33,7 +33,7 @@ OutcomeCallback = Callable[[ResultCode, int], None]
 @dataclass(slots=True)
 class _Delivery:
     session: ZmqSession
-    instance: bytes
+    writer_serial: bytes
     on_outcome: OutcomeCallback
     deadline_s: float
 
@@ -74,10 +74,13 @@ class Deliveries:
         if delivery is not None and delivery.session is session:
             self._finish_delivery(outcome.delivery, outcome.code, outcome.detail)
 
-    def fail_deliveries(self, session: ZmqSession, instance: bytes | None = None) -> None:
-        """Fail the deliveries to a session, or to one of its writers."""
+    def fail_deliveries(self, session: ZmqSession, writer_serial: bytes | None = None) -> None:
+        """Fail the deliveries to a session.
+
+        :param writer_serial: the writer whose deliveries fail; None: all writers of the session.
+        """
         for number, delivery in list(self._pending.items()):
-            if delivery.session is session and instance in (None, delivery.instance):
+            if delivery.session is session and writer_serial in (None, delivery.writer_serial):
                 self._finish_delivery(number, ResultCode.NO_WRITER, 0)
 
     def expire(self, now_s: float) -> None:
@@ -116,6 +119,7 @@ class Forwarder(Listener):
         self._deliver = deliver
         self._timeout = timeout
         self._log = log
+        # the outcome of the present message and its detail; by thread, because several threads may send
         self.outcome: Final = threading.local()
 
     def message_received(self, interface: Interface, message: Message) -> bool:

@@ -44,7 +44,7 @@ from cxbridge.interfaces.instance import Interface, Message
 from cxbridge.interfaces.known_hashes import accepts_hash
 from cxbridge.rights import ALL_RIGHTS, Rights
 
-_OUTCOMES: Final = {ResultCode.OK: QUEUED, ResultCode.DECLINED: HANDLED}
+_OUTCOME_BY_CODE: Final = {ResultCode.OK: QUEUED, ResultCode.DECLINED: HANDLED}
 
 
 class RequestHandler:
@@ -218,7 +218,7 @@ class RequestHandler:
         if writer is not None:
 
             def on_outcome(code: ResultCode, detail: int) -> None:
-                self._emit_message(sender, received, _OUTCOMES.get(code, REFUSED))
+                self._emit_message(sender, received, _OUTCOME_BY_CODE.get(code, REFUSED))
                 session.reply(frame.request, code, detail)
 
             self._start_delivery(writer, received, frame.hops, on_outcome)

@@ -88,7 +88,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         rights: Rights = ALL_RIGHTS,
     ) -> None:
         for endpoint in endpoints:
-            check_endpoint(endpoint, keys=keys is not None, insecure=insecure)
+            check_endpoint(endpoint, has_keys=keys is not None, is_insecure_allowed=insecure)
         name = f"{COMPONENT}Server"
         super().__init__(name, None if board.bus is None else board.bus.logger(name))
         self.board: Final = board
@@ -183,7 +183,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         # one message per round after a sleep, so that posted updates do not wait for a batch
         batch = 1
         ready: Sequence[tuple[int, int]] = ()
-        while not self._stopping:
+        while not self._is_stopping:
             self._wakeup.clear()
             self.run_posted_calls()
             self._end_failed()
@@ -197,6 +197,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 batch, ready = _BATCH_SIZE, ()
             else:
                 batch = 1
+                # a millisecond more, so that the next check is due after the poll
                 ready = poll.poll(max(0.0, next_check_s - time.monotonic()) * 1000 + 1)
         for session in tuple(self._sessions.values()):
             session.send(Gone(ResultCode.SHUTDOWN, "the server stops"))
@@ -329,6 +330,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             self._failed_sessions.append((session, code))
 
     def _end_failed(self) -> None:
+        """End the sessions that cannot continue."""
         while self._failed_sessions:
             session, code = self._failed_sessions.popleft()
             if self._sessions.get(session.id) is session:

@@ -64,7 +64,7 @@ class ResultCode(IntEnum):
     """The outcome of a request, or the reason for the end of a session."""
 
     OK = 0
-    DECLINED = 1
+    DECLINED = 1  # a listener of the writer has handled the message
     NO_WRITER = 2
     WRITER_ACTIVE = 3
     UNKNOWN_TYPE = 4
@@ -78,10 +78,10 @@ class ResultCode(IntEnum):
     PROTOCOL = 12
     UNKNOWN_SESSION = 13
     FRAME_LOST = 14
-    SILENT = 15
-    TOO_SLOW = 16
+    SILENT = 15  # no frame has come within DEATH_HEARTBEATS
+    TOO_SLOW = 16  # the queue of frames to the client is full
     SHUTDOWN = 17
-    REFUSED = 18
+    REFUSED = 18  # for a reason in the text
 
 
 class Frame(Struct, kw_only=True):
@@ -158,6 +158,8 @@ class Send(Request, array_like=True, tag_field="frame", tag=7):
 
     :param instance: the serial of the sender.
     :param source: the serial of the first sender.
+    :param thread: the name of the sending thread.
+    :param hops: the number of networks that the message has crossed.
     """
 
     instance: Serial
@@ -287,7 +289,14 @@ class Change(Frame):
 
 
 class Deliver(Frame, array_like=True, tag_field="frame", tag=26):
-    """A message to the writer ``instance``, which the client answers with Delivered."""
+    """A message to the writer ``instance``, which the client answers with Delivered.
+
+    :param source: the serial of the first sender.
+    :param sender: the serial of the last sender.
+    :param thread: the name of the sending thread.
+    :param hops: the number of networks that the message has crossed.
+    :param delivery: the server's number of the delivery.
+    """
 
     instance: Serial
     source: Serial
@@ -333,13 +342,25 @@ _DATA_FIRST_BYTES: Final = range(0x90, 0xA0)
 _FrameT = TypeVar("_FrameT")
 
 
-def _map_frames_by_field(frames: Any, data: Any) -> dict[str, Any]:
-    """Return the classes of the frames in envelopes by the name of the envelope's field."""
-    return {kind.__name__.lower(): kind for kind in get_args(frames) if kind not in get_args(data)}
+def _map_frames_by_field(frames: Any, data_frames: Any) -> dict[str, Any]:
+    """Return the classes of the frames in envelopes by the name of the envelope's field.
+
+    :param frames: the union of all frames of a direction.
+    :param data_frames: the union of the frames without envelope.
+    """
+    return {
+        frame_class.__name__.lower(): frame_class
+        for frame_class in get_args(frames)
+        if frame_class not in get_args(data_frames)
+    }
 
 
-_CLIENT_KINDS: Final[Mapping[str, type[ClientFrame]]] = _map_frames_by_field(ClientFrame, ClientData)
-_SERVER_KINDS: Final[Mapping[str, type[ServerFrame]]] = _map_frames_by_field(ServerFrame, ServerData)
+_CLIENT_FRAMES_BY_FIELD: Final[Mapping[str, type[ClientFrame]]] = _map_frames_by_field(
+    ClientFrame, ClientData
+)
+_SERVER_FRAMES_BY_FIELD: Final[Mapping[str, type[ServerFrame]]] = _map_frames_by_field(
+    ServerFrame, ServerData
+)
 
 
 def _load_envelope() -> Any:
@@ -366,35 +387,35 @@ def encode(frame: Frame) -> bytes:
         number = fields.pop("number")
         body = {name: value for name, value in fields.items() if value is not None}
         envelope = _Envelope(version=VERSION, number=number, **{type(frame).__name__.lower(): body})
-        data: bytes = envelope.SerializeToString()
+        frame_bytes: bytes = envelope.SerializeToString()
     except (ValueError, OverflowError) as error:  # UnicodeError is a ValueError
         raise ProtocolError(f"{type(frame).__name__} cannot be sent: {error}") from error
-    return data
+    return frame_bytes
 
 
-def decode_client_frame(data: bytes) -> ClientFrame:
+def decode_client_frame(frame_bytes: bytes) -> ClientFrame:
     """Return the frame that a client has sent.
 
     :raises ProtocolError: if the bytes are invalid, or exceed a limit.
     """
-    return _decode(data, _decode_client_data, _CLIENT_KINDS)
+    return _decode(frame_bytes, _decode_client_data, _CLIENT_FRAMES_BY_FIELD)
 
 
-def decode_server_frame(data: bytes) -> ServerFrame:
+def decode_server_frame(frame_bytes: bytes) -> ServerFrame:
     """Return the frame that a server has sent.
 
     :raises ProtocolError: if the bytes are invalid.
     """
-    return _decode(data, _decode_server_data, _SERVER_KINDS)
+    return _decode(frame_bytes, _decode_server_data, _SERVER_FRAMES_BY_FIELD)
 
 
 def _decode(
-    data: bytes, decode_data: Callable[[bytes], _FrameT], kinds: Mapping[str, type[_FrameT]]
+    frame_bytes: bytes, decode_data: Callable[[bytes], _FrameT], frames_by_field: Mapping[str, type[_FrameT]]
 ) -> _FrameT:
     try:
-        if data and data[0] in _DATA_FIRST_BYTES:
-            return decode_data(data)
-        envelope = _Envelope.FromString(data)
+        if frame_bytes and frame_bytes[0] in _DATA_FIRST_BYTES:
+            return decode_data(frame_bytes)
+        envelope = _Envelope.FromString(frame_bytes)
     except (message.DecodeError, DecodeError, UnicodeError) as error:
         raise _make_invalid_error(error) from error
     if envelope.version != VERSION:
@@ -402,12 +423,14 @@ def _decode(
             f"version {envelope.version} of the blackboard's protocol instead of version {VERSION}",
             hint=_VERSION_HINT,
         )
-    kind = envelope.WhichOneof("body")
-    if kind not in kinds:
-        raise _make_invalid_error(f"{kind or 'an envelope without a frame'} is not allowed in this direction")
-    fields = _read_fields(getattr(envelope, kind))
+    field = envelope.WhichOneof("body")
+    if field not in frames_by_field:
+        raise _make_invalid_error(
+            f"{field or 'an envelope without a frame'} is not allowed in this direction"
+        )
+    fields = _read_fields(getattr(envelope, field))
     try:
-        return convert({**fields, "number": envelope.number}, kinds[kind])
+        return convert({**fields, "number": envelope.number}, frames_by_field[field])
     except ValidationError as error:
         raise _make_invalid_error(error) from error
 

@@ -114,9 +114,9 @@ def _check_endpoint_free(endpoint: str) -> None:
     path = _ipc_path(endpoint)
     if path is None:
         return
-    deadline = time.monotonic() + ENDPOINT_WAIT_S
+    deadline_s = time.monotonic() + ENDPOINT_WAIT_S
     while _is_served(str(path)):
-        if time.monotonic() > deadline:
+        if time.monotonic() > deadline_s:
             raise EndpointError(
                 f"another process serves {endpoint} already", hint="is another daemon running?"
             )
@@ -183,12 +183,12 @@ def skip_parts(socket: Socket) -> int:
 
 def _bind_with_retries(socket: Socket, endpoint: str) -> None:
     """Bind a socket, and retry while ZeroMQ releases the endpoint of a closed socket."""
-    deadline = time.monotonic() + ENDPOINT_WAIT_S
+    deadline_s = time.monotonic() + ENDPOINT_WAIT_S
     while True:
         try:
             socket.bind(endpoint)
         except zmq.ZMQError as error:
-            if error.errno != zmq.EADDRINUSE or time.monotonic() > deadline:
+            if error.errno != zmq.EADDRINUSE or time.monotonic() > deadline_s:
                 raise
             time.sleep(0.01)
         else:

@@ -16,7 +16,7 @@ INCOMPLETE = 4
 
 
 @option_groups
-@handle_signals(service=True)
+@handle_signals(is_service=True)
 def record(
     options: RecordOptions,
     as_json: Annotated[bool, typer.Option("--json", help="print the summary as JSON")] = False,

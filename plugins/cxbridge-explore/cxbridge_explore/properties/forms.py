@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
-from cxbridge.clipstext.syntax import SyntaxNode, one_line, read
+from cxbridge.clipstext.syntax import SyntaxNode, one_line, read_nodes
 from cxbridge.config.documents import Mark
 from cxbridge.suggestions import did_you_mean
 from cxbridge_explore.properties.monitor import Monitor, Property, Scene
@@ -97,10 +97,10 @@ def read_property(text: str, mark: Mark | None = None) -> Property:
     mark = mark or Mark()
     match = _NAME_PATTERN.match(text)
     body = text[match.end() :] if match else text
-    # checked here, since `read` leaves out the content of an unclosed list
+    # checked here, since `read_nodes` leaves out the content of an unclosed list
     if body.count("(") != body.count(")"):
         raise mark.error(f"the parentheses of a property do not match: {text.strip()}")
-    reader = _Reader(text.strip(), read(body), mark)
+    reader = _Reader(text.strip(), read_nodes(body), mark)
     name = match[1] if match else one_line(body)
     keyword = reader.read_word()
     make_monitor: Callable[[Scene], Monitor]

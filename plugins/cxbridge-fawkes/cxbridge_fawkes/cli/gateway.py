@@ -18,7 +18,7 @@ _Url = Annotated[
 
 
 @option_groups
-@handle_signals(service=True)
+@handle_signals(is_service=True)
 def gateway(
     left: _Url,
     right: _Url,

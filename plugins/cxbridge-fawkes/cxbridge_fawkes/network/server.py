@@ -99,7 +99,7 @@ class FawkesServer(BoardServer):
             is_restricted=bool(allow),
             hint="the protocol has no login: say which peers are allowed, e.g. 192.168.0.0/24, "
             "or listen on 127.0.0.1",
-            error=BlackBoardError,
+            error_class=BlackBoardError,
         )
         listener = listen(
             "the server for Fawkes' tools",
@@ -147,7 +147,7 @@ class FawkesServer(BoardServer):
 
     def _run(self) -> None:
         try:
-            while not self._stopping:
+            while not self._is_stopping:
                 events = self._selector.select(self._poll_timeout_s())
                 self._in_round = True
                 for key, mask in events:

@@ -284,7 +284,7 @@ class HubPerformer(Closing):
         if any(job.request.key.action == action and job.master is not None for job in self._jobs.values()):
             return PerformerState.RUNNING
         # NOT_READY without the right, so that callers do not wait for a performer that refuses their messages
-        is_allowed = self._node.rights.allow(right_of_frame("ros2-performers", "word"))
+        is_allowed = self._node.rights.allows(right_of_frame("ros2-performers", "word"))
         is_able = is_allowed and bool(self._find_executors(self._actions[action].skill))
         return PerformerState.READY if is_able else PerformerState.NOT_READY
 

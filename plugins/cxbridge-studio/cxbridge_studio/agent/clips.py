@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Final
 
-from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
+from cxbridge.clipstext.syntax import SyntaxNode, literal, read_nodes, without_module
 from cxbridge_studio.agent.condition import CE, GroupCE, TestCE, parse_elements, split_rule
 from cxbridge_studio.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
 from cxbridge_studio.agent.top_level import TopLevelList, split_top_level_lists
@@ -105,7 +105,7 @@ def _read_piece(top_list: TopLevelList, previous: Piece | None) -> Piece:
     # The same text may be a whole list in one version, and cut off by a new construct in the other version.
     if previous is not None and previous.is_closed is top_list.is_closed:
         return previous
-    node = read(top_list.text, close=True)[0]
+    node = read_nodes(top_list.text, close=True)[0]
     reader = _ConstructReader()
     try:
         reader.read_top_level(node)

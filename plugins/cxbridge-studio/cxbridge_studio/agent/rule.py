@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from cxbridge.clipstext.syntax import SyntaxNode, one_line, read, without_module
+from cxbridge.clipstext.syntax import SyntaxNode, one_line, read_nodes, without_module
 from cxbridge.errors import ClipsError
 from cxbridge_studio.agent.condition import CE, PatternCE, parse_elements, split_rule
 
@@ -69,7 +69,7 @@ def parse_rule(text: str) -> Condition:
 
     :raises ClipsError: if the text is not a defrule, or its condition is nested too deeply.
     """
-    nodes = read(text)
+    nodes = read_nodes(text)
     if len(nodes) != 1 or nodes[0].head != "defrule" or not nodes[0].arguments:
         raise ClipsError("this is not a defrule")
     name = without_module(nodes[0].arguments[0].text)
@@ -115,7 +115,7 @@ def find_dependencies(condition: Condition, find_function_text: Callable[[str], 
             if text is None:
                 continue
             texts[name] = ""  # so that a recursive function is visited only once
-            nodes = tuple(read(text))
+            nodes = tuple(read_nodes(text))
             callees = find_called_names(nodes)
             function_names.update(callees)
             global_names.update(find_global_names(nodes))

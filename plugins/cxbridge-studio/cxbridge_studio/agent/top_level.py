@@ -9,7 +9,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from cxbridge.clipstext.syntax import HIDDEN, PARENTHESIS, blank, top_level
+from cxbridge.clipstext.syntax import HIDDEN, PARENTHESIS, blank, top_level_lists
 
 # The beginning of a construct at the start of a line. CLIPS has no nested constructs, so it also ends an
 # unclosed construct.
@@ -42,14 +42,14 @@ def split_top_level_lists(text: str) -> tuple[TopLevelList, ...]:
     if not is_balanced(text):
         return tuple(_split_at_constructs(text))
     return tuple(
-        TopLevelList(start, text[start:end], is_closed=True) for start, end in top_level(blank(text))
+        TopLevelList(start, text[start:end], is_closed=True) for start, end in top_level_lists(blank(text))
     )
 
 
 def is_balanced(text: str) -> bool:
     """Return whether a text closes its lists and strings, without a surplus ``)`` or a nested construct."""
     code = blank(text)
-    ends_by_start = dict(top_level(code))
+    ends_by_start = dict(top_level_lists(code))
     return (
         None not in ends_by_start.values()
         and code.count("(") == code.count(")")
@@ -65,7 +65,7 @@ def _split_at_constructs(text: str) -> Iterator[TopLevelList]:
         # Each part is blanked separately, so that an unclosed string does not hide the next construct.
         part = text[part_start:part_end]
         code = blank(part)
-        for start, end in top_level(code):
+        for start, end in top_level_lists(code):
             # An unclosed list has no end: it extends to the last character that is not blank.
             list_text = part[start : len(code.rstrip()) if end is None else end]
             yield TopLevelList(part_start + start, list_text, is_closed=end is not None)

@@ -13,7 +13,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from cxbridge.clipstext.syntax import HIDDEN, TOKEN, Lines, read
+from cxbridge.clipstext.syntax import HIDDEN, TOKEN, Lines, read_nodes
 from cxbridge_studio.agent.clips import SLOT_KEYWORDS
 
 _TAB_COLUMNS: Final = 2  # columns of a tab in Fawkes' files
@@ -122,7 +122,7 @@ def describe_unclosed(
     hint = f"a ) is missing before {end}"
     if list_offset := next(iter(find_unclosed_lists(construct, slots)), 0):  # 0 is the construct itself
         start += list_offset
-        head = read(construct[list_offset:], close=True)[0].head
+        head = read_nodes(construct[list_offset:], close=True)[0].head
         message += f": its list ({head} is open" if head else ": a list in it is open"
         hint += f"; {beginning[1] if beginning else 'the construct'} begins in line {line}"
     return UnclosedConstruct(start, message, hint)

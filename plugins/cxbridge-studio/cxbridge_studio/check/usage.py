@@ -14,7 +14,7 @@ from functools import cached_property
 from math import inf
 from typing import Final
 
-from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
+from cxbridge.clipstext.syntax import SyntaxNode, literal, read_nodes, without_module
 from cxbridge.suggestions import nearest_names
 from cxbridge_studio.agent.condition import (
     CE,
@@ -107,7 +107,7 @@ class Construct:
     @cached_property
     def node(self) -> SyntaxNode:
         """The parsed construct, with offsets in the construct; unclosed lists end with the text."""
-        return read(self.placed.piece.text, close=True)[0]
+        return read_nodes(self.placed.piece.text, close=True)[0]
 
     @cached_property
     def action_nodes(self) -> tuple[SyntaxNode, ...]:

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from cxbridge.clipstext.syntax import SyntaxNode, read
+from cxbridge.clipstext.syntax import SyntaxNode, read_nodes
 from cxbridge.clipstext.values import FactRef, Value, quoted, show, show_alone
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import FactChange
@@ -53,7 +53,7 @@ def find_variables(stopped_env: StoppedEnvironment) -> dict[str, Value]:
 def evaluate(stopped_env: StoppedEnvironment, text: str) -> ExpressionResult:
     """Evaluate an expression, or find the facts that match a pattern."""
     text = text.strip()
-    nodes = read(text)
+    nodes = read_nodes(text)
     name = read_variable_name(nodes[0]) if len(nodes) == 1 else ""
     if name and ":" not in name:  # ?fact:slot is an expression
         variables = find_variables(stopped_env)
@@ -99,7 +99,7 @@ def expand_variables(text: str, variables: Mapping[str, Value]) -> str:
     ``?fact:slot`` becomes an expression for the value of the slot. CLIPS accepts the index of a fact as the
     fact.
     """
-    nodes = read(text)
+    nodes = read_nodes(text)
     bound_names = {name for node in nodes for name in _find_bound_names(node)}
     pieces: list[str] = []
     position = 0

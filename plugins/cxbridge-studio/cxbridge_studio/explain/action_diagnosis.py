@@ -8,7 +8,7 @@ from typing import Final
 
 from cxbridge.history.model import PLAN_ACTION, ActionKey
 from cxbridge.history.transitions import unquote
-from cxbridge.suggestions import or_similar
+from cxbridge.suggestions import bracketed_suggestion
 from cxbridge_studio.explain.preconditions import FactLookup, Preconditions, format_atom, parse_fields
 
 FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
@@ -105,7 +105,9 @@ def _describe_operator_mismatch(find_facts: FactLookup, action: Mapping[str, str
     operators = {slots.get("name", ""): slots for slots in find_facts("domain-operator")}
     name = action.get("action-name", "")
     if name not in operators:
-        return f"the domain has no operator '{name}'{or_similar(name, operators)}" if operators else ""
+        return (
+            f"the domain has no operator '{name}'{bracketed_suggestion(name, operators)}" if operators else ""
+        )
     expected_names = parse_fields(operators[name].get("param-names", ""))
     names, values = parse_fields(action.get("param-names", "")), parse_fields(action.get("param-values", ""))
     if names and set(names) != set(expected_names):

@@ -15,7 +15,7 @@ from typing import Final
 
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.history.model import PLAN_ACTION, GoalRecord, PlanActionRecord
-from cxbridge.suggestions import nearest_names, or_similar
+from cxbridge.suggestions import bracketed_suggestion, nearest_names
 from cxbridge_studio.agent.condition import find_patterns
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.action_diagnosis import FAILED_STATES, ActionDiagnosis, diagnose_action
@@ -230,6 +230,6 @@ def _describe_missing_executor(texts: Mapping[str, str], diagnosis: ActionDiagno
     if not skill_rules:
         return "no rule executes it: skills-actions.clp, which executes actions with skills, is not loaded"
     return (
-        f"no skill is mapped to it{or_similar(name, diagnosis.mappings)}: "
+        f"no skill is mapped to it{bracketed_suggestion(name, diagnosis.mappings)}: "
         f"action-mapping in the spec lacks {name}, and no rule executes it"
     )

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.clipstext.syntax import read
+from cxbridge.clipstext.syntax import read_nodes
 from cxbridge.run.stuck import TICK_RULES
 from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, parse_condition
 from cxbridge_studio.constructs import read_rule_texts
@@ -61,7 +61,7 @@ def find_missing_template(env: ClipsEnvironment, rule: str) -> str:
 def parse_rule_condition(text: str) -> tuple[CE, ...]:
     """Return the condition of a defrule's text; empty if the text is nested too deeply for the parser."""
     try:
-        return tuple(element for node in read(text) for element in parse_condition(node))
+        return tuple(element for node in read_nodes(text) for element in parse_condition(node))
     except RecursionError:
         return ()
 

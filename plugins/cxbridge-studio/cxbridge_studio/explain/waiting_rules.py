@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Final
 
-from cxbridge.clipstext.syntax import SyntaxNode, read
+from cxbridge.clipstext.syntax import SyntaxNode, read_nodes
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.agent.condition import find_patterns, parse_condition, split_rule
 from cxbridge_studio.explain.cause import RULE_ROOT, Cause
@@ -76,7 +76,7 @@ def find_setting_rules(
     :param texts: the defrules by name.
     """
     values_by_rule = {
-        name: [*_find_set_values(read(text)[0], template, slot)]
+        name: [*_find_set_values(read_nodes(text)[0], template, slot)]
         for name, text in texts.items()
         # Parsing is slow, and an agent has hundreds of rules: the search for words comes first.
         if template in text and f"({slot} " in text

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import PurePath
 from typing import Final, NamedTuple
 
-from cxbridge.clipstext.syntax import read
+from cxbridge.clipstext.syntax import read_nodes
 from cxbridge_studio.agent.clips import (
     CONDITION_HEADS,
     CONSTRUCT_KINDS,
@@ -147,7 +147,7 @@ def _propose_allowed_values(
     )
     for definition, mention in definitions:
         placed = definition.piece_at(mention.start)
-        nodes = read(placed.piece.text, close=True) if placed else []
+        nodes = read_nodes(placed.piece.text, close=True) if placed else []
         for slot_node in nodes[0].arguments if nodes else ():
             if slot_node.arguments and slot_node.arguments[0].text == slot:
                 for facet in slot_node.arguments[1:]:

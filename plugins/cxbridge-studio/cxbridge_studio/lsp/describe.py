@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
-from cxbridge.clipstext.syntax import SyntaxNode, read
+from cxbridge.clipstext.syntax import SyntaxNode, read_nodes
 from cxbridge_studio.agent.lua import find_documentation
 from cxbridge_studio.agent.model import FileMention
 from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
@@ -74,7 +74,7 @@ def _describe_construct(definition: FileMention) -> Iterator[str]:
     text = placed.piece.text
     if placed.piece.keyword == "defrule":
         text = text.partition("=>")[0].rstrip()
-    nodes = read(text, close=True)
+    nodes = read_nodes(text, close=True)
     if placed.piece.keyword in ("deffunction", "defmethod") and nodes:
         text = _format_function_head(nodes[0])
     yield _format_code(file, text)
@@ -171,7 +171,7 @@ def _find_enclosing_list(file: SourceFile, mention: Mention) -> str:
     placed = file.piece_at(mention.start)
     if placed is None or start < placed.start or file.path.endswith(".xml"):
         return ""
-    nodes = read(file.text[start : placed.end], close=True)
+    nodes = read_nodes(file.text[start : placed.end], close=True)
     text = nodes[0].text if nodes else ""
     if placed.piece.keyword == "defglobal":
         end = file.text.find("\n", mention.start)

@@ -14,7 +14,7 @@ from cxbridge_web.options import BrowserOptions
 
 
 @option_groups
-@handle_signals(service=True)
+@handle_signals(is_service=True)
 def view(
     runs: Annotated[
         list[Path],

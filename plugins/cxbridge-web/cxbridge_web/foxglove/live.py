@@ -119,7 +119,7 @@ class FoxgloveServer(ServerListener):
         topic = event_kind.topic + subject_id.replace("::", "/", 1)
         if topic not in self._channels:
             self._add_event_channel(topic, type(event))
-        subject = "\0".join(str(getattr(event, name)) for name in event_kind.subject)
+        subject = "\0".join(str(getattr(event, name)) for name in event_kind.subject_fields)
         self._send_and_store(topic, subject, event.time_us, partial(encode, event))
 
     def _send_panel_message(self, message: FoxgloveMessage, time_us: int) -> None:

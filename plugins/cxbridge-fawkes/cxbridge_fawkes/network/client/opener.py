@@ -42,7 +42,7 @@ def open_interface(
     # usually one round: the first candidate is Fawkes' own hash
     while True:
         offered_hash = candidates[0]
-        reply = requests.request(Open(schema.name, request.id, offered_hash, request.writer), on_reply)
+        reply = requests.request(Open(schema.name, request.id, offered_hash, request.is_writer), on_reply)
         if isinstance(reply, OpenSuccess):
             if len(reply.block) == schema.datasize:
                 return reply

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.clipstext.syntax import literal, read
+from cxbridge.clipstext.syntax import literal, read_nodes
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import Mention, NameKind, Use
 from cxbridge_studio.check.agent import Agent
@@ -67,7 +67,7 @@ def _find_forbidden_values(agent: Agent, construct: Construct, mention: Mention)
     text = construct.placed.piece.text
     # The parenthesis before the slot's name begins the list with the values.
     list_start = text.rfind("(", 0, mention.start)
-    for value in read(text[list_start:], close=True)[0].arguments if allowed else ():
+    for value in read_nodes(text[list_start:], close=True)[0].arguments if allowed else ():
         if (word := literal(value)) and word not in allowed:
             yield Finding(
                 FORBIDDEN_VALUE,

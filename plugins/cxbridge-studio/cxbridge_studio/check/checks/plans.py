@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.clipstext.syntax import literal, read
+from cxbridge.clipstext.syntax import literal, read_nodes
 from cxbridge.errors import PddlError
 from cxbridge.executive.executive import read_action_mapping
 from cxbridge.executive.pddl import Domain, domain_facts, names_of, pairs_of
@@ -145,7 +145,7 @@ def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     objects = find_objects(agent, domains)
     for file, call, text in find_planner_goals(agent):
         place = file.place(call.arguments[1]) if text else file.place(call)
-        for node in (node for top_node in read(text, close=True) for node in top_node.walk()):
+        for node in (node for top_node in read_nodes(text, close=True) for node in top_node.walk()):
             if not node.head or node.head in _CONNECTIVES or node.head.startswith("?"):
                 continue
             used_objects = set(map(literal, node.arguments)) - {""}

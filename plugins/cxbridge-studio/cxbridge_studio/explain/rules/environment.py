@@ -8,7 +8,7 @@ from typing import Final
 
 from clips._clips import ffi, lib
 
-from cxbridge.clipstext.syntax import read
+from cxbridge.clipstext.syntax import read_nodes
 from cxbridge.clipstext.values import FactRef, Value
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
@@ -156,7 +156,7 @@ def _restore_rule(text: str) -> str:
     if not any(function in text for function in _SOURCE_NAMES):
         return text
     edits: list[tuple[int, int, str]] = []
-    for top_list in read(text):
+    for top_list in read_nodes(text):
         for node in top_list.walk():
             if node.items and node.head in _SOURCE_NAMES:
                 edits.append((node.items[0].start, node.items[0].end, _SOURCE_NAMES[node.head]))
