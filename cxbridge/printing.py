@@ -41,17 +41,17 @@ def escape_code_point(code: int) -> str:
 _LINE_FEED: Final = range(0x0A, 0x0B)
 
 
-def _compile_pattern(*ranges: range) -> re.Pattern[str]:
-    """Return the pattern of a character in one of the ranges."""
+def _character_pattern(*ranges: range) -> str:
+    """Return the regular expression of a character in one of the ranges."""
     # a table of all code points would take milliseconds of each start
-    return re.compile(f"[{''.join(f'{chr(span.start)}-{chr(span.stop - 1)}' for span in ranges)}]")
+    return f"[{''.join(f'{chr(span.start)}-{chr(span.stop - 1)}' for span in ranges)}]"
 
 
-_UNSAFE_CHARACTER: Final = _compile_pattern(*_UNSAFE_RANGES)
-_UNSAFE_IN_LINE: Final = _compile_pattern(*_UNSAFE_RANGES, _LINE_FEED)
+_UNSAFE_CHARACTER: Final = re.compile(_character_pattern(*_UNSAFE_RANGES))
+_UNSAFE_IN_LINE: Final = re.compile(_character_pattern(*_UNSAFE_RANGES, _LINE_FEED))
 # The lookahead excepts the surrogates that represent Latin-1 letters.
 _UNSAFE_IN_RECORD: Final = re.compile(
-    f"(?!{_compile_pattern(_LATIN_1_SURROGATES).pattern}){_UNSAFE_IN_LINE.pattern}"
+    f"(?!{_character_pattern(_LATIN_1_SURROGATES)}){_UNSAFE_IN_LINE.pattern}"
 )
 # A backslash before text that looks like an escaped code point.
 _AMBIGUOUS_BACKSLASH: Final = re.compile(r"\\(?=u[0-9a-f]{4})")

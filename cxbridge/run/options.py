@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, TypeVar, dataclass_transform
 
 from msgspec import Meta
 
@@ -69,6 +69,7 @@ class PluginOptions:
 
 
 G = TypeVar("G", bound=PluginOptions)
+T = TypeVar("T")
 
 OPTIONS: Final[Table[type[PluginOptions]]] = Table(
     "OPTIONS",
@@ -83,7 +84,16 @@ def option_groups(commands: frozenset[str]) -> list[type[PluginOptions]]:
     return [group for group in map(OPTIONS.load_target, OPTIONS.rows) if group.commands & commands]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass_transform(frozen_default=True, kw_only_default=True)
+def option_base(cls: type[T]) -> type[T]:
+    """Make a dataclass of a base class that has no instances, so that it needs no methods.
+
+    Python compiles the methods of a dataclass at each start.
+    """
+    return dataclass(frozen=True, kw_only=True, init=False, repr=False, eq=False, match_args=False)(cls)
+
+
+@option_base
 class SourceOptions:
     """Options of runs and daemons about the sources of an agent's files.
 
@@ -128,7 +138,7 @@ class SourceOptions:
         return next((getattr(group, name) for group in self.plugin_groups if hasattr(group, name)), None)
 
 
-@dataclass(frozen=True, kw_only=True)
+@option_base
 class LogOptions:
     """Options of runs and daemons for logs in Fawkes' formats."""
 
@@ -138,7 +148,7 @@ class LogOptions:
     ] = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@option_base
 class StrictnessOptions:
     """The option of runs and daemons that decides whether a broken agent starts.
 
@@ -155,7 +165,7 @@ class StrictnessOptions:
     ] = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@option_base
 class ScenarioOptions:
     """The agent and its configuration.
 
@@ -192,7 +202,7 @@ class ScenarioOptions:
     ] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
+@option_base
 class ExecutionOptions:
     """Clock, Skiller, speech and timeout.
 
@@ -218,7 +228,7 @@ class ExecutionOptions:
     timeout: Annotated[float, Meta(description="Time limit of the run, in seconds of its clock.")] = 600.0
 
 
-@dataclass(frozen=True, kw_only=True)
+@option_base
 class TraceOptions:
     """Options of the recording."""
 

@@ -40,6 +40,7 @@ _INDIRECT_FUNCTIONS = (
     *("eval", "build", "assert-string", "str-assert", "load-facts"),
     *("send", "make-instance", "initialize-instance", "load-instances", "restore-instances"),
 )
+_CALLED_NAME = re.compile(r"\(\s*([^\s()]+)(?=[\s()])")
 
 
 def find_guard_insertion(code: str, start: int, end: int, is_known: Callable[[str], bool]) -> Edit | None:
@@ -56,8 +57,9 @@ def find_guard_insertion(code: str, start: int, end: int, is_known: Callable[[st
     if head is None or not code.startswith("(", head.end()):
         return None
     name = head[1]
-    call_pattern = re.compile(rf"\(\s*(?:{'|'.join(map(re.escape, (name, *_INDIRECT_FUNCTIONS)))})(?=[\s()])")
-    if handler is None and not call_pattern.search(code, head.end(), end) and not is_known(name):
+    called_names = _CALLED_NAME.findall(code, head.end(), end)
+    may_call_itself = not {name, *_INDIRECT_FUNCTIONS}.isdisjoint(called_names)
+    if handler is None and not may_call_itself and not is_known(name):
         return None
     _, parameters_end = next(top_level_lists(code[head.end() : end]))
     position = head.end() + (parameters_end or 0)
