@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from cxbridge.blackboard import BlackBoard
     from cxbridge.daemon.nodes import ExecutiveNode
-    from cxbridge.executive.executive import RuleControl, Stopped
+    from cxbridge.executive.executive import RuleControl, RuleStop
     from cxbridge.mainloop import MainLoop
     from cxbridge.run.components.manager import ComponentStatus
 
@@ -152,7 +152,7 @@ class DaemonRequests:
         self._interface.write()
         self._log = bus.logger("Daemon")
         self._node = node
-        self._reported_stop: Stopped | None = None
+        self._reported_stop: RuleStop | None = None
         self.context: Final = OperationContext(
             rights,
             None if node is None else lambda: node.executive,
@@ -185,7 +185,7 @@ class DaemonRequests:
         return None if executive is None else executive.control
 
     @property
-    def _current_stop(self) -> Stopped | None:
+    def _current_stop(self) -> RuleStop | None:
         """The present stop of the rules; None if the rules run."""
         return None if (control := self._control) is None else control.stopped
 

@@ -93,7 +93,7 @@ class CoreFiles(Struct, frozen=True):
     to_time_fields: Callable[[int], tuple[float | int, ...]] = split_us
 
 
-class Stopped(Protocol):
+class RuleStop(Protocol):
     """A stop of the rules by a debugger."""
 
     @property
@@ -113,7 +113,7 @@ class RuleControl(Protocol):
         """Whether the rules are stopped within a loop."""
 
     @property
-    def stopped(self) -> Stopped | None:
+    def stopped(self) -> RuleStop | None:
         """The present stop of the rules, if any."""
 
     def run(self) -> int:

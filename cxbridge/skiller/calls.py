@@ -74,8 +74,7 @@ class SkillerCall(Closing):
         steal: bool = False,
         on_status: Callable[[str, str], None] = lambda _status, _error: None,
     ) -> None:
-        self._steal = steal
-        self._on_status = on_status
+        self._steal, self._on_status = steal, on_status
         self._feed = Feed(board, OWNER)
         self._interface: Interface = self._feed.open(SKILLER_TYPE, skiller)
         self._has_control = self._is_running = False

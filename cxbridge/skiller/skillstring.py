@@ -325,8 +325,6 @@ def format_place(line: int, column: int) -> str:
 def _line_and_column(text: str, position: int) -> tuple[int, int]:
     """Return line and column of a position."""
     line, line_start = 1, 0
-    if not position:
-        return 1, 1
     for end in _LINE_END.finditer(text, 0, position):
         line, line_start = line + 1, end.end()
     return line, position - line_start + 1

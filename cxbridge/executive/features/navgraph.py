@@ -21,13 +21,13 @@ _LOGGER_NAME = "ClipsNavGraphThread"
 class NavGraphFeature(Feature):
     """Provides ``navgraph-block-edge``, ``navgraph-unblock-edge`` and the facts of the graph.
 
-    :param graph: returns the shared graph, or raises a CxbridgeError if there is no graph.
+    :param find_graph: returns the shared graph, or raises a CxbridgeError without a graph.
     """
 
     name = "navgraph"
 
-    def __init__(self, graph: Callable[[], NavGraph]) -> None:
-        self._graph = graph
+    def __init__(self, find_graph: Callable[[], NavGraph]) -> None:
+        self._find_graph = find_graph
         self._revisions: dict[str, int] = {}  # the revision of the graph in the facts, by environment
 
     def init_context(self, env: ClipsEnvironment) -> None:
@@ -47,7 +47,7 @@ class NavGraphFeature(Feature):
         """Assert the facts of the graph again after a change."""
         # without a revision, the graph could not be read: another attempt in each loop would fail, too
         revision = self._revisions.get(env.name)
-        if revision is not None and revision != self._graph().revision:
+        if revision is not None and revision != self._find_graph().revision:
             env.bus.logger(_LOGGER_NAME).debug(f"Graph changed, re-asserting in environment {env.name}")
             env.call("navgraph-cleanup")
             self._assert_graph(env)
@@ -57,7 +57,7 @@ class NavGraphFeature(Feature):
 
     def _assert_graph(self, env: ClipsEnvironment) -> None:
         try:
-            graph = self._graph()
+            graph = self._find_graph()
         except CxbridgeError as error:
             env.bus.logger(_LOGGER_NAME).warn(f"Failed to assert navgraph: {error}")
             env.assert_string(f"(navgraph-load-fail {quoted(str(error))})")
@@ -88,7 +88,7 @@ class NavGraphFeature(Feature):
     def _set_blocked(self, env: ClipsEnvironment, start: str, end: str, *, block: bool) -> None:
         """Block or unblock an edge in all its directions, as Fawkes' constraint on edges does."""
         try:
-            graph = self._graph()
+            graph = self._find_graph()
         except CxbridgeError:
             edge = None
         else:

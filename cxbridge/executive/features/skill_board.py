@@ -152,13 +152,13 @@ _READ_RULE = "(defrule skill-board-read (declare (salience 1000)) (time $?) => (
 class SkillBoardFeature(Feature):
     """Provides the ``skill-board-*`` functions.
 
-    :param board: returns the skill board, or None.
+    :param find_board: returns the skill board; None without a skill board.
     """
 
     name = "skill-board"
 
-    def __init__(self, board: Callable[[], SkillBoard | None]) -> None:
-        self._board = board
+    def __init__(self, find_board: Callable[[], SkillBoard | None]) -> None:
+        self._find_board = find_board
         self._contexts: dict[str, _SkillBoardContext] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
@@ -203,7 +203,7 @@ class SkillBoardFeature(Feature):
 
     def _start_request(self, context: _SkillBoardContext, ask: Callable[[SkillBoard], SkillAction]) -> int:
         """Make a request; return the number of the action, or 0 without a board or for a refused request."""
-        board = self._board()
+        board = self._find_board()
         if board is None:
             context.log.error("there is no skill board at present")
             return 0  # the numbers of actions start at 1
@@ -217,7 +217,7 @@ class SkillBoardFeature(Feature):
         return action.number
 
     def _cancel(self, number: int) -> Value:
-        board = self._board()
+        board = self._find_board()
         return TRUE if board is not None and board.stop(number) else FALSE
 
     def _read(self, context: _SkillBoardContext) -> None:
@@ -226,7 +226,7 @@ class SkillBoardFeature(Feature):
         changed_actions, context.changed_actions = context.changed_actions, {}
         for number, action in changed_actions.items():
             self._assert_action(context, number, action)
-        board = self._board()
+        board = self._find_board()
         version = -1 if board is None else board.version
         if version != context.board_version:
             context.board_version = version

@@ -154,10 +154,10 @@ def _transform(
     :param transform: the method of the buffer for the kind.
     """
     try:
-        transformed, _stamp_us = transform(target, value, source, _to_microseconds(time))
+        # without the second item, the time of the transform
+        return transform(target, value, source, _to_microseconds(time))[0]
     except TransformError as error:
         raise ClipsError(f"Failed to transform {kind} from {source} to {target}: {error.message}") from None
-    return transformed
 
 
 def _to_microseconds(time: Value) -> int:

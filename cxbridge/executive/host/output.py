@@ -67,8 +67,7 @@ class OutputRouter:
         """Whether rules are firing, in chunks: CLIPS' message about the limit of a chunk is dropped."""
         self.is_quiet = False
         """Whether CLIPS' warnings and error messages are dropped."""
-        self._env = env
-        self._sink = sink
+        self._env, self._sink = env, sink
         self._unfinished_lines: dict[bytes, str] = {}
         self._captured_errors: list[str] | None = None
         # the callbacks of CLIPS, kept alive here because CLIPS keeps only their addresses

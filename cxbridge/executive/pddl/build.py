@@ -152,20 +152,20 @@ class SyntaxBuilder:
     def typed_list(self, children: Children) -> TypedList:
         """Return the groups of a typed list, without groups that have no names."""
         groups: list[TypedNames] = []
-        names: list[Token] = []
+        name_tokens: list[Token] = []
         for child in (*children, None):  # None ends the last group, which may have no type
             if isinstance(child, Token):
-                names.append(child)
+                name_tokens.append(child)
                 continue
-            if names:
+            if name_tokens:
                 groups.append(
                     TypedNames(
-                        tuple(name.text.removeprefix("?") for name in names),
+                        tuple(name.text.removeprefix("?") for name in name_tokens),
                         () if child is None else child.names,
-                        position=self.position(names[0].start),
+                        position=self.position(name_tokens[0].start),
                     )
                 )
-            names = []
+            name_tokens = []
         return tuple(groups)
 
     def of_type(self, children: Children, start: int) -> _TypeNames:
@@ -254,23 +254,23 @@ class SyntaxBuilder:
         return Quantified(quantifier, self.typed_list(variables), part, position=self.position(start))
 
     def comparison(self, children: Children, start: int) -> TermComparison:
-        sign, left, right = children
-        if sign.text != "=":
+        operator, left, right = children
+        if operator.text != "=":
             left, right = self._number(left), self._number(right)
         elif isinstance(right, FunctionTerm) or (
             isinstance(right, Constant) and number_of(right.name) is not None
         ):
-            left = self._number(left)  # two words are objects
-        return TermComparison(sign.text, left, right, position=self.position(start))
+            left = self._number(left)  # next to a number, a word is a function; two words are objects
+        return TermComparison(operator.text, left, right, position=self.position(start))
 
     def timed(self, children: Children, start: int) -> Timed:
         time = " ".join(children[0].text.lower().split())  # any white space may be within ``at start``
         return Timed(time, children[1], position=self.position(start))
 
     def change(self, children: Children, start: int) -> NumericChange:
-        sign, target, amount = children
+        operator, target, amount = children
         target, amount = self._number(target), self._number(amount)
-        return NumericChange(sign.text.lower(), target, amount, position=self.position(start))
+        return NumericChange(operator.text.lower(), target, amount, position=self.position(start))
 
     def _number(self, term: Term) -> Term:
         """Return a term in place of a number: a word is a function without arguments and brackets."""
@@ -292,11 +292,11 @@ class SyntaxBuilder:
 
 
 def _function_name(name: str) -> str:
-    """Return the declared form of the function that PDDL predefines for metrics."""
+    """Return the name of a function; ``total-time``, which no domain declares, is always in lower case."""
     return TOTAL_TIME if name.lower() == TOTAL_TIME else name
 
 
-def _make_only_child(_builder: SyntaxBuilder, children: Children) -> Any:
+def _only_child(_builder: SyntaxBuilder, children: Children) -> Any:
     (child,) = children
     return child
 
@@ -315,21 +315,21 @@ _SECTIONS: Final[dict[str, tuple[str, str, MakeValue]]] = {
     "domain_name": ("domain", ":domain", lambda _builder, names: names[0].text),
     "objects": ("objects", ":objects", SyntaxBuilder.typed_list),
     "init": ("init", ":init", SyntaxBuilder.initial_state),
-    "goal": ("goal", ":goal", _make_only_child),
+    "goal": ("goal", ":goal", _only_child),
     "metric": ("metric", ":metric", SyntaxBuilder.metric_term),
     "parameters": ("parameters", ":parameters", SyntaxBuilder.typed_list),
-    "precondition": ("condition", ":precondition", _make_only_child),
-    "condition_of_time": ("condition", ":condition", _make_only_child),
-    "duration": ("duration", ":duration", _make_only_child),
-    "effects": ("effect", ":effect", _make_only_child),
+    "precondition": ("condition", ":precondition", _only_child),
+    "condition_of_time": ("condition", ":condition", _only_child),
+    "duration": ("duration", ":duration", _only_child),
+    "effects": ("effect", ":effect", _only_child),
 }
 # the nodes by grammar rule; ``()`` is an empty conjunction
 _NODES: Final[dict[str, MakeNode]] = {
-    "atom": lambda children, place: Atom(children[0].text, tuple(children[1:]), position=place),
-    "conjunction": lambda children, place: And(tuple(children), position=place),
-    "disjunction": lambda children, place: Or(tuple(children), position=place),
-    "negation": lambda children, place: Not(*children, position=place),
-    "implication": lambda children, place: Imply(*children, position=place),
-    "conditional_effect": lambda children, place: When(*children, position=place),
-    "constant": lambda children, place: Constant(children[0].text, position=place),
+    "atom": lambda children, position: Atom(children[0].text, tuple(children[1:]), position=position),
+    "conjunction": lambda children, position: And(tuple(children), position=position),
+    "disjunction": lambda children, position: Or(tuple(children), position=position),
+    "negation": lambda children, position: Not(*children, position=position),
+    "implication": lambda children, position: Imply(*children, position=position),
+    "conditional_effect": lambda children, position: When(*children, position=position),
+    "constant": lambda children, position: Constant(children[0].text, position=position),
 }

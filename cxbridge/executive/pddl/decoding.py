@@ -20,7 +20,7 @@ def read_text(path: str | Path, kind: str) -> str:
     """
     try:
         with Path(path).open("rb") as file:
-            data = file.read(MAX_FILE_BYTES + 1)
+            content = file.read(MAX_FILE_BYTES + 1)  # one byte more shows that the file is too large
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise PddlError(
@@ -28,14 +28,14 @@ def read_text(path: str | Path, kind: str) -> str:
             file=path,
             hint=did_you_mean(Path(path).name, (file.name for file in Path(path).parent.glob("*.pddl"))),
         ) from None
-    return decode_text(data, path)
+    return decode_text(content, path)
 
 
-def decode_text(data: bytes, path: str | Path) -> str:
+def decode_text(content: bytes, path: str | Path) -> str:
     """Decode a file as UTF-8. Other bytes become U+FFFD, which the grammar permits in comments only.
 
     :raises PddlError: if the file is too large.
     """
-    if len(data) > MAX_FILE_BYTES:
+    if len(content) > MAX_FILE_BYTES:
         raise PddlError(f"the file has more than {MAX_FILE_BYTES >> 20} MB", file=path)
-    return data.decode("utf-8-sig", "replace")
+    return content.decode("utf-8-sig", "replace")

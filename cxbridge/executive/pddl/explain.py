@@ -36,19 +36,23 @@ def unexpected_token_error(text: SourceText, symbol: str, unexpected: Unexpected
     except PddlSyntaxError as bracket_error:  # a missing bracket explains the token, too
         return bracket_error
     position = text.position(unexpected.token.start)
-    path = _find_enclosing_groups(items, position)
+    enclosing_groups = _find_enclosing_groups(items, position)
     words = token_words(unexpected.token, text)
     word = words[0].text if words else ""
-    unsupported_part = _find_unsupported_part(path, word, position)
+    unsupported_part = _find_unsupported_part(enclosing_groups, word, position)
     if unsupported_part:
         name, position = unsupported_part
         message, hint = unsupported_texts(name)
         return syntax_error(message, position, text.file, hint)
-    kind = _find_defined_kind(items)
-    if kind in ("domain", "problem") and symbol in ("domain", "problem") and kind != symbol:
-        message = f"this is not a {symbol}, but a {kind}"
+    defined_kind = _find_defined_kind(items)
+    if defined_kind in ("domain", "problem") and symbol in ("domain", "problem") and defined_kind != symbol:
+        message = f"this is not a {symbol}, but a {defined_kind}"
         return syntax_error(message, position, text.file, "are the files in the other order?")
-    context = f" in ({path[-1].head} ...)" if path and path[-1].head not in ("", word) else ""
+    context = (
+        f" in ({enclosing_groups[-1].head} ...)"
+        if enclosing_groups and enclosing_groups[-1].head not in ("", word)
+        else ""
+    )
     return syntax_error(
         f"unexpected '{word}'{context}" if words else f"unexpected end of the {symbol}",
         position,
@@ -64,17 +68,19 @@ def _make_hint(word: str, expected: frozenset[str]) -> str:
     """
     keywords = sorted(
         keyword
-        for keyword, kind in load_tables().keywords.items()
-        if kind in expected and keyword.startswith(":")
+        for keyword, terminal in load_tables().keywords.items()
+        if terminal in expected and keyword.startswith(":")
     )
     nouns = [noun for terminal, noun in _TERMINAL_NOUNS.items() if terminal in expected]
     permitted = ", ".join([*keywords, *nouns]) or "the end of the text"
     return did_you_mean(word, keywords, f"expected: {permitted}")
 
 
-def _find_unsupported_part(path: list[Group], word: str, position: Position) -> tuple[str, Position] | None:
+def _find_unsupported_part(
+    enclosing_groups: list[Group], word: str, position: Position
+) -> tuple[str, Position] | None:
     """Return name and position of the outermost unsupported section or formula around a token."""
-    for group in path:
+    for group in enclosing_groups:
         if name := unsupported_section(group.head) or unsupported_formula(group.head):
             return name, group.position
     name = unsupported_section(word)  # :derived without its bracket
@@ -90,13 +96,13 @@ def _find_defined_kind(items: tuple[Item, ...]) -> str:
 
 def _find_enclosing_groups(items: tuple[Item, ...], position: Position) -> list[Group]:
     """Return the groups that enclose a position, outermost first."""
-    path: list[Group] = []
+    enclosing_groups: list[Group] = []
     while True:
         # siblings do not overlap, so at most one group encloses the position
         enclosing_group = next(
             (item for item in items if isinstance(item, Group) and item.position < position <= item.end), None
         )
         if enclosing_group is None:
-            return path
-        path.append(enclosing_group)
+            return enclosing_groups
+        enclosing_groups.append(enclosing_group)
         items = enclosing_group.items

@@ -82,8 +82,8 @@ class DomainChecker:
         if not self._fawkes_compat:
             self._refuse_duplicates()
             self._refuse_cyclic_types()
-            for typed in self._domain.typed_lists[1:]:
-                self._check_types(typed)
+            for typed_list in self._domain.typed_lists[1:]:  # the first list declares the types themselves
+                self._check_types(typed_list)
         for action in self._domain.actions:
             self._check_action(action)
 

@@ -147,6 +147,7 @@ class _Speller:
                 case _:
                     return part
 
+        # a goal has no parameters, whose variables the caller would give
         variables = variables or _make_spelling_table(_find_quantified_names(formula))
         return formula.map_terms(lambda term: self._spell_term(term, variables)).map(spell)
 

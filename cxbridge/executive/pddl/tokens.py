@@ -66,7 +66,8 @@ class SourceText:
             make_tuple(Token, (match.lastgroup or kinds[match[0]], match[0], match.start()))
             for match in _load_token_pattern().finditer(text)
         ]
-        depths = accumulate(map(_DEPTH_CHANGES.get, [token[1] for token in tokens], repeat(0)))
+        # the depth after each token; words do not change the depth
+        depths = accumulate(map(_DEPTH_CHANGES.get, [word for _, word, _ in tokens], repeat(0)))
         if max(depths, default=0) > MAX_DEPTH or max(map(len, kinds), default=0) > MAX_WORD_LENGTH:
             self._refuse_excess(tokens)
         tokens.append(Token(END_TERMINAL, "", len(text)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 _CONSTRAINTS: Final = "constraints on plans"
+# the names in manuals, by the keyword of a section or of a part of an action
 _SECTIONS: Final = {
     ":derived": "derived predicates",
     ":axiom": "derived predicates",
@@ -26,6 +27,7 @@ _SECTIONS: Final = {
     ":agent": "several agents (MA-PDDL)",
     ":private": "several agents (MA-PDDL)",
 }
+# the names in manuals, by the first word of a formula
 _HEADS: Final = {
     "#t": "continuous effects (#t)",
     "preference": "preferences",

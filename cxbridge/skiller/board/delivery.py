@@ -35,11 +35,8 @@ class Sender:
     ) -> None:
         self.local_executors: set[str] = set()
         """Executors in this process, which get their messages synchronously."""
-        self._board = board
-        self._watch = watch
-        self._name = name
-        self._epoch = epoch
-        self._owner = owner
+        self._board, self._watch = board, watch
+        self._name, self._epoch, self._owner = name, epoch, owner
         self._is_synchronous = is_synchronous
         # executor, message and error of each failed delivery
         self._failures: deque[tuple[str, Any, BlackBoardError]] = deque()
