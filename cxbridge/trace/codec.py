@@ -119,7 +119,8 @@ def _decode_by_json(event_type: type[Event], data: bytes) -> Event:
         raise EventFormatError(f"not an event of kind {event_type.KIND.name}: {error}") from error
 
 
-def event_json_schema(event_type: type[Event]) -> dict[str, Any]:
+@cache
+def event_json_schema(event_type: type[Event]) -> Mapping[str, Any]:
     """Return the JSON schema of a type of events."""
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -135,8 +136,9 @@ def field_names(event_type: type[Event]) -> tuple[str, ...]:
     return event_type.__struct_fields__
 
 
-def _find_json_types(event_type: type[Event]) -> dict[str, str]:
-    hints = get_type_hints(event_type)
+@cache
+def _find_json_types(event_type: type[Event]) -> Mapping[str, str]:
+    hints = get_type_hints(event_type)  # evaluates each annotation, which takes longer than a hundred events
     types = {}
     for name in field_names(event_type):
         hint = hints[name]
