@@ -293,7 +293,7 @@ def absent_package_hint(name: str) -> str:
 def _read_plugins(folders: tuple[tuple[str, int], ...]) -> tuple[Plugin, ...]:
     """Return the plug-ins in folders, sorted by name.
 
-    :param folders: the folders with their times of change, which are only part of the cache key.
+    :param folders: the folders, with their times of change as part of the cache key.
     """
     modules_and_packages: dict[str, list[tuple[str, str]]] = {}  # by the name of the plug-in
     for folder, changed_ns in folders:
@@ -302,7 +302,7 @@ def _read_plugins(folders: tuple[tuple[str, int], ...]) -> tuple[Plugin, ...]:
     imported = {
         name: _import_module_of(name, modules_and_packages[name]) for name in sorted(modules_and_packages)
     }
-    # all modules before the first table, because a plug-in may declare a hook for which another has rows
+    # all modules before the first table, because a plug-in may have rows for the hook of another plug-in
     hooks = HOOKS.union(*(getattr(module, _OWN_HOOKS, ()) for _, module in imported.values()))
     return tuple(_make_plugin(name, package, module, hooks) for name, (package, module) in imported.items())
 
@@ -310,7 +310,7 @@ def _read_plugins(folders: tuple[tuple[str, int], ...]) -> tuple[Plugin, ...]:
 def _import_module_of(
     name: str, modules_and_packages: list[tuple[str, str]]
 ) -> tuple[str, ModuleType | PluginError]:
-    """Return the package of a plug-in, and its module or why the plug-in cannot be used.
+    """Return the package of a plug-in, and the plug-in's module or the error that prevents its use.
 
     :param modules_and_packages: the module and the package of each entry point with the plug-in's name.
     """
@@ -395,9 +395,8 @@ def _read_entry_points(folder: str, changed_ns: int) -> tuple[tuple[str, str, st
     installation changes the folder and thus the cache key.
     """
     entries: list[tuple[str, str, str]] = []
-    with suppress(
-        OSError
-    ):  # a folder or a file may be unreadable, or absent: most packages have no entry point
+    # the folder may be unreadable, and most packages have no file with entry points
+    with suppress(OSError):
         for name in sorted(os.listdir(folder)):  # noqa: PTH208
             if name.endswith("-info") and "." in name:
                 metadata_folder = os.path.join(folder, name)  # noqa: PTH118

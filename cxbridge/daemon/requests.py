@@ -48,7 +48,7 @@ class StateCollector:
     def __init__(self, bus: EventBus, node: ExecutiveNode | None, loop: MainLoop) -> None:
         self._clock, self._node, self._loop = bus.clock, node, loop
         # the number of a log line, its level, its component and its text
-        self._lines: deque[tuple[int, str, str, str]] = deque(maxlen=_MAX_LINES)
+        self._log_lines: deque[tuple[int, str, str, str]] = deque(maxlen=_MAX_LINES)
         self._line_numbers = count(1)
         self._lock = threading.Lock()
         self._skills: dict[str, tuple[str, str]] = {}  # the skill string and its status by Skiller
@@ -59,7 +59,7 @@ class StateCollector:
             # assigns the number under the lock, so that a client that asks for later lines misses none
             text = truncate(event.text, _MAX_TEXT_CHARACTERS)
             with self._lock:
-                self._lines.append((next(self._line_numbers), event.level.value, event.component, text))
+                self._log_lines.append((next(self._line_numbers), event.level.value, event.component, text))
         elif isinstance(event, SkillStatus):
             self._skills[event.skiller] = (truncate(event.skill_string, _MAX_TEXT_CHARACTERS), event.status)
 
@@ -70,17 +70,17 @@ class StateCollector:
             maximum number of goals, by default 400. ``words``: a text, to return only the goals that contain
             it, and their ancestors.
         """
-        since, limit = int(parameters.get("since", 0)), int(parameters.get("goals", _MAX_GOALS))
+        since_number, goal_limit = int(parameters.get("since", 0)), int(parameters.get("goals", _MAX_GOALS))
         goals = self._list_goals(str(parameters.get("words", "")).lower())
         return {
             "time_us": self._clock.now_us(),
             "loops": self._loop.cycle_count,
-            "goals": goals[:limit],
-            "more_goals": max(0, len(goals) - limit),
+            "goals": goals[:goal_limit],
+            "more_goals": max(0, len(goals) - goal_limit),
             "actions": self._list_actions(),
             "skills": [[skiller, *skill_status] for skiller, skill_status in sorted(self._skills.items())],
             # a copy of the lines, because other threads append; a line begins with its number
-            "log": [line for line in tuple(self._lines) if line[0] > since],
+            "log": [line for line in tuple(self._log_lines) if line[0] > since_number],
         }
 
     def _list_goals(self, search_text: str) -> list[dict[str, str]]:

@@ -60,7 +60,7 @@ class RunBase(Struct, frozen=True):
     """The configuration, clock, bus and loop of a run. The agents of a team share clock, bus and loop.
 
     :param name: the name of the CLIPS environment.
-    :param early: the files that were read before the recording begins; None in a run without recording.
+    :param early_sources: the files read before the recording begins; None in a run without recording.
     :param team: the base of the agent's team; None without a team.
     :ivar shared: the objects that plug-ins share within a run or a team.
     """
@@ -71,7 +71,7 @@ class RunBase(Struct, frozen=True):
     clock: Clock
     bus: EventBus
     loop: MainLoop
-    early: EarlySources | None = None
+    early_sources: EarlySources | None = None
     team: RunBase | None = None
     shared: SharedObjects = field(default_factory=SharedObjects)
 
@@ -90,9 +90,15 @@ def make_base(options: RunOptions, clock: Clock | None = None, *, recorded: bool
         config = choose_agent(config, options.agent)
     clock = clock or make_configured_clock(options.clock_name, config, config_file.parent)
     bus = EventBus(clock)
-    early = EarlySources(bus) if (options.trace or recorded) and options.trace_files else None
+    early_sources = EarlySources(bus) if (options.trace or recorded) and options.trace_files else None
     return RunBase(
-        name, config, config_file, clock, bus, make_main_loop(source.loop_period_us(config), bus), early
+        name,
+        config,
+        config_file,
+        clock,
+        bus,
+        make_main_loop(source.loop_period_us(config), bus),
+        early_sources,
     )
 
 
@@ -154,7 +160,7 @@ class Run(Closing):
         is_inspection: bool = False,
     ) -> None:
         base = base or make_only_base(options)
-        self.name, self.config, self.early = base.name, base.config, base.early
+        self.name, self.config, self.early_sources = base.name, base.config, base.early_sources
         self.clock, self.bus, self.loop = base.clock, base.bus, base.loop
         self.source = source_of(options)
         # without actions that use a Skiller, its start would only cost time

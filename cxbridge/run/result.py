@@ -32,6 +32,7 @@ class ReplayOutcome(Struct, frozen=True):
     """The result of a replay.
 
     :param compared: the path of the compared recording.
+    :param order: the compared order, ``total`` or ``partial``.
     :param divergence: the first differing command; None if there is none.
     :param same: whether the transitions are equal, in the compared order.
     :param is_complete: whether the recording reaches the end of its run; otherwise only its time span is
@@ -73,7 +74,9 @@ class ReplayOutcome(Struct, frozen=True):
 class RunResult(Struct, frozen=True):
     """The result of a run.
 
+    :param status: the exit status of ``cxbridge run``, e.g. :data:`COMPLETED`.
     :param reason: the reason for the status in a sentence.
+    :param spec: the spec of the agent; the specs of a team, separated by spaces.
     :param goals: the last state of each goal, in order of appearance; in a long run, only the latest goals.
     :param is_stuck: whether the run ended early because no event could follow.
     :param forgotten: the number of earlier goals that are not in ``goals``.

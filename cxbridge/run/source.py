@@ -42,7 +42,7 @@ SOURCES: Final[Table[Callable[[RunOptions], Source]]] = Table(
     callable,
     "a subclass of cxbridge.run.source.Source",
 )
-"""The sources of plug-ins. A row's ``needed`` gets the options, and decides whether they name the source."""
+"""The sources of plug-ins. A row's ``needed`` returns whether the options of a run name the source."""
 
 CLIPS_SUFFIX = ".clp"
 """The suffix of a scenario in a single CLIPS file."""
@@ -147,7 +147,7 @@ class Source:
             path = checkouts.find_configuration(Path())
         if not path.exists():
             path = checkouts.find_configuration(path)
-        # a single name may be the name of a shipped scenario, but a path with folders never is
+        # a name without a folder may also be the name of a shipped scenario
         if not path.exists() and len(path.parts) == 1 and (shipped_dir("scenarios") / path).is_dir():
             path = shipped_dir("scenarios") / path
         if path.is_dir():

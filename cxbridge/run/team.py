@@ -48,7 +48,7 @@ class Team(Closing):
         components: Callable[[str], Sequence[MakeComponent]] = lambda _name: (),
     ) -> None:
         self.bus, self.clock, self.loop = base.bus, base.clock, base.loop
-        self.config, self.early = base.config, base.early
+        self.config, self.early_sources = base.config, base.early_sources
         self.options, self._base, self._additions = options, base, additions
         self._component_makers = components
         self._killed: list[Run] = []  # killed agents keep their resources until the end of the team

@@ -45,7 +45,7 @@ SPIN_S: Final = 1.5
 UNATTENDED_SPIN_S: Final = 5.0
 """The limit of a right-hand side in tests, explorations and sweeps, which have no user to interrupt the rule.
 
-Longer than :data:`SPIN_S`, because the run ends at this limit and only reports the other.
+Longer than :data:`SPIN_S`: a right-hand side over that limit is only reported, here it ends the run.
 """
 
 _TICK_S = 0.25  # seconds between two measurements of the loop
@@ -64,7 +64,7 @@ class Stall(Struct, frozen=True):
     :param seconds: the duration of the cycle so far, in real time.
     :param component: the active component of a daemon; empty if unknown.
     :param activity: the endless rule, function or skill, as text.
-    :param in_rules: whether rules use the time, rather than a Python function that a rule called or a skill.
+    :param in_rules: whether rules take the time, and not a skill or a Python function that a rule has called.
     :param is_spin: whether a single right-hand side does not end.
     """
 

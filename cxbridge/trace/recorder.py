@@ -96,4 +96,5 @@ class _Output:
                 if not self._has_failed:
                     self._has_failed = True
                     self._recorder.errors.append(error)
+                    # not a line on the bus, which would pass it to all writers while this one is locked
                     _log.error("recording stopped: %s", error)

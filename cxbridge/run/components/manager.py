@@ -380,7 +380,7 @@ class ComponentManager:
         ]
 
     def watch(self) -> None:
-        """Check all active components. A component whose check fails is stopped, see :meth:`fail`."""
+        """Check all active components, and stop those whose check fails; see :meth:`fail`."""
         for node in self.nodes:
             self.guarded(node, node.check)()
 
