@@ -79,14 +79,12 @@ FIRST_ARGUMENT_KINDS: Final[Mapping[str, NameKind]] = {
 }
 
 
-def read_clips(path: str, text: str, previous: SourceFile | None = None) -> SourceFile:
+def read_clips(path: str, text: str, previous_file: SourceFile | None = None) -> SourceFile:
     """Read a CLIPS file.
 
-    :param previous: the previous version of the file; the pieces of unchanged constructs are reused.
+    :param previous_file: the previous version of the file; the pieces of unchanged constructs are reused.
     """
-    previous_pieces = (
-        {} if previous is None else {placed.piece.text: placed.piece for placed in previous.pieces}
-    )
+    previous_pieces = {piece.text: piece for _, piece in previous_file.pieces} if previous_file else {}
     return SourceFile(
         path,
         text,
@@ -97,14 +95,15 @@ def read_clips(path: str, text: str, previous: SourceFile | None = None) -> Sour
     )
 
 
-def _read_piece(top_list: TopLevelList, previous: Piece | None) -> Piece:
+def _read_piece(top_list: TopLevelList, previous_piece: Piece | None) -> Piece:
     """Return the piece of a top-level list.
 
-    :param previous: the piece with the same text in the previous version of the file; None for new text.
+    :param previous_piece: the piece with the same text in the previous version of the file; None if there is
+        none.
     """
     # The same text may be a whole list in one version, and cut off by a new construct in the other version.
-    if previous is not None and previous.is_closed is top_list.is_closed:
-        return previous
+    if previous_piece is not None and previous_piece.is_closed is top_list.is_closed:
+        return previous_piece
     node = read_nodes(top_list.text, close=True)[0]
     reader = _ConstructReader()
     try:

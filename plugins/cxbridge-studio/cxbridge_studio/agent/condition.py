@@ -203,17 +203,18 @@ class PatternCE(Struct, frozen=True, dict=True):
         """Return the text without the variable of the fact."""
         return self.text.split("<-", 1)[1].strip() if self.variable else self.text
 
-    def restricted_text(self, selected: SlotConstraint, foreign_variables: frozenset[str]) -> str:
+    def restricted_text(self, kept_constraint: SlotConstraint, foreign_variables: frozenset[str]) -> str:
         """Return the pattern with a single constraint, and with the bindings that the constraint needs.
 
-        :param selected: the constraint to keep, one of :attr:`constraints`.
+        :param kept_constraint: the constraint to keep, one of :attr:`constraints`.
         :param foreign_variables: the variables that earlier CEs bind.
         """
-        required_variables = (selected.used_variables | selected.bound_variables) - foreign_variables
-        earlier_constraints = self.constraints[: self.constraints.index(selected)]
+        kept_variables = kept_constraint.used_variables | kept_constraint.bound_variables
+        required_variables = kept_variables - foreign_variables
+        earlier_constraints = self.constraints[: self.constraints.index(kept_constraint)]
         texts = []
         for constraint in self.constraints:
-            if constraint is selected:
+            if constraint is kept_constraint:
                 texts.append(constraint.join_fields([field.text for field in constraint.fields]))
             # Slots can be omitted, but the fields of an ordered fact must stay at their positions.
             elif not constraint.slot or (

@@ -44,8 +44,8 @@ def read_interface(path: str, text: str) -> SourceFile:
             mentions.append(Mention(Name(kind, name, owner_name), Use.DEFINED, start, start + len(name)))
 
     add_definition(root, NameKind.INTERFACE, "")
-    for data in root.find_all("data"):
-        for field in data.find_all("field"):
+    for data_element in root.find_all("data"):
+        for field in data_element.find_all("field"):
             add_definition(field, NameKind.FIELD, interface)
     for message in root.find_all("message"):
         add_definition(message, NameKind.MESSAGE, interface)

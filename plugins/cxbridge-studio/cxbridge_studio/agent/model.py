@@ -36,14 +36,15 @@ _COUNTERPARTS: Final = {
 }
 
 
-def read_source(path: str, text: str, previous: SourceFile | None = None) -> SourceFile | None:
+def read_source(path: str, text: str, previous_file: SourceFile | None = None) -> SourceFile | None:
     """Read a file with the reader for its suffix; return None for an unknown suffix.
 
-    :param previous: the previous version of the file; the pieces of unchanged CLIPS constructs are reused.
+    :param previous_file: the previous version of the file; the pieces of unchanged CLIPS constructs are
+        reused.
     """
     suffix = PurePath(path).suffix
     if suffix == ".clp":
-        return read_clips(path, text, previous)
+        return read_clips(path, text, previous_file)
     reader = _READERS.get(suffix)
     return None if reader is None else reader(path, text)
 

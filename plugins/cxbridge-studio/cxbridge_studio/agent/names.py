@@ -181,19 +181,19 @@ class SourceFile(Struct, frozen=True, dict=True):
 
     @property
     def mentions(self) -> tuple[Mention, ...]:
-        return tuple(mention for placed in self.pieces for mention in placed.mentions)
+        return tuple(mention for placed_piece in self.pieces for mention in placed_piece.mentions)
 
     def piece_at(self, offset: int) -> PlacedPiece | None:
         """Return the piece that contains an offset or ends there."""
-        index = bisect_right(self.pieces, offset, key=lambda placed: placed.start) - 1
+        index = bisect_right(self.pieces, offset, key=lambda placed_piece: placed_piece.start) - 1
         return self.pieces[index] if index >= 0 and offset <= self.pieces[index].end else None
 
     def mention_at(self, offset: int) -> Mention | None:
         """Return the mention that contains an offset or ends there."""
-        placed = self.piece_at(offset)
-        if placed is None:
+        placed_piece = self.piece_at(offset)
+        if placed_piece is None:
             return None
-        candidates = (mention for mention in placed.mentions if mention.start <= offset <= mention.end)
+        candidates = (mention for mention in placed_piece.mentions if mention.start <= offset <= mention.end)
         # If mentions overlap, the user means the shortest under the cursor: `f`, not `m.f`.
         return min(candidates, key=lambda mention: mention.end - mention.start, default=None)
 

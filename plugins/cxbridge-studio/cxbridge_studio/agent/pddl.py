@@ -41,7 +41,7 @@ _TYPED_SECTIONS: Final = {
 }
 # The first two words of a timed condition or effect of a durative action.
 _TIME_WORDS: Final = (("at", "start"), ("at", "end"), ("over", "all"))
-# A section of a domain or problem begins its line. That finds sections in broken files.
+# A section of a domain or problem begins its line, so that sections can be found in a broken file, too.
 _SECTION: Final = re.compile(r"^[ \t]*(\(:[a-z-]+)", re.MULTILINE | re.IGNORECASE)
 _COMMENT: Final = re.compile(r";[^\n]*")
 
@@ -97,8 +97,8 @@ def _find_parsable_sections(text: str) -> Iterator[PlacedPiece]:
         code = _blank_comments(text[start:end])
         missing_count = code.count("(") - code.count(")")
         # The last section also contains the bracket that closes the whole definition.
-        while missing_count < 0 and (last := code.rfind(")")) >= 0:
-            code = code[:last] + " " + code[last + 1 :]
+        while missing_count < 0 and (bracket := code.rfind(")")) >= 0:
+            code = code[:bracket] + " " + code[bracket + 1 :]
             missing_count += 1
         try:
             items = read_items(code + ")" * missing_count)
@@ -210,15 +210,15 @@ class _SectionReader:
         :param action: the action that owns the formula's parameters; empty outside of actions.
         """
         # A loop instead of recursion: formulas may be nested deeper than Python's stack.
-        pending = [item]
-        while pending:
-            part = pending.pop()
-            if isinstance(part, Group):
-                pending += self._read_operands(part)
-            elif part.text.startswith("?"):
-                self._record_words((part,), NameKind.PARAMETER, Use.READ, action)
-            elif not part.text[0].isdigit():
-                self._record_words((part,), NameKind.CONSTANT, Use.NAMED)
+        pending_items = [item]
+        while pending_items:
+            inner_item = pending_items.pop()
+            if isinstance(inner_item, Group):
+                pending_items += self._read_operands(inner_item)
+            elif inner_item.text.startswith("?"):
+                self._record_words((inner_item,), NameKind.PARAMETER, Use.READ, action)
+            elif not inner_item.text[0].isdigit():
+                self._record_words((inner_item,), NameKind.CONSTANT, Use.NAMED)
 
     def _read_operands(self, group: Group) -> tuple[Item, ...]:
         """Record the predicate of a group and return the remaining items."""

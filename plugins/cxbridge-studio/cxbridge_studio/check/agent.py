@@ -233,7 +233,7 @@ class Agent(Closing):
         Another check reports a dropped construct, and the end of an unclosed construct is a guess.
         """
         key = construct.file.path, construct.keyword, construct.name
-        return construct.placed.piece.is_closed and key not in self.dropped_constructs
+        return construct.placed_piece.piece.is_closed and key not in self.dropped_constructs
 
     def is_core_path(self, file: str) -> bool:
         """Return whether a path belongs to the built-in core or to Fawkes' core."""
@@ -330,9 +330,9 @@ class Agent(Closing):
         for stage in STAGES:
             for name in self._list_core_stage_files(stage):
                 self._load_file(name, SourcePlace(_CORE_REQUEST))
-            base = f"/clips-executive/specs/{self.spec}/init/{stage}"
-            for index in self.config.keys(base):
-                self._load_entry(stage, f"{base}/{index}")
+            stage_path = f"/clips-executive/specs/{self.spec}/init/{stage}"
+            for index in self.config.keys(stage_path):
+                self._load_entry(stage, f"{stage_path}/{index}")
 
     def _list_core_stage_files(self, stage: str) -> tuple[str, ...]:
         """Return the files that the core loads before the entries of a stage."""

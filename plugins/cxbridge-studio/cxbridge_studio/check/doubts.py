@@ -98,8 +98,8 @@ def find_object_doubts(domain: Domain, objects: TypedList) -> Iterator[Doubt]:
         return
     for group in objects:
         if not group.types:
-            text = f"{', '.join(group.names)} has no type: no action takes it"
-            yield Doubt(UNTYPED_OBJECT, text, group.position)
+            message = f"{', '.join(group.names)} has no type: no action takes it"
+            yield Doubt(UNTYPED_OBJECT, message, group.position)
 
 
 def find_goal_doubts(domain: Domain, goal: Formula, asserted_predicates: Collection[str]) -> Iterator[Doubt]:
@@ -170,9 +170,9 @@ def _find_effect_literals(
             return
         case _:
             # The last child is the effect; an earlier child is the condition of `when`.
-            enclosing = effect.when if isinstance(effect, Timed) else effect
+            time_or_condition = effect.when if isinstance(effect, Timed) else effect
             yield from _find_effect_literals(
-                effect.children[-1] if effect.children else None, (*context, enclosing)
+                effect.children[-1] if effect.children else None, (*context, time_or_condition)
             )
 
 
@@ -182,8 +182,9 @@ def _find_undone_effects(action: ActionSchema) -> Iterator[Doubt]:
     added_literals = {(atom, context) for atom, is_true, context in literals if is_true}
     for atom, is_true, context in literals:
         if not is_true and (atom, context) in added_literals:
-            text = f"the action {action.name} makes {format_formula(atom)} true and false at once: true wins"
-            yield Doubt(UNDONE_EFFECT, text, atom.position)
+            atom_text = format_formula(atom)
+            message = f"the action {action.name} makes {atom_text} true and false at once: true wins"
+            yield Doubt(UNDONE_EFFECT, message, atom.position)
 
 
 def make_findings(file: str, doubts: Iterable[Doubt]) -> Iterator[Finding]:

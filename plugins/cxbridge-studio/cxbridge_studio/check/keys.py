@@ -50,7 +50,7 @@ skiller/instances/NAME: kind skillspace mode
 def list_known_keys() -> tuple[tuple[str, ...], ...]:
     """Return the paths of all keys, split at the slashes."""
     lines = (line.partition(": ") for line in _KNOWN_KEYS.split("\n") if line)
-    return tuple(split_path(f"{base}/{key}") for base, _, keys in lines for key in keys.split())
+    return tuple(split_path(f"{parent}/{key}") for parent, _, keys in lines for key in keys.split())
 
 
 def find_unknown_name(path: tuple[str, ...]) -> tuple[int, set[str]] | None:

@@ -23,14 +23,14 @@ class SourceAction:
     """A plan-action in the source text.
 
     :param file: the CLIPS file with the plan-action.
-    :param name: the node with the action's name.
+    :param name_node: the node with the action's name.
     :param node: the asserted fact, or the call of the function.
     :param names: the names of the parameters; None if they are missing or computed.
     :param values: the values of the parameters; None if they are missing or computed.
     """
 
     file: ClipsFile
-    name: SyntaxNode
+    name_node: SyntaxNode
     node: SyntaxNode
     names: ValueNodes | None
     values: ValueNodes | None

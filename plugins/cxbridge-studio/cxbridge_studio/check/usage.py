@@ -81,16 +81,16 @@ class Construct:
     """A construct, or a command of a batch file."""
 
     file: SourceFile
-    placed: PlacedPiece
+    placed_piece: PlacedPiece
 
     @property
     def keyword(self) -> str:
-        return self.placed.piece.keyword
+        return self.placed_piece.piece.keyword
 
     @property
     def name(self) -> str:
         """The name that the construct defines; empty if the construct defines none."""
-        name = self.placed.piece.name
+        name = self.placed_piece.piece.name
         return "" if name is None else name.text
 
     @property
@@ -102,12 +102,12 @@ class Construct:
 
     def place(self, offset: int = 0) -> SourcePlace:
         """Return the position of an offset in the construct."""
-        return SourcePlace.at(self.file.path, self.file.lines, self.placed.start + offset)
+        return SourcePlace.at(self.file.path, self.file.lines, self.placed_piece.start + offset)
 
     @cached_property
     def node(self) -> SyntaxNode:
         """The parsed construct, with offsets in the construct; unclosed lists end with the text."""
-        return read_nodes(self.placed.piece.text, close=True)[0]
+        return read_nodes(self.placed_piece.piece.text, close=True)[0]
 
     @cached_property
     def action_nodes(self) -> tuple[SyntaxNode, ...]:
@@ -132,7 +132,7 @@ class Construct:
         The sides of an unclosed construct are unknown, so all its nodes count as actions.
         """
         items = self.node.arguments
-        if not self.placed.piece.is_closed:
+        if not self.placed_piece.piece.is_closed:
             return items
         if self.keyword == "defrule":
             return tuple(split_rule(self.node)[1])
@@ -201,7 +201,7 @@ class Construct:
 
 def make_constructs(file: SourceFile) -> tuple[Construct, ...]:
     """Return the constructs and commands of a file. Lists that do not begin with a word are neither."""
-    return tuple(Construct(file, placed) for placed in file.pieces if placed.piece.keyword)
+    return tuple(Construct(file, placed_piece) for placed_piece in file.pieces if placed_piece.piece.keyword)
 
 
 def _make_pattern_use(ce: PatternCE) -> FactUse:

@@ -72,8 +72,8 @@ def hz(
                     say_json(_make_json_row(uid, rate, size) | {"new_writes": new_write_count}, flush=True)
                 else:
                     # not the rate of earlier writes, which would look like the current rate
-                    current = _format_rate(rate) if rate is not None and new_write_count else NO_NEW_WRITES
-                    say(f"{uid.ljust(width)}  {NO_RATE if rate is None else current}", flush=True)
+                    rate_text = _format_rate(rate) if rate is not None and new_write_count else NO_NEW_WRITES
+                    say(f"{uid.ljust(width)}  {NO_RATE if rate is None else rate_text}", flush=True)
             if not meters and not options.as_json:
                 say("no such interface yet", flush=True)
             report_count += 1

@@ -156,9 +156,9 @@ def _ask_daemon(
     return 0
 
 
-def _print_explanation(lines: Sequence[str], data: object, *, as_json: bool) -> None:
+def _print_explanation(lines: Sequence[str], json_report: object, *, as_json: bool) -> None:
     if as_json:
-        say_json(data, indent=2)
+        say_json(json_report, indent=2)
     else:
         for line in lines:
             say(line)

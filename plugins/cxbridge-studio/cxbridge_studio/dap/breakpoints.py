@@ -63,9 +63,8 @@ class Breakpoints:
 
     def _set_on_run(self, group: str) -> None:
         if self._run is not None:
-            requested_breakpoints = self._groups[group].items()
             self._run.set_breakpoints(
-                group, {number: requested.breakpoint for number, requested in requested_breakpoints}
+                group, {number: request.breakpoint for number, request in self._groups[group].items()}
             )
 
     def _replace(
@@ -80,18 +79,19 @@ class Breakpoints:
         for request in requests:
             self._last_number += 1
             try:
-                requested = self._groups[group][self._last_number] = make_breakpoint(request)
-                states.append(self._make_state(self._last_number, requested))
+                requested_breakpoint = make_breakpoint(request)
+                self._groups[group][self._last_number] = requested_breakpoint
+                states.append(self._make_state(self._last_number, requested_breakpoint))
             except CxbridgeError as error:
                 states.append(protocol.Breakpoint(self._last_number, verified=False, message=str(error)))
         self._set_on_run(group)
         return states
 
-    def _make_state(self, number: int, requested: _RequestedBreakpoint) -> protocol.Breakpoint:
+    def _make_state(self, number: int, request: _RequestedBreakpoint) -> protocol.Breakpoint:
         """Return the state of a breakpoint, which counts as verified before the rules are loaded."""
-        reason = requested.explain_no_stop(self._run) if self._run is not None and self._run.is_loaded else ""
-        message = reason or requested.message
-        return protocol.Breakpoint(number, verified=not reason, message=message, line=requested.line)
+        reason = request.explain_no_stop(self._run) if self._run is not None and self._run.is_loaded else ""
+        message = reason or request.message
+        return protocol.Breakpoint(number, verified=not reason, message=message, line=request.line)
 
     def find_unreachable(self) -> list[protocol.Breakpoint]:
         """Return the states of the breakpoints that the loaded rules cannot reach."""

@@ -33,11 +33,11 @@ _PHASE_ERRORS: Final = {
 }
 
 
-def check_phase(command: str, allowed: SessionPhase, current: SessionPhase) -> None:
+def check_phase(command: str, allowed_phases: SessionPhase, current_phase: SessionPhase) -> None:
     """Check that a request is valid in the current phase.
 
-    :param allowed: the phases in which the request is valid.
+    :param allowed_phases: the phases in which the request is valid.
     :raises CxbridgeError: if the request is invalid now.
     """
-    if current not in allowed:
-        raise CxbridgeError(f"the request '{command}' is invalid now: {_PHASE_ERRORS[current]}")
+    if current_phase not in allowed_phases:
+        raise CxbridgeError(f"the request '{command}' is invalid now: {_PHASE_ERRORS[current_phase]}")

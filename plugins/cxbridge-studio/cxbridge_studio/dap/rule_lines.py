@@ -99,8 +99,8 @@ def _find_nested_sequences(node: SyntaxNode) -> Iterator[tuple[Sequence[SyntaxNo
     head, items = node.head, node.arguments
     if head == "if":
         starts = [index for index, item in enumerate(items) if item.text in _BRANCH_WORDS]
-        for begin, end in zip(starts, [*starts[1:], len(items)], strict=True):
-            yield items[begin + 1 : end], ()
+        for start, end in zip(starts, [*starts[1:], len(items)], strict=True):
+            yield items[start + 1 : end], ()
     elif head in _BODY_STARTS:
         yield items[_BODY_STARTS[head] :], _find_loop_names(head, items)
     elif head in _FACT_QUERIES and items:
@@ -111,9 +111,9 @@ def _find_nested_sequences(node: SyntaxNode) -> Iterator[tuple[Sequence[SyntaxNo
 def _find_loop_names(head: str, items: Sequence[SyntaxNode]) -> tuple[str, ...]:
     if not items or head in ("progn", "while"):
         return ()
-    first = items[0]
+    argument = items[0]
     # the variable, or the list that begins with it, as in (loop-for-count (?i 1 3) ...)
-    name = read_variable_name(first if first.items is None else (first.items or (first,))[0])
+    name = read_variable_name(argument if argument.items is None else (argument.items or (argument,))[0])
     return (name,) if name else ()
 
 

@@ -76,8 +76,13 @@ class AgentNames:
         if self._is_checked or not self.is_initialised:
             return
         self._is_checked = True
-        mistakes = ((tested, self.find_mistake(tested)) for tested in tested_breakpoints)
-        self.on_mistakes([(tested, mistake) for tested, mistake in mistakes if mistake is not None])
+        self.on_mistakes(
+            [
+                (tested_breakpoint, mistake)
+                for tested_breakpoint in tested_breakpoints
+                if (mistake := self.find_mistake(tested_breakpoint)) is not None
+            ]
+        )
 
     def _log_mistakes(self, mistakes: BreakpointMistakes) -> None:
         for _, error in mistakes:

@@ -25,4 +25,4 @@ class Cause:
     @property
     def certainty(self) -> int:
         """The highest :attr:`root` of the cause and its deeper causes."""
-        return max([self.root, *(inner.certainty for inner in self.because)])
+        return max([self.root, *(cause.certainty for cause in self.because)])

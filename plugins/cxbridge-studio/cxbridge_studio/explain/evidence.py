@@ -129,7 +129,7 @@ class History:
     ) -> None:
         self.env = env
         self._failed_actions: set[ActionKey] = set()
-        self._remaining_diagnoses = MAX_ACTION_DIAGNOSES
+        self._remaining_diagnosis_count = MAX_ACTION_DIAGNOSES
         self._find_facts = find_facts
         self.steps: deque[EvidenceStep] = deque(maxlen=max_steps)
         self.firings: deque[RuleFired] = deque(maxlen=max_firings)
@@ -203,17 +203,19 @@ class History:
         if event.state not in FAILED_STATES:
             self._failed_actions.discard(key)
         elif (
-            key not in self._failed_actions and self._find_facts is not None and self._remaining_diagnoses > 0
+            key not in self._failed_actions
+            and self._find_facts is not None
+            and self._remaining_diagnosis_count > 0
         ):
-            self._remaining_diagnoses -= 1
+            self._remaining_diagnosis_count -= 1
             self._failed_actions.add(key)
             return diagnose_action(self._find_facts, key)
         return None
 
     def _record_skill_error(self, event: Event, skiller: str, text: str) -> None:
         """Keep an event that changes the error of a Skiller: most writes repeat the error."""
-        previous, self._skiller_errors[skiller] = self._skiller_errors.get(skiller, ""), text
-        if text != previous:
+        previous_text, self._skiller_errors[skiller] = self._skiller_errors.get(skiller, ""), text
+        if text != previous_text:
             self.steps.append(EvidenceStep(event, ()))
 
 

@@ -77,8 +77,8 @@ def explain_actions(evidence: Evidence, name: str) -> Explanation:
 def drop_root_marks(value: Any) -> Any:
     """Return a JSON value without the keys ``root``: only the headline needs the mark of a root cause."""
     if isinstance(value, dict):
-        return {name: drop_root_marks(inner) for name, inner in value.items() if name != "root"}
-    return [drop_root_marks(inner) for inner in value] if isinstance(value, list | tuple) else value
+        return {name: drop_root_marks(member) for name, member in value.items() if name != "root"}
+    return [drop_root_marks(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 def _make_goals_headline(stories: Sequence[GoalStory], where: str) -> str:
@@ -109,15 +109,17 @@ def make_blocker_headline(story: GoalStory) -> str:
 
 def _make_cause_headline(cause: Cause) -> str:
     """Return a cause in one line, with the causes that lead to its root."""
-    path = [inner.text for inner in _find_cause_path(cause)]
-    *effects, last = [cause.text, *path[-_MAX_HEADLINE_CAUSES:]]
-    return ": ".join([*(_OMITTED_END.sub("", effect) for effect in effects), last])
+    texts = [deeper_cause.text for deeper_cause in _find_cause_path(cause)]
+    *effect_texts, root_text = [cause.text, *texts[-_MAX_HEADLINE_CAUSES:]]
+    return ": ".join([*(_OMITTED_END.sub("", text) for text in effect_texts), root_text])
 
 
 def _find_cause_path(cause: Cause) -> list[Cause]:
     """Return the causes up to the most certain root cause; without a root cause the first of each level."""
-    inner = max(cause.because, key=lambda inner: inner.certainty, default=None)
-    return [] if inner is None or (cause.root and not inner.certainty) else [inner, *_find_cause_path(inner)]
+    deeper_cause = max(cause.because, key=lambda reason: reason.certainty, default=None)
+    if deeper_cause is None or (cause.root and not deeper_cause.certainty):
+        return []
+    return [deeper_cause, *_find_cause_path(deeper_cause)]
 
 
 def _format_story(story: GoalStory, where: str, rule_count: int) -> Iterator[str]:

@@ -363,9 +363,12 @@ class GoalStoryWriter:
 
     def _describe_mode(self, goal: GoalRecord) -> str:
         # The first change with the current mode: later changes of other slots repeat the mode.
-        *_, first = takewhile(lambda change: change.mode == goal.mode, reversed(goal.changes))
-        begin, former_outcomes = self.format_time(first.seq), self._describe_former_outcomes(goal)
-        return f"{goal.title} has been {goal.mode} since {begin}{former_outcomes}"
+        *_, first_change = takewhile(lambda change: change.mode == goal.mode, reversed(goal.changes))
+        begin_text, former_outcomes = (
+            self.format_time(first_change.seq),
+            self._describe_former_outcomes(goal),
+        )
+        return f"{goal.title} has been {goal.mode} since {begin_text}{former_outcomes}"
 
     def _describe_wait(self, goal: GoalRecord) -> str:
         return f"{self._describe_mode(goal)}, and waits {_WAIT_REASONS.get(goal.mode, 'for a rule')}"
@@ -428,8 +431,8 @@ class GoalStoryWriter:
         causes: list[Cause] = []
         if link is not None and is_started:
             subject = f"{link.guess_prefix}skill {link.call.skill_string} of {link.call.skiller}"
-            begin = self.format_time(link.call.begin.seq)
-            causes = [Cause(f"{subject} has been {link.call.status} since {begin}")]
+            begin_text = self.format_time(link.call.begin.seq)
+            causes = [Cause(f"{subject} has been {link.call.status} since {begin_text}")]
         if action.state not in ("WAITING", "RUNNING"):
             roots = [*_make_root_causes([self._root_cause_finder.find_action_cause(goal, action)])]
             causes = [*roots, *(self._find_plan_cause(goal) if roots and not is_started else ()), *causes]

@@ -75,14 +75,14 @@ def _add_brackets(position: str) -> str:
 
 def _describe_signals(agent: Run) -> Iterator[str]:
     """Yield the initialisation entries that wait for a signal."""
-    entries = [*agent.config.search(f"/clips-executive/specs/{agent.spec}/init/")]
+    init_values = [*agent.config.search(f"/clips-executive/specs/{agent.spec}/init/")]
     for _, _, slots in agent.executive.env.facts("executive-init-request"):
         if slots["state"] == "WAIT-FOR":
             signal = str(slots["wait-for"])
             position_prefixes = (
-                f"{entry.location}: "
-                for entry in entries
-                if entry.path.endswith("/wait-for") and entry.text == signal and entry.location
+                f"{value.location}: "
+                for value in init_values
+                if value.path.endswith("/wait-for") and value.text == signal and value.location
             )
             yield f"{next(position_prefixes, '')}{slots['name']} waits for the signal {signal}"
 
@@ -155,10 +155,11 @@ def _describe_unhandled_sub_types(agent: Run) -> dict[str, str]:
 
 def _describe_empty_spec(agent: Run) -> Iterator[str]:
     """Yield the position of the spec if its initialisation loads no file."""
-    config, base = agent.config, f"/clips-executive/specs/{agent.spec}"
-    if any("/file" in value.path.removeprefix(base) for value in config.search(f"{base}/init")):
+    config, spec_path = agent.config, f"/clips-executive/specs/{agent.spec}"
+    if any("/file" in value.path.removeprefix(spec_path) for value in config.search(f"{spec_path}/init")):
         return
-    positions = (value.location for path in (base, "/clips-executive/spec") for value in config.search(path))
+    paths = (spec_path, "/clips-executive/spec")
+    positions = (value.location for path in paths for value in config.search(path))
     yield f"the init of the spec {agent.spec} names no file{_add_brackets(next(positions, ''))}"
 
 
@@ -180,7 +181,7 @@ def _find_rule_position(agent: Run, rule: str) -> str:
 
 def _describe_unwritten_interfaces(agent: Run, positions: SourcePositions) -> Iterator[str]:
     """Yield each interface that rules read and that has no writer."""
-    written_uids = {info.uid for info in agent.board.list_all() if info.has_writer}
+    written_uids = {interface.uid for interface in agent.board.list_all() if interface.has_writer}
     for interface_type, interface_id in read_interfaces(agent.executive.env):
         uid = f"{interface_type}::{interface_id}"
         if uid not in written_uids:

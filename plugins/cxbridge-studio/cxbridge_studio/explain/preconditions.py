@@ -136,7 +136,9 @@ def ground_predicate(predicate: Mapping[str, str], arguments: Mapping[str, str])
     return ("=" if predicate_name == "EQUALITY" else predicate_name, *terms)
 
 
-def _compute_likeness(first: Atom, second: Atom) -> float:
-    """Return the similarity of two atoms that differ in one argument; 0 if they differ in more."""
-    differing_pairs = [pair for pair in zip(first, second, strict=True) if pair[0] != pair[1]]
+def _compute_likeness(atom: Atom, other_atom: Atom) -> float:
+    """Return the similarity of two atoms of the same length that differ in one argument; else 0."""
+    differing_pairs = [
+        (word, other_word) for word, other_word in zip(atom, other_atom, strict=True) if word != other_word
+    ]
     return likeness(*differing_pairs[0]) if len(differing_pairs) == 1 else 0.0

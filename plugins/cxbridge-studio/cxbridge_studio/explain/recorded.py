@@ -136,9 +136,9 @@ class RecordedEvidence(Evidence):
         """
         if self._constructs is None:
             files = [
-                TextFile(step.name, data.decode("utf-8", "surrogateescape"))
+                TextFile(step.name, content.decode("utf-8", "surrogateescape"))
                 for step in find_building_steps(self._run, self._env, self.now_us)
-                if step.role in ("clips", "construct") and (data := step.data) is not None
+                if step.role in ("clips", "construct") and (content := step.data) is not None
             ]
             if not files:
                 raise TraceError(

@@ -146,8 +146,8 @@ def _propose_allowed_values(
         session.model.find_definitions(Name(NameKind.TEMPLATE, template)), file.path
     )
     for definition, mention in definitions:
-        placed = definition.piece_at(mention.start)
-        nodes = read_nodes(placed.piece.text, close=True) if placed else []
+        placed_piece = definition.piece_at(mention.start)
+        nodes = read_nodes(placed_piece.piece.text, close=True) if placed_piece else []
         for slot_node in nodes[0].arguments if nodes else ():
             if slot_node.arguments and slot_node.arguments[0].text == slot:
                 for facet in slot_node.arguments[1:]:
@@ -210,12 +210,14 @@ def _list_clips_files(session: Session) -> Iterator[str]:
 
 
 def _complete_pddl(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
-    placed = file.piece_at(offset)
-    preceding_text = file.text[placed.start if placed else 0 : offset]
+    placed_piece = file.piece_at(offset)
+    preceding_text = file.text[placed_piece.start if placed_piece else 0 : offset]
     if re.search(r"\s-\s+[\w-]*\Z", preceding_text):  # a type: ?x - cup
         yield from _propose_defined(session, file, NameKind.OBJECT_TYPE)
-    elif re.search(r"\?[\w-]*\Z", preceding_text) and placed and placed.piece.name:  # a variable: ?x
-        parameters = _propose_defined(session, file, NameKind.PARAMETER, placed.piece.name.text)
+    elif (
+        re.search(r"\?[\w-]*\Z", preceding_text) and placed_piece and placed_piece.piece.name
+    ):  # a variable: ?x
+        parameters = _propose_defined(session, file, NameKind.PARAMETER, placed_piece.piece.name.text)
         yield from (proposal._replace(text=f"?{proposal.text}") for proposal in parameters)
     elif re.search(r"\(\s*[\w-]*\Z", preceding_text):  # the first word of a list: (at
         yield from _propose_defined(session, file, NameKind.PREDICATE)

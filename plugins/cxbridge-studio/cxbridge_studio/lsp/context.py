@@ -49,8 +49,8 @@ class Context(Struct, frozen=True):
 
 def find_context(file: SourceFile, offset: int) -> Context | None:
     """Return the context of an offset; None in a comment."""
-    placed = file.piece_at(offset)
-    text_start = placed.start if placed is not None else file.text.rfind("\n", 0, offset) + 1
+    placed_piece = file.piece_at(offset)
+    text_start = placed_piece.start if placed_piece is not None else file.text.rfind("\n", 0, offset) + 1
     text = file.text[text_start:offset]
     hidden_match = next((match for match in HIDDEN.finditer(text) if match.end() == len(text)), None)
     if hidden_match is not None and hidden_match[0].startswith(";"):

@@ -68,18 +68,18 @@ def _describe_definition(definition: FileMention, name: Name) -> Iterator[str]:
 def _describe_construct(definition: FileMention) -> Iterator[str]:
     """Yield the condition of a rule, the head of a function, or the text of another construct."""
     file, mention = definition
-    placed = file.piece_at(mention.start)
-    if placed is None:
+    placed_piece = file.piece_at(mention.start)
+    if placed_piece is None:
         return
-    text = placed.piece.text
-    if placed.piece.keyword == "defrule":
+    text = placed_piece.piece.text
+    if placed_piece.piece.keyword == "defrule":
         text = text.partition("=>")[0].rstrip()
     nodes = read_nodes(text, close=True)
-    if placed.piece.keyword in ("deffunction", "defmethod") and nodes:
+    if placed_piece.piece.keyword in ("deffunction", "defmethod") and nodes:
         text = _format_function_head(nodes[0])
     yield _format_code(file, text)
     yield _find_documentation(nodes[0]) if nodes and file.path.endswith(".clp") else ""
-    yield find_comment_above(file.text, placed.start)
+    yield find_comment_above(file.text, placed_piece.start)
 
 
 def _format_function_head(function: SyntaxNode) -> str:
@@ -136,7 +136,7 @@ def _describe_builtin_function(session: Session, name: Name) -> Iterator[str]:
     function = session.knowledge.functions.get(name.text)
     if function is not None and function.is_python:
         owner = f"the feature `{function.feature}`" if function.feature else "the CLIPS host"
-        yield f"**{name.text}**: a function of {owner}, {function.arguments}"
+        yield f"**{name.text}**: a function of {owner}, {function.argument_count_text}"
         yield function.documentation
     elif function is not None:
         yield f"**{name.text}**: a function of CLIPS"
@@ -168,12 +168,12 @@ def _summarize_uses(session: Session, name: Name) -> str:
 def _find_enclosing_list(file: SourceFile, mention: Mention) -> str:
     """Return the innermost list around a definition; for a global variable, the rest of its line."""
     start = file.text.rfind("(", 0, mention.start + 1)
-    placed = file.piece_at(mention.start)
-    if placed is None or start < placed.start or file.path.endswith(".xml"):
+    placed_piece = file.piece_at(mention.start)
+    if placed_piece is None or start < placed_piece.start or file.path.endswith(".xml"):
         return ""
-    nodes = read_nodes(file.text[start : placed.end], close=True)
+    nodes = read_nodes(file.text[start : placed_piece.end], close=True)
     text = nodes[0].text if nodes else ""
-    if placed.piece.keyword == "defglobal":
+    if placed_piece.piece.keyword == "defglobal":
         end = file.text.find("\n", mention.start)
         text = file.text[mention.start : None if end < 0 else end]
     return text

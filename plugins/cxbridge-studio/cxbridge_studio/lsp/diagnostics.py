@@ -78,11 +78,13 @@ def _find_unclosed(session: Session, file: SourceFile) -> Iterator[TextFinding]:
     slots = session.find_definitions(file.path).slots | {
         name: set(names) for name, names in session.knowledge.templates.items()
     }
-    for placed in file.pieces:
-        if not placed.piece.is_closed:
-            description = describe_unclosed(placed.piece.text, placed.start, file.lines, file.text, slots)
+    for placed_piece in file.pieces:
+        if not placed_piece.piece.is_closed:
+            description = describe_unclosed(
+                placed_piece.piece.text, placed_piece.start, file.lines, file.text, slots
+            )
             end = file.text.find("\n", description.start)
-            end = placed.end if end < 0 else min(end, placed.end)
+            end = placed_piece.end if end < 0 else min(end, placed_piece.end)
             yield TextFinding(
                 UNCLOSED_CONSTRUCT, description.start, end, description.message, description.hint
             )
@@ -93,10 +95,10 @@ def _find_unknown_names(session: Session, file: SourceFile) -> Iterator[TextFind
     if not session.is_indexed or not session.knowledge.is_complete:
         return
     definitions = session.find_definitions(file.path)
-    for placed in file.pieces:
-        if not placed.piece.is_closed:
+    for placed_piece in file.pieces:
+        if not placed_piece.piece.is_closed:
             continue  # the kinds of names depend on the nesting of lists, which an open construct hides
-        for index, mention in enumerate(placed.piece.mentions):
+        for index, mention in enumerate(placed_piece.piece.mentions):
             problem, name = None, mention.name.text
             if mention.name.kind is NameKind.SLOT:
                 problem = _check_slot(session, definitions, mention)
@@ -111,9 +113,9 @@ def _find_unknown_names(session: Session, file: SourceFile) -> Iterator[TextFind
                     definitions.find_names(NameKind.GLOBAL),
                 )
             elif mention.name.kind is NameKind.TEMPLATE and mention.use in _FACT_USES:
-                problem = _check_template(session, definitions, placed, index)
+                problem = _check_template(session, definitions, placed_piece, index)
             if problem is not None:
-                start, end = placed.start + mention.start, placed.start + mention.end
+                start, end = placed_piece.start + mention.start, placed_piece.start + mention.end
                 yield TextFinding(problem.code, start, end, problem.message, problem.hint)
 
 
@@ -126,17 +128,17 @@ class _Problem(NamedTuple):
 
 
 def _check_template(
-    session: Session, definitions: AgentDefinitions, placed: PlacedPiece, index: int
+    session: Session, definitions: AgentDefinitions, placed_piece: PlacedPiece, index: int
 ) -> _Problem | None:
     """Return the problem of an undefined template; None for a defined template and for ordered facts.
 
     :param index: the index of the template among the mentions of the piece; its slots follow.
     """
-    mention = placed.piece.mentions[index]
+    mention = placed_piece.piece.mentions[index]
     name = mention.name.text
     if name in definitions.slots or name in session.knowledge.templates or name == "object":
         return None  # `object` is the pattern of CLIPS for instances of classes
-    next_mentions = placed.piece.mentions[index + 1 : index + 2]
+    next_mentions = placed_piece.piece.mentions[index + 1 : index + 2]
     slots = [
         next_mention
         for next_mention in next_mentions

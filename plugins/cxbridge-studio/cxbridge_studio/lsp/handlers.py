@@ -138,10 +138,10 @@ def _rename(
     ls: AgentServer, _file: SourceFile, mention: Mention, params: lsp.RenameParams
 ) -> lsp.WorkspaceEdit:
     edits: dict[str, list[lsp.TextEdit]] = {}
-    for file, renamed in navigation.find_renamed_mentions(ls.session, mention, params.new_name):
+    for file, reference in navigation.find_renamed_mentions(ls.session, mention, params.new_name):
         # marks around a name, as in ?*NAME* and MODULE::NAME, are part of the mention and stay
-        new_text = file.text[renamed.start : renamed.end].replace(renamed.name.text, params.new_name)
-        edit = lsp.TextEdit(ls.positions.to_range(file, renamed.start, renamed.end), new_text)
+        new_text = file.text[reference.start : reference.end].replace(reference.name.text, params.new_name)
+        edit = lsp.TextEdit(ls.positions.to_range(file, reference.start, reference.end), new_text)
         edits.setdefault(path_to_uri(file.path), []).append(edit)
     return lsp.WorkspaceEdit(changes=edits)
 

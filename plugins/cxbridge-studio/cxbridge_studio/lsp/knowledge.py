@@ -30,8 +30,8 @@ class FunctionInfo(Struct, frozen=True):
     is_python: bool = False
 
     @property
-    def arguments(self) -> str:
-        """The number of arguments in words."""
+    def argument_count_text(self) -> str:
+        """The number of arguments in words, such as ``2 or more arguments``."""
         if self.maximum == UNBOUNDED:
             return f"{self.minimum} or more arguments"
         if self.minimum == self.maximum:

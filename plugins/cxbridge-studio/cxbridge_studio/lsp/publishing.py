@@ -36,17 +36,17 @@ class FileFindings:
     def __init__(self, session: Session) -> None:
         self._session = session
         self.changed_paths: set[str] = set()
-        self._changed_since_begin: set[str] = set()
+        self._paths_changed_since_begin: set[str] = set()
         self.by_path: dict[str, list[Mapping[str, Any]]] = {}
 
     def begin_check(self) -> None:
         """Record the start of a check, which reads the files on the disk."""
-        self._changed_since_begin = set()
+        self._paths_changed_since_begin = set()
 
     def record_change(self, path: str) -> None:
         """Record a change of a file's text."""
         self.changed_paths.add(path)
-        self._changed_since_begin.add(path)
+        self._paths_changed_since_begin.add(path)
 
     def finish_check(self, unsaved_paths: set[str]) -> None:
         """Read the findings of a finished check from the session's knowledge.
@@ -54,7 +54,7 @@ class FileFindings:
         :param unsaved_paths: the paths of the files with unsaved text.
         """
         # The check has not read the present text of these files.
-        self.changed_paths = self._changed_since_begin | unsaved_paths
+        self.changed_paths = self._paths_changed_since_begin | unsaved_paths
         self.by_path = {}
         for finding in self._session.knowledge.findings:
             if finding["file"]:

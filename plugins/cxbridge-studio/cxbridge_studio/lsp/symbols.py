@@ -35,12 +35,12 @@ class OutlineSymbol(Struct, frozen=True):
 
 
 def make_outline(file: SourceFile) -> list[OutlineSymbol]:
-    return [symbol for placed in file.pieces for symbol in _make_piece_symbols(placed)]
+    return [symbol for placed_piece in file.pieces for symbol in _make_piece_symbols(placed_piece)]
 
 
-def _make_piece_symbols(placed: PlacedPiece) -> Iterator[OutlineSymbol]:
-    definitions = [mention for mention in placed.mentions if mention.use is Use.DEFINED]
-    main_mention = next((mention for mention in definitions if mention.name == placed.piece.name), None)
+def _make_piece_symbols(placed_piece: PlacedPiece) -> Iterator[OutlineSymbol]:
+    definitions = [mention for mention in placed_piece.mentions if mention.use is Use.DEFINED]
+    main_mention = next((mention for mention in definitions if mention.name == placed_piece.piece.name), None)
     inner_symbols = tuple(
         OutlineSymbol(mention, mention.start, mention.end)
         for mention in definitions
@@ -49,17 +49,17 @@ def _make_piece_symbols(placed: PlacedPiece) -> Iterator[OutlineSymbol]:
     if main_mention is None:
         yield from inner_symbols
     else:
-        yield OutlineSymbol(main_mention, placed.start, placed.end, inner_symbols)
+        yield OutlineSymbol(main_mention, placed_piece.start, placed_piece.end, inner_symbols)
 
 
 def find_symbols(session: Session, query: str) -> list[FileMention]:
     """Return the first definitions of names that contain the letters of a query in order."""
     lower_query = query.lower()
     symbols = (
-        FileMention(file, mention.shifted(placed.start))
+        FileMention(file, mention.shifted(placed_piece.start))
         for file in session.model.files
-        for placed in file.pieces
-        for mention in placed.piece.definitions
+        for placed_piece in file.pieces
+        for mention in placed_piece.piece.definitions
         if mention.name.kind not in _INNER_KINDS and _contains_letters(lower_query, mention.name.text.lower())
     )
     return list(islice(symbols, _MAX_RESULTS))

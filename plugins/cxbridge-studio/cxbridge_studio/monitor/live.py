@@ -78,12 +78,13 @@ class DaemonSource:
         self._board: BlackBoard | None = None
         self._shown_interface: Interface | None = None  # the interface whose fields are shown
         self._log: deque[LogRow] = deque(maxlen=MAX_LINES)
-        self._last_line = 0
-        self._started_us: object = None
+        self._last_line_number = 0  # of the last log line that a reply contained
+        self._started_us: int | None = None  # the start of the daemon; None before the first snapshot
         self._max_goals = MAX_GOALS
         self._search = _FactSearch()
         self._last_story: Sequence[str] = ()
         self._next_story_s = 0.0
+        # The time in seconds and the number of loops at each of the last snapshots.
         self._loop_counts: deque[tuple[float, int]] = deque(maxlen=_RATE_SNAPSHOTS)
         self._commands: dict[str, Callable[[str], str]] = {
             "pause": lambda _: self._send_command("Pause"),
@@ -124,7 +125,7 @@ class DaemonSource:
     def _make_snapshot(self, board: BlackBoard, query: ViewQuery) -> MonitorSnapshot:
         status = read_status(board)
         if status["started_us"] != self._started_us:  # a restarted daemon numbers its log lines from 1 again
-            self._started_us, self._last_line, self._search = status["started_us"], 0, _FactSearch()
+            self._started_us, self._last_line_number, self._search = status["started_us"], 0, _FactSearch()
             self._log.clear()
             self._loop_counts.clear()
         problem = ""
@@ -134,7 +135,7 @@ class DaemonSource:
             state, problem = _EMPTY_STATE, error.message
         for number, level, component, text in state["log"]:
             self._log.append(LogRow(number, level, f"{level} {component}: {text}"))
-            self._last_line = number
+            self._last_line_number = number
         stop = state["where"]
         head = (status["state"].lower(), *self._describe_times(status, state), problem, status["error"])
         return MonitorSnapshot(
@@ -207,7 +208,7 @@ class DaemonSource:
         while True:
             try:
                 state: Mapping[str, Any] = self._request(
-                    "state", since=self._last_line, goals=self._max_goals, words=filter_text
+                    "state", since=self._last_line_number, goals=self._max_goals, words=filter_text
                 )
             except CxbridgeError as error:
                 # a reply is a field of RequestInterface, whose length is fixed

@@ -40,7 +40,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     """Yield a finding for each slot and each value that the deftemplate of a fact in a variable lacks."""
     slots = agent.slots
     for construct in agent.usage.constructs:
-        for mention in construct.placed.piece.mentions if agent.is_loaded(construct) else ():
+        for mention in construct.placed_piece.piece.mentions if agent.is_loaded(construct) else ():
             # The owner, the deftemplate of the fact, is empty if the fact is ambiguous.
             name, owner = mention.name.text, mention.name.owner
             if (
@@ -63,17 +63,17 @@ def check(agent: Agent) -> Iterator[Finding]:
 def _find_forbidden_values(agent: Agent, construct: Construct, mention: Mention) -> Iterator[Finding]:
     """Yield a finding for each literal value that the slot in a change does not allow."""
     slot, template = mention.name.text, mention.name.owner
-    allowed = agent.allowed_values(template, slot)
-    text = construct.placed.piece.text
+    allowed_values = agent.allowed_values(template, slot)
+    text = construct.placed_piece.piece.text
     # The parenthesis before the slot's name begins the list with the values.
     list_start = text.rfind("(", 0, mention.start)
-    for value in read_nodes(text[list_start:], close=True)[0].arguments if allowed else ():
-        if (word := literal(value)) and word not in allowed:
+    for value in read_nodes(text[list_start:], close=True)[0].arguments if allowed_values else ():
+        if (word := literal(value)) and word not in allowed_values:
             yield Finding(
                 FORBIDDEN_VALUE,
                 construct.place(list_start + value.start),
                 f"{_format_construct(construct)}the slot '{slot}' of '{template}' cannot be {word}",
-                did_you_mean(word, allowed, f"it can be: {', '.join(sorted(allowed))}"),
+                did_you_mean(word, allowed_values, f"it can be: {', '.join(sorted(allowed_values))}"),
             )
 
 

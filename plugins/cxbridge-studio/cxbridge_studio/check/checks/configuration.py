@@ -70,7 +70,7 @@ CODES: Final = (
 
 # A warning of the configuration reader that begins with a position.
 _LOCATED_WARNING = re.compile(
-    r"(?P<file>[^\n:]+):(?P<line>\d+)(?::(?P<column>\d+))?: (?P<text>.*)", re.DOTALL
+    r"(?P<file>[^\n:]+):(?P<line>\d+)(?::(?P<column>\d+))?: (?P<message>.*)", re.DOTALL
 )
 _QUOTED_NAME: Final = re.compile(r"'([^']+)'")
 _TIME_PATH: Final = "/clips-executive/assert-time-each-loop"
@@ -89,14 +89,14 @@ def check(agent: Agent) -> Iterator[Finding]:
         reported_places.add(finding.place)
         misspelt_keys.update(_QUOTED_NAME.findall(finding.message))
         yield finding
-    for text in (*map(str, agent.config.warnings), *check_spec(agent.config, agent.spec)):
+    for warning in (*map(str, agent.config.warnings), *check_spec(agent.config, agent.spec)):
         place = SourcePlace(str(agent.context.paths.config_file))
-        match = _LOCATED_WARNING.match(text)
+        match = _LOCATED_WARNING.match(warning)
         if match:
             place = SourcePlace(match["file"], int(match["line"]), int(match["column"] or 0))
         # A second warning at the same position is a consequence of the first.
         if not match or place not in reported_places:
-            yield Finding(MISLEADING_VALUE, place, match["text"] if match else text)
+            yield Finding(MISLEADING_VALUE, place, match["message"] if match else warning)
         reported_places.add(place)
     if agent.context.source.has_fawkes_configuration:
         yield from _check_time(agent)

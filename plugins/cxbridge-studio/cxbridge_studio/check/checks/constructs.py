@@ -179,12 +179,13 @@ def _explain_forbidden_literal(
     for fact in _find_facts(construct):
         template = without_module(fact.head)
         for slot in fact.arguments:
-            allowed = agent.allowed_values(template, slot.head)
-            for value in slot.arguments if allowed else ():
-                if (word := literal(value)) and word not in allowed:
-                    hint = f"{did_you_mean(word, allowed)} it can be: {', '.join(sorted(allowed))}"
-                    text = f"{prefix}the slot '{slot.head}' of '{template}' cannot be {word}"
-                    return Finding(UNREADABLE_CONSTRUCT, file.place(value), text, hint.strip())
+            allowed_values = agent.allowed_values(template, slot.head)
+            for value in slot.arguments if allowed_values else ():
+                if (word := literal(value)) and word not in allowed_values:
+                    values_text = ", ".join(sorted(allowed_values))
+                    hint = f"{did_you_mean(word, allowed_values)} it can be: {values_text}"
+                    message = f"{prefix}the slot '{slot.head}' of '{template}' cannot be {word}"
+                    return Finding(UNREADABLE_CONSTRUCT, file.place(value), message, hint.strip())
     return None
 
 
@@ -239,7 +240,7 @@ def _find_construct(file: ClipsFile, diagnostic: Diagnostic) -> Definition | Non
 
 
 def _find_word(construct: Definition, diagnostic: Diagnostic) -> SyntaxNode:
-    """Return the node of the word that a message quotes, or of the construct if it quotes no word."""
+    """Return the node of the word that a diagnostic quotes, or of the construct if no word is quoted."""
     words = _QUOTED_NAME.findall(diagnostic.message)[:1] or _VARIABLE.findall(diagnostic.message)[:1]
     # CLIPS' messages about conditions name a global without the asterisks.
     words += [f"?*{word[1:]}*" for word in words if word.startswith("?")]
@@ -280,7 +281,10 @@ def _find_swallowed_names(file: ClipsFile) -> Iterator[str]:
 
 
 def _is_consequence(agent: Agent, finding: Finding, diagnostic: Diagnostic, dropped_names: set[str]) -> bool:
-    """Return whether CLIPS drops a construct only because it has dropped a construct that this one needs."""
+    """Return whether CLIPS drops a construct only because of a dropped definition that the construct needs.
+
+    The definition is a deftemplate or a deffunction that the finding or the diagnostic quotes.
+    """
     names = _QUOTED_NAME.findall(finding.message) + _QUOTED_NAME.findall(diagnostic.message)
     return not _find_defined_names(agent, "deftemplate", "deffunction").isdisjoint(
         dropped_names.intersection(names)

@@ -108,8 +108,8 @@ def _check_rules(agent: Agent, usage: Usage, own_constructs: list[Construct]) ->
         for pattern in construct.patterns:
             if (problem := _find_pattern_problem(agent, usage, pattern)) is not None:
                 reason, hint = problem
-                text = f"defrule {construct.name} can never match: {reason}"
-                yield Finding(UNMATCHED_RULE, construct.place(pattern.start), text, hint)
+                message = f"defrule {construct.name} can never match: {reason}"
+                yield Finding(UNMATCHED_RULE, construct.place(pattern.start), message, hint)
                 break  # a single unmatched pattern disables the rule
 
 
@@ -168,8 +168,11 @@ def _check_facts(agent: Agent, usage: Usage, own_constructs: list[Construct]) ->
                 or PROGRAM_TEMPLATES.fullmatch(name)
             ):
                 continue
-            asserting_constructs = {asserting.placed for asserting, _ in usage.asserted_facts.get(name, ())}
-            if usage.literal_counts[name] > len(asserting_constructs):
+            asserting_pieces = {
+                asserting_construct.placed_piece
+                for asserting_construct, _ in usage.asserted_facts.get(name, ())
+            }
+            if usage.literal_counts[name] > len(asserting_pieces):
                 continue  # the word is also an argument, perhaps of a function that queries such facts
             if not agent.model.is_defined(Name(NameKind.TEMPLATE, name)) and name in agent.deftemplates:
                 continue  # a feature defines the deftemplate, and may read the facts
@@ -311,8 +314,8 @@ def _find_unhandled_sub_types(
                 for mode in _MODES_AFTER_EXPANDED
             )
             if not is_handled:
-                text = f"no rule handles goals of the sub-type {name}"
-                yield (construct, start), Finding(UNHANDLED_SUB_TYPE, construct.place(start), text, hint)
+                message = f"no rule handles goals of the sub-type {name}"
+                yield (construct, start), Finding(UNHANDLED_SUB_TYPE, construct.place(start), message, hint)
 
 
 def _find_sub_type_uses(

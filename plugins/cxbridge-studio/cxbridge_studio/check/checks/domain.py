@@ -166,9 +166,9 @@ def _find_operators(construct: Construct, ce: PatternCE) -> frozenset[str]:
 
 def _check_plan_actions(files: list[ClipsFile], actions: _KnownActions) -> Iterator[Finding]:
     for action in find_source_actions(files):
-        name = literal(action.name)
+        name = literal(action.name_node)
         if name not in actions.parameters:
-            place, hint = action.file.place(action.name), did_you_mean(name, actions.parameters)
+            place, hint = action.file.place(action.name_node), did_you_mean(name, actions.parameters)
             yield Finding(UNKNOWN_ACTION, place, f"no domain has an action '{name}'", hint)
 
 
@@ -181,14 +181,15 @@ def _check_mapping(agent: Agent, actions: _KnownActions) -> Iterator[Finding]:
                 hint = did_you_mean(action, actions.parameters)
                 yield Finding(UNUSED_MAPPING, place, f"no domain has an action '{action}'", hint)
             continue
-        names = actions.parameters[action]
-        for part in parse_template(template):
-            if names is not None and isinstance(part, Placeholder) and part.name not in names:
-                hint = did_you_mean(part.name, names, f"it has: {', '.join(names) or 'none'}")
-                yield Finding(UNKNOWN_PARAMETER, place, f"'{action}' has no parameter '{part.name}'", hint)
-        for suspected in find_suspected_placeholders(template):
-            text = f"'{suspected}' is not a placeholder: write {PLACEHOLDER_FORM}"
-            yield Finding(DOUBTFUL_PLACEHOLDER, place, text)
+        parameters = actions.parameters[action]
+        placeholders = (part for part in parse_template(template) if isinstance(part, Placeholder))
+        for name in (placeholder.name for placeholder in placeholders):
+            if parameters is not None and name not in parameters:
+                hint = did_you_mean(name, parameters, f"it has: {', '.join(parameters) or 'none'}")
+                yield Finding(UNKNOWN_PARAMETER, place, f"'{action}' has no parameter '{name}'", hint)
+        for word in find_suspected_placeholders(template):
+            message = f"'{word}' is not a placeholder: write {PLACEHOLDER_FORM}"
+            yield Finding(DOUBTFUL_PLACEHOLDER, place, message)
 
 
 def _check_skill_string(action: str, template: str, place: SourcePlace) -> Iterator[Finding]:
@@ -197,18 +198,18 @@ def _check_skill_string(action: str, template: str, place: SourcePlace) -> Itera
         return  # an empty mapping, or a doubtful placeholder, has another finding
     # A value without quotes may be a number or a word.
     for sample in ("1", "a"):
-        values = {"s": f'"{sample}"', "S": f'"{sample}"'}
-        text = "".join(
+        values = {"s": f'"{sample}"', "S": f'"{sample}"'}  # by kind of placeholder: these two write strings
+        skill_string = "".join(
             part if isinstance(part, str) else values.get(part.kind, sample)
             for part in parse_template(template)
         )
         try:
-            parse_skill_string(text)
+            parse_skill_string(skill_string)
         except SkillError as error:
             reason = re.sub(r"^column \d+: ", "", error.message)
         else:
             return
-        if LuaCompiler().find_error(text.encode("utf-8")) is None:
+        if LuaCompiler().find_error(skill_string.encode("utf-8")) is None:
             return
     yield Finding(
         UNREADABLE_TEMPLATE,

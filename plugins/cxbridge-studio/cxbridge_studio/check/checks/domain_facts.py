@@ -69,8 +69,8 @@ def check(agent: Agent) -> Iterator[Finding]:
                     hint = did_you_mean(name, parameter_counts)
                     yield Finding(WRONG_FACT, place, f"no domain has a predicate '{name}'", hint)
             elif count not in (None, expected_count):
-                text = f"the predicate '{name}' has {expected_count} parameters, but this fact has {count}"
-                yield Finding(WRONG_FACT, place, text)
+                message = f"the predicate '{name}' has {expected_count} parameters, but this fact has {count}"
+                yield Finding(WRONG_FACT, place, message)
 
 
 def _find_compared_words(agent: Agent) -> set[str]:

@@ -26,7 +26,7 @@ _LOCK_FUNCTIONS: Final = ("mutex-try-lock-async", "mutex-lock-async", "mutex-try
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield a finding for the first lock in each file, if nothing sets the identity."""
     # A rule may also assert the fact with the identity, which has this id, without a call of the function.
-    if any("/cx/identity" in construct.placed.piece.text for construct in agent.own_constructs):
+    if any("/cx/identity" in construct.placed_piece.piece.text for construct in agent.own_constructs):
         return
     calls = agent.model.find_mentions(Name(NameKind.FUNCTION, _SET_IDENTITY), Use.CALLED)
     if any(not agent.is_core_path(call.file.path) for call in calls):

@@ -124,10 +124,10 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     }
     reported_names: set[str] = set()
     for construct in agent.own_constructs:
-        for mention in construct.placed.piece.mentions:
+        for mention in construct.placed_piece.piece.mentions:
             name = mention.name.text
             is_matched = mention.name.kind is NameKind.PREDICATE and mention.use is Use.MATCHED
-            # A rule may make the fact of the world model by its id.
+            # A rule may assert the fact of the world model by its id, a text with the name of the predicate.
             if (
                 not is_matched
                 or name in predicates | reported_names
@@ -161,8 +161,8 @@ def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
 
 def _check_types(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     """Yield the types of asserted objects that neither a domain nor a rule declares."""
-    pairs = [pair for domain in domains for pair in pairs_of(domain.types)]
-    types = {"object", *(name for name, _ in pairs), *(parent for _, parent in pairs if parent)}
+    types_with_parents = [pair for domain in domains for pair in pairs_of(domain.types)]
+    types = {"object"}.union(*types_with_parents) - {""}  # the parent may be empty
     asserted_facts = agent.usage.asserted_facts
     for _, fact in asserted_facts.get("domain-object-type", ()):
         if "name" not in fact.words_by_slot:
@@ -179,26 +179,26 @@ def _check_types(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
 
 
 def _check_parameters(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
-    actions = {
+    parameters_by_action = {
         action.name: [name.removeprefix("?") for name in names_of(action.parameters)]
         for domain in domains
         for action in domain.actions
     }
     agent_files = [file for file in agent.own_files if not agent.is_core_path(str(file.path))]
     for action in find_source_actions(agent_files):
-        if literal(action.name) in actions:
-            yield from _check_plan_action(action, actions[literal(action.name)])
+        if (parameters := parameters_by_action.get(literal(action.name_node))) is not None:
+            yield from _check_plan_action(action, parameters)
 
 
 def _check_plan_action(action: SourceAction, parameter_names: list[str]) -> Iterator[Finding]:
     """Yield the first mistake in the parameters: further mistakes are often consequences."""
-    name, file = literal(action.name), action.file
+    name, file = literal(action.name_node), action.file
     parameters_text = f"it has: {', '.join(parameter_names) or 'none'}"
     for node in action.names or ():
         if (parameter := literal(node)) and parameter not in parameter_names:
-            text = f"the action '{name}' has no parameter '{parameter}'"
+            message = f"the action '{name}' has no parameter '{parameter}'"
             hint = did_you_mean(parameter, parameter_names, parameters_text)
-            yield Finding(WRONG_PARAMETERS, file.place(node), text, hint)
+            yield Finding(WRONG_PARAMETERS, file.place(node), message, hint)
             return
     for slot, values in (("param-names", action.names), ("param-values", action.values)):
         count = None if values is None else count_values(values)
@@ -238,7 +238,7 @@ def _check_executors(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     operators = {action.name for domain in domains for action in domain.actions}
     reported_names = mapped_actions | handled_actions
     for construct in agent.own_constructs:
-        for mention in construct.placed.piece.mentions:
+        for mention in construct.placed_piece.piece.mentions:
             name = mention.name.text
             is_planned = mention.name.kind is NameKind.ACTION and mention.use in (Use.ASSERTED, Use.NAMED)
             if is_planned and name in operators - reported_names:
@@ -250,13 +250,13 @@ def _check_executors(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         actions = () if call.domain is None else call.domain.actions
         for name in sorted({action.name for action in actions} - reported_names):
             reported_names.add(name)
-            text = f"the action '{name}', which a planner may plan, has no executor"
+            message = f"the action '{name}', which a planner may plan, has no executor"
             hint = did_you_mean(name, mapped_actions - operators)
-            yield Finding(UNEXECUTED_ACTION, call.file.place(call.node), text, hint)
+            yield Finding(UNEXECUTED_ACTION, call.file.place(call.node), message, hint)
 
 
 def _executes_any_action(construct: Construct) -> bool:
-    """Return whether a rule matches plan-actions of any name and modifies them."""
+    """Return whether a rule matches plan-actions of any name and modifies a fact, perhaps the plan-action."""
     return any(
         pattern.template == "plan-action" and "action-name" not in pattern.words_by_slot
         for pattern in construct.patterns

@@ -134,8 +134,8 @@ def _check_expressions(file: ClipsFile) -> Iterator[Finding]:
             )
     for call in file.find_calls("max", "min"):
         if len(call.arguments) == 1:
-            text = f"CLIPS 6.30 refuses ({call.head} ...) with one argument"
-            yield Finding(REFUSED_CALL, file.place(call), text, "give it two numbers or more")
+            message = f"CLIPS 6.30 refuses ({call.head} ...) with one argument"
+            yield Finding(REFUSED_CALL, file.place(call), message, "give it two numbers or more")
 
 
 def _check_names(file: ClipsFile) -> Iterator[Finding]:

@@ -100,9 +100,9 @@ def check(agent: Agent) -> Iterator[Finding]:
     for action, template, place in agent.action_mappings():
         match = _SKILL_NAME.match(template)
         if match is not None and match[1] not in skills and place is not None:
-            text = f"'{action}' is mapped to the skill '{match[1]}', which does not exist"
+            message = f"'{action}' is mapped to the skill '{match[1]}', which does not exist"
             hint = did_you_mean(match[1], skills, f"there are: {', '.join(sorted(skills))}")
-            yield Finding(UNKNOWN_SKILL, place, text, hint)
+            yield Finding(UNKNOWN_SKILL, place, message, hint)
 
 
 def _check_files(agent: Agent, reported_file: str = "") -> Iterator[Finding]:

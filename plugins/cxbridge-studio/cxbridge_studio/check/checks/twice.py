@@ -34,7 +34,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         if construct.keyword not in _KEYWORDS or not construct.name:
             continue
         earlier_construct = constructs_by_key.setdefault((*key, module), construct)
-        if is_declaration(earlier_construct.placed.piece.text):
+        if is_declaration(earlier_construct.placed_piece.piece.text):
             # A forward declaration, which functions that call each other need, may be replaced.
             constructs_by_key[*key, module] = construct
             continue

@@ -95,9 +95,9 @@ class AgentSources:
 
         :param include_core: whether to include the built-in core.
         """
-        if (data := source.data) is None:
+        if source.data is None:
             return
-        text = data.decode("utf-8", "surrogateescape")
+        text = source.data.decode("utf-8", "surrogateescape")
         # Only the files of the built-in core rely on the `modify` of CLIPS 6.4: this tells them from the
         # agent's.
         if source.role == "clips" and (include_core or source.details.get("modify") != "6.4"):
@@ -316,6 +316,8 @@ def compute_coverage(agent: AgentSources, recorded_use: RecordedUse, globs: tupl
     )
 
 
-def _compare_names(used: dict[str, int], defined: Iterable[str]) -> NameCoverage:
+def _compare_names(use_counts: dict[str, int], defined_names: Iterable[str]) -> NameCoverage:
     """Return the used names, and the defined names without a use."""
-    return NameCoverage(tuple(sorted(used.items())), tuple(sorted(set(defined) - used.keys())))
+    return NameCoverage(
+        tuple(sorted(use_counts.items())), tuple(sorted(set(defined_names) - use_counts.keys()))
+    )

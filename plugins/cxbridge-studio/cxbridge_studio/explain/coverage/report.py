@@ -25,7 +25,7 @@ def format_report(coverage: Coverage, *, has_firings: bool) -> Iterator[str]:
         yield f"which rules fired in {runs_text} was not recorded: record with --trace-level rules"
     yield ""
     yield from _format_names("goal classes", "appeared", coverage.goal_classes)
-    yield from (f"  {name} was never {', '.join(missing)}" for name, missing in coverage.missing_modes)
+    yield from (f"  {name} was never {', '.join(modes)}" for name, modes in coverage.missing_modes)
     yield from _format_names("actions", "were executed", coverage.actions)
     yield from _format_names("skills", "were executed", coverage.skills)
     yield from (f"note: {note}" for note in coverage.notes)

@@ -98,17 +98,17 @@ class _Diagnoser:
         The result is None if the CE is not a pattern, has variables of the CEs before it, or cannot be
         matched.
         """
-        inner = ce.items[0] if isinstance(ce, GroupCE) and len(ce.items) == 1 else ce
-        if not isinstance(inner, PatternCE):
+        pattern = ce.items[0] if isinstance(ce, GroupCE) and len(ce.items) == 1 else ce
+        if not isinstance(pattern, PatternCE):
             return None
-        variables = inner.bound_variables.union(
-            *(constraint.used_variables for constraint in inner.constraints)
+        variables = pattern.bound_variables.union(
+            *(constraint.used_variables for constraint in pattern.constraints)
         )
         if variables & Prefix(previous_ces).bound_variables:
             return None
         try:
             matches = self._matcher.match_values(
-                [f"?{FACT_VARIABLE} <- {inner.text_without_variable()}"], [FACT_VARIABLE], limit=_UNLIMITED
+                [f"?{FACT_VARIABLE} <- {pattern.text_without_variable()}"], [FACT_VARIABLE], limit=_UNLIMITED
             )
         except ClipsError:
             return None
@@ -134,8 +134,9 @@ class _Diagnoser:
             case "or":
                 branches = tuple(self._explain_element(previous_ces, branch) for branch in ce.items)
                 return MatchFailure("or", ce.text, "none of its branches matches", inner=branches)
-        inner = self._explain_sequence(previous_ces, list(ce.items))
-        return replace(inner, kind="exists", text=ce.text) if ce.kind == "exists" else inner  # else an `and`
+        failure = self._explain_sequence(previous_ces, list(ce.items))
+        # The other groups, `and`, have no failure of their own kind.
+        return replace(failure, kind="exists", text=ce.text) if ce.kind == "exists" else failure
 
     def _explain_test(self, prefix: Prefix, ce: TestCE) -> MatchFailure:
         names = sorted(ce.used_variables & prefix.bound_variables)
@@ -166,18 +167,18 @@ class _Diagnoser:
         return MatchFailure("not", ce.text, reason, facts=(*list(facts)[:MAX_LISTED], *more))
 
     def _explain_forall(self, previous_ces: list[CE], ce: GroupCE) -> MatchFailure:
-        first, *requirements = ce.items
+        premise, *requirements = ce.items
         requirement_text = " ".join(requirement.text for requirement in requirements)
         facts: list[str] = []
-        if isinstance(first, PatternCE):
-            positive_prefix = Prefix([*previous_ces, first])
-            # CLIPS replaces (forall A B) by (not (and A (not B))): facts of A without B violate it.
+        if isinstance(premise, PatternCE):
+            positive_prefix = Prefix([*previous_ces, premise])
+            # CLIPS replaces (forall A B) by (not (and A (not B))): facts of A without B violate the forall.
             violating_texts = [*positive_prefix.texts, f"(not (and {requirement_text}))"]
             rows = self._matcher.match_values(
                 violating_texts, positive_prefix.fact_variables[-1:], MAX_LISTED
             )
-            facts = [self._format_fact(ref.index, first) for (ref,) in rows]
-        reason = f"not every {first.text} has {requirement_text}"
+            facts = [self._format_fact(ref.index, premise) for (ref,) in rows]
+        reason = f"not every {premise.text} has {requirement_text}"
         return MatchFailure("forall", ce.text, reason, facts=tuple(dict.fromkeys(facts)))
 
     def _explain_sequence(self, previous_ces: list[CE], ces: list[CE]) -> MatchFailure:

@@ -147,8 +147,9 @@ def find_shortage(story: RuleStory) -> tuple[str, str, list[str]] | None:
     """Return the template, the slot and the wanted values if only a fact with such a value is missing."""
     near_misses = story.diagnosis.failure.near if story.diagnosis and story.diagnosis.failure else ()
     deviations = [deviation for miss in near_misses for deviation in miss.deviations]
-    wanted = {(deviation.slot, deviation.wanted) for deviation in deviations}
-    if len(wanted) != 1 or re.search("[?~:&]", deviations[0].wanted):
+    slots_and_constraints = {(deviation.slot, deviation.wanted) for deviation in deviations}
+    # A constraint with a variable, a test or a negation does not list the wanted values.
+    if len(slots_and_constraints) != 1 or re.search("[?~:&]", deviations[0].wanted):
         return None
     # A fact is `f-1 (TEMPLATE (SLOT VALUE) ...)`.
     return (
@@ -183,12 +184,12 @@ def _explain_matches(story: RuleStory, diagnosis: Diagnosis, activations: int | 
     is_single = diagnosis.matches == Count(1)
     matches_text = "its condition matches" + (" in one way" if is_single else f" in {diagnosis.matches} ways")
     if activations:
-        ahead = story.activations_ahead
         # None if more activations come first than a snapshot lists.
+        ahead = story.activations_ahead
         turn_text = "it is the next to fire" if ahead == () else "many other activations come first"
         if ahead:
-            first = f"{ahead[0].rule} (salience {ahead[0].salience})"
-            turn_text = f"it comes after {len(ahead)} others, first {first}"
+            first_text = f"{ahead[0].rule} (salience {ahead[0].salience})"
+            turn_text = f"it comes after {len(ahead)} others, first {first_text}"
         verb = "is" if activations == 1 else "are"
         return f"{matches_text}, {activations} of them {verb} on the agenda: {turn_text}"
     if activations is None and story.firings is None:
@@ -279,5 +280,5 @@ def _format_failure(failure: MatchFailure, title: str, indent: str) -> Iterator[
             yield f"{indent}  {deviation.slot} is {deviation.value}, wanted {deviation.wanted}{bindings}"
     for text in (*failure.facts, *failure.values):
         yield f"{indent}{text}"
-    for inner in failure.inner:
-        yield from _format_failure(inner, f"{indent}{inner.text}: ", indent + "  ")
+    for inner_failure in failure.inner:
+        yield from _format_failure(inner_failure, f"{indent}{inner_failure.text}: ", indent + "  ")
