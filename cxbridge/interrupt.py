@@ -70,7 +70,7 @@ class Interrupt:
         self._replaced_handlers: dict[signal.Signals, _Handler] = {}
         self._ended = threading.Event()
         self._thread: threading.Thread | None = None
-        self._sockets: tuple[socket.socket, socket.socket] | None = None  # read by the thread, written by C
+        self._sockets: tuple[socket.socket, socket.socket] | None = None  # reader and writer
         self._outer_wakeup_fd = -1
         self._force_at_s = 0.0  # by the monotonic clock
         self._handled_numbers = [int(signal_number) for signal_number in _SIGNALS]

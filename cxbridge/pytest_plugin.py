@@ -64,7 +64,9 @@ class RunMaker:
     ) -> AgentRun:
         """Make a run of a scenario and load its agent.
 
+        :param scenario: the scenario as for ``cxbridge run``; None: no scenario, only ``options``.
         :param skiller: ``scripted``, or as for ``cxbridge run``.
+        :param strict: whether mistakes in the loaded files raise an error.
         :param patience: the maximum duration of a wait, in seconds of real time.
         :param config: files that are laid over the configuration in order.
         :param options: further options of ``cxbridge run``, e.g. ``spec``, ``clips_dirs``, ``fawkes_dir``,

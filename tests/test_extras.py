@@ -76,7 +76,7 @@ def test_command_installs_plug_ins_of_extra_from_checkout(monkeypatch, extra, pa
 def test_installed_copy_knows_source_folder(monkeypatch, tmp_path, origin, folder):
     """An installation from an index has no origin, and the working directory is not its source."""
     monkeypatch.setattr(extras, "__file__", str(tmp_path / "site-packages" / "cxbridge" / "extras.py"))
-    monkeypatch.setattr(metadata.Distribution, "read_text", lambda self, name: origin)
+    monkeypatch.setattr(metadata.PathDistribution, "read_text", lambda self, name: origin)
     assert extras._checkout() == tmp_path / folder
 
 

@@ -187,9 +187,8 @@ def has_top_level_calls(text: str) -> bool:
 
 def literal(node: SyntaxNode) -> str:
     """Return the text of a literal word or string; empty for other nodes."""
-    if (
-        node.items is not None or node.text.startswith(("?", "$?")) or node.text in "&|~:="
-    ):  # the marks of constraints
+    # neither a variable nor a mark of a constraint
+    if node.items is not None or node.text.startswith(("?", "$?")) or node.text in "&|~:=":
         return ""
     return node.text.strip('"') if node.text.startswith('"') else node.text
 

@@ -106,7 +106,7 @@ class RunHistory:
         self._read_skillers: set[str] = set()  # Skillers that an executive reads
         self._board_executions = BoardExecutions(self._limits.calls)
         self._open_planner_calls: dict[tuple[str, str], PlannerExecution] = {}
-        self._errors_by_skiller: dict[str, str] = {}  # in a team with the agent before it
+        self._errors_by_skiller: dict[str, str] = {}  # last texts; in a team AGENT/SKILLER
         self._transition_count = 0
         self._handlers: Mapping[type[Event], Callable[[Any], None]] = {
             GoalTransition: self._handle_goal,

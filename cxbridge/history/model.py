@@ -300,7 +300,8 @@ class PlannerExecution:
 
     :param begin: the moment of the start.
     :param end: the moment of the result; None without a result.
-    :param status: the status of the result, as in :class:`~cxbridge.events.PlannerCall`; empty before it.
+    :param status: the status of the result, as in :class:`~cxbridge.events.PlannerCall`; empty without a
+        result.
     :param text: the goal formula; after the end also the result and the duration.
     """
 
@@ -321,7 +322,7 @@ def goal_forest(goals: Sequence[GoalRecord]) -> Forest[int]:
 
 
 def _parent_number(goal: GoalRecord, lives: Mapping[tuple[str, str], Sequence[GoalRecord]]) -> int | None:
-    """Return the number of the parent: of its lives, the life in which the goal got this parent."""
+    """Return the number of the parent, in the life that existed when the goal got this parent."""
     parent = parent_id(goal.parent)
     parents = () if parent is None else lives.get((goal.env, parent), ())
     # the first of the last changes with the present parent

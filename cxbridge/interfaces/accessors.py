@@ -188,7 +188,7 @@ def fit_text(text: str, room: int) -> bytes:
     encoded = text.encode("utf-8", "surrogateescape")
     cut = min(room, len(encoded))
     # 0x80 to 0xBF are the further bytes of a character in UTF-8
-    while 0 < cut < len(encoded) and 0x80 <= encoded[cut] < 0xC0:  # noqa: PLR2004 - as said
+    while 0 < cut < len(encoded) and 0x80 <= encoded[cut] < 0xC0:  # noqa: PLR2004 - bytes of UTF-8
         cut -= 1
     return encoded[:cut]
 

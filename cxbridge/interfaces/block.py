@@ -47,7 +47,7 @@ class Block:
         """Make a block of zeros."""
         self._buf = bytearray(self.SCHEMA.datasize)
         self._view = self.VIEW.from_buffer(self._buf)
-        self._changed = False  # whether a setter changed a value, as in Fawkes
+        self._changed = False  # whether a property's setter changed a value
         self._refreshed = False  # whether a setter was called, even with an equal value
 
     @classmethod

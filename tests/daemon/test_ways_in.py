@@ -161,8 +161,8 @@ def test_loopback_addresses(host: str, expected: bool):
 )
 def test_public_endpoint_needs_keys(endpoint: str, expected: bool):
     assert is_private_endpoint(endpoint) is expected
-    for secured in ({"keys": True, "insecure": False}, {"keys": False, "insecure": True}):
-        check_endpoint(endpoint, **secured)
+    for has_keys in (True, False):
+        check_endpoint(endpoint, has_keys=has_keys, is_insecure_allowed=not has_keys)
     if expected:
         check_endpoint(endpoint, has_keys=False, is_insecure_allowed=False)
     else:

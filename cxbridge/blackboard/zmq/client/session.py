@@ -197,7 +197,7 @@ class SessionThread:
 
     @property
     def _heartbeat_s(self) -> float:
-        """The heartbeat of the server; before its Welcome, a short time, so that the thread soon sees it."""
+        """The heartbeat of the server; a short time before its Welcome, which the thread must soon see."""
         welcome = self._receiver.welcome
         return 0.2 if welcome is None else welcome.heartbeat_ms / 1000
 

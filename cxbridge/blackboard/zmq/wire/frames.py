@@ -78,7 +78,7 @@ class ResultCode(IntEnum):
     PROTOCOL = 12
     UNKNOWN_SESSION = 13
     FRAME_LOST = 14
-    SILENT = 15  # no frame has come within DEATH_HEARTBEATS
+    SILENT = 15  # no frame within DEATH_HEARTBEATS, or a lost connection
     TOO_SLOW = 16  # the queue of frames to the client is full
     SHUTDOWN = 17
     REFUSED = 18  # for a reason in the text

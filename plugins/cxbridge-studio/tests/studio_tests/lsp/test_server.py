@@ -157,7 +157,7 @@ def test_save_starts_check_of_whole_agent(editor):
         (SCENARIO, "say-hello: say", [":action say-hello"]),
         (SCENARIO, "name)y", ["(?name - name)"]),
         (SCENARIO, "say{text", ["skill **say**", "Say something."]),
-        (SCENARIO, "wait=true", ["argument of the skill **say**", "final when it has been said"]),
+        (SCENARIO, "wait=true", ["argument of the skill **say**", "final when the text has been said"]),
         ("skills/say.lua", "SpeechSynthInterface", ["interface **SpeechSynthInterface**", "`msgid`"]),
     ],
 )
