@@ -25,14 +25,14 @@ _MAX_RULES: Final = 1  # the fired rules that an explanation lists before each s
 class DaemonTools:
     """The tools for a daemon.
 
-    :param url: the daemon's blackboard.
-    :param allowed: operations that the user allows in addition to those that only read.
+    :param url: the URL of the daemon's blackboard.
+    :param allowed_operations: operations that the user allows in addition to those that only read.
     """
 
-    def __init__(self, url: str, allowed: Iterable[str]) -> None:
+    def __init__(self, url: str, allowed_operations: Iterable[str]) -> None:
         self._url = url
         reading_operations = (name for name, right in verbs().items() if right is Right.LOOK)
-        self._operations = {*reading_operations, *allowed}
+        self._operations = {*reading_operations, *allowed_operations}
 
     def daemon_status(self) -> dict[str, Any]:
         """Return the state of the daemon and of its components."""

@@ -89,21 +89,24 @@ class Folders:
         return str(path)
 
     def list_scenarios(self) -> list[str]:
-        """Return the shipped scenarios by name and those in the folders by path."""
+        """Return the names of the shipped scenarios, then the paths of the scenarios in the folders."""
         scenario_files = (path for path in self._find_files() if path.name == _SCENARIO)
         return [*shipped_scenarios(), *sorted(self._shorten_path(path.parent) for path in scenario_files)]
 
     def list_recordings(self) -> list[dict[str, Any]]:
         """Return path, format and size of each recording in the folders, newest first."""
-        entries = []
+        rows = []
         for path in self._find_files():
             try:
                 run, stat = open_run(path), path.stat()
             except (CxbridgeError, OSError):
                 continue  # not a recording, or removed in the meantime
-            entries.append((stat.st_mtime, self._shorten_path(path), run.format, stat.st_size))
-        rows = sorted(entries, reverse=True)
-        return [{"path": path, "format": format_name, "bytes": size} for _, path, format_name, size in rows]
+            # the time of the last change is first, for the order
+            rows.append((stat.st_mtime, self._shorten_path(path), run.format, stat.st_size))
+        return [
+            {"path": path, "format": format_name, "bytes": size}
+            for _, path, format_name, size in sorted(rows, reverse=True)
+        ]
 
     def _shorten_path(self, path: Path) -> str:
         """Return the name by which the assistant refers to a path."""

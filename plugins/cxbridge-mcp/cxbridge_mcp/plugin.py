@@ -4,6 +4,6 @@ from __future__ import annotations
 
 from cxbridge.plugins import Row
 
-API = 1
+API = 1  # version of the plug-in interface
 
 COMMANDS = (Row("mcp", "cxbridge_mcp.cli.mcp", section="Look"),)

@@ -21,7 +21,7 @@ from cxbridge_mcp.folders import Folders
 from cxbridge_mcp.programs import ProgramTools
 from cxbridge_mcp.recordings import RecordingTools
 
-# The tools that run agents: names for ``--allow``, as are the names of operations.
+# The tools that run agents; ``--allow`` takes their names, and the names of a daemon's operations.
 PROGRAM_TOOLS: Final = ("run", "explore")
 
 _INSTRUCTIONS: Final = (
@@ -43,8 +43,8 @@ def make_server(folders: Sequence[Path], url: str, allow: Sequence[str]) -> MCPS
     _check_names(allow)
     allowed_folders = Folders(folders)
     server = MCPServer("cxbridge", version=__version__, instructions=_INSTRUCTIONS, log_level="WARNING")
-    read_only = ToolAnnotations(read_only_hint=True)
-    destructive = ToolAnnotations(read_only_hint=False, destructive_hint=True)
+    read_only_annotations = ToolAnnotations(read_only_hint=True)
+    destructive_annotations = ToolAnnotations(read_only_hint=False, destructive_hint=True)
     recording_tools, program_tools = RecordingTools(allowed_folders), ProgramTools(allowed_folders)
     operations = [name for name in allow if name not in PROGRAM_TOOLS]
     daemon_tools = DaemonTools(url, operations)
@@ -61,17 +61,17 @@ def make_server(folders: Sequence[Path], url: str, allow: Sequence[str]) -> MCPS
         daemon_tools.list_facts,
         daemon_tools.why_in_daemon,
     ):
-        server.add_tool(_with_tool_errors(tool), annotations=read_only)
+        server.add_tool(_with_tool_errors(tool), annotations=read_only_annotations)
     server.add_tool(
         _with_tool_errors(daemon_tools.ask_daemon),
         description="Request an operation of the daemon, with its arguments; "
         f"{daemon_tools.operations_text()}.",
-        annotations=destructive if operations else read_only,
+        annotations=destructive_annotations if operations else read_only_annotations,
         structured_output=False,
     )
     for program in (program_tools.run, program_tools.explore):
         if program.__name__ in allow:
-            server.add_tool(_with_tool_errors(program), annotations=destructive)
+            server.add_tool(_with_tool_errors(program), annotations=destructive_annotations)
     return server
 
 

@@ -44,7 +44,7 @@ _TEAM_NAME_PATH: Final = "/fawkes/agent/team"
 
 
 class LeagueRun(Run):
-    """The run of a game with one executive; the referee decides about its end."""
+    """The run of a game with one executive. The run ends with the game, or if the agent quits."""
 
     def __init__(self, setup: GameSetup, additions: Additions) -> None:
         self.referee = setup.referee
@@ -63,7 +63,7 @@ class LeagueRun(Run):
 
 
 class LeagueTeam(Team):
-    """The run of a game with an executive for each robot; the referee decides about its end."""
+    """The run of a game with an executive per robot. The run ends with the game, or if an agent quits."""
 
     def __init__(self, setup: GameSetup, additions: Additions) -> None:
         self.referee = setup.referee

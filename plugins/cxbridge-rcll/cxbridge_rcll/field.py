@@ -29,8 +29,8 @@ class Pose(NamedTuple):
     y: float
     yaw: float = 0.0
 
-    def distance(self, other: Pose) -> float:
-        """Return the distance to another pose in metres."""
+    def distance_m(self, other: Pose) -> float:
+        """Return the distance to another pose."""
         return math.hypot(self.x - other.x, self.y - other.y)
 
 
@@ -54,23 +54,23 @@ class Field:
 
     def find_pose(self, location: str) -> Pose | None:
         """Return the pose at a location in a skill's parameters; None if the location is unknown."""
-        zone = _ZONE_PATTERN.fullmatch(location)
-        if zone is not None:
-            return _zone_centre(*zone.groups())
-        machine = _MACHINE_PATTERN.fullmatch(location)
-        if machine is None:
+        zone_match = _ZONE_PATTERN.fullmatch(location)
+        if zone_match is not None:
+            return _zone_centre(*zone_match.groups())
+        machine_match = _MACHINE_PATTERN.fullmatch(location)
+        if machine_match is None:
             return None
-        name, side = machine.groups(default="INPUT")  # a skill without a side means the input
+        name, side = machine_match.groups(default="INPUT")  # a skill without a side means the input
         distance_m = _WAIT_DISTANCE_M if location.startswith("WAIT") else _WORK_DISTANCE_M
         return self._pose_before(name, distance_m, is_input=side.startswith("I"))
 
     def _pose_before(self, name: str, distance_m: float, *, is_input: bool) -> Pose | None:
         """Return the pose of a robot before a side of a machine; None if the machine's zone is unknown."""
-        slots = next((machine for machine in self._list_machines() if machine["name"] == name), None)
-        zone = None if slots is None else _ZONE_PATTERN.fullmatch(str(slots["zone"]))
-        if slots is None or zone is None:
+        slots = next((slots for slots in self._list_machines() if slots["name"] == name), None)
+        zone_match = None if slots is None else _ZONE_PATTERN.fullmatch(str(slots["zone"]))
+        if slots is None or zone_match is None:
             return None
-        centre, yaw = _zone_centre(*zone.groups()), math.radians(slots["rotation"])
+        centre, yaw = _zone_centre(*zone_match.groups()), math.radians(slots["rotation"])
         # The rotation of a machine points to its input. A robot there looks in the opposite direction.
         sign = 1 if is_input else -1
         x, y = centre.x + sign * distance_m * math.cos(yaw), centre.y + sign * distance_m * math.sin(yaw)

@@ -36,7 +36,8 @@ _IGNORED_FUNCTIONS: Final = {
     "mps-set-light": 3,
     "mps-set-lights": 4,
 }
-# the functions that give a task to a machine, with the number of further arguments, which name parts
+# the functions that give a task to a machine, with the number of arguments after the machine, e.g. a colour
+# or a shelf, which the simulation ignores
 _TASKS: Final = {
     "mps-bs-dispense": (DISPENSE, 1),
     "mps-cs-retrieve-cap": (HANDLE_CAP, 0),
@@ -96,7 +97,7 @@ class MachineFunctions:
         ) -> None:
             env.define(
                 name,
-                lambda machine, *arguments: self._instruct(machine, instruct, arguments),
+                lambda machine_name, *arguments: self._instruct(machine_name, instruct, arguments),
                 1 + extra_argument_count,
                 types=_TEXT_ARGUMENT,
             )
@@ -109,9 +110,10 @@ class MachineFunctions:
         )
         define_machine_function("mps-ds-process", Machine.deliver, 1)
         define_machine_function("mps-deliver", lambda machine: machine.move(BeltPosition.OUTPUT))
-        for name, (task, part_count) in _TASKS.items():
+        for name, (task, extra_argument_count) in _TASKS.items():
+            # a default, since a closure would see the last task of the loop
             define_machine_function(
-                name, lambda machine, *_parts, task=task: machine.add_task(task), part_count
+                name, lambda machine, *_ignored, task=task: machine.add_task(task), extra_argument_count
             )
         define_machine_function("mps-reset", Machine.reset)
         for name, argument_count in _IGNORED_FUNCTIONS.items():
@@ -145,8 +147,8 @@ class FieldFunctions:
 
     def __init__(self, env: ClipsEnvironment, random: Random) -> None:
         self._random = random
-        self._machines = set(MACHINE_NAMES)
-        self._field_size = (7, 8)  # the zones of a half, until the rules set the size
+        self._machine_numbers = set(MACHINE_NAMES)
+        self._field_size = (7, 8)  # width and height of a half in zones, until the rules set the size
         self._placements: list[Placement] | None = None
         define = env.define
         define("mps-generator-set-field", self._set_field, 2, types=_TWO_INTEGER_ARGUMENTS)
@@ -165,17 +167,17 @@ class FieldFunctions:
         return True
 
     def _add_machine(self, number: int) -> bool:
-        is_new = number not in self._machines
-        self._machines.add(number)
+        is_new = number not in self._machine_numbers
+        self._machine_numbers.add(number)
         return is_new
 
     def _remove_machine(self, number: int) -> bool:
-        was_known = number in self._machines
-        self._machines.discard(number)
+        was_known = number in self._machine_numbers
+        self._machine_numbers.discard(number)
         return was_known
 
     def _generate_field(self) -> None:
-        self._placements = arrange_machines(self._random, self._machines, *self._field_size)
+        self._placements = arrange_machines(self._random, self._machine_numbers, *self._field_size)
 
     def _get_generated_field(self) -> Value:
         if self._placements is None:
@@ -183,6 +185,7 @@ class FieldFunctions:
         field: list[Value] = []
         for placement in self._placements:
             name = MACHINE_NAMES.get(placement.machine, "NOT-SET")
+            # the machines of cyan (C); the rules mirror them for magenta
             zone = Symbol(f"C_Z{placement.x}{placement.y}")
             field += (Symbol(f"C-{name}"), zone, placement.angle)
         return tuple(field)

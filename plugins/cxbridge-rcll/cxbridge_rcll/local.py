@@ -68,9 +68,9 @@ class LocalReferee:
 
             def send(message: Message) -> None:
                 # a connection for each message, since a game needs only a few messages
-                link = connections.connect(LOCAL_HOST, port)
-                connections.send(link, make_frame(message))
-                connections.disconnect(link)
+                link_id = connections.connect(LOCAL_HOST, port)
+                connections.send(link_id, make_frame(message))
+                connections.disconnect(link_id)
                 connections.drain()
 
             return Controller(context, types, team_name, production_s, send)
@@ -84,8 +84,8 @@ class LocalReferee:
 
     @property
     def machine_states(self) -> dict[str, str]:
-        columns = self.component.env.columns("machine", "name", "state")
-        return {str(name): str(state) for name, state in columns}
+        rows = self.component.env.columns("machine", "name", "state")
+        return {str(name): str(state) for name, state in rows}
 
     @property
     def faults(self) -> Sequence[str]:

@@ -58,7 +58,7 @@ RELOCATE: Final = Task(17.5)  # moves a workpiece within the storage
 
 
 class Machine:
-    """A machine.
+    """A simulated machine, which executes its tasks one after another.
 
     :param report: gets each change of the machine's sensors.
     :ivar belt: the positions on the belt that have a workpiece.
@@ -131,7 +131,8 @@ class Machine:
                 return
             del self._tasks[0]
             self._due_us = None
-            self.belt -= {source}
+            self.belt -= {source}  # without an effect if no source has a workpiece
+            # a robot may have taken the workpiece during the task, so that no workpiece arrives
             if task.target is not None and (source is not None or not task.sources):
                 self.belt.add(task.target)
                 if task.target is not _MIDDLE:  # each end of the belt has a sensor

@@ -35,7 +35,7 @@ class MotorSwitchFeature(Feature):
     def __init__(self, board: BlackBoard, interface_id: str) -> None:
         self._board = board
         self._interface_id = interface_id
-        self._motor_interfaces: dict[str, Any] = {}
+        self._motor_interfaces: dict[str, Any] = {}  # by environment
 
     def init_context(self, env: ClipsEnvironment) -> None:
         env.define("motor-enable", lambda: self._switch_motors(env, is_enabled=True))

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from random import Random
 from typing import Final
 
-ANGLES: Final = tuple(range(0, 360, 45))
+ANGLES: Final = tuple(range(0, 360, 45))  # degrees
 # the step in x and y to the next zone in the direction of each angle
 _STEPS_BY_DIRECTION: Final = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
 
-DELIVERY_STATION: Final = 7  # the only machine that robots use from one side
+DELIVERY_STATION: Final = 7  # the number of the only machine that robots use from one side
 
 # the names of the machines by their numbers in the referee's rules
 MACHINE_NAMES: Final = {1: "BS", 2: "CS1", 3: "CS2", 4: "RS1", 5: "RS2", 6: "SS", DELIVERY_STATION: "DS"}
@@ -42,17 +42,17 @@ class Placement:
 
     @property
     def zone(self) -> tuple[int, int]:
-        """The zone of the machine."""
+        """The column and the row of the machine's zone."""
         return self.x, self.y
 
     def side_zones(self) -> Iterator[tuple[int, int]]:
         """Yield the zones before the machine's sides, which must be free for robots."""
         angles = (self.angle,) if self.machine == DELIVERY_STATION else (self.angle, self.angle + 180)
         for angle in angles:
-            index = angle // 45 % len(_STEPS_BY_DIRECTION)
-            step_x, step_y = _STEPS_BY_DIRECTION[index]
+            direction_index = angle // 45 % len(_STEPS_BY_DIRECTION)
+            step_x, step_y = _STEPS_BY_DIRECTION[direction_index]
             yield self.x + step_x, self.y + step_y
-            if index % 2:  # robots reach a diagonal zone through the two zones beside it
+            if direction_index % 2:  # robots reach a diagonal zone through the two zones beside it
                 yield self.x + step_x, self.y
                 yield self.x, self.y + step_y
 
@@ -69,7 +69,7 @@ def arrange_machines(
     # Machines are placed one after another. If there is no room for the next machine, a new attempt begins.
     for _ in range(_MAX_TRIES):
         placements: list[Placement] = []
-        for machine in sorted(machines):
+        for machine in sorted(machines):  # sorted, since the order decides about the random positions
             candidates = [
                 Placement(machine, *random.choice(zones), random.choice(ANGLES))
                 for _ in range(_CANDIDATE_COUNT)
@@ -97,8 +97,12 @@ def can_place(candidate: Placement, placements: Collection[Placement], width: in
     ) or side_zones & _insertion_zones(width):
         return False
     for placement in placements:
-        other_sides = set(placement.side_zones())
-        if candidate.zone in other_sides or placement.zone in side_zones or other_sides & side_zones:
+        other_side_zones = set(placement.side_zones())
+        if (
+            candidate.zone in other_side_zones
+            or placement.zone in side_zones
+            or other_side_zones & side_zones
+        ):
             return False
     return not _has_row_of_three(zones) and not _closes_corner(zones, width, height)
 
@@ -125,5 +129,9 @@ def _has_row_of_three(zones: set[tuple[int, int]]) -> bool:
 def _closes_corner(zones: set[tuple[int, int]], width: int, height: int) -> bool:
     """Return whether machines occupy both zones next to a corner zone."""
     # the zones beside each corner, except the corner of the entrance, which has no machines
-    corners = (((2, 1), (1, 2)), ((2, height), (1, height - 1)), ((width - 1, height), (width, height - 1)))
-    return any(set(pair) <= zones for pair in corners)
+    zone_pairs = (
+        ((2, 1), (1, 2)),
+        ((2, height), (1, height - 1)),
+        ((width - 1, height), (width, height - 1)),
+    )
+    return any(set(pair) <= zones for pair in zone_pairs)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cxbridge.plugins import Row, configured
 
-API = 1
+API = 1  # version of the plug-in interface
 
 FEATURES = (
     Row("motor-switch", "cxbridge_rcll.motor_switch:make_feature", early=configured("/clips-motor-switch")),

@@ -75,7 +75,7 @@ class Referee(Component):
         if not env.batch(init_file):
             raise ExecutiveError("the referee's rules do not load; see the log", file=init_file)
         env.call("seed", seed)  # after the batch, in which the rules seed CLIPS with the system's time
-        env.assert_string("(init)")
+        env.assert_string("(init)")  # the fact that starts the rules
         env.refresh_agenda()
         env.run()
 

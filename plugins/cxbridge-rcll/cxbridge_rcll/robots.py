@@ -166,7 +166,7 @@ class RobotExecutor(SkillExecutor):
             yield from self._wait(ANYWHERE_S)
             return
         start = self.robot.pose
-        for fraction in self._elapsed_fractions(start.distance(goal) / SPEED_M_PER_S):
+        for fraction in self._elapsed_fractions(start.distance_m(goal) / SPEED_M_PER_S):
             x = start.x + fraction * (goal.x - start.x)
             y = start.y + fraction * (goal.y - start.y)
             self.robot.pose = Pose(x, y, math.atan2(goal.y - start.y, goal.x - start.x))
@@ -180,9 +180,9 @@ class RobotExecutor(SkillExecutor):
 
     def _elapsed_fractions(self, seconds: float) -> Generator[float, None, None]:
         """Yield the elapsed fraction of a duration in each loop, until its end."""
-        begin_us, length_us = self.clock.now_us(), round(seconds * MICROSECONDS)
-        while (elapsed_us := self.clock.now_us() - begin_us) < length_us:
-            yield elapsed_us / length_us
+        begin_us, duration_us = self.clock.now_us(), round(seconds * MICROSECONDS)
+        while (elapsed_us := self.clock.now_us() - begin_us) < duration_us:
+            yield elapsed_us / duration_us
 
 
 def _find_position(side: str) -> BeltPosition:
@@ -230,6 +230,8 @@ class RobotInterfaces(Component):
             for interface_type in _GENERATOR_INTERFACES
             # the interface definitions of a team may lack a type
             if context.registry.path(interface_type) is not None
+            # in Fawkes, the ids of generators begin with a slash; an agent has a generator on its own
+            # blackboard, besides those of the robots
             for prefix in dict.fromkeys(("/", *(prefix or "/" for prefix in prefixes.values())))
         ]
         self._served_interfaces += [
@@ -259,7 +261,7 @@ class RobotInterfaces(Component):
             interface.write()
 
     def _answer_commands(self, interface: Any) -> None:
-        """Pass the received commands to the navigation graph, and report commands as done."""
+        """Pass the received commands to the navigation graph, and report requested computations as done."""
         while (message := interface.msgq_pop()) is not None:
             if self._stations is not None:
                 self._stations.handle(message)

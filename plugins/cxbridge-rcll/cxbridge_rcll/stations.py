@@ -69,17 +69,17 @@ class StationNodes:
         machine_centres = [
             pose for pose in map(self._machine_centre, sorted(self._station_names)) if pose is not None
         ]
-        for half in "CM":
+        for half in "CM":  # cyan, magenta
             chosen_poses: list[Pose] = []
             candidates = {
                 name: pose
                 for name, pose in _waiting_zones(self._field, half)
-                if _nearest_distance(pose, machine_centres) >= _MIN_DISTANCE_M
+                if _nearest_distance_m(pose, machine_centres) >= _MIN_DISTANCE_M
             }
             while candidates and len(chosen_poses) < WAIT_ZONE_COUNT:
                 # the first zone is the farthest from the machines, each further zone from the chosen zones
                 distances = {
-                    name: _nearest_distance(pose, chosen_poses or machine_centres)
+                    name: _nearest_distance_m(pose, chosen_poses or machine_centres)
                     for name, pose in candidates.items()
                 }
                 name = max(distances, key=lambda name: distances[name])
@@ -97,6 +97,6 @@ def _waiting_zones(field: Field, half: str) -> Iterator[tuple[str, Pose]]:
                 yield f"{half}-Z{column}{row}", pose
 
 
-def _nearest_distance(pose: Pose, poses: list[Pose]) -> float:
-    """Return the distance to the nearest of several poses."""
-    return min((pose.distance(other) for other in poses), default=math.inf)
+def _nearest_distance_m(pose: Pose, poses: list[Pose]) -> float:
+    """Return the distance to the nearest of several poses; infinity without poses."""
+    return min((pose.distance_m(other) for other in poses), default=math.inf)

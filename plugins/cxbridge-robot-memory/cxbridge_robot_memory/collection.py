@@ -20,8 +20,8 @@ class Collection:
     """The documents of a collection, in insertion order."""
 
     # agents repeat the same queries, so a query for equality indexes its path automatically; an index maps
-    # the key of a value to the identities (keys of ``_id``) of its documents, in a dictionary because sets
-    # have no order
+    # the key of a value (see `order_key`) to the identities (keys of `_id`) of the documents with that value,
+    # in a dictionary because sets have no order
     def __init__(self) -> None:
         self._documents: dict[Hashable, Document] = {}
         self._indexes: dict[str, dict[Hashable, dict[Hashable, None]]] = {}
@@ -45,17 +45,17 @@ class Collection:
                 return () if document is None else (document,)
         if len(self._documents) <= _MAX_SCANNED:
             return self._documents.values()
-        candidate_lists = [
+        candidate_identities = [
             index.get(order_key(value), {})
             for path, value in required_equalities
             if (index := self._index(path)) is not None
         ]
-        if not candidate_lists:
+        if not candidate_identities:
             return self._documents.values()
-        return (self._documents[identity] for identity in min(candidate_lists, key=len))
+        return (self._documents[identity] for identity in min(candidate_identities, key=len))
 
     def _index(self, path: str) -> dict[Hashable, dict[Hashable, None]] | None:
-        """Return the index of a path, made if necessary; None if there are too many indexes."""
+        """Return the index of a path, created if necessary; None if the collection has too many indexes."""
         index = self._indexes.get(path)
         if index is None and len(self._indexes) < _MAX_INDEXES:
             index = self._indexes[path] = {}
@@ -73,7 +73,10 @@ class Collection:
             raise DuplicateKeyError(f"a document with the _id {document['_id']!r} already exists")
 
     def store_document(self, document: Document, stored_document: Document | None = None) -> None:
-        """Add a document after :meth:`check_new_id`, or replace a stored document."""
+        """Add a document after :meth:`check_new_id`, or replace a stored document with the same ``_id``.
+
+        :param stored_document: the replaced document; None to add a document.
+        """
         identity = order_key(document["_id"])
         for path, index in self._indexes.items():
             old_keys = set() if stored_document is None else _leaf_keys(stored_document, path)

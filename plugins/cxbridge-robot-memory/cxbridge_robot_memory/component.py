@@ -18,18 +18,17 @@ def robot_memory(run: Run) -> RobotMemory:
 
 
 def _make_memory(run: Run) -> RobotMemory:
-    embedded = None if run.team is None else partial(_open_team_store, run.team, run.name)
+    make_embedded = None if run.team is None else partial(_open_team_store, run.team, run.name)
     # an inspection must not open the agent's file or database
     return RobotMemory(
-        run.config, run.clock, run.bus, run.board, embedded=embedded, is_volatile=run.is_inspection
+        run.config, run.clock, run.bus, run.board, make_embedded=make_embedded, is_volatile=run.is_inspection
     )
 
 
 def _open_team_store(team: RunBase, agent: str, settings: Settings) -> Store:
-    """Return an agent's robot memory: its own databases, and those that all agents of the team share."""
-    # imported on use: most runs have no robot memory
-    from cxbridge_robot_memory.embedded import EmbeddedStore  # noqa: PLC0415
-    from cxbridge_robot_memory.split import SplitStore  # noqa: PLC0415
+    """Open an agent's store: its own databases, and the databases that all agents of the team share."""
+    from cxbridge_robot_memory.embedded import EmbeddedStore  # noqa: PLC0415 - most runs have no robot memory
+    from cxbridge_robot_memory.split import SplitStore  # noqa: PLC0415 - as above
 
     file = settings.file
     own_file = None if file is None else file.with_name(f"{file.stem}-{agent}{file.suffix}")
@@ -47,7 +46,7 @@ def _open_shared_store(team: RunBase) -> Store:
 
 
 class RobotMemoryComponent(Component):
-    """Opens the robot memory for agents that wait for it before they request the feature.
+    """Opens the robot memory at the start, for agents that wait for it before they request the feature.
 
     :raises CxbridgeError: if the robot memory cannot be opened.
     """

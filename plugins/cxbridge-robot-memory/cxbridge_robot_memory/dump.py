@@ -17,29 +17,29 @@ def dump_collection(store: Store, collection: str, folder: Path) -> Path:
     :raises RobotMemoryError: if the file cannot be written.
     """
     file = _dump_file(collection, folder)
-    data = _import_bsonvalues(file).encode_dump(store.find(collection))
+    bson_bytes = _import_bsonvalues(file).encode_dump(store.find(collection))
     try:
         with replaced_file(file) as new_file:
-            new_file.write_bytes(data)
+            new_file.write_bytes(bson_bytes)
     except CxbridgeError as error:
         raise RobotMemoryError(f"cannot dump {collection}: {error.message}", file=file) from None
     return file
 
 
 def restore_collection(store: Store, collection: str, folder: Path, target: str = "") -> int:
-    """Replace a collection by a dump; return the number of documents.
+    """Replace a collection with its dump; return the number of documents.
 
-    :param target: the replaced collection, by default ``collection``.
+    :param target: the replaced collection; empty: ``collection``.
     :raises RobotMemoryError: if the file cannot be read or is not a dump.
     """
     # the whole file is read and checked before any document is removed
     file = _dump_file(collection, folder)
     try:
-        data = file.read_bytes()
+        bson_bytes = file.read_bytes()
     except OSError as error:
         raise RobotMemoryError(f"cannot restore {collection}: {error.strerror}", file=file) from None
     try:
-        documents = _import_bsonvalues(file).decode_dump(data)
+        documents = _import_bsonvalues(file).decode_dump(bson_bytes)
     except QueryError as error:
         raise RobotMemoryError(f"this is not a dump of a collection: {error}", file=file) from None
     destination = target or collection
@@ -51,7 +51,7 @@ def restore_collection(store: Store, collection: str, folder: Path, target: str 
 
 def _import_bsonvalues(file: Path) -> ModuleType:
     try:
-        from cxbridge_robot_memory.mongodb import bsonvalues  # noqa: PLC0415  an optional dependency
+        from cxbridge_robot_memory.mongodb import bsonvalues  # noqa: PLC0415 - an optional dependency
     except ModuleNotFoundError:
         raise RobotMemoryError(
             "files of mongodump require the package pymongo",

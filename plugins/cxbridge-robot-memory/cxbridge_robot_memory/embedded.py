@@ -57,12 +57,12 @@ class EmbeddedStore(Store):
 
     def __init__(self, clock: Clock, file: Path | None = None) -> None:
         self._clock = clock
-        self._lock = threading.RLock()
+        self._lock = threading.RLock()  # reentrant, because a callback of a write may end its watch
         self._collections: dict[str, Collection] = {}
         self._watches: dict[str, list[_LocalWatch]] = {}
         # an ObjectId has 4 bytes of time, 5 bytes of the process, 3 bytes of a counter; runs on a virtual
         # clock must be reproducible, so their processes have the same bytes
-        self._process = (bytes(5) if clock.is_virtual else os.urandom(5)).hex()
+        self._process_digits = (bytes(5) if clock.is_virtual else os.urandom(5)).hex()
         self._id_count = 0
         self._last_stamp = Timestamp(0, 0)
         self._journal = None if file is None else Journal(file)
@@ -178,7 +178,7 @@ class EmbeddedStore(Store):
     def _store_document(
         self, collection: str, document: Document, stored_document: Document | None = None
     ) -> None:
-        """Check a document, and add it or replace a stored document."""
+        """Check a document, and add the document or replace a stored document with the same ``_id``."""
         target = self._collection(collection)
         _refuse_dollars(document)
         if stored_document is None:
@@ -187,11 +187,11 @@ class EmbeddedStore(Store):
             self._journal.store_document(collection, document)
         target.store_document(document, stored_document)
 
-    def _upsert(self, collection: str, query: Document, changes: Update) -> Document:
-        return self._insert(collection, changes.new_document(query, self._present_time()))
+    def _upsert(self, collection: str, query: Document, update: Update) -> Document:
+        return self._insert(collection, update.new_document(query, self._present_time()))
 
-    def _apply_update(self, collection: str, document: Document, changes: Update) -> Document:
-        changed_document = changes.apply(document, self._present_time())
+    def _apply_update(self, collection: str, document: Document, update: Update) -> Document:
+        changed_document = update.apply(document, self._present_time())
         if changed_document is None:
             return document
         self._store_document(collection, changed_document, document)
@@ -207,7 +207,7 @@ class EmbeddedStore(Store):
     def _new_id(self) -> ObjectId:
         self._id_count = (self._id_count + 1) % (1 << 24)
         seconds = self._clock.now_us() // 1_000_000 & 0xFFFFFFFF
-        return ObjectId(f"{seconds:08x}{self._process}{self._id_count:06x}")
+        return ObjectId(f"{seconds:08x}{self._process_digits}{self._id_count:06x}")
 
     def _present_time(self) -> datetime:
         return from_ms(self._clock.now_us() // 1000)
@@ -221,6 +221,10 @@ class EmbeddedStore(Store):
         return self._last_stamp
 
     def _notify(self, collection: str, operation: str, document: Document) -> None:
+        """Report a change to the watches whose queries match the event.
+
+        :param operation: ``insert``, ``update`` or ``delete``.
+        """
         stamp = self._next_stamp()
         watches = self._watches.get(collection)
         if not watches:
@@ -243,7 +247,10 @@ class EmbeddedStore(Store):
 
 
 def _refuse_dollars(value: Any) -> None:
-    """Raise `QueryError` for a field name with a dollar, which extended JSON in the file would misread."""
+    """Refuse field names with a dollar at the start, which the reader of extended JSON takes for types.
+
+    :raises QueryError: if a document in the value has such a field.
+    """
     if isinstance(value, dict):
         for name, item in value.items():
             if name.startswith("$"):

@@ -21,7 +21,7 @@ CREATE TABLE IF NOT EXISTS documents (
 );
 """
 _APPLICATION_ID = 0x43585242  # "CXRB", by which SQLite files of other programs are recognised
-# the version of the tables; version 0 had BSON instead of JSON
+# the version of the tables and of the documents' encoding; files of other versions are refused
 _LAYOUT_VERSION = 2
 
 
@@ -35,6 +35,8 @@ class Journal:
         self._file = file
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
+            # each statement is a transaction; the store's lock keeps threads apart; another process keeps its
+            # lock until its end, so waiting for the lock is useless
             self._db = sqlite3.connect(file, isolation_level=None, check_same_thread=False, timeout=0)
         except (OSError, sqlite3.Error) as error:
             raise self._refusal_error(error) from None
@@ -72,19 +74,21 @@ class Journal:
         return RobotMemoryError(f"cannot keep the robot memory here: {error}", file=self._file, hint=hint)
 
     def load_documents(self, store: Callable[[str, Document], object]) -> None:
-        """Read the stored documents in insertion order; after an error, the file is closed.
+        """Read the stored documents in insertion order. An error closes the file.
 
-        :param store: gets the collection and each document; refuses a damaged document by any error.
+        :param store: called with the collection's name and each document; raises an error for a damaged
+            document.
         :raises RobotMemoryError: if the file is damaged.
         """
         try:
             (result,) = self._db.execute("PRAGMA quick_check(1)").fetchone()
             if result != "ok":
                 raise RobotMemoryError(result)  # noqa: TRY301 - gets the file and the hint below
-            for collection, data in self._db.execute(
+            for collection, encoded_document in self._db.execute(
                 "SELECT collection, document FROM documents ORDER BY rowid"
             ):
-                store(collection, _decode(data))
+                store(collection, _decode(encoded_document))
+        # the last three: a document without `_id`, or columns of wrong types
         except (sqlite3.Error, RobotMemoryError, UnicodeError, KeyError, TypeError, AttributeError) as error:
             self._db.close()
             raise RobotMemoryError(
@@ -133,5 +137,5 @@ def _encode(document: Document) -> bytes:
     return to_text(document).encode(errors="surrogatepass")
 
 
-def _decode(data: bytes) -> Document:
-    return parse(data.decode(errors="surrogatepass"))
+def _decode(encoded_document: bytes) -> Document:
+    return parse(encoded_document.decode(errors="surrogatepass"))

@@ -69,16 +69,14 @@ _PARSERS: dict[str, Callable[[Any], Any]] = {
 
 
 def to_text(value: Any) -> str:
-    """Return a document in Fawkes' format: extended JSON with blanks around braces and colons."""
+    """Return a document or value in Fawkes' format: extended JSON with blanks around braces and colons."""
     if isinstance(value, dict):
         fields = ", ".join(f"{_quoted_text(name)} : {to_text(item)}" for name, item in value.items())
         return f"{{ {fields} }}" if fields else "{ }"
     if isinstance(value, list):
         items = ", ".join(map(to_text, value))
         return f"[ {items} ]" if items else "[  ]"
-    format_value = next(
-        (format_value for kinds, format_value in _FORMATTERS if isinstance(value, kinds)), None
-    )
+    format_value = next((format_value for kind, format_value in _FORMATTERS if isinstance(value, kind)), None)
     return _quoted_text(str(value)) if format_value is None else format_value(value)
 
 

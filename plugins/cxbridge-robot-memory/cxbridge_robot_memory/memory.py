@@ -32,7 +32,7 @@ class RobotMemory(Closing):
     """The robot memory of one application, opened on first use.
 
     :param board: receives the interfaces about replica sets.
-    :param embedded: makes the embedded store. A team gives a function, because its agents share parts of
+    :param make_embedded: opens the embedded store. A team gives a function, because its agents share parts of
         their stores; by default the store is unshared.
     :param is_volatile: whether to keep the documents in this process only, whatever the configuration says.
     """
@@ -44,14 +44,14 @@ class RobotMemory(Closing):
         bus: EventBus,
         board: BlackBoard,
         *,
-        embedded: Callable[[Settings], Store] | None = None,
+        make_embedded: Callable[[Settings], Store] | None = None,
         is_volatile: bool = False,
     ) -> None:
         self._config = config
         self.clock = clock
         self._board = board
         self._lock = threading.RLock()
-        self._make_embedded = embedded
+        self._make_embedded = make_embedded
         self._is_volatile = is_volatile
         self._store: Store | None = None
         self._status_writers: list[StatusWriter] = []
@@ -87,12 +87,11 @@ class RobotMemory(Closing):
             return self._store
 
     def _open_store(self) -> Store:
-        # imported on use, because the import of pymongo takes a second
         settings = self.settings
         if settings.backend == "embedded":
             if self._make_embedded is not None:
                 return self._make_embedded(settings)
-            from cxbridge_robot_memory.embedded import EmbeddedStore  # noqa: PLC0415
+            from cxbridge_robot_memory.embedded import EmbeddedStore  # noqa: PLC0415 - not needed with MongoDB
 
             return EmbeddedStore(self.clock, settings.file)
         if self.clock.is_virtual:
@@ -101,7 +100,7 @@ class RobotMemory(Closing):
                 hint="the events of MongoDB arrive in real time: use --clock real",
             )
         try:
-            from cxbridge_robot_memory.mongodb.store import MongoStore  # noqa: PLC0415
+            from cxbridge_robot_memory.mongodb.store import MongoStore  # noqa: PLC0415 - pymongo takes a second
         except ModuleNotFoundError:
             raise ConfigError(
                 "a robot memory on MongoDB requires the package pymongo",
@@ -113,7 +112,7 @@ class RobotMemory(Closing):
         )
 
     def loop(self) -> None:
-        """Update the interfaces. To be called in each cycle of the main loop."""
+        """Write the interfaces whose status has changed. The main loop calls this method in each cycle."""
         for writer in self._status_writers:
             writer.write()
 

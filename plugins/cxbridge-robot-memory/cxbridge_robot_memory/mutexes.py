@@ -19,7 +19,8 @@ _OPENING_UPDATE = {"$set": {"locked": False}, "$unset": {"locked-by": True, "loc
 class Mutexes:
     """The mutexes in a collection of a store.
 
-    Methods raise :class:`RobotMemoryError` if the database is unreachable.
+    Methods raise :class:`RobotMemoryError` if the database is unreachable. Where a method has a parameter
+    ``identity``, an empty identity stands for this machine's name.
 
     :param collection: e.g. ``robmem_coordination.mutex``.
     :param clock: the time for the age of locks.
@@ -46,7 +47,7 @@ class Mutexes:
     def try_lock(self, name: str, identity: str, *, force: bool = False) -> bool:
         """Lock a mutex, and create it if necessary; return whether ``identity`` owns the mutex now.
 
-        :param identity: the new owner, by default this machine's name.
+        :param identity: the new owner.
         :param force: take the mutex from its owner.
         """
         owner = identity or socket.gethostname()

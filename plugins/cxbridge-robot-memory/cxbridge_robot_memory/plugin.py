@@ -6,7 +6,7 @@ from typing import Any
 
 from cxbridge.plugins import Row, always
 
-API = 1
+API = 1  # version of the plug-in interface
 
 
 def _is_needed_at_start(run: Any) -> bool:
@@ -21,7 +21,7 @@ COMPONENTS = (
         "robot-memory",
         "cxbridge_robot_memory.component:RobotMemoryComponent",
         _is_needed_at_start,
-        early=always,
+        early=always,  # before the executive, whose initialisation waits for the robot memory
         in_replays=True,
     ),
 )

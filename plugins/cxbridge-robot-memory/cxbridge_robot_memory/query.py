@@ -16,10 +16,10 @@ from cxbridge_robot_memory.errors import QueryError, mongodb_command
 from cxbridge_robot_memory.values import MISSING, NAN_KEY, Document, Key, Regex, order_key
 
 Matcher = Callable[[Any], bool]
-"""A test of a value or a document."""
+"""A test of a value or a document, which a query is compiled to."""
 
 Order = list[tuple[str, int]]
-"""Paths with 1 for ascending or -1 for descending."""
+"""Paths, the most important path first, each with 1 for ascending or -1 for descending."""
 
 _COMPARISONS = {"$gt": operator.gt, "$gte": operator.ge, "$lt": operator.lt, "$lte": operator.le}
 _FLAGS = {"i": re.IGNORECASE, "m": re.MULTILINE, "s": re.DOTALL, "x": re.VERBOSE}
@@ -50,6 +50,7 @@ def split_path(path: str) -> list[str]:
     :raises QueryError: for an index of an array, which needs MongoDB.
     """
     names = path.split(".")
+    # the first name is always a field's
     if any(name.isdigit() for name in names[1:]):
         raise mongodb_needed_error(f"the index in the path '{path}'")
     return names
@@ -73,6 +74,7 @@ def _match_all(tests: list[Matcher]) -> Matcher:
 
 
 def _field_matcher(name: str, operand: Any) -> Matcher:
+    """Return the test of a query's field: a condition for a path, or ``$and`` or ``$or`` with queries."""
     if name not in ("$and", "$or"):
         if name.startswith("$"):
             raise mongodb_needed_error(name)
@@ -90,14 +92,14 @@ def _field_matcher(name: str, operand: Any) -> Matcher:
 
 
 def equalities(query: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield path and value of each required equality, for indexes and upserts.
+    """Yield path and value of each equality that all matching documents fulfil, for indexes and upserts.
 
-    :param query: a query that has compiled before.
+    :param query: a valid query: :func:`compile_query` has accepted it.
     """
     for name, operand in query.items():
         if name == "$and":
-            for part in operand:
-                yield from equalities(part)
+            for subquery in operand:
+                yield from equalities(subquery)
         elif name == "$or" or isinstance(operand, Regex):
             continue
         elif not has_operators(operand):
@@ -167,18 +169,19 @@ def _refuse_regex(name: str, operand: Any) -> None:
 def _comparison_matcher(name: str, operand: Any) -> Matcher:
     """Return the test of a comparison. Only values of the operand's type match."""
     _refuse_regex(name, operand)
-    target, holds = order_key(operand), _COMPARISONS[name]
+    target, compare = order_key(operand), _COMPARISONS[name]
     if target == NAN_KEY:  # NaN is neither less nor greater, and equal to itself here
         return _equality_matcher(operand) if name in ("$gte", "$lte") else lambda _value: False
-    return lambda value: (actual := order_key(value))[0] == target[0] and holds(actual, target)
+    # a key begins with the position of its type
+    return lambda value: (key := order_key(value))[0] == target[0] and compare(key, target)
 
 
 def _membership_matcher(name: str, operand: Any) -> Matcher:
     if not isinstance(operand, list) or any(map(has_operators, operand)):
         raise QueryError(f"{name} must have an array of values")
-    patterns = [compile_regex(item) for item in operand if isinstance(item, Regex)]
+    regex_tests = [compile_regex(item) for item in operand if isinstance(item, Regex)]
     targets = {order_key(item) for item in operand if not isinstance(item, Regex)}
-    return lambda value: order_key(value) in targets or any(pattern(value) for pattern in patterns)
+    return lambda value: order_key(value) in targets or any(test(value) for test in regex_tests)
 
 
 _VALUE_MATCHERS: dict[str, Callable[[str, Any], Matcher]] = {
@@ -247,7 +250,7 @@ def _worst_case_cost(regex: Regex) -> tuple[int, int]:
         # a reference to a group may be as long as the text, like a repetition
         elif token in ("*", "+", "{", "(?P=") or re.fullmatch(r"\\[1-9]", token):
             exponent += 1
-        # `?` after a repetition makes it lazy, and adds no way
+        # `?` after a repetition makes the repetition lazy, and adds no choice
         elif token in ("|", ")?") or (token == "?" and previous_token not in ("*", "+", "{")):
             combination_count *= 2
         depth += token[0] == "("
@@ -284,7 +287,7 @@ def _values_at(document: Document, names: list[str]) -> Iterator[Any]:
 
 
 def parse_order(order: Mapping[str, Any], operation: str = "sort") -> Order:
-    """Check a requested order.
+    """Return a requested order, checked.
 
     :param operation: the name of the operation, for the error.
     :raises QueryError: if the order is invalid.
@@ -294,6 +297,7 @@ def parse_order(order: Mapping[str, Any], operation: str = "sort") -> Order:
     for path, direction in order.items():
         if path.startswith("$") or isinstance(direction, str | Mapping):
             raise mongodb_needed_error(f"{operation} '{path}': {direction!r}")
+        # type(): for isinstance(), True is an int
         if type(direction) not in (int, float) or direction not in (1, -1):
             raise QueryError(f"{operation}: the direction of '{path}' must be 1 or -1, not {direction!r}")
         if not all(split_path(path)):

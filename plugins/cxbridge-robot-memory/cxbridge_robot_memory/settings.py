@@ -15,7 +15,7 @@ _FAWKES_KEY = "/plugins/robot-memory"
 _CXBRIDGE_KEY = "/cxbridge/robot-memory"
 _REPLICA_SETS_KEY = "/plugins/mongodb/replica-sets/managed-sets"
 _CLIENTS_KEY = "/plugins/mongodb/clients"
-_DEFAULT_SETS = ("robot-memory-distributed", "robot-memory-local")
+_DEFAULT_REPLICA_SETS = ("robot-memory-distributed", "robot-memory-local")
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Settings(PluginSettings):
     database: str = "robmem"
     distributed_databases: tuple[str, ...] = ("syncedrobmem", "robmem_coordination")
     mutex_collection: str = "robmem_coordination.mutex"
-    replica_sets: tuple[str, ...] = _DEFAULT_SETS
+    replica_sets: tuple[str, ...] = _DEFAULT_REPLICA_SETS
 
     @classmethod
     def read(cls, config: Configuration) -> Settings:
@@ -60,10 +60,10 @@ class Settings(PluginSettings):
             )
         defaults = cls()
         uri = config.get_str(f"{_CXBRIDGE_KEY}/uri", default="")
-        has_distributed = config.get_bool(f"{_CLIENTS_KEY}/robot-memory-distributed/enabled", default=False)
-        coordination = f"{_FAWKES_KEY}/coordination"
-        mutex_database = config.get_str(f"{coordination}/database", default="robmem_coordination")
-        mutex_name = config.get_str(f"{coordination}/mutex-collection", default="mutex")
+        is_distributed = config.get_bool(f"{_CLIENTS_KEY}/robot-memory-distributed/enabled", default=False)
+        coordination_key = f"{_FAWKES_KEY}/coordination"
+        mutex_database = config.get_str(f"{coordination_key}/database", default="robmem_coordination")
+        mutex_name = config.get_str(f"{coordination_key}/mutex-collection", default="mutex")
         replica_sets = [
             name
             for name in config.keys(_REPLICA_SETS_KEY)
@@ -75,7 +75,7 @@ class Settings(PluginSettings):
             uri=uri or client_uri(config, "robot-memory-local"),
             # a URI below cxbridge's key replaces the URIs of both clients in Fawkes' configuration
             distributed_uri=client_uri(config, "robot-memory-distributed")
-            if has_distributed and not uri
+            if is_distributed and not uri
             else "",
             database=config.get_str(f"{_FAWKES_KEY}/database", default=defaults.database),
             distributed_databases=tuple(
@@ -84,19 +84,17 @@ class Settings(PluginSettings):
                 )
             ),
             mutex_collection=f"{mutex_database}.{mutex_name}",
-            replica_sets=tuple(sorted(replica_sets)) or _DEFAULT_SETS,
+            replica_sets=tuple(sorted(replica_sets)) or _DEFAULT_REPLICA_SETS,
         )
 
 
 def client_uri(config: Configuration, name: str) -> str:
-    """Return the URI of a configured MongoDB client, by default at the default port.
+    """Return the URI of a configured MongoDB client; without a configuration, of a server on this machine.
 
     :raises ConfigError: if a value has the wrong type.
     """
-    client = f"{_CLIENTS_KEY}/{name}"
-    if config.get_str(f"{client}/mode", default="connection") == "replica_set":
-        hosts = config.get_strings(f"{client}/hosts", default=["localhost:27017"])
-        return f"mongodb://{','.join(hosts)}/?replicaSet={config.get_str(f'{client}/name', default=name)}"
-    return (
-        f"mongodb://{config.get_str(f'{client}/hostport', default='localhost:27017')}/?directConnection=true"
-    )
+    key = f"{_CLIENTS_KEY}/{name}"
+    if config.get_str(f"{key}/mode", default="connection") == "replica_set":
+        hosts = config.get_strings(f"{key}/hosts", default=["localhost:27017"])
+        return f"mongodb://{','.join(hosts)}/?replicaSet={config.get_str(f'{key}/name', default=name)}"
+    return f"mongodb://{config.get_str(f'{key}/hostport', default='localhost:27017')}/?directConnection=true"

@@ -14,7 +14,7 @@ from cxbridge_robot_memory.store import ReplicaSetStatus
 if TYPE_CHECKING:
     from cxbridge_robot_memory.store import Store
 
-_PERIOD_S = 1.0
+_PERIOD_S = 1.0  # seconds between two polls
 _MAX_TEXT_LENGTH = 1023  # characters of the interface's field without its NUL
 
 

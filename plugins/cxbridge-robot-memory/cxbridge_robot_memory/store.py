@@ -105,8 +105,9 @@ class Store(Closing):
     def find_one_and_update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> Document | None:
-        """Change the first matching document atomically; return the new document, or None.
+        """Change the first matching document atomically; return the changed document.
 
+        :returns: None if no document matches and ``upsert`` is False.
         :raises DuplicateKeyError: as in :meth:`update`.
         """
 

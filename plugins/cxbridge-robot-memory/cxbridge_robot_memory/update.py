@@ -98,8 +98,9 @@ class Update:
         return changed_document if has_changes else None
 
     def new_document(self, query: Mapping[str, Any], now: datetime) -> Document:
-        """Return the document of an upsert: the query's equalities, then the update."""
+        """Return the document that an upsert inserts: the query's equalities, changed by the update."""
         query_document: Document = {}
+        # by path, as in `__init__`; values may have no order
         for path, value in sorted(equalities(query), key=lambda equality: equality[0]):
             _set_value(query_document, path, value)
         changed_document = self.apply(query_document, now)
@@ -115,7 +116,7 @@ def _parse_steps(name: str, fields: Any) -> Iterator[_UpdateStep]:
         names = split_path(path)
         if not all(names):
             raise QueryError(f"{name}: '{path}' is not a path, because a part of it is empty")
-        if any(part.startswith("$") for part in names):
+        if any(field_name.startswith("$") for field_name in names):
             raise mongodb_needed_error(f"{name} of '{path}', a path with a dollar,")
         if name == "$inc" and not _is_number(operand):
             raise QueryError(f"$inc of '{path}' must be a number")
@@ -127,7 +128,7 @@ def _parse_steps(name: str, fields: Any) -> Iterator[_UpdateStep]:
 
 
 def _is_number(value: Any) -> bool:
-    return type(value) in (int, float)
+    return type(value) in (int, float)  # isinstance() would accept True and False
 
 
 def _apply_step(step: _UpdateStep, document: Document, now: datetime) -> bool:

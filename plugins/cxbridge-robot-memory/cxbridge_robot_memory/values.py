@@ -37,14 +37,22 @@ class ObjectId(Struct, frozen=True, order=True):
 
 
 class Timestamp(Struct, frozen=True, order=True):
-    """A time of a replica set: seconds since the epoch, and a number within the second."""
+    """A time of a replica set.
+
+    :param time: the seconds since the epoch.
+    :param inc: the number of the operation within the second (MongoDB's name: increment).
+    """
 
     time: int
     inc: int
 
 
 class Regex(Struct, frozen=True, order=True):
-    """A regular expression in a query, with options of ``imsx``."""
+    """A regular expression in a query.
+
+    :param options: letters: ``i`` ignores case, ``m`` matches at each line, ``s`` lets dots match line ends,
+        ``x`` ignores blanks in the pattern.
+    """
 
     pattern: str
     options: str = ""
@@ -81,7 +89,7 @@ def _copy_value(value: Any, levels: int) -> Any:
     if type(value) in _SCALARS:
         return value
     match value:
-        case int():
+        case int():  # without bool, a scalar
             if not -(2**63) <= value < 2**63:
                 raise QueryError(f"not a document: {value} does not fit into 64 bits")
             return int(value)
@@ -93,15 +101,15 @@ def _copy_value(value: Any, levels: int) -> Any:
             return [_copy_value(item, levels - 1) for item in value]
         case datetime():  # BSON has milliseconds
             return from_ms(to_ms(value))
-        case str():
+        case str():  # a subclass, e.g. a symbol of CLIPS
             return str(value)
     raise QueryError(f"not a document: {value!r} needs MongoDB")
 
 
 def to_ms(time: datetime) -> int:
     """Return a time as milliseconds since the epoch."""
-    aware = time if time.tzinfo is not None else time.replace(tzinfo=UTC)
-    delta = aware - _EPOCH
+    aware_time = time if time.tzinfo is not None else time.replace(tzinfo=UTC)
+    delta = aware_time - _EPOCH
     return (delta.days * 86_400 + delta.seconds) * 1000 + delta.microseconds // 1000
 
 
@@ -157,7 +165,8 @@ def order_key(value: Any) -> Key:
     """Return a key with MongoDB's equality and order."""
     position, make_key = _TYPE_ORDER[type(value)]
     key_in_type = make_key(value)
-    return NAN_KEY if position == NUMBER_POSITION and key_in_type != key_in_type else (position, key_in_type)  # noqa: PLR0124  NaN
+    # NaN is the only number that differs from itself
+    return NAN_KEY if position == NUMBER_POSITION and key_in_type != key_in_type else (position, key_in_type)  # noqa: PLR0124 - NaN
 
 
 def is_identical(first: Any, second: Any) -> bool:

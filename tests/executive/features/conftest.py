@@ -71,8 +71,8 @@ def plugin_features(bus: EventBus, board: BlackBoard, *folders: Path, store: Any
         from cxbridge_robot_memory.feature.feature import RobotMemoryFeature
         from cxbridge_robot_memory.memory import RobotMemory
 
-        embedded = None if store is None else lambda _settings: store
-        memory = RobotMemory(Configuration(), bus.clock, bus, board, embedded=embedded)
+        make_embedded = None if store is None else lambda _settings: store
+        memory = RobotMemory(Configuration(), bus.clock, bus, board, make_embedded=make_embedded)
         features.append(RobotMemoryFeature(memory))
     return features
 

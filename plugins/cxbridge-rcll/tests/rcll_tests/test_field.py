@@ -45,5 +45,5 @@ def test_robot_at_machine_faces_machine():
 
 
 def test_poses_have_distances_and_entries_differ():
-    assert Pose(0, 0).distance(Pose(3, 4)) == 5
+    assert Pose(0, 0).distance_m(Pose(3, 4)) == 5
     assert len({entry_pose(number) for number in (1, 2, 3)}) == 3

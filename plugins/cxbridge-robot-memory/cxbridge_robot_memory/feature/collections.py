@@ -21,7 +21,7 @@ from cxbridge_robot_memory.values import Document, copy
 class CollectionFunctions:
     """Defines the functions in an environment. Errors are logged, as in Fawkes.
 
-    :param expand_path: resolves the path of a folder that rules give.
+    :param expand_path: returns the path of a folder that a rule names, with values in place of placeholders.
     """
 
     def __init__(
@@ -32,8 +32,8 @@ class CollectionFunctions:
         self._handles = context.handles
         self._log = context.log
         self._expand_path = expand_path
-        # the types are CLIPS' restrictions of the arguments; after an error the function returns `failure`,
-        # and the log line begins with the operation
+        # the types are CLIPS' codes for the arguments: any by default (*); `sy` is a string or a symbol;
+        # after an error the function returns `failure`, and the log line begins with the operation
         for name, function, types, failure, operation in (
             ("robmem-insert", self.insert, "*;sy", None, "Insert"),
             ("robmem-update", self.update, "*;sy", None, "Update"),
@@ -130,7 +130,11 @@ class CollectionFunctions:
         return TRUE
 
     def restore(self, collection: str, directory: str, target: str) -> Value:
-        """Replace a collection by its dump; return TRUE on success."""
+        """Replace a collection with a dump; return TRUE on success.
+
+        :param collection: the collection that was dumped.
+        :param target: the replaced collection; empty: ``collection``.
+        """
         restore_collection(self._store, collection, self._expand_path(directory), target)
         return TRUE
 

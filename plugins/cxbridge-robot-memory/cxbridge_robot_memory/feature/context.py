@@ -73,7 +73,7 @@ class RobotMemoryContext:
     def _run_logged(self, key: str, operation: Callable[[], None]) -> None:
         try:
             operation()
-        except Exception as error:  # noqa: BLE001  the error of a thread would be lost
+        except Exception as error:  # noqa: BLE001 - the error of a thread would be lost
             self.log.error(f"{key}: {type(error).__name__}: {error}")
 
     def attempt(self, name: str, operation: Callable[[], bool]) -> bool:
@@ -93,6 +93,8 @@ class RobotMemoryContext:
     def _assert_event(self, name: str, change: ChangeEvent, received_us: int) -> None:
         # no two events have the same time, because rules handle the oldest event first
         self._last_event_us = max(received_us, self._last_event_us + 1)
+        # as in Fawkes, an event is two facts: one without slots, whose relation is the trigger's name, and a
+        # robmem-trigger
         if self.env.assert_string(f"({name})") is None:
             self.log.warn(f"Asserting ({name}) failed: is it a valid relation name?")
         slots: dict[str, Value] = {

@@ -34,7 +34,8 @@ class DocumentFunctions:
     def __init__(self, env: ClipsEnvironment, handles: Handles, log: Logger) -> None:
         self._handles = handles
         self._log = log
-        # the types are CLIPS' restrictions of the arguments; an error returns `failure`
+        # the types are CLIPS' codes for the arguments: any by default (*); `sy` is a string or a symbol,
+        # `m` a multifield; after an error the function returns `failure`
         for name, function, types, failure in (
             ("bson-create", self.create, "*", None),
             ("bson-parse", self.parse, "*;sy", None),
@@ -86,7 +87,10 @@ class DocumentFunctions:
         self._set_field(document, field, [item for item in items if item is not MISSING])
 
     def append_time(self, doc: Value, field: str, time: tuple[Value, ...]) -> None:
-        """Set a field to a time with a resolution of milliseconds."""
+        """Set a field to a time, cut to milliseconds.
+
+        :param time: the seconds and microseconds.
+        """
         match time:
             case (int() as seconds, int() as microseconds):
                 self._set_field(
@@ -113,6 +117,7 @@ class DocumentFunctions:
 
     def _set_field(self, document: Document, field: str, value: Any) -> None:
         if value is not MISSING:
+            # `copy` takes documents only: here a document of the field alone, to check and copy its value
             document[str(field)] = copy({field: value})[field]
 
     def _to_bson(self, value: Value, place: str) -> Any:
@@ -139,7 +144,11 @@ class DocumentFunctions:
         return FALSE if _value_at(self._document(doc, "bson-has-field"), field) is MISSING else TRUE
 
     def get(self, doc: Value, field: str) -> Value:
-        """Return the value of a field. Dots in the name descend into documents."""
+        """Return the value of a field; FALSE if the document lacks the field.
+
+        Dots in the name descend into documents. A value without an equivalent in CLIPS becomes the symbol
+        ``INVALID_VALUE_TYPE``.
+        """
         document = self._document(doc, "bson-get")
         value = _value_at(document, field)
         if value is not MISSING:
@@ -159,7 +168,7 @@ class DocumentFunctions:
         return tuple(map(self._to_clips, items)) if all(map(_is_supported, items)) else (FALSE,)
 
     def get_time(self, doc: Value, field: str) -> Value:
-        """Return a time as seconds and microseconds."""
+        """Return a time as seconds and microseconds; FALSE twice if the document lacks the field."""
         value = _value_at(self._document(doc, "bson-get-time"), field)
         if isinstance(value, datetime):
             seconds, milliseconds = divmod(to_ms(value), 1000)

@@ -33,6 +33,7 @@ _RELATIONS = (
 
 def make_feature(run: Run) -> RobotMemoryFeature:
     """Return the feature of a run. Fawkes' core needs Fawkes' helper functions."""
+    # below Fawkes' folder `plugins`, whose `clips-executive/clips` is the core
     fawkes_library = run.paths.core_dir.parents[1] / "clips-robot-memory" / "robot-memory.clp"
     library = fawkes_library if fawkes_library.is_file() else LIBRARY
     return RobotMemoryFeature(robot_memory(run), library, run.paths.placeholders)

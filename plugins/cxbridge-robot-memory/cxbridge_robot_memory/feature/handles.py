@@ -17,7 +17,7 @@ from cxbridge_robot_memory.values import Document
 
 T = TypeVar("T")
 
-# far from the handles of messages on the blackboard, so that functions for documents tell them apart
+# far above the handles of blackboard messages, so that functions for documents refuse those handles
 _FIRST_NUMBER = 1 << 32
 
 
@@ -54,10 +54,10 @@ class Handles:
         # counted per environment: facts show them, and runs must be reproducible
         self._numbers = itertools.count(_FIRST_NUMBER)
 
-    def add(self, value: object) -> ExternalAddress:
-        """Return a new handle of an object."""
+    def add(self, new_object: object) -> ExternalAddress:
+        """Store an object, and return its new handle."""
         number = next(self._numbers)
-        self._objects[number] = value
+        self._objects[number] = new_object
         return ExternalAddress(number)
 
     def get(self, address: Value, kind: type[T], function: str) -> T:
@@ -67,12 +67,12 @@ class Handles:
         :param function: the name of the CLIPS function, for errors.
         :raises ClipsError: if the handle is unknown or the object has another class.
         """
-        value = self._objects.get(_number(address))
-        if isinstance(value, kind):
-            return value
+        stored_object = self._objects.get(_number(address))
+        if isinstance(stored_object, kind):
+            return stored_object
         noun = _NOUNS[kind]
-        if value is not None:
-            raise ClipsError(f"{function}: this is {_NOUNS[type(value)]}, not {noun}")
+        if stored_object is not None:
+            raise ClipsError(f"{function}: this is {_NOUNS[type(stored_object)]}, not {noun}")
         if _number(address) >= _FIRST_NUMBER:
             raise ClipsError(f"{function}: the object was destroyed before")
         raise ClipsError(f"{function}: this is not {noun}: {show(address)}")
@@ -82,13 +82,13 @@ class Handles:
 
         :raises ClipsError: as in :meth:`get`.
         """
-        value = self.get(address, kind, function)
+        stored_object = self.get(address, kind, function)
         del self._objects[_number(address)]
-        return value
+        return stored_object
 
     def objects_of_kind(self, kind: type[T]) -> list[T]:
         """Return all objects of a kind."""
-        return [value for value in self._objects.values() if isinstance(value, kind)]
+        return [stored for stored in self._objects.values() if isinstance(stored, kind)]
 
 
 def pointer_symbol(address: ExternalAddress) -> Symbol:

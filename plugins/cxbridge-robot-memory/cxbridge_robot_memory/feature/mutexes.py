@@ -14,8 +14,8 @@ from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 from cxbridge_robot_memory.feature.context import FAIL, OK, RobotMemoryContext
 from cxbridge_robot_memory.mutexes import Mutexes
 
-_FEEDBACK = "mutex-op-feedback"
-_EXPIRE = "expire-locks-async"
+_FEEDBACK_RELATION = "mutex-op-feedback"
+_EXPIRE_OPERATION = "expire-locks-async"
 
 
 class MutexFunctions:
@@ -33,31 +33,37 @@ class MutexFunctions:
             ("force-lock", partial(mutexes.try_lock, force=True), 2),
             ("unlock", mutexes.unlock, 2),
         )
-        for name, operation, count in operations:
-            self._define(env, name, operation, count)
+        for name, operation, argument_count in operations:
+            self._define(env, name, operation, argument_count)
         self._define_waiting(env, "setup-ttl", mutexes.setup_ttl, "*;ld")
         self._define_waiting(env, "expire-locks", mutexes.expire, "*;ld")
         env.define("robmem-mutex-expire-locks-async", self._expire_async, 1, types="*;ld")
 
-    def _define(self, env: ClipsEnvironment, name: str, operation: Callable[..., bool], count: int) -> None:
+    def _define(
+        self, env: ClipsEnvironment, name: str, operation: Callable[..., bool], argument_count: int
+    ) -> None:
         """Define both variants of a function.
 
         :param operation: the method of :class:`Mutexes`.
-        :param count: the number of arguments: the mutex, and perhaps the identity of the owner.
+        :param argument_count: the number of arguments: the mutex, and perhaps the identity of the owner.
         """
-        types = ";".join(["*", *["sy"] * count])
+        # CLIPS' codes: any type by default, and a string or symbol (sy) for each argument
+        types = ";".join(["*", *["sy"] * argument_count])
         self._define_waiting(env, name, operation, types)
         env.define(
             f"robmem-mutex-{name}-async",
             lambda *names: self._start(name, operation, *names),
-            count,
+            argument_count,
             types=types,
         )
 
     def _define_waiting(
         self, env: ClipsEnvironment, name: str, operation: Callable[..., bool], types: str
     ) -> None:
-        """Define the variant of a function that waits for the database."""
+        """Define the variant of a function that waits for the database.
+
+        :param types: CLIPS' codes for the types: the default, then each argument's after a semicolon.
+        """
         env.define(
             f"robmem-mutex-{name}",
             lambda *values: self._result(name, operation, *values),
@@ -70,7 +76,10 @@ class MutexFunctions:
         return TRUE if self._context.attempt(f"Mutex {name}", partial(operation, *arguments)) else FALSE
 
     def _start(self, name: str, operation: Callable[..., bool], mutex: str, *identity: Value) -> Value:
-        """Start an operation, unless another operation on the mutex is running."""
+        """Start an operation, unless another operation on the mutex is running.
+
+        :returns: TRUE, or FALSE with the reason, as a multifield.
+        """
 
         def run() -> None:
             success = self._context.attempt(f"Mutex {name}", partial(operation, mutex, *identity))
@@ -82,21 +91,21 @@ class MutexFunctions:
         return (FALSE, f"Task already running for {mutex} ({name} failed)")
 
     def _report(self, name: str, mutex: str, *, success: bool) -> None:
-        """Assert the outcome of an operation if Fawkes does.
+        """Queue a fact with the outcome of an operation, if Fawkes has such a fact for the operation.
 
-        Agents learn the other outcomes from the trigger on the collection of mutexes.
+        Agents learn the remaining outcomes from the trigger on the collection of mutexes.
         """
         if name == "renew-lock" or (name == "try-lock" and not success):
             self._context.enqueue_fact(
-                _FEEDBACK, Symbol(f"{name}-async"), OK if success else FAIL, Symbol(mutex)
+                _FEEDBACK_RELATION, Symbol(f"{name}-async"), OK if success else FAIL, Symbol(mutex)
             )
 
     def _expire_async(self, seconds: float) -> Value:
         def run() -> None:
             success = self._context.attempt("Expiring locks", partial(self._mutexes.expire, seconds))
-            self._context.enqueue_fact(_FEEDBACK, Symbol(_EXPIRE), OK if success else FAIL)
+            self._context.enqueue_fact(_FEEDBACK_RELATION, Symbol(_EXPIRE_OPERATION), OK if success else FAIL)
 
-        if self._context.start(_EXPIRE, run):
+        if self._context.start(_EXPIRE_OPERATION, run):
             return TRUE
-        self._context.enqueue_fact(_FEEDBACK, Symbol(_EXPIRE), FAIL)
+        self._context.enqueue_fact(_FEEDBACK_RELATION, Symbol(_EXPIRE_OPERATION), FAIL)
         return FALSE

@@ -33,7 +33,7 @@ def to_bson(value: Any) -> Any:
     return value
 
 
-def from_bson(value: Any) -> Any:  # noqa: PLR0911  one return for each type
+def from_bson(value: Any) -> Any:  # noqa: PLR0911 - one return for each type
     """Return a value of pymongo as a document's value. Values of pymongo's own types are unchanged."""
     match value:
         case dict():
@@ -63,12 +63,12 @@ def encode_dump(documents: list[Document]) -> bytes:
         raise QueryError(f"not a document: {error}") from None
 
 
-def decode_dump(data: bytes) -> list[Document]:
+def decode_dump(dump: bytes) -> list[Document]:
     """Return the documents of a dump.
 
-    :raises QueryError: if the data is not a dump.
+    :raises QueryError: if the bytes are not a dump.
     """
     try:
-        return [from_bson(document) for document in bson.decode_all(data, codec_options=CODEC)]
+        return [from_bson(document) for document in bson.decode_all(dump, codec_options=CODEC)]
     except bson.errors.BSONError as error:
         raise QueryError(str(error)) from None

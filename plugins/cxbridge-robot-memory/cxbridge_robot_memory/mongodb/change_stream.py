@@ -89,6 +89,7 @@ class MongoWatch(Watch):
                 ):
                     self._token = None  # the oplog no longer contains the event of the token
                 self._end.wait(_RETRY_S)
+            # an error, or the removal of the collection, may have ended the stream
             stream = None if stream is None or not stream.alive else stream
         if stream is not None:
             stream.close()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -46,7 +45,7 @@ def make_client(uri: str) -> Client:
     try:
         return MongoClient(
             uri,
-            w="majority",
+            w="majority",  # an acknowledged write is not lost if another server becomes the primary
             serverSelectionTimeoutMS=_SELECTION_MS,
             connectTimeoutMS=_SELECTION_MS,
             socketTimeoutMS=_SOCKET_MS,
@@ -63,7 +62,7 @@ class MongoStore(Store):
     """Documents in one or two MongoDB replica sets.
 
     :param local_uri: the URI of the robot's set.
-    :param distributed_uri: the URI of the set shared by robots; empty: the same set.
+    :param distributed_uri: the URI of the set that robots share; empty if they share the robot's set.
     :param shared_databases: the databases in the shared set.
     :param warn: called when a watch is disconnected or reconnected.
     :raises ConfigError: if a URI is invalid.
@@ -85,7 +84,6 @@ class MongoStore(Store):
         self._warn = warn
         self._paused_until: dict[int, float] = {}  # end of the pause after a failure, by id() of the client
         self._watches: set[MongoWatch] = set()
-        self._lock = threading.Lock()
 
     def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
         bson_document = to_bson(document)  # pymongo adds the _id to its argument
@@ -149,6 +147,7 @@ class MongoStore(Store):
 
     def replica_set_status(self, name: str) -> ReplicaSetStatus:
         """Return the status of a replica set from the first server that replies."""
+        # Fawkes' names of the sets are robot-memory-distributed and robot-memory-local
         client = self._distributed_client if name.endswith("distributed") else self._local_client
         try:
             hello = client.admin.command("hello", read_preference=ReadPreference.NEAREST)
@@ -160,6 +159,7 @@ class MongoStore(Store):
                 "NO_PRIMARY",
                 f"{name}: this MongoDB is not a replica set, so it reports no changes",
             )
+        # by the field of the reply that is true for a server with the role
         roles = {"isWritablePrimary": "PRIMARY", "secondary": "SECONDARY", "arbiterOnly": "ARBITER"}
         return ReplicaSetStatus(
             next((role for field, role in roles.items() if hello.get(field)), "INITIALIZING"),
@@ -175,9 +175,9 @@ class MongoStore(Store):
 
     @contextmanager
     def _open_collection(self, collection: str) -> Iterator[Collection[Document]]:
-        """Provide a collection; convert errors of the driver.
+        """Provide a collection, and convert the errors of pymongo.
 
-        Fails immediately for some time after a failed connection.
+        :raises UnreachableError: at once for some time after a failed connection.
         """
         database, name = split_name(collection)
         client = self._distributed_client if database in self._shared_databases else self._local_client
@@ -195,7 +195,7 @@ class MongoStore(Store):
 
 
 def _convert_error(error: pymongo.errors.PyMongoError) -> RobotMemoryError:
-    """Convert an error of the driver."""
+    """Return the robot memory's error for an error of pymongo."""
     # pymongo has no class for the duplicate key of a find_one_and_update
     if isinstance(error, mongo_errors.OperationFailure) and error.code == _DUPLICATE_KEY:
         return DuplicateKeyError(str(error))

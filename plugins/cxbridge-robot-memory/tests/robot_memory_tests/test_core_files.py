@@ -84,7 +84,7 @@ class Robot:
         self.board = LocalBlackBoard(InterfaceRegistry(), world.clock, self.bus)
         config = Configuration.from_text("a: b", "test.yaml")
         self.memory = RobotMemory(
-            config, world.clock, self.bus, self.board, embedded=lambda _settings: world.store
+            config, world.clock, self.bus, self.board, make_embedded=lambda _settings: world.store
         )
         self.memory.open()
         features = (BlackBoardFeature(self.board), RobotMemoryFeature(self.memory, robmem))

@@ -358,7 +358,11 @@ class SlowStore(EmbeddedStore):
 
 def start_robot(store, bus, board):
     memory = RobotMemory(
-        Configuration.from_text("a: b", "test.yaml"), bus.clock, bus, board, embedded=lambda _settings: store
+        Configuration.from_text("a: b", "test.yaml"),
+        bus.clock,
+        bus,
+        board,
+        make_embedded=lambda _settings: store,
     )
     manager = EnvironmentManager(bus, [RobotMemoryFeature(memory)])
     env = manager.create("executive")
