@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from cxbridge_planning.planner import Planner, PlanResult, PlanStatus
     from cxbridge_planning.service.service import PlanCall, PlanningService, PlanRequest
 
-_MODULES = {
+_NAMES_BY_MODULE = {
     "cxbridge.history.plan_steps": ("PlannedAction",),
     "cxbridge_planning.call_events": ("PlannerCallReporter",),
     "cxbridge_planning.errors": ("PlanningError", "UnknownPlannerError", "UnsupportedProblemError"),
@@ -36,8 +36,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import a name on first use: a planner process needs only few of them."""
-    for module, names in _MODULES.items():
+    """Import a public name on first use, since a planner process needs only few names."""
+    for module, names in _NAMES_BY_MODULE.items():
         if name in names:
             return getattr(import_module(module), name)
     raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

@@ -14,8 +14,11 @@ FAULTS: Final = "planning.faults"
 """The name of a program's :data:`ChooseFault` among the additions to a run."""
 
 ChooseFault = Callable[[str, str], tuple[str, float]]
-"""Gets the environment and the name of the problem; returns the status of a call without a plan, else an
-empty text, and the seconds by which the plan is late."""
+"""Chooses the fault of a call, given the environment and the name of the problem.
+
+The result is the status of a call that gets no plan (empty: the call gets its plan), and the seconds by which
+the plan is late.
+"""
 
 
 class FaultyPlanning(PlanningService):

@@ -1,6 +1,6 @@
 """The objects of each type.
 
-An object belongs to its declared type and to all supertypes, so ``(?x - object)`` accepts every object.
+An object belongs to its declared_type type and to all supertypes, so ``(?x - object)`` accepts every object.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ class ObjectTable:
     def __init__(self, domain: Domain, problem: Problem) -> None:
         hierarchy = TypeHierarchy(domain.types)
         # dictionaries in place of sets: the order of declaration makes plans reproducible
-        self._objects: dict[str, dict[str, None]] = {}
-        for name, declared in (*pairs_of(domain.constants), *pairs_of(problem.objects)):
-            for type_ in hierarchy.supertypes(declared or ROOT_TYPE):
-                self._objects.setdefault(type_, {})[name] = None
+        self._objects_by_type: dict[str, dict[str, None]] = {}
+        for name, declared_type in (*pairs_of(domain.constants), *pairs_of(problem.objects)):
+            for type_ in hierarchy.supertypes(declared_type or ROOT_TYPE):
+                self._objects_by_type.setdefault(type_, {})[name] = None
 
     def of_types(self, types: tuple[str, ...]) -> dict[str, None]:
         """Return the objects of any of these types, in order of declaration; without types all objects."""
         objects: dict[str, None] = {}
         for type_ in types or (ROOT_TYPE,):
-            objects |= self._objects.get(type_, {})
+            objects |= self._objects_by_type.get(type_, {})
         return objects

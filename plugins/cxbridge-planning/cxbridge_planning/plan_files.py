@@ -15,13 +15,13 @@ from cxbridge_planning.errors import PlanningError
 class PlanNames:
     """Finds the actions and objects of a plan, in upper or lower case.
 
-    :ivar durative: whether any action is durative.
+    :ivar has_durative_actions: whether any action is durative.
     """
 
     def __init__(self, domain: Domain, problem: Problem) -> None:
-        self.durative = any(action.durative for action in domain.actions)
-        self._actions = _names_by_spelling(action.name for action in domain.actions)
-        self._objects = _names_by_spelling((*names_of(domain.constants), *names_of(problem.objects)))
+        self.has_durative_actions = any(action.durative for action in domain.actions)
+        self._action_spellings = _names_by_spelling(action.name for action in domain.actions)
+        self._object_spellings = _names_by_spelling((*names_of(domain.constants), *names_of(problem.objects)))
 
     def make_step(
         self,
@@ -35,8 +35,8 @@ class PlanNames:
         :raises PlanningError: if the action or an object is unknown.
         """
         return PlannedAction(
-            _find_spelling(action, self._actions, "action"),
-            tuple(_find_spelling(argument, self._objects, "object") for argument in arguments),
+            _find_spelling(action, self._action_spellings, "action"),
+            tuple(_find_spelling(argument, self._object_spellings, "object") for argument in arguments),
             start,
             duration,
         )
@@ -50,11 +50,11 @@ def load_plan(path: str | Path, names: PlanNames) -> tuple[PlannedAction, ...]:
     """
     steps = []
     for number, line in enumerate(read_text(path, "plan").splitlines(), start=1):
-        text = line.partition(";")[0]
-        if not text.strip():
+        step_text = line.partition(";")[0]
+        if not step_text.strip():
             continue
         try:
-            (step,) = parse_plan_text(text)
+            (step,) = parse_plan_text(step_text)
             steps.append(names.make_step(*step))
         except (ValueError, PlanningError) as error:
             raise PlanningError(

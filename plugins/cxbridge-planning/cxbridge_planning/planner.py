@@ -80,10 +80,13 @@ class Planner(ABC):
         return DEFAULT_RANK
 
     def refusal_reason(self, needs: Mapping[Need, str]) -> str:
-        """Return why the planner refuses a problem with these features; empty if it accepts."""
-        for need, where in needs.items():
+        """Return why the planner refuses a problem with these features; empty if the planner accepts it.
+
+        :param needs: the features, each with its first user, e.g. ``action pick``.
+        """
+        for need, user in needs.items():
             if need not in self.understands | self.ignores:
-                return f"{self.name} does not support {need.value} ({where})"
+                return f"{self.name} does not support {need.value} ({user})"
         for combination in self.fails_with:
             if combination <= needs.keys():
                 texts = " with ".join(sorted(need.value for need in combination))
@@ -102,8 +105,8 @@ class Planner(ABC):
     def best_so_far(
         self,
         folder: Path,  # noqa: ARG002 - for planners that look for better plans
-        domain: Domain,  # noqa: ARG002
-        problem: Problem,  # noqa: ARG002
+        domain: Domain,  # noqa: ARG002 - as above
+        problem: Problem,  # noqa: ARG002 - as above
     ) -> tuple[PlannedAction, ...] | None:
         """Return the best plan that the planner's process saved before its time limit.
 

@@ -6,9 +6,9 @@ from typing import Any
 
 from cxbridge.plugins import Row, configured
 
-API = 1
+API = 1  # version of the plug-in interface
 
-HOOKS = ("PLANNERS",)
+HOOKS = ("PLANNERS",)  # the table to which other plug-ins add planners
 
 
 def _plans_by_blackboard(run: Any) -> bool:

@@ -70,7 +70,9 @@ def choose_planners(
     named_planners = [(planner_name, make_planner(planner_name)) for planner_name in planner_names()]
     suitable_planners: list[tuple[int, Planner]] = []  # each after the number of needs that it ignores
     reasons, missing_texts, not_installed_names = [], [], []
-    for planner_name, planner in sorted(named_planners, key=lambda pair: pair[1].rank(needs)):
+    for planner_name, planner in sorted(
+        named_planners, key=lambda named_planner: named_planner[1].rank(needs)
+    ):
         reason = planner.refusal_reason(needs)
         if planner.not_installed:
             missing_texts.append(planner.not_installed)
@@ -84,9 +86,9 @@ def choose_planners(
     if not suitable_planners:
         reason = "; ".join(reasons + missing_texts)
         raise UnsupportedProblemError(f"no planner supports this problem: {reason}")
-    # planners that ignore costs come after all that count costs; both sorts are stable, so ranks decide the
-    # rest
-    suitable_planners.sort(key=lambda pair: pair[0])
+    # planners that ignore needs, e.g. costs, come last; the sort is stable: among the remaining planners, the
+    # ranks decide
+    suitable_planners.sort(key=lambda counted_planner: counted_planner[0])
     return PlannerChoice(
         tuple(planner for _, planner in suitable_planners), tuple(reasons), tuple(not_installed_names)
     )

@@ -26,27 +26,27 @@ _STATUSES: Final = {text: status for status, text in STATUS_TEXTS.items()}
 class RecordedPlan:
     """A planner call with its result.
 
-    :param start: the event at the start of the call.
+    :param start_event: the event at the start of the call.
     :param delay_us: the microseconds from the call to the result.
     """
 
-    start: PlannerCall
+    start_event: PlannerCall
     delay_us: int
     result: PlanResult
 
 
 def recorded_plans(events: Sequence[PlannerCall], env: str) -> dict[str, RecordedPlan]:
     """Return the finished calls of an environment, by id."""
-    starts: dict[str, PlannerCall] = {}
+    start_events: dict[str, PlannerCall] = {}
     plans: dict[str, RecordedPlan] = {}
     for event in events:
         if event.env == env and event.call and event.status == _STARTED:
-            starts[event.call] = event
-        elif event.env == env and event.call in starts and event.status in _STATUSES:
+            start_events[event.call] = event
+        elif event.env == env and event.call in start_events and event.status in _STATUSES:
             result = _read_result(event)
             if result is not None:
-                start = starts[event.call]
-                plans[event.call] = RecordedPlan(start, event.time_us - start.time_us, result)
+                start_event = start_events[event.call]
+                plans[event.call] = RecordedPlan(start_event, event.time_us - start_event.time_us, result)
     return plans
 
 
@@ -87,7 +87,7 @@ class RecordedPlanning(PlanningService):
         )
         self._plans = next(filter(None, plans_of_recordings), {})  # of the first recording that has calls
         self._env, self._now_us = env, run.clock.now_us
-        self._count = 0
+        self._call_count = 0
         run.bus.subscribe(self._compare_call, PlannerCall)
 
     def warm_up(self) -> None:
@@ -95,9 +95,9 @@ class RecordedPlanning(PlanningService):
 
     def call(self, request: PlanRequest) -> PlanCall:
         """Start a call that reports the recorded plan."""
-        self._count += 1
+        self._call_count += 1
         # the ids have the same consecutive numbers as in the feature `planner`
-        recorded_plan = self._plans.get(f"plan-{self._count}")
+        recorded_plan = self._plans.get(f"plan-{self._call_count}")
         if recorded_plan is None:
             return super().call(request)
         due_us = self._now_us() + recorded_plan.delay_us
@@ -112,13 +112,13 @@ class RecordedPlanning(PlanningService):
         recorded_plan = self._plans.get(event.call) if event.env == self._env else None
         if recorded_plan is None or event.status != _STARTED:
             return
-        recorded_event = recorded_plan.start
+        recorded_event = recorded_plan.start_event
         if replace_names(recorded_event.problem) != replace_names(event.problem):
             start_us = self._replay.recordings.start_us
             self._replay.record_divergence(
                 Divergence(
                     f"planner of {event.env}",
-                    int(event.call.rpartition("-")[2]),
+                    int(event.call.rpartition("-")[2]),  # the number in the id plan-NUMBER
                     f"plan for {recorded_event.problem}",
                     f"plan for {event.problem}",
                     (event.time_us - start_us) / MICROSECONDS,

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain, Problem
     from cxbridge_planning import PlanResult
 
-# The exit status by planning status; bad input and unsupported problems have 2.
+# The exit status by planning status; bad input and unsupported problems have 2. Shells use 130 for Ctrl-C.
 EXIT_STATUS: Final = {"PLANNED": 0, "NO-PLAN": 1, "TIMEOUT": 3, "FAILED": 4, "CANCELLED": 130}
 
 

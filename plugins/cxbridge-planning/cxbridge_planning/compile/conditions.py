@@ -69,8 +69,8 @@ class Evaluator:
         self._objects = objects
         self._static_truth = static_truth
 
-    def find_alternatives(  # noqa: PLR0911  a case for each kind of formula
-        self, formula: Formula | None, binding: Binding, *, negated: bool = False
+    def find_alternatives(  # noqa: PLR0911 - a case for each kind of formula
+        self, formula: Formula | None, binding: Binding, *, is_negated: bool = False
     ) -> Alternatives:
         """Return the alternatives of a condition, or of its negation.
 
@@ -78,40 +78,40 @@ class Evaluator:
         """
         match formula:
             case None:
-                return FALSE if negated else TRUE
+                return FALSE if is_negated else TRUE
             case Atom():
-                return self._make_literal(formula, binding, negated=negated)
+                return self._make_literal(formula, binding, is_negated=is_negated)
             case TermComparison(left=left, right=right):
                 is_equal = object_of(left, binding) == object_of(right, binding)
-                return TRUE if is_equal != negated else FALSE
+                return TRUE if is_equal != is_negated else FALSE
             case Not(part=part):
-                return self.find_alternatives(part, binding, negated=not negated)
+                return self.find_alternatives(part, binding, is_negated=not is_negated)
             case Imply(condition=condition, consequence=consequence):
                 disjunction = Or((Not(condition), consequence))
-                return self.find_alternatives(disjunction, binding, negated=negated)
+                return self.find_alternatives(disjunction, binding, is_negated=is_negated)
             case And(parts=parts) | Or(parts=parts):
-                operands = (self.find_alternatives(part, binding, negated=negated) for part in parts)
+                operands = (self.find_alternatives(part, binding, is_negated=is_negated) for part in parts)
                 # de Morgan: the negation of a conjunction is a disjunction of negations
-                return _conjoin(operands) if isinstance(formula, And) != negated else _unite(operands)
+                return _conjoin(operands) if isinstance(formula, And) != is_negated else _unite(operands)
             case Quantified(quantifier=quantifier, variables=variables, part=part):
                 operands = (
-                    self.find_alternatives(part, inner_binding, negated=negated)
+                    self.find_alternatives(part, inner_binding, is_negated=is_negated)
                     for inner_binding in self.extend_binding(variables, binding)
                 )
-                return _conjoin(operands) if (quantifier == "forall") != negated else _unite(operands)
+                return _conjoin(operands) if (quantifier == "forall") != is_negated else _unite(operands)
         raise PlanningError(f"a condition cannot contain {type(formula).__name__}")
 
     def extend_binding(self, variables: TypedList, binding: Binding) -> Iterator[Binding]:
         """Yield the binding extended by each choice of objects for the variables."""
         return extended_bindings(variables, binding, self._objects.of_types)
 
-    def _make_literal(self, atom: Atom, binding: Binding, *, negated: bool) -> Alternatives:
+    def _make_literal(self, atom: Atom, binding: Binding, *, is_negated: bool) -> Alternatives:
         fact = fact_of(atom, binding)
         truth = self._static_truth(fact)
         if truth is not None:
-            return TRUE if truth != negated else FALSE
+            return TRUE if truth != is_negated else FALSE
         facts = frozenset((fact,))
-        return (Conjunction(negative=facts) if negated else Conjunction(positive=facts),)
+        return (Conjunction(negative=facts) if is_negated else Conjunction(positive=facts),)
 
 
 def object_of(term: Term, binding: Binding) -> str:

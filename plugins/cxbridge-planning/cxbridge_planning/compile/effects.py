@@ -26,7 +26,7 @@ MAX_CONDITIONS: Final = 8
 """The maximum number of distinct conditions in an action. Each may double the number of cases."""
 
 
-# the alternatives in which the condition of an effect is true, and those in which the condition is false
+# the alternatives in which the condition of an effect is true, and those in which it is false
 _SplitCondition = tuple[Alternatives, Alternatives]
 
 
@@ -34,7 +34,7 @@ class Change(NamedTuple):
     """A fact that becomes true or false."""
 
     fact: Fact
-    value: bool
+    becomes_true: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +71,7 @@ def find_effect_cases(
         if if_true == TRUE:
             unconditional_changes.add(change)
         elif if_true != FALSE:
-            if_false = evaluator.find_alternatives(condition, inner_binding, negated=True)
+            if_false = evaluator.find_alternatives(condition, inner_binding, is_negated=True)
             # effects with the same condition share their cases, which keeps the number of cases low
             changes_by_condition.setdefault((if_true, if_false), set()).add(change)
     if len(changes_by_condition) > MAX_CONDITIONS:
@@ -121,8 +121,8 @@ def _find_changes(
             whole_condition = condition if outer_condition is None else And((outer_condition, condition))
             yield from _find_changes(evaluator, part, whole_condition, binding)
         case Atom():
-            yield outer_condition, binding, Change(fact_of(effect, binding), value=True)
+            yield outer_condition, binding, Change(fact_of(effect, binding), becomes_true=True)
         case Not(part=Atom() as atom):
-            yield outer_condition, binding, Change(fact_of(atom, binding), value=False)
+            yield outer_condition, binding, Change(fact_of(atom, binding), becomes_true=False)
         case _:
             raise PlanningError(f"an effect cannot contain {type(effect).__name__}")

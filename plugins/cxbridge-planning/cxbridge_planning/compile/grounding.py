@@ -33,7 +33,8 @@ from cxbridge_planning.objects import ObjectTable
 MAX_OPERATORS: Final = 200_000
 """The maximum number of ground actions in memory."""
 
-# pyperplan's goals are conjunctions: auxiliary operators lead from each alternative of the goal to this fact
+# pyperplan's goals are conjunctions: auxiliary operators lead from each alternative of the goal to this fact;
+# no predicate of PDDL has a blank in its name
 _GOAL_FACT: Final = Fact("goal reached", ())
 
 
@@ -113,6 +114,7 @@ class _Grounder:
         atom_indices = self._find_atom_indices()
         while self._queue:
             fact = self._queue.popleft()
+            # before the join, since two atoms of an action may match this fact
             self._index.add(fact)
             for schema_index, position in atom_indices.get(fact.predicate, ()):
                 self._ground_all(
@@ -140,9 +142,9 @@ class _Grounder:
                 self._queue.append(fact)
 
     def _ground_all(self, schema_index: int, choices: Iterable[tuple[str, ...]]) -> None:
-        """Ground the action with an index for several choices of objects."""
+        """Ground an action, given by its index, for several choices of objects."""
         for choice in choices:
-            # each of the facts in an action's condition finds the same binding
+            # the join of each fact in an action's condition finds the same choice
             if (schema_index, choice) not in self._grounded_choices:
                 self._grounded_choices.add((schema_index, choice))
                 self._ground(self._schemas[schema_index], choice)
@@ -175,7 +177,7 @@ class _Grounder:
     def _apply_case(self, ground_case: _GroundCase) -> None:
         """Record a case without missing facts, and the facts that it makes true."""
         self._applicable_cases.append(ground_case)
-        self._add_reached_facts(change.fact for change in ground_case.case.changes if change.value)
+        self._add_reached_facts(change.fact for change in ground_case.case.changes if change.becomes_true)
 
     def make_task(self) -> StripsTask:
         """Return the task of the explored actions."""
@@ -185,11 +187,12 @@ class _Grounder:
             return frozenset(numbers.setdefault(fact, len(numbers)) for fact in facts)
 
         initial_fluents = [fact for fact in self.initial_facts if fact.predicate in self._fluents]
+        # true at the start and never deleted, so that a case which needs such a fact to be false is useless
         permanent_facts = set(initial_fluents) - {
             change.fact
             for ground_case in self._applicable_cases
             for change in ground_case.case.changes
-            if not change.value
+            if not change.becomes_true
         }
         usable_cases = [
             ground_case
@@ -222,9 +225,10 @@ class _Grounder:
         for ground_case in usable_cases:
             if ground_case.action is not None:
                 changes = ground_case.case.changes
-                adds = {change.fact for change in changes if change.value}
-                deletes = {change.fact for change in changes if not change.value} - adds
+                adds = {change.fact for change in changes if change.becomes_true}
+                deletes = {change.fact for change in changes if not change.becomes_true} - adds
                 preconditions = number_condition(ground_case.case.condition)
+                # the opposite of an added fact is deleted, and vice versa
                 effects = (number_literals(adds, deletes), number_literals(deletes, adds))
                 operators.append(Operator(ground_case.action, preconditions, *effects))
         if len(goals) == 1:

@@ -27,10 +27,10 @@ class FactIndex:
         """Return the arguments of facts: the shortest indexed list that contains all matches of an atom."""
         shortest: Sequence[tuple[str, ...]] = self._by_predicate.get(atom.predicate, ())
         for position, term in enumerate(atom.arguments):
-            value = binding.get(term.name) if isinstance(term, Variable) else constant_name(term)
-            if value is not None:
-                facts_with_value = self._by_argument.get((atom.predicate, position, value), ())
-                shortest = min(shortest, facts_with_value, key=len)
+            object_name = binding.get(term.name) if isinstance(term, Variable) else constant_name(term)
+            if object_name is not None:
+                arguments_with_object = self._by_argument.get((atom.predicate, position, object_name), ())
+                shortest = min(shortest, arguments_with_object, key=len)
         return shortest
 
 
@@ -88,11 +88,14 @@ class SchemaToGround:
 
     def _unify(self, atom: Atom, arguments: tuple[str, ...], binding: dict[str, str]) -> bool:
         """Extend the binding so that an atom matches the arguments; return whether that is possible."""
-        for term, value in zip(atom.arguments, arguments, strict=True):
+        for term, object_name in zip(atom.arguments, arguments, strict=True):
             if not isinstance(term, Variable):
-                if constant_name(term) != value:
+                if constant_name(term) != object_name:
                     return False
-            elif binding.setdefault(term.name, value) != value or value not in self.parameters[term.name]:
+            elif (
+                binding.setdefault(term.name, object_name) != object_name
+                or object_name not in self.parameters[term.name]
+            ):
                 return False
         return True
 

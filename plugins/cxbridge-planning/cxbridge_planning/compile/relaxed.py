@@ -45,9 +45,9 @@ def unreachable_goal_lines(domain: Domain, problem: Problem) -> list[str]:
     facts = find_reachable_facts(relaxed_domain, replace(problem, goal=And(())), _MAX_OPERATORS)
     evaluator = Evaluator(ObjectTable(domain, problem), lambda _fact: None)
     alternatives = evaluator.find_alternatives(_relax_formula(problem.goal), {})
-    unreachable_facts = [sorted(conjunction.positive - facts) for conjunction in alternatives]
+    missing_facts_by_alternative = [sorted(conjunction.positive - facts) for conjunction in alternatives]
     # the alternative with the fewest unreachable facts is the easiest to mend
-    obstacles = min(unreachable_facts, key=len, default=[])
+    obstacles = min(missing_facts_by_alternative, key=len, default=[])
     return [_describe_obstacle(relaxed_domain, fact) for fact in obstacles[:_MAX_REASONS]]
 
 

@@ -38,7 +38,7 @@ class CommandPlanner(EnginePlanner):
 
     :param name: a key of :data:`PROGRAMS`.
     :param options: additional command-line options.
-    :param program: the program to use instead of the known program.
+    :param program: the program to use instead of the known program; empty for the known program.
     :param improve: the seconds of a search for better plans if the problem has a metric and the program
         supports the search.
     """
@@ -62,13 +62,13 @@ class CommandPlanner(EnginePlanner):
         PDDL.
         """
         texts = original_texts(domain, problem)
-        start = time.monotonic()
+        start_s = time.monotonic()
         try:
             return self._solve_texts(texts, domain, problem)
         except PlanningError:
-            if time.monotonic() - start > _MAX_REFUSAL_S or not any(texts.files):
+            if time.monotonic() - start_s > _MAX_REFUSAL_S or not any(texts.files):
                 raise
-            with suppress(PlanningError):  # of two errors, the one about the user's text is raised
+            with suppress(PlanningError):  # of two errors, the error about the user's text is raised
                 return self._solve_texts(plain_texts(domain, problem), domain, problem)
             raise
 
@@ -89,7 +89,7 @@ class CommandPlanner(EnginePlanner):
                 if plan := self.read_plan(Path(folder), names):
                     return plan
             output = self._run_program(self._program.arguments, placeholder_values, folder)
-            if not self._program.step and (plan := self.read_plan(Path(folder), names)) is not None:
+            if not self._program.step_pattern and (plan := self.read_plan(Path(folder), names)) is not None:
                 return plan
         # errors refer to the user's files, not to the temporary copies
         for key, file in zip(contents, texts.files, strict=True):
@@ -111,7 +111,7 @@ class CommandPlanner(EnginePlanner):
                 command, cwd=folder, capture_output=True, check=False, stdin=subprocess.DEVNULL
             )
         except OSError as error:
-            raise PlanningError(f"cannot start {command[0]}: {error.strerror}") from error
+            raise PlanningError(f"cannot start_s {command[0]}: {error.strerror}") from error
         output = (process.stdout + process.stderr).decode(errors="replace")
         return f"{output}\n{_STATUS_PREFIX}{process.returncode}"
 
@@ -125,7 +125,7 @@ class CommandPlanner(EnginePlanner):
                 steps = load_plan(path, names)
             except PlanningError as error:
                 raise PlanningError(f"{self.name} wrote an invalid plan: {error.message}") from None
-            has_times = self._program.has_times and names.durative
+            has_times = self._program.has_times and names.has_durative_actions
             return steps if has_times else tuple(PlannedAction(step.name, step.arguments) for step in steps)
         return None
 
@@ -136,7 +136,7 @@ class CommandPlanner(EnginePlanner):
         """
         text, _, status = output.rpartition(_STATUS_PREFIX)
         program = self._program
-        if program.step and program.plan_heading in text:
+        if program.step_pattern and program.plan_heading in text:
             return tuple(self._parse_steps(text.split(program.plan_heading, 1)[1], names))
         if program.unsolvable_output.search(text):
             return None
@@ -146,8 +146,8 @@ class CommandPlanner(EnginePlanner):
         )
 
     def _parse_steps(self, output: str, names: PlanNames) -> Iterator[PlannedAction]:
-        assert self._program.step
-        for match in self._program.step.finditer(output):
+        assert self._program.step_pattern
+        for match in self._program.step_pattern.finditer(output):
             name, *arguments = match["step"].split()
             if name.upper() == "REACH-GOAL":
                 continue  # the last step of FF's plans is not an action of the domain
@@ -155,6 +155,7 @@ class CommandPlanner(EnginePlanner):
             yield names.make_step(name, arguments, **times)
 
 
+# the objects that the rows of the plug-in name
 fast_downward, enhsp, lpg, ff, fd, popf, optic = (
     partial(CommandPlanner, name) for name in ("fast-downward", "enhsp", "lpg", "ff", "fd", "popf", "optic")
 )

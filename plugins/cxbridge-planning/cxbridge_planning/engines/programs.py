@@ -38,7 +38,7 @@ class PlannerProgram(Engine, frozen=True):
     :param arguments: the arguments of the program; ``{domain}`` and ``{problem}`` are files, ``{plan}`` is
         the prefix of plan files.
     :param unsolvable_output: the output of a program that has proved that no plan exists.
-    :param step: the pattern of a printed step, with the groups ``step`` and optionally ``start`` and
+    :param step_pattern: the pattern of a printed step, with the groups ``step`` and optionally ``start`` and
         ``duration``; None if the program writes plan files.
     :param plan_heading: the text that the program prints before a plan.
     :param no_plan_text: a text in a plan file without a plan.
@@ -53,7 +53,7 @@ class PlannerProgram(Engine, frozen=True):
     words: tuple[str, ...]
     arguments: tuple[str, ...]
     unsolvable_output: re.Pattern[str] = _NO_OUTPUT
-    step: re.Pattern[str] | None = None
+    step_pattern: re.Pattern[str] | None = None
     plan_heading: str = ""
     no_plan_text: str = ""
     improving_arguments: tuple[str, ...] = ()
@@ -65,9 +65,9 @@ class PlannerProgram(Engine, frozen=True):
     def explain_missing(self, user_program: str) -> str:
         """Return the command that installs a missing package, or a sentence about a program not on the PATH.
 
-        Empty if the program is installed.
+        The text is empty if the program is installed.
 
-        :param user_program: the program of the user's options; empty for the usual one.
+        :param user_program: the program of the user's options; empty for the usual program.
         """
         if self.package and not user_program and find_spec(self.module) is None:
             return pip_command(self.package)
@@ -77,7 +77,7 @@ class PlannerProgram(Engine, frozen=True):
     def command(self, user_program: str) -> list[str]:
         """Return the command without its arguments.
 
-        :param user_program: the program of the user's options; empty for the usual one.
+        :param user_program: the program of the user's options; empty for the usual program.
         """
         if user_program:
             return [user_program]
@@ -132,7 +132,7 @@ PROGRAMS: Final = {
             "goals of the problem are not reachable|Goals not reachable", re.IGNORECASE
         ),
         no_plan_text="no solution",
-        # -n is a number of plans that the time never suffices for
+        # -n: more plans than the time suffices for
         improving_arguments=(*_LPG_ARGUMENTS, "-n", "100", "-cputime", "{improve}"),
         has_times=True,
         proves=False,
@@ -144,7 +144,7 @@ PROGRAMS: Final = {
         _TASK_OPTIONS,
         understands=CLASSICAL,
         unsolvable_output=re.compile("simplified to FALSE|unsolvable|No plan will solve it"),
-        step=_FF_STEP,
+        step_pattern=_FF_STEP,
         plan_heading="found legal plan as follows",
         ignores=frozenset({Need.COSTS}),
     ),
@@ -153,7 +153,7 @@ PROGRAMS: Final = {
         _TASK_FILES,
         understands=CLASSICAL | {Need.COSTS},
         unsolvable_output=_FD_UNSOLVABLE,
-        step=_FD_STEP,
+        step_pattern=_FD_STEP,
         plan_heading="Solution found",
         default_options='--search "lazy_greedy([ff()], preferred=[ff()])"',
     ),
@@ -162,7 +162,7 @@ PROGRAMS: Final = {
         _TASK_FILES,
         understands=_POPF_NEEDS,
         unsolvable_output=re.compile("unsolvable"),
-        step=_TIMED_STEP,
+        step_pattern=_TIMED_STEP,
         plan_heading="Solution Found",
         has_times=True,
     ),
@@ -171,7 +171,7 @@ PROGRAMS: Final = {
         _TASK_FILES,
         understands=_POPF_NEEDS,
         unsolvable_output=re.compile("unsolvable"),
-        step=_TIMED_STEP,
+        step_pattern=_TIMED_STEP,
         plan_heading="Solution Found",
         has_times=True,
     ),

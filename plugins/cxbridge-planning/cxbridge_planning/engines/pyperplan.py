@@ -39,25 +39,28 @@ class PyperplanPlanner(Planner):
     ignores = frozenset({Need.COSTS, Need.NUMERIC_CHANGES})
 
     def __init__(self, search: str = "gbf", heuristic: str = "hff") -> None:
-        for option, value, values in (("search", search, SEARCHES), ("heuristic", heuristic, HEURISTICS)):
-            if value not in values:
+        for option, name, known_names in (
+            ("search", search, SEARCHES),
+            ("heuristic", heuristic, HEURISTICS),
+        ):
+            if name not in known_names:
                 raise UnknownPlannerError(
-                    f"pyperplan has no {option} '{value}'", hint=f"use one of: {', '.join(values)}"
+                    f"pyperplan has no {option} '{name}'", hint=f"use one of: {', '.join(known_names)}"
                 )
         self.search = search
         self.heuristic = heuristic
 
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
         """Return a plan; None if the reachable states are exhausted."""
-        strips = ground(domain, problem)
-        if strips.goal <= strips.initial:
+        strips_task = ground(domain, problem)
+        if strips_task.goal <= strips_task.initial:
             return ()
-        operators = self._search(strips)
+        operators = self._search(strips_task)
         if operators is None:
             return None
         return tuple(operator.action for operator in operators if operator.action is not None)
 
-    def _search(self, strips: StripsTask) -> list[Operator] | None:
+    def _search(self, strips_task: StripsTask) -> list[Operator] | None:
         # slow imports, which only the planner's process needs
         from pyperplan import planner as pyperplan  # noqa: PLC0415
         from pyperplan.task import Operator as PyOperator  # noqa: PLC0415
@@ -65,10 +68,12 @@ class PyperplanPlanner(Planner):
 
         logging.getLogger().setLevel(logging.WARNING)  # pyperplan logs each step of its search
         # numbers are fast and reproducibly ordered, but the heuristic lmcut expects texts
-        facts = [str(fact) if self.heuristic == "lmcut" else fact for fact in range(len(strips.facts))]
+        fact_ids = [
+            str(number) if self.heuristic == "lmcut" else number for number in range(len(strips_task.facts))
+        ]
 
         def select_facts(numbers: frozenset[int]) -> frozenset[int | str]:
-            return frozenset(facts[number] for number in numbers)
+            return frozenset(fact_ids[number] for number in numbers)
 
         operators = [
             PyOperator(
@@ -77,12 +82,19 @@ class PyperplanPlanner(Planner):
                 select_facts(operator.adds),
                 select_facts(operator.deletes),
             )
-            for number, operator in enumerate(strips.operators)
+            for number, operator in enumerate(strips_task.operators)
         ]
-        task = Task("task", set(facts), select_facts(strips.initial), select_facts(strips.goal), operators)
+        task = Task(
+            "task",
+            set(fact_ids),
+            select_facts(strips_task.initial),
+            select_facts(strips_task.goal),
+            operators,
+        )
         search = pyperplan.SEARCHES[self.search]
-        heuristic = (
+        # an uninformed search has no parameter for a heuristic
+        heuristic_arguments = (
             () if self.search in _UNINFORMED_SEARCHES else (pyperplan.HEURISTICS[self.heuristic](task),)
         )
-        steps = search(task, *heuristic)
-        return None if steps is None else [strips.operators[int(step.name)] for step in steps]
+        steps = search(task, *heuristic_arguments)
+        return None if steps is None else [strips_task.operators[int(step.name)] for step in steps]

@@ -25,7 +25,7 @@ _LINE_NUMBER: Final = re.compile(r"\bline:?\s*(\d{1,9})", re.IGNORECASE)
 class PddlTexts(NamedTuple):
     """A domain and a problem as text.
 
-    :param files: the source files; empty for generated texts.
+    :param files: the source files of domain and problem; an empty name for a generated text.
     """
 
     domain: str
@@ -96,7 +96,7 @@ def read_task(domain: Domain, problem: Problem) -> Any:
     except Exception as error:  # noqa: BLE001 - unified-planning raises errors of several parsers, without a common class
         parse_error = error
     basic_texts = plain_texts(domain, problem)
-    with suppress(Exception):  # of two errors, the one about the user's text is raised
+    with suppress(Exception):  # of two errors, the error about the user's text is raised
         return io_module.PDDLReader().parse_problem_string(basic_texts.domain, basic_texts.problem)
     raise _make_refusal_error(io_module, user_texts, parse_error) from parse_error
 
@@ -108,8 +108,8 @@ def _make_refusal_error(io_module: Any, texts: PddlTexts, parse_error: Exception
     with suppress(Exception):  # the domain is readable if there is no error
         io_module.PDDLReader().parse_problem_string(texts.domain)
         file = problem_file
-    text = " ".join(str(parse_error).split())[:MAX_EXCERPT] or type(parse_error).__name__
-    line = getattr(parse_error, "lineno", None) or next(map(int, _LINE_NUMBER.findall(text)), None)
+    excerpt = " ".join(str(parse_error).split())[:MAX_EXCERPT] or type(parse_error).__name__
+    line = getattr(parse_error, "lineno", None) or next(map(int, _LINE_NUMBER.findall(excerpt)), None)
     return PlanningError(
-        f"unified-planning cannot read the problem: {text}", file=file or None, line=line if file else None
+        f"unified-planning cannot read the problem: {excerpt}", file=file or None, line=line if file else None
     )

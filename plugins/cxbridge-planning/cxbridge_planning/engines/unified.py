@@ -28,13 +28,13 @@ class UnifiedEngine(Engine, frozen=True):
     :param module: the Python module of the engine.
     :param package: the package that contains the module.
     :param is_anytime: whether the engine can search for better plans.
-    :param integers_only: whether the engine reads only integers.
+    :param takes_integers_only: whether the engine reads only integers.
     """
 
     module: str
     package: str
     is_anytime: bool = False
-    integers_only: bool = False
+    takes_integers_only: bool = False
 
 
 # the features that both engines support
@@ -57,7 +57,7 @@ ENGINES: Final = {
         "up-aries",
         understands=_COMMON_NEEDS | {Need.COSTS, Need.HIERARCHY},
         is_anytime=True,
-        integers_only=True,
+        takes_integers_only=True,
         # unified-planning cannot express quantifiers at a time point of a durative action
         fails_with=(frozenset({Need.TIME, Need.QUANTIFIERS}),),
     ),
@@ -97,7 +97,7 @@ class UnifiedPlanner(EnginePlanner):
         shortcuts.get_environment().credits_stream = None  # engines otherwise print their credits to stdout
         names = PlanNames(domain, problem)
         task = read_task(domain, problem)
-        if self._engine.integers_only:
+        if self._engine.takes_integers_only:
             _use_integers(task)
         # engines write files into the current folder
         with tempfile.TemporaryDirectory(prefix=WORK_FOLDER_PREFIX) as folder:
@@ -145,10 +145,14 @@ class UnifiedPlanner(EnginePlanner):
             return tuple(_make_step(instance, names) for instance in result.plan.actions)
         return tuple(
             _make_step(instance, names, float(start), None if duration is None else float(duration))
-            for start, instance, duration in sorted(result.plan.timed_actions, key=lambda step: step[0])
+            for start, instance, duration in sorted(
+                result.plan.timed_actions,
+                key=lambda step: step[0],  # the start
+            )
         )
 
 
+# the objects that the rows of the plug-in name
 aries = partial(UnifiedPlanner, "aries")
 tamer = partial(UnifiedPlanner, "tamer")
 
@@ -186,7 +190,7 @@ def _make_step(
 
 
 def _find_failure_reason(error: BaseException) -> str:
-    """Return the reason for a failed call; the first line of a gRPC error has none."""
+    """Return the reason for a failed call: the first line of the error; of a gRPC error, the details."""
     code, details = getattr(error, "code", None), getattr(error, "details", None)
     if callable(code) and callable(details):
         return f"its server no longer answers ({getattr(code(), 'name', code())}: {details()})"

@@ -51,8 +51,7 @@ class ProblemFiles:
     def resolve(self, *values: str) -> Path:
         """Return the path of a file in the configuration.
 
-        :param values: the values of the configuration, which the path joins without blanks and quotes around
-            them.
+        :param values: the parts of the path, with blanks and quotes at their ends that are removed.
         """
         # Fawkes' configuration quotes some of these values within YAML
         text = "".join(value.strip().strip('"').strip() for value in values)
@@ -113,7 +112,10 @@ class _Plugin(Closing):
             self._interface.msgq_pop()
 
     def _read_source(self, file: Path, kind: str) -> str:
-        """Return the text of a file or a stored problem, and emit the text as a source of the run."""
+        """Return the text of a file or a stored problem, and emit the text as a source of the run.
+
+        :param kind: the expected content; its last word is the kind of the source.
+        """
         text = self._files.read(file, kind)
         self._bus.emit_source("pddl", "", str(file), text.encode(), kind=kind.rpartition(" ")[2])
         return text
@@ -134,8 +136,8 @@ class PddlRobotMemory(_Plugin):
     ) -> None:
         super().__init__("PddlRobotMemory", board, bus, store, files)
         self._collection = config.get_str(f"{_GENERATOR_KEY}/collection")
-        source = "src" if "@BASEDIR@" in files.substitutions else ""
-        base = Path(files.substitutions.get("@BASEDIR@", str(files.folder)), source)
+        source_folder = "src" if "@BASEDIR@" in files.substitutions else ""
+        base = Path(files.substitutions.get("@BASEDIR@", str(files.folder)), source_folder)
         self._template_file, self._problem_file = (
             self._find_file(base, config.get_str(f"{_GENERATOR_KEY}/{key}"))
             for key in ("input-problem-description", "output-problem-description")
@@ -151,7 +153,7 @@ class PddlRobotMemory(_Plugin):
         return path if path.exists() or not base.is_dir() else self._files.resolve(str(base / text.strip()))
 
     def loop(self) -> None:
-        """Handle requests. To be called once per main loop."""
+        """Handle requests. The main loop calls this method in each cycle."""
         if self._is_requested:
             self._is_requested = False
             self._write_problem()
@@ -165,8 +167,8 @@ class PddlRobotMemory(_Plugin):
     def _write_problem(self) -> None:
         """Fill the template and write the problem; log an error."""
         try:
-            source = self._read_source(self._template_file, "problem template")
-            template = ProblemTemplate(source, str(self._template_file))
+            template_text = self._read_source(self._template_file, "problem template")
+            template = ProblemTemplate(template_text, str(self._template_file))
             for warning in template.warnings:
                 self._log.error(warning)
             documents = {
@@ -214,6 +216,7 @@ class PddlPlanner(_Plugin):
         self._options = {"options": options} if self._planner == "fd" and options else {}
         self._service = service
         self._service.warm_up()
+        # the call without a result, and its reporter
         self._running_call: tuple[PlanCall, PlannerCallReporter] | None = None
         name = config.get_str(f"{_PLANNER_KEY}/interface-name", default="pddl-planner")
         active_planner = configured_planner[:_MAX_NAME_LENGTH]
@@ -230,7 +233,7 @@ class PddlPlanner(_Plugin):
         return AUTO if reason else name
 
     def loop(self) -> None:
-        """Handle requests. To be called once per main loop."""
+        """Handle requests. The main loop calls this method in each cycle."""
         if self._running_call is not None:
             call, reporter = self._running_call
             # a virtual clock does not advance during the call, so that runs are reproducible

@@ -41,6 +41,8 @@ class _Section:
 
 @dataclass(frozen=True, slots=True)
 class _Field:
+    """A tag that a field's value replaces."""
+
     name: str
 
 
@@ -67,27 +69,27 @@ class ProblemTemplate:
         return "".join(_fill_section(self._root, dict(values), documents))
 
     def _parse(self) -> _Section:
-        stack = [_Section("", [])]  # the open sections, outermost first
-        end = 0
+        open_sections = [_Section("", [])]  # outermost first
+        last_tag_end = 0
         for tag in _TAG.finditer(self._text):
-            stack[-1].body.append(self._text[end : tag.start()])
-            end = tag.end()
+            open_sections[-1].body.append(self._text[last_tag_end : tag.start()])
+            last_tag_end = tag.end()
             name = tag["name"]
             if tag["mark"] == "#":
                 self._record_query(name, tag["query"], tag.start())
                 section = _Section(name, [])
-                stack[-1].body.append(section)
-                stack.append(section)
+                open_sections[-1].body.append(section)
+                open_sections.append(section)
             elif tag["mark"] == "/":
-                if stack[-1].name != name:
+                if open_sections[-1].name != name:
                     raise self._error(f"<</{name}>> does not close a section", tag.start())
-                stack.pop()
+                open_sections.pop()
             else:
-                stack[-1].body.append(_Field(name))
-        if len(stack) > 1:
-            raise self._error(f"section <<#{stack[-1].name}>> is never closed", len(self._text))
-        stack[0].body.append(self._text[end:])
-        return stack[0]
+                open_sections[-1].body.append(_Field(name))
+        if len(open_sections) > 1:
+            raise self._error(f"section <<#{open_sections[-1].name}>> is never closed", len(self._text))
+        open_sections[0].body.append(self._text[last_tag_end:])
+        return open_sections[0]
 
     def _record_query(self, name: str, text: str | None, offset: int) -> None:
         """Record the query of a section, for all sections of this name."""

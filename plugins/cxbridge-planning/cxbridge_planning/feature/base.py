@@ -36,7 +36,12 @@ MakeService = Callable[[str], PlanningService]
 
 
 class KnownWorld(NamedTuple):
-    """The initial state of a problem: objects with their types, facts, and the values of functions."""
+    """The initial state of a problem.
+
+    :param objects: names and types of the objects.
+    :param facts: the true facts.
+    :param numbers: the values of functions.
+    """
 
     objects: list[tuple[str, str]]
     facts: list[Ground]
@@ -89,7 +94,7 @@ def make_request(
 
 def objects_in(env: ClipsEnvironment) -> list[tuple[str, str]]:
     """Return the objects of an environment with their types."""
-    return [(str(name), str(kind)) for name, kind in env.columns(INSTANCE, "name", "type")]
+    return [(str(name), str(type_name)) for name, type_name in env.columns(INSTANCE, "name", "type")]
 
 
 def facts_in(env: ClipsEnvironment, domain: Domain) -> list[Ground]:
@@ -139,32 +144,32 @@ class PlanningFunctions(ABC):
         formula: str,
         planner: str = "",
         timeout: float = 0.0,
-        objects: Collection[str] | None = None,
+        object_names: Collection[str] | None = None,
     ) -> tuple[PlanRequest, PlannerCallReporter]:
         """Return a planning request, and the reporter of the call.
 
-        :param planner: the name of the planner, by default that of the settings.
+        :param planner: the name of the planner; empty: the planner of the settings.
         :param timeout: the timeout in seconds; 0: the timeout of the settings.
-        :param objects: the names of the problem's objects, by default all objects.
+        :param object_names: the names of the problem's objects, by default all objects.
         :raises PddlError: without a domain, or if the formula does not suit the domain. The reason is
             also reported as an event.
         """
-        domain, name = self.domain, planner or self.settings.planner
+        domain, planner_name = self.domain, planner or self.settings.planner
         domain_name = "" if domain is None else domain.name
         reporter = PlannerCallReporter(
             self.env.bus,
             env=self.env.name,
             goal=goal_id,
-            planner=name,
+            planner=planner_name,
             domain=domain_name,
             problem=formula,
         )
         try:
             if domain is None:
-                raise PddlError("no PDDL domain was parsed, call parse-pddl-domain first")  # noqa: TRY301
+                raise PddlError("no PDDL domain was parsed, call parse-pddl-domain first")  # noqa: TRY301 - reported below
             world = self.known_world(domain)
-            if objects is not None:
-                world = world.restricted_to({*objects, *names_of(domain.constants)})
+            if object_names is not None:
+                world = world.restricted_to({*object_names, *names_of(domain.constants)})
             goal = parse_formula(formula)
             problem = problem_of_facts(domain, world.objects, world.facts, goal, numbers=world.numbers)
         except PddlError as error:

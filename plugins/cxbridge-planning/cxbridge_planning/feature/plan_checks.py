@@ -44,10 +44,10 @@ class _CheckedPlan:
 
     :param problem: the problem; only its goal counts, because present facts replace the initial state.
     :param object_names: the objects of a problem that has only some of the objects; None: all objects.
-    :param change_count: the number of changes of facts up to the last check.
+    :param change_count: the number of changes of facts up to the last check; -1 before the first check.
     :param failure: the failure in the last check; empty if the plan was valid.
     :param objects: the objects at the last check; None before the first check.
-    :param object_change_count: the number of changes of objects up to the last check.
+    :param object_change_count: the number of changes of objects up to the last check; -1 before the first.
     """
 
     domain: Domain
@@ -89,6 +89,7 @@ class PlanChecks:
             self._is_listening = True
             for template in _WATCHED_TEMPLATES:
                 self._env.watcher.follow_changes(template, partial(self._change_counts.update, (template,)))
+        # the next check is due after the next change: `find_present_failure` has just checked the plan
         self._plans[plan_id] = _CheckedPlan(
             request.domain, request.problem, object_names, self._change_counts.total()
         )
@@ -113,27 +114,32 @@ class PlanChecks:
             return FALSE
         if plan.change_count != self._change_counts.total():
             plan.change_count = self._change_counts.total()
-            running, pending, is_settled = self._read_actions(plan_id)
+            running_actions, pending_actions, is_settled = self._read_actions(plan_id)
             if is_settled:
-                plan.failure = self._find_failure(plan, tuple(pending), tuple(running))
+                plan.failure = self._find_failure(plan, tuple(pending_actions), tuple(running_actions))
                 self._record_failure(plan_id, plan.failure)
         return FALSE if plan.failure else TRUE
 
     def _read_actions(self, plan_id: str) -> tuple[list[PlannedAction], list[PlannedAction], bool]:
         """Return the running actions, the pending actions, and whether the plan can be checked now."""
-        running, pending, is_settled = [], [], True
-        actions = [slots for _, _, slots in self._env.facts("plan-action") if slots["plan-id"] == plan_id]
-        for slots in sorted(actions, key=_find_action_number):
+        running_actions, pending_actions, is_settled = [], [], True
+        action_slots = [
+            slots for _, _, slots in self._env.facts("plan-action") if slots["plan-id"] == plan_id
+        ]
+        for slots in sorted(action_slots, key=_find_action_number):
             state = str(slots["state"])
             if state in _PENDING_STATES:
-                pending.append(_make_planned_action(slots))
+                pending_actions.append(_make_planned_action(slots))
             elif state == "RUNNING":
-                running.append(_make_planned_action(slots))
+                running_actions.append(_make_planned_action(slots))
             is_settled = is_settled and state not in _UNSETTLED_STATES and state not in _FAILED_STATES
-        return running, pending, is_settled
+        return running_actions, pending_actions, is_settled
 
     def _find_failure(
-        self, plan: _CheckedPlan, pending: tuple[PlannedAction, ...], running: tuple[PlannedAction, ...]
+        self,
+        plan: _CheckedPlan,
+        pending_actions: tuple[PlannedAction, ...],
+        running_actions: tuple[PlannedAction, ...],
     ) -> str:
         """Return why the actions fail in the present state; empty if they do not."""
         domain = plan.domain
@@ -150,7 +156,7 @@ class PlanChecks:
             ]
         state = WorldState(frozenset(facts), numbers)
         return check_plan(
-            domain, plan.problem, pending, state=state, running=running, objects=objects
+            domain, plan.problem, pending_actions, state=state, running=running_actions, objects=objects
         ).failure
 
     def _find_objects(self, plan: _CheckedPlan) -> ObjectTable:
@@ -193,6 +199,7 @@ def _make_planned_action(slots: Mapping[str, Value]) -> PlannedAction:
     start, duration, values = slots["dispatch-time"], slots["duration"], slots["param-values"]
     assert isinstance(values, tuple)
     is_timed = isinstance(start, float) and start >= 0.0  # the core's default is -1.0
+    # isinstance() again, for the type checker
     return PlannedAction(
         str(slots["action-name"]),
         tuple(map(str, values)),

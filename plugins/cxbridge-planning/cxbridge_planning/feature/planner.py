@@ -42,13 +42,13 @@ _GOAL_TEMPLATES: Final = ("goal", "plan", "plan-action")
 class _RunningCall:
     """A call without result.
 
-    :param objects: the objects of a problem that has only some of the objects; None: all objects.
+    :param object_names: the objects of a problem that has only some of the objects; None: all objects.
     :param start_us: the time of the call on the run's clock.
     """
 
     call: PlanCall
     reporter: PlannerCallReporter
-    objects: Collection[str] | None
+    object_names: Collection[str] | None
     start_us: int
 
 
@@ -66,6 +66,8 @@ class _PlannerFunctions(PlanningFunctions):
 
     def define(self) -> None:
         self.env.load(_RULES_DIR / "calls.clp")
+        # the types are CLIPS' codes for the arguments: any by default (*); `sy` is a string or a symbol,
+        # `ld` a number, `m` a multifield
         for name, function, argument_count, types in (
             ("planner-plan", self.plan, 2, "*;sy;sy"),
             ("planner-plan-with", self.plan, 4, "*;sy;sy;sy;ld"),
@@ -75,9 +77,9 @@ class _PlannerFunctions(PlanningFunctions):
         ):
             self.env.define(name, function, argument_count, types=types)
 
-    def plan_part(self, goal_id: str, formula: str, objects: tuple[Value, ...]) -> Value:
+    def plan_part(self, goal_id: str, formula: str, object_names: tuple[Value, ...]) -> Value:
         """Plan with some of the objects, and with the facts about these objects only."""
-        return self.plan(goal_id, formula, objects=frozenset(map(str, objects)))
+        return self.plan(goal_id, formula, object_names=frozenset(map(str, object_names)))
 
     def plan(
         self,
@@ -85,11 +87,11 @@ class _PlannerFunctions(PlanningFunctions):
         formula: str,
         planner: str = "",
         timeout: float = 0.0,
-        objects: Collection[str] | None = None,
+        object_names: Collection[str] | None = None,
     ) -> Value:
         """Start to plan; return the id of the call. An impossible request is a call that FAILED at once."""
         try:
-            request, reporter = self.request(goal_id, formula, planner, timeout, objects)
+            request, reporter = self.request(goal_id, formula, planner, timeout, object_names)
         except PddlError as error:
             self._log.error(f"Cannot plan for {formula}: {error}")
             self._refused_count += 1
@@ -100,7 +102,7 @@ class _PlannerFunctions(PlanningFunctions):
             call_id = Symbol(f"plan-{self._call_count}")
             reporter.report_start(call_id, request.problem)
             call, start_us = self.service.call(request), self.env.bus.clock.now_us()
-            self._running_calls[call_id] = _RunningCall(call, reporter, objects, start_us)
+            self._running_calls[call_id] = _RunningCall(call, reporter, object_names, start_us)
             slots = {"planner": Symbol(request.planner)}
         self.env.assert_fact("planner-call", {"id": call_id, "goal-id": Symbol(goal_id), **slots})
         return call_id
@@ -140,18 +142,18 @@ class _PlannerFunctions(PlanningFunctions):
 
     def _assert_result(self, call_id: Symbol, running_call: _RunningCall, result: PlanResult) -> None:
         running_call.reporter.report_end(result)
-        request, objects = running_call.call.request, running_call.objects
+        request, object_names = running_call.call.request, running_call.object_names
         status, message = result.status.value, result.message
         if status == "PLANNED" and self.settings.check_plans:
-            failure = self._checks.find_present_failure(request, result.actions, objects)
+            failure = self._checks.find_present_failure(request, result.actions, object_names)
             if failure:
                 status, message = "INVALID", f"the plan does not hold: {failure}"
         has_plan = status == "PLANNED"
         if has_plan:
-            self._assert_actions(call_id, request, result.actions, objects)
-        text = f"{len(result.actions)} actions" if has_plan else message
+            self._assert_actions(call_id, request, result.actions, object_names)
+        outcome_text = f"{len(result.actions)} actions" if has_plan else message
         reason = f" ({result.why})" if result.why else ""
-        self._log.info(f"{call_id}: {status} by {result.planner}: {text}{reason}")
+        self._log.info(f"{call_id}: {status} by {result.planner}: {outcome_text}{reason}")
         # seconds of the run's clock: with real time in a fact, two runs would never be equal
         seconds = (self.env.bus.clock.now_us() - running_call.start_us) / MICROSECONDS
         self.env.call(
@@ -177,7 +179,7 @@ class _PlannerFunctions(PlanningFunctions):
         call_id: Symbol,
         request: PlanRequest,
         actions: tuple[PlannedAction, ...],
-        objects: Collection[str] | None,
+        object_names: Collection[str] | None,
     ) -> None:
         # rules may have retracted the fact of the call, and with it the id of the goal
         calls = (slots for _, _, slots in self.env.facts("planner-call") if slots["id"] == call_id)
@@ -189,7 +191,7 @@ class _PlannerFunctions(PlanningFunctions):
             self._log.error(f"Cannot assert the plan {call_id}: {error}")
             return
         if self.settings.check_plans:
-            self._checks.watch(call_id, goal_id, request, objects)
+            self._checks.watch(call_id, goal_id, request, object_names)
 
 
 class PlannerFeature(PlanningFeature):

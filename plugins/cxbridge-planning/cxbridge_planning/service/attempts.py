@@ -55,9 +55,9 @@ class Attempts:
         """The advice after a timeout, as the end of a sentence."""
         names = [planner.name for planner in self.choice.planners]
         tried_names = names[: len(self._results) + 1]  # the planner that the timeout has ended has no result
-        text = f" (tried: {', '.join(tried_names)})" if names else ""
+        tried_text = f" (tried: {', '.join(tried_names)})" if names else ""
         if self._requested_planner != AUTO:
-            return f"{text}: give more time, or try the planner {AUTO}"
+            return f"{tried_text}: give more time, or try the planner {AUTO}"
         missing_names = ", ".join(self.choice.not_installed_names)
         advice = f", or install one of {missing_names}" if missing_names else ""
-        return f"{text}: give more time{advice}"
+        return f"{tried_text}: give more time{advice}"

@@ -1,7 +1,8 @@
 """The owner's side of a planner process.
 
 The process has its own session, so that its children end with it, and its own folder for temporary files.
-The owner removes the folder after the end of the process; if the owner ends first, the process removes it.
+The owner removes the folder after the end of the process; if the owner ends first, the process removes its
+folder.
 """
 
 from __future__ import annotations
@@ -32,18 +33,18 @@ class PlannerProcess:
     def __init__(self) -> None:
         self.is_killed = False
         """Whether the owner has killed the process."""
-        self._output = tempfile.TemporaryFile()  # noqa: SIM115  closed together with the process
+        self._output = tempfile.TemporaryFile()  # noqa: SIM115 - closed together with the process
         self.folder = Path(tempfile.mkdtemp(prefix=FOLDER_PREFIX))
         """The folder of the planner's temporary files."""
-        temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(self.folder))
-        self._process = subprocess.Popen(  # noqa: S603  our own module, without a shell
+        folder_variables = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(self.folder))
+        self._process = subprocess.Popen(  # noqa: S603 - our own module, without a shell
             python_command("-m", "cxbridge_planning.service.worker"),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._output,
             start_new_session=True,
             # planners iterate over sets of texts: a fixed hash seed makes their plans reproducible
-            env={**os.environ, "PYTHONHASHSEED": "0", **temporary},
+            env={**os.environ, "PYTHONHASHSEED": "0", **folder_variables},
         )
 
     @property
@@ -59,7 +60,7 @@ class PlannerProcess:
         try:
             pickle.dump(job, self._process.stdin)
             self._process.stdin.flush()
-            result = pickle.load(self._process.stdout)  # noqa: S301  written by our own process
+            result = pickle.load(self._process.stdout)  # noqa: S301 - written by our own process
         except (EOFError, OSError, ValueError, pickle.UnpicklingError):
             return PlanResult(
                 PlanStatus.FAILED, job.planner.name, message=self._describe_crash(job.planner.name)
@@ -70,11 +71,15 @@ class PlannerProcess:
     def _describe_crash(self, planner: str) -> str:
         """Return how the process ended, with the end of its output."""
         status = self._process.wait()
-        end = f"was killed by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
+        end_text = (
+            f"was killed by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
+        )
         self._output.seek(0, os.SEEK_END)
         self._output.seek(max(0, self._output.tell() - _MAX_OUTPUT_BYTES))
         output = self._output.read().decode(errors="replace").strip()
-        return f"the process of planner {planner} {end}" + (f"; its last output: {output}" if output else "")
+        return f"the process of planner {planner} {end_text}" + (
+            f"; its last output: {output}" if output else ""
+        )
 
     def kill(self) -> None:
         """Kill the process and its children."""

@@ -74,31 +74,34 @@ class PlanCall:
 
     def run(self) -> None:
         """Make the plan. Called in the thread of the call."""
-        start = time.monotonic()
+        start_s = time.monotonic()
         timer = _start_timer(self.request.timeout, lambda: self._end_call(PlanStatus.TIMEOUT))
         attempts = Attempts(self.request.planner)
         try:
-            result = self._try_planners(attempts, start + self.request.timeout)
+            result = self._try_planners(attempts, start_s + self.request.timeout)
         except OSError as error:
-            text = f"no process for a planner can be started: {error}"
-            result = PlanResult(PlanStatus.FAILED, self.request.planner, message=text)
+            message = f"no process for a planner can be started: {error}"
+            result = PlanResult(PlanStatus.FAILED, self.request.planner, message=message)
         timer.cancel()
-        seconds = time.monotonic() - start
+        seconds = time.monotonic() - start_s
         with self._lock:  # a cancellation from now on comes too late
             end_status = self._end_status
             # a plan that arrives together with the timeout counts
             has_plan = end_status is PlanStatus.TIMEOUT and result.status is PlanStatus.PLANNED
             if end_status is not None and not has_plan:
-                text = {
+                message = {
                     PlanStatus.TIMEOUT: f"no plan within {self.request.timeout:g} s{attempts.advice}",
                     PlanStatus.CANCELLED: CANCELLED_TEXT,
                 }[end_status]
-                result = PlanResult(end_status, self.request.planner, message=text, seconds=seconds)
+                result = PlanResult(end_status, self.request.planner, message=message, seconds=seconds)
             self._result = result
         self._done.set()
 
-    def _try_planners(self, attempts: Attempts, deadline: float) -> PlanResult:
-        """Try the planners in order until one has a plan or proves that there is none."""
+    def _try_planners(self, attempts: Attempts, deadline_s: float) -> PlanResult:
+        """Try the planners in order until a planner has a plan or proves that there is none.
+
+        :param deadline_s: the end of the time limit on the monotonic clock.
+        """
         request = self.request
         try:
             attempts.choice = choose_planners(
@@ -108,7 +111,7 @@ class PlanCall:
             return PlanResult(PlanStatus.FAILED, request.planner, message=str(error))
         for planner in attempts.choice.planners:
             is_last = planner is attempts.choice.planners[-1]
-            seconds = (deadline - time.monotonic()) * (1.0 if is_last else _TIME_SHARE)
+            seconds = (deadline_s - time.monotonic()) * (1.0 if is_last else _TIME_SHARE)
             result = self._try_planner(planner, seconds, is_last=is_last)
             if self.is_ended or attempts.add_result(planner, result):
                 return attempts.with_reasons(result)
@@ -142,8 +145,7 @@ class PlanCall:
 
     def _best_result(self, planner: Planner, process: PlannerProcess, seconds: float) -> PlanResult:
         """Return the result of a planner whose process was killed: its best plan so far, or a timeout."""
-        # imported late, because few calls end with a killed process
-        from cxbridge_planning.validation.plan import check_plan  # noqa: PLC0415
+        from cxbridge_planning.validation.plan import check_plan  # noqa: PLC0415 - few processes are killed
 
         name, domain, problem = planner.name, self.request.domain, self.request.problem
         if self._end_status is not PlanStatus.CANCELLED:
@@ -190,7 +192,7 @@ class PlanningService(Closing):
         self._is_closed = False
 
     def warm_up(self) -> None:
-        """Start a process in advance, so that the first plan does not wait for it."""
+        """Start a process in advance, so that the first call does not wait for the process."""
         with self._pool_changed:
             if not self._idle_processes and not self._is_closed:
                 self._idle_processes.append(PlannerProcess())

@@ -39,7 +39,7 @@ def run_job(job: Job) -> PlanResult:
         message = str(error)
     except (MemoryError, RecursionError) as error:
         message = f"{name} exceeded the {'memory' if isinstance(error, MemoryError) else 'recursion'} limit"
-    except Exception as error:  # noqa: BLE001  a planner may raise anything
+    except Exception as error:  # noqa: BLE001 - a planner may raise anything
         message = f"{name} failed: {type(error).__name__}: {error}"
     valid_actions = actions or () if status is PlanStatus.PLANNED else ()
     return PlanResult(status, name, valid_actions, message, time.perf_counter() - start)
@@ -49,8 +49,7 @@ def _judge_plan(job: Job, actions: tuple[PlannedAction, ...] | None) -> tuple[Pl
     """Return the status of a planner's result, and why there is no valid plan."""
     name = job.planner.name
     if actions is None:
-        # imported late, because most problems have a plan
-        from cxbridge_planning.compile.relaxed import no_plan_reason  # noqa: PLC0415
+        from cxbridge_planning.compile.relaxed import no_plan_reason  # noqa: PLC0415 - most problems have a plan
 
         reason = no_plan_reason(job.domain, job.problem)
         return PlanStatus.NO_PLAN, f"{name} says that there is no plan{reason}"
@@ -61,18 +60,18 @@ def _judge_plan(job: Job, actions: tuple[PlannedAction, ...] | None) -> tuple[Pl
     return PlanStatus.PLANNED, ""
 
 
-def _limit_memory(memory: int) -> None:
-    """Limit the address space of this process in bytes. Windows has no such limit."""
+def _limit_memory(max_bytes: int) -> None:
+    """Limit the address space of this process. Windows has no such limit."""
     if sys.platform != "win32":
-        import resource  # noqa: PLC0415  absent on Windows
+        import resource  # noqa: PLC0415 - absent on Windows
 
         _soft_limit, hard_limit = resource.getrlimit(resource.RLIMIT_AS)
-        resource.setrlimit(resource.RLIMIT_AS, (memory, hard_limit))
+        resource.setrlimit(resource.RLIMIT_AS, (max_bytes, hard_limit))
 
 
-def _end_with_parent(parent: int) -> None:
+def _end_with_parent(parent_id: int) -> None:
     """End this process and its children when the parent has ended, even during a job."""
-    while os.getppid() == parent:
+    while os.getppid() == parent_id:
         time.sleep(_POLL_S)
     _remove_folder()
     if sys.platform != "win32":
@@ -96,7 +95,7 @@ def main() -> None:
     os.dup2(2, 1)  # from here on, a planner's output goes to standard error
     while True:
         try:
-            job = pickle.load(jobs)  # noqa: S301  only the parent process writes to this pipe
+            job = pickle.load(jobs)  # noqa: S301 - only the parent process writes to this pipe
         except EOFError:
             _remove_folder()
             return

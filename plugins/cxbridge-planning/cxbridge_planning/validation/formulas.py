@@ -41,12 +41,12 @@ OVER_ALL: Final = "over all"
 class _BoundEffect(NamedTuple):
     """A literal or numeric effect with the objects of its variables.
 
-    :param value: whether an atom becomes true or false.
+    :param becomes_true: whether an atom becomes true rather than false; without a meaning for numbers.
     """
 
     effect: Atom | NumericChange
     binding: Binding
-    value: bool = True
+    becomes_true: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,8 +91,8 @@ def parts_at(formula: Formula | None, time: str) -> Iterator[Formula]:
             if when == time:
                 yield from parts_at(part, AT_START)  # the inner part has no time
         case Quantified(quantifier="forall", part=part) if _has_times(part):
-            for inner in parts_at(part, time):
-                yield replace(formula, part=inner)
+            for inner_part in parts_at(part, time):
+                yield replace(formula, part=inner_part)
         case _ if time == AT_START:
             yield formula
 
@@ -147,7 +147,9 @@ def effect_changes(effect: Formula | None, binding: Binding, moment: Moment, tim
         if isinstance(change.effect, NumericChange):
             state.change_number(change.effect, change.binding, changes.numbers)
         else:
-            (changes.adds if change.value else changes.deletes).add(fact_of(change.effect, change.binding))
+            (changes.adds if change.becomes_true else changes.deletes).add(
+                fact_of(change.effect, change.binding)
+            )
     changes.deletes.difference_update(changes.adds)  # a fact that is deleted and added is true afterwards
     return changes
 
@@ -175,7 +177,7 @@ def _find_effects(
             if effects and _condition_holds(condition, binding, moment):
                 yield from effects
         case Not(part=Atom() as atom) if time == moment_time:
-            yield _BoundEffect(atom, binding, value=False)
+            yield _BoundEffect(atom, binding, becomes_true=False)
         case Atom() | NumericChange() if time == moment_time:
             yield _BoundEffect(effect, binding)
         case _:

@@ -1,7 +1,7 @@
 """The check of a plan: its execution step by step, with conditions, effects, and finally the goal.
 
-A durative action has two moments, start and end. Simultaneous moments read the same state, and no moment may
-change a fact that another moment reads or changes differently (PDDL 2.1: no moving targets).
+A durative action has two happenings, start and end. Simultaneous happenings read the same state, and no
+happening may change a fact that another happening reads or changes differently (PDDL 2.1: no moving targets).
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from cxbridge_planning.validation.formulas import (
 from cxbridge_planning.validation.world import Changes, WorldState
 
 SAME_TIME_S: Final = 1e-7
-"""The maximum time between simultaneous moments in seconds."""
+"""The maximum time between simultaneous happenings in seconds."""
 
 TOLERANCE_S: Final = 0.001
 """The tolerance of durations in seconds, because plan files have three decimals."""
@@ -79,7 +79,7 @@ class _Step:
     """
 
     number: int
-    planned: PlannedAction
+    planned_action: PlannedAction
     action: ActionSchema
     binding: dict[str, str]
     start: float
@@ -93,7 +93,11 @@ class _Step:
 
 
 class _Happening(NamedTuple):
-    """A happening of the plan: the ``start`` or ``end`` of a durative action, or a whole other action."""
+    """The start or the end of a durative action, or an action without duration.
+
+    :param time: the seconds after the plan's start.
+    :param part: ``start`` or ``end``; empty for an action without duration.
+    """
 
     time: float
     step: _Step
@@ -135,7 +139,7 @@ class _Checker:
         self._objects = objects
         self._goal = goal
         self._state = state
-        self._unfinished: list[_Step] = []  # durative steps between start and end
+        self._unfinished_steps: list[_Step] = []  # durative steps between start and end
 
     def check(self, actions: Sequence[PlannedAction], running: Sequence[PlannedAction]) -> PlanCheck:
         try:
@@ -144,8 +148,8 @@ class _Checker:
                 self._make_step(-number, action, is_running=True) for number, action in enumerate(running)
             ]
             steps += [self._make_step(number, action) for number, action in enumerate(actions, start=1)]
-            events = sorted(self._events(steps), key=lambda event: event.time)
-            for group in _group_simultaneous(events):
+            happenings = sorted(self._happenings(steps), key=lambda happening: happening.time)
+            for group in _group_simultaneous(happenings):
                 self._execute(group)
             false_part = describe_false_part(self._goal, {}, Moment(self._state, self._objects))
         except _StepError as error:
@@ -154,74 +158,76 @@ class _Checker:
             return PlanCheck(unchecked=str(error))
         return PlanCheck(f"the goal is not reached: {false_part}" if false_part else "")
 
-    def _make_step(self, number: int, planned: PlannedAction, *, is_running: bool = False) -> _Step:
+    def _make_step(self, number: int, planned_action: PlannedAction, *, is_running: bool = False) -> _Step:
         """Return a step, after checks of its name and objects."""
 
         def step_error(reason: str) -> _StepError:
-            return _StepError(number, f"step {number}, {_format_action(planned)}: {reason}")
+            return _StepError(number, f"step {number}, {_format_action(planned_action)}: {reason}")
 
-        action = self._actions.get(planned.name)
+        action = self._actions.get(planned_action.name)
         if action is None:
             raise step_error("there is no such action")
         names = names_of(action.parameters)
-        if len(names) != len(planned.arguments):
-            raise step_error(f"{action.name} takes {len(names)} objects, not {len(planned.arguments)}")
-        binding = dict(zip(names, planned.arguments, strict=True))
+        if len(names) != len(planned_action.arguments):
+            raise step_error(f"{action.name} takes {len(names)} objects, not {len(planned_action.arguments)}")
+        binding = dict(zip(names, planned_action.arguments, strict=True))
         for group in action.parameters:
             allowed_objects = self._objects.of_types(group.types)
             for name in group.names:
                 if binding[name] not in allowed_objects:
                     kind = " or ".join(group.types) or "object"
                     raise step_error(f"?{name} must be of type {kind}, which {binding[name]} is not")
-        start, duration = planned.start or 0.0, planned.duration or 0.0
-        return _Step(number, planned, action, binding, start, start + duration, is_running=is_running)
+        start, duration = planned_action.start or 0.0, planned_action.duration or 0.0
+        return _Step(number, planned_action, action, binding, start, start + duration, is_running=is_running)
 
-    def _events(self, steps: Sequence[_Step]) -> Iterator[_Happening]:
-        """Yield the moments of the steps. In a plan without times, the steps are consecutive."""
-        is_timed = any(step.planned.start is not None for step in steps)
-        clock = 0.0
+    def _happenings(self, steps: Sequence[_Step]) -> Iterator[_Happening]:
+        """Yield the happenings of the steps. In a plan without times, the steps are consecutive."""
+        is_timed = any(step.planned_action.start is not None for step in steps)
+        next_start = 0.0
         for step in steps:
             if not is_timed:
-                step.start, step.end = clock, clock + (step.planned.duration or 1.0)
-                clock = step.end + 1.0  # a gap, because simultaneous moments may interfere
+                step.start, step.end = next_start, next_start + (step.planned_action.duration or 1.0)
+                next_start = step.end + 1.0  # a gap, because simultaneous happenings may interfere
             if step.action.durative:
                 yield from (_Happening(step.start, step, "start"), _Happening(step.end, step, "end"))
             else:
                 yield _Happening(step.start, step, "")
 
-    def _execute(self, events: Sequence[_Happening]) -> None:
-        """Execute simultaneous moments."""
+    def _execute(self, happenings: Sequence[_Happening]) -> None:
+        """Execute simultaneous happenings."""
         state_before = self._state
-        executed_events = [(event, *self._execute_happening(event, state_before)) for event in events]
-        _refuse_interference(executed_events)
-        for _, _, changes in executed_events:
+        executed_happenings = [
+            (happening, *self._execute_happening(happening, state_before)) for happening in happenings
+        ]
+        _refuse_interference(executed_happenings)
+        for _, _, changes in executed_happenings:
             # all steps have computed their numbers from the same state: simultaneous changes add up
             numbers = {
                 ground: value + self._state.numbers.get(ground, 0.0) - state_before.numbers.get(ground, 0.0)
                 for ground, value in changes.numbers.items()
             }
             self._state = self._state.after(replace(changes, numbers=numbers))
-        for event, _, _ in executed_events:
-            if event.part == "start":
-                self._unfinished.append(event.step)
-            elif event.part == "end":
-                self._unfinished.remove(event.step)
-        for step in self._unfinished:
+        for happening, _, _ in executed_happenings:
+            if happening.part == "start":
+                self._unfinished_steps.append(happening.step)
+            elif happening.part == "end":
+                self._unfinished_steps.remove(happening.step)
+        for step in self._unfinished_steps:
             self._require(step, list(parts_at(step.action.condition, OVER_ALL)), self._state)
 
-    def _execute_happening(self, event: _Happening, state: WorldState) -> tuple[set[Ground], Changes]:
-        """Return the facts that a moment reads, and its changes."""
-        step, action = event.step, event.step.action
+    def _execute_happening(self, happening: _Happening, state: WorldState) -> tuple[set[Ground], Changes]:
+        """Return the facts that a happening reads, and its changes."""
+        step, action = happening.step, happening.step.action
         moment = Moment(state, self._objects, step.duration, step.start_moment)
-        is_start = event.part == "start"
+        is_start = happening.part == "start"
         # an action without duration has its conditions at the start and its effects at the end
-        conditions = list(parts_at(action.condition, AT_END if event.part == "end" else AT_START))
+        conditions = list(parts_at(action.condition, AT_END if happening.part == "end" else AT_START))
         reads = set[Ground]()
         if is_start:
             step.start_moment = moment
-        if not step.is_running or event.part == "end":  # conditions of a running action held at its start
+        if not step.is_running or happening.part == "end":  # conditions of a running action held at its start
             self._require(step, conditions, state)
-            if is_start and action.duration is not None and step.planned.duration is not None:
+            if is_start and action.duration is not None and step.planned_action.duration is not None:
                 _check_duration(step, action.duration, moment)
             reads = set[Ground]().union(*moment.reads_of(conditions, step.binding))
             if is_start:  # the start also needs the facts that must be true from now on
@@ -238,25 +244,28 @@ class _Checker:
                 raise _StepError(max(0, step.number), f"{_describe_step(step)}: {false_part}")
 
 
-def _group_simultaneous(events: Sequence[_Happening]) -> Iterator[list[_Happening]]:
-    """Yield the moments, sorted by time, in groups of the same time."""
+def _group_simultaneous(happenings: Sequence[_Happening]) -> Iterator[list[_Happening]]:
+    """Yield groups of simultaneous happenings.
+
+    :param happenings: sorted by time.
+    """
     group: list[_Happening] = []
-    for event in events:
-        if group and event.time - group[0].time > SAME_TIME_S:
+    for happening in happenings:
+        if group and happening.time - group[0].time > SAME_TIME_S:
             yield group
             group = []
-        group.append(event)
+        group.append(happening)
     if group:
         yield group
 
 
-def _refuse_interference(executed_events: Sequence[tuple[_Happening, set[Ground], Changes]]) -> None:
-    """Refuse simultaneous moments if one changes a fact that another reads or changes differently.
+def _refuse_interference(executed_happenings: Sequence[tuple[_Happening, set[Ground], Changes]]) -> None:
+    """Refuse simultaneous happenings if one changes a fact that another reads or changes differently.
 
-    :param executed_events: each moment with the facts that it reads, and its changes.
+    :param executed_happenings: each happening with the facts that it reads, and its changes.
     """
     for (first, first_reads, first_changes), (second, second_reads, second_changes) in combinations(
-        executed_events, 2
+        executed_happenings, 2
     ):
         conflicts = (
             first_reads & second_changes.written
@@ -269,7 +278,7 @@ def _refuse_interference(executed_events: Sequence[tuple[_Happening, set[Ground]
             raise _StepError(
                 second.step.number,
                 f"{_describe_step(second.step)}: at {second.time:g} s this action and "
-                f"{_format_action(first.step.planned)} both affect {format_list(name, *arguments)}; "
+                f"{_format_action(first.step.planned_action)} both affect {format_list(name, *arguments)}; "
                 "begin one of the two actions later",
             )
 
@@ -280,26 +289,29 @@ def _check_duration(step: _Step, constraint: Formula, moment: Moment) -> None:
     for part in (*parts_at(constraint, AT_START), *parts_at(constraint, AT_END)):
         limit = None
         match part:
+            # a bound of ?duration has a limit; any other constraint is checked like a condition
             case TermComparison(operator=sign, left=Variable(name=name), right=right) if name == DURATION:
                 limit = moment.known_state().number(right, step.binding)
         if limit is None:
             is_violated = bool(describe_false_part(part, step.binding, moment))
-            text = ""
+            requirement_text = ""
         else:
             is_too_long = sign in ("=", "<=", "<") and duration > limit + TOLERANCE_S
             is_violated = is_too_long or (sign in ("=", ">=", ">") and duration < limit - TOLERANCE_S)
-            text = f", but the domain requires {limit:g}"
+            requirement_text = f", but the domain requires {limit:g}"
         if is_violated:
-            raise _StepError(step.number, f"{_describe_step(step)}: it takes {duration:g} s{text}")
+            raise _StepError(
+                step.number, f"{_describe_step(step)}: it takes {duration:g} s{requirement_text}"
+            )
 
 
-def _format_action(planned: PlannedAction) -> str:
-    return format_list(planned.name, *planned.arguments)
+def _format_action(planned_action: PlannedAction) -> str:
+    return format_list(planned_action.name, *planned_action.arguments)
 
 
 def _describe_step(step: _Step) -> str:
     return (
-        f"step {step.number}, {_format_action(step.planned)}"
+        f"step {step.number}, {_format_action(step.planned_action)}"
         if step.number > 0
-        else f"{_format_action(step.planned)}, running"
+        else f"{_format_action(step.planned_action)}, running"
     )

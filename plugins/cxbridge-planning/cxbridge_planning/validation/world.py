@@ -20,7 +20,7 @@ class WorldState:
         """Return the initial state of a problem."""
         return cls(
             frozenset(make_ground(atom.predicate, atom) for atom in problem.init),
-            {make_ground(call.function, call): value for call, value in problem.numbers},
+            {make_ground(term.function, term): value for term, value in problem.numbers},
         )
 
     def after(self, changes: Changes) -> WorldState:
@@ -31,7 +31,7 @@ class WorldState:
 
 @dataclass(frozen=True, slots=True)
 class Changes:
-    """The facts and numbers that one moment of a plan changes."""
+    """The facts and numbers that a happening of a plan changes."""
 
     adds: set[Ground] = field(default_factory=set)
     deletes: set[Ground] = field(default_factory=set)
