@@ -1,1 +1,1 @@
-"""A running Fawkes: its network protocol, the gateway, Skillers elsewhere, files of bblogger and ffbblog."""
+"""A running Fawkes: its network protocol, the gateway, remote Skillers, files of bblogger and ffbblog."""

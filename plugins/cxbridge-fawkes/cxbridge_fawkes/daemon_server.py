@@ -21,7 +21,7 @@ class FawkesComponent(Component):
         self._daemon = daemon
 
     def activate(self) -> None:
-        # anew each time, because a stopped server does not start again
+        # a new server for each activation, because a stopped server cannot start again
         daemon = self._daemon
         settings = daemon.section("fawkes")
         assert isinstance(settings, FawkesSettings)

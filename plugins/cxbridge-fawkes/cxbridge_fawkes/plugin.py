@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cxbridge.plugins import Row, always, in_daemon
 
-API = 1
+API = 1  # version of the plug-in interface
 
 COMMANDS = (Row("gateway", "cxbridge_fawkes.cli.gateway", section="Run"),)
 COMPONENTS = (

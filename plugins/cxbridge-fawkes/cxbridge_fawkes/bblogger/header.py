@@ -42,6 +42,7 @@ _TYPE_NAME = re.compile(rb"[A-Za-z_]\w*")
 _SCENARIO_SIZE: Final = 32  # fixed sizes of Fawkes' C struct, in bytes
 _TYPE_SIZE: Final = 48
 _ID_SIZE: Final = 64
+# byte order flag, number of entries, scenario, type, id, hash, block size, start (seconds, microseconds)
 _FIELDS: Final = struct.Struct(f"<II{_SCENARIO_SIZE}s{_TYPE_SIZE}s{_ID_SIZE}s16sIqq")
 _UINT32_MASK: Final = 0xFFFFFFFF
 
@@ -119,14 +120,16 @@ def read_header(head: bytes, path: Path, registry: InterfaceRegistry) -> Header:
     """
     if len(head) < HEADER_SIZE:
         raise TraceError("cut off within the header", file=path)
-    _, count, *texts, hash_, size, seconds, microseconds = _FIELDS.unpack_from(head, FLAG_OFFSET)
-    if not _TYPE_NAME.fullmatch(texts[1].split(b"\0", 1)[0]) or not 0 < size <= MAX_BLOCK_SIZE:
+    _, count, scenario_field, type_field, id_field, hash_, size, seconds, microseconds = _FIELDS.unpack_from(
+        head, FLAG_OFFSET
+    )
+    if not _TYPE_NAME.fullmatch(type_field.split(b"\0", 1)[0]) or not 0 < size <= MAX_BLOCK_SIZE:
         raise TraceError(
             "the header is not valid for a bblogger file",
             file=path,
             hint="the file is damaged, or from a Fawkes before 2015-03 or a big-endian machine",
         )
-    scenario, interface_type, interface_id = map(decode_padded_text, texts)
+    scenario, interface_type, interface_id = map(decode_padded_text, (scenario_field, type_field, id_field))
     start_us = seconds * MICROSECONDS + microseconds
     schema, problem = _find_schema(interface_type, hash_, size, registry)
     return Header(
@@ -147,15 +150,15 @@ def _find_schema(
     interface_type: str, hash_: bytes, data_size: int, registry: InterfaceRegistry
 ) -> tuple[InterfaceSchema | None, str]:
     """Return the definition of a type, None if no definition fits, and the problem of the definition."""
-    undecoded = "; values are left as bytes (other definitions: --interface-dir)"
+    consequence = "; values are left as bytes (other definitions: --interface-dir)"
     try:
         schema = registry.schema(interface_type)
     except InterfaceError as error:
-        return None, error.message.split(". ")[0] + undecoded  # the rest lists folders of definitions
+        return None, error.message.split(". ")[0] + consequence  # the rest lists folders of definitions
     if data_size != schema.datasize:
         return None, (
             f"the blocks of {interface_type} have {data_size} bytes, but {schema.datasize} by the definition:"
-            f" another version of the interface{undecoded}"
+            f" another version of the interface{consequence}"
         )
     if accepts_hash(schema, hash_):
         return schema, ""
@@ -209,8 +212,8 @@ def file_name(scenario: str, uid: str, start_us: int, *, utc: bool = False) -> s
     :param utc: whether the date is in UTC; otherwise in the time zone of the machine, as in Fawkes.
     """
     interface_type, _, interface_id = uid.partition("::")
-    second, _ = split_us(start_us)
-    date = time.strftime("%Y-%m-%d-%H-%M-%S", time.gmtime(second) if utc else time.localtime(second))
+    seconds, _ = split_us(start_us)
+    date = time.strftime("%Y-%m-%d-%H-%M-%S", time.gmtime(seconds) if utc else time.localtime(seconds))
     return f"{_quote_name(scenario)}-{interface_type}-{_quote_name(interface_id)}-{date}.log"
 
 

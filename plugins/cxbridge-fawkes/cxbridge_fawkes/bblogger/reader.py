@@ -36,6 +36,7 @@ from cxbridge_fawkes.bblogger.header import (
 RAW_FIELD = "block"
 """The only field of a write of an unknown interface: its block as hexadecimal digits, without time stamp."""
 
+# the time stamp at the start of a block: seconds and microseconds
 _STAMP = struct.Struct("<qq")
 _MAX_READ_SIZE = 1 << 18  # in bytes
 _MAX_US = (1 << 63) // 1000  # the maximum of mcap, which counts nanoseconds
@@ -67,20 +68,20 @@ class BBLoggerFile(Run):
         :raises TraceError: if the file cannot be read.
         """
         header = self.header
-        size = header.entry_size
+        entry_size = header.entry_size
         unpack_time = ENTRY_HEADER.unpack_from
         count = partial_size = 0
         with reading(self.path), self.path.open("rb") as file:
             file.seek(HEADER_SIZE)
-            # each read has whole entries, which need not be joined
-            while data := file.read(max(_MAX_READ_SIZE // size, 1) * size):
-                view = memoryview(data)
-                partial_size = len(data) % size
-                for offset in range(0, len(data) - partial_size, size):
-                    seconds, microseconds = unpack_time(data, offset)
+            # each read has whole entries, so that no entry must be joined from two reads
+            while chunk := file.read(max(_MAX_READ_SIZE // entry_size, 1) * entry_size):
+                view = memoryview(chunk)
+                partial_size = len(chunk) % entry_size
+                for offset in range(0, len(chunk) - partial_size, entry_size):
+                    seconds, microseconds = unpack_time(chunk, offset)
                     since_us = seconds * MICROSECONDS + microseconds
-                    yield since_us, view[offset + ENTRY_HEADER.size : offset + size]
-                count += len(data) // size
+                    yield since_us, view[offset + ENTRY_HEADER.size : offset + entry_size]
+                count += len(chunk) // entry_size
         if partial_size:
             self.note("the file ends within an entry")
         if header.count not in (0, count):
@@ -124,9 +125,9 @@ class BBLoggerFile(Run):
         if header.says_big_endian:
             actions.append("FIXING: header says big endian, but the data are little endian, setting")
             patches.append((FLAG_OFFSET, bytes([header.flag ^ 0x01])))
-        count, extra = divmod(size - HEADER_SIZE, header.entry_size)
-        if extra:
-            actions.append(f"FIXING: errorneous bytes at end of file, truncating by {extra} b")
+        count, extra_size = divmod(size - HEADER_SIZE, header.entry_size)
+        if extra_size:
+            actions.append(f"FIXING: errorneous bytes at end of file, truncating by {extra_size} b")
         if header.count != count:
             actions.append(
                 f"FIXING: header has {header.count} data items, but expecting {count}, setting"
@@ -134,7 +135,7 @@ class BBLoggerFile(Run):
                 else f"FIXING: header of file {self.path} has 0 data items, setting to {count}."
             )
             patches.append((COUNT_OFFSET, pack_count(count)))
-        return actions, partial(_copy_patched_start, self.path, size - extra, patches)
+        return actions, partial(_copy_patched_start, self.path, size - extra_size, patches)
 
     def description(self) -> Iterator[str]:
         """Yield the lines of ``ffbblog info``, with a note on a wrong byte order."""
@@ -164,9 +165,9 @@ def _copy_patched_start(source: Path, size: int, patches: Sequence[tuple[int, by
     shutil.copyfile(source, target)
     with target.open("r+b") as file:
         file.truncate(size)
-        for offset, data in patches:
+        for offset, new_bytes in patches:
             file.seek(offset)
-            file.write(data)
+            file.write(new_bytes)
 
 
 class BBLoggerFolder(Run):

@@ -99,7 +99,7 @@ class _InterfaceFile:
     def __init__(self, path: Path, header: bytes) -> None:
         self._path = path
         self._count = 0
-        self._end = len(header)
+        self._end_offset = len(header)
         with writing(path):
             self._file = path.open("wb", buffering=0)
             try:
@@ -114,8 +114,8 @@ class _InterfaceFile:
         :raises TraceError: if the entry cannot be written, as on a full disk; the entry is then not counted.
         """
         with writing(self._path):
-            self._write_at(entry, self._end)
-        self._end += len(entry)
+            self._write_at(entry, self._end_offset)
+        self._end_offset += len(entry)
         self._count += 1
 
     def close(self) -> None:
@@ -124,7 +124,7 @@ class _InterfaceFile:
         :raises TraceError: if the file cannot be written.
         """
         with writing(self._path), self._file:
-            self._file.truncate(self._end)
+            self._file.truncate(self._end_offset)
             self._write_at(pack_count(self._count), COUNT_OFFSET)
 
     def _write_at(self, data: bytes, offset: int) -> None:

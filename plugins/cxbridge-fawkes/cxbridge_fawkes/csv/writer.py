@@ -69,7 +69,7 @@ class CsvWriter(RunWriter):
         self._is_single_file = path.suffix == _SUFFIX
         self._start_us: int | None = None
         self._files: dict[str, _CsvFile] = {}
-        self._reasons_by_uid: dict[str, str] = {}
+        self._omission_reasons: dict[str, str] = {}  # by uid
         if self._is_single_file:
             _create(path).close()
         else:
@@ -78,14 +78,14 @@ class CsvWriter(RunWriter):
     @property
     def notes(self) -> list[str]:
         """Notes for the user about interfaces that were left out."""
-        return [f"{uid}: left out: {reason}" for uid, reason in self._reasons_by_uid.items()]
+        return [f"{uid}: left out: {reason}" for uid, reason in self._omission_reasons.items()]
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - CSV has only interface writes at any level
         return frozenset({InterfaceWrite})
 
     def write(self, event: Event) -> None:
         """Write a row; the first write of an interface creates its file."""
-        if not isinstance(event, InterfaceWrite) or event.uid in self._reasons_by_uid:
+        if not isinstance(event, InterfaceWrite) or event.uid in self._omission_reasons:
             return
         if self._start_us is None:
             self._start_us = event.time_us
@@ -94,7 +94,7 @@ class CsvWriter(RunWriter):
             try:
                 file = self._create_file(event.uid)
             except InterfaceError as error:
-                self._reasons_by_uid[event.uid] = error.message
+                self._omission_reasons[event.uid] = error.message
                 return
             self._files[event.uid] = file
         file.write(event.time_us - self._start_us, event.values)
@@ -122,6 +122,7 @@ class _CsvFile:
 
     def __init__(self, path: Path, schema: InterfaceSchema) -> None:
         self._path = path
+        # name, function that formats an element (None for texts), and whether the field is an array
         self._columns = [
             (field.name, None if field.is_string else make_formatter(field.type), field.is_array)
             for field in schema.fields

@@ -1,8 +1,8 @@
 """Mirrors interfaces from the blackboard of their writer to another blackboard.
 
-A sweep compares the lists of both boards, ends mirrors that lost a side and starts possible ones. The gateway
-sweeps after events and periodically (:meth:`Gateway.loop`). Listeners only queue data and set flags, so that
-neither board waits for the other.
+A sweep compares the lists of both boards, ends mirrors that lost a side and starts possible mirrors. The
+gateway sweeps after events and periodically (:meth:`Gateway.loop`). Listeners only queue data and set flags,
+so that neither board waits for the other.
 """
 
 from __future__ import annotations
@@ -31,7 +31,10 @@ SWEEP_PERIOD_S: Final = 0.25
 """The seconds between sweeps without events."""
 
 RIVAL_PAUSE_S: Final = 1.0
-"""The seconds between the end of a rival on the other board and the mirroring of the remaining writer."""
+"""The seconds between the end of a rival and the mirroring of the remaining writer.
+
+A rival is a writer of the same interface on the other board.
+"""
 
 _STOP_TIMEOUT_S: Final = 10.0  # the thread may wait for a request to a lost board
 
@@ -167,7 +170,7 @@ class Gateway(Observer, Closing):
             mirror.transfer()
 
     def _sweep(self) -> None:
-        """End mirrors that lost a side, and start possible ones."""
+        """End mirrors that lost a side, and start possible mirrors."""
         for key, mirror in list(self._mirrors.items()):
             if mirror.end_reason:  # before the lists, which take long on a lost board
                 connected = self._boards[mirror.side].connected
@@ -190,7 +193,10 @@ class Gateway(Observer, Closing):
         self._log.info(f"{uid} is no longer mirrored: {reason}")
 
     def _list_interfaces(self, side: int) -> Listing | None:
-        """Return the matching interfaces of a board; None if the board is unreachable."""
+        """Return the matching interfaces of a board; None if the board is unreachable.
+
+        :param side: 0 for the left board, 1 for the right board.
+        """
         listing: Listing = {}
         # a request to a lost board would wait for its return, and delay the mirrors
         if not self._boards[side].connected:
@@ -220,14 +226,15 @@ class Gateway(Observer, Closing):
         return ""
 
     def _try_to_mirror(self, key: Key, listings: tuple[Listing | None, Listing | None]) -> None:
+        """Start the mirror of an interface, if exactly one board has a writer."""
         infos = [None if listing is None else listing.get(key) for listing in listings]
-        writers = [side for side, info in enumerate(infos) if info is not None and info.has_writer]
+        writer_sides = [side for side, info in enumerate(infos) if info is not None and info.has_writer]
         if None in listings:
             return
-        if not writers:
+        if not writer_sides:
             self._rival_times_s.pop(key, None)
             return
-        if len(writers) > 1:
+        if len(writer_sides) > 1:
             self._rival_times_s[key] = time.monotonic()
             self._warn_once(key, "not mirrored, because both blackboards have a writer")
             return
@@ -237,7 +244,7 @@ class Gateway(Observer, Closing):
             # forever
             return
         self._rival_times_s.pop(key, None)
-        side = writers[0]
+        side = writer_sides[0]
         try:
             self._mirrors[key] = InterfaceMirror(
                 self._boards[side],

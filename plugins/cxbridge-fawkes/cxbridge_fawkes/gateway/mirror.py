@@ -123,6 +123,7 @@ class InterfaceMirror(Listener):
         self._wake, self._request_sweep, self._warn = wake, request_sweep, warn
         self._lock = threading.Lock()  # guards the reader
         self._blocks: deque[bytes] = deque(maxlen=MAX_BLOCKS)
+        # messages, and the serials of senders that have ended, in order of arrival
         self._requests: deque[Message | UUID] = deque()
         self._proxies: OrderedDict[UUID, SenderProxy] = OrderedDict()
         self._orphans: Final = orphans
@@ -142,13 +143,13 @@ class InterfaceMirror(Listener):
             )
             stack.callback(self._writer.close)
             _check_layouts(self._reader, self._writer)
-            self._writer.read()  # readers have the last block of an earlier writer
+            self._writer.read()  # the readers may still have the last block of an earlier writer
             self._last_block = self._writer.to_bytes()
             self._translator = StateTranslator(
                 type(self._reader), hide=hide_past, find_sender=self._find_sender
             )
             self.data_refreshed(self._reader)
-            self._stack = stack.pop_all()
+            self._open_instances = stack.pop_all()
 
     def close(self, reason: str) -> None:
         """Close the instances on both boards."""
@@ -163,7 +164,7 @@ class InterfaceMirror(Listener):
             proxy.close(self._read_controller())
         self._proxies.clear()
         with suppress(BlackBoardError):  # the instance may be gone with its blackboard
-            self._stack.close()
+            self._open_instances.close()
 
     def data_refreshed(self, interface: Interface) -> None:
         """Queue the present block of the source."""
@@ -182,12 +183,12 @@ class InterfaceMirror(Listener):
         self._wake()
         return False
 
-    def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
+    def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - as above
         """Queue the end of a sender behind its messages."""
         self._requests.append(serial)
         self._wake()
 
-    def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
+    def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - as above
         self._request_end("its writer is gone")
 
     def _request_end(self, reason: str) -> None:
@@ -225,12 +226,12 @@ class InterfaceMirror(Listener):
         block = self._translator.translate(block)
         if block == self._last_block:
             return  # readers would see no difference
-        changed = block[STAMP.size :] != self._last_block[STAMP.size :]
-        if not changed and self._translator.hides_state:
+        has_changed = block[STAMP.size :] != self._last_block[STAMP.size :]
+        if not has_changed and self._translator.hides_state:
             return  # the writer works for senders that are not the gateway's, which the translator hides
         self._last_block = block
         self._writer.set_from_chunk(block)
-        if changed:
+        if has_changed:
             self._writer.mark_data_changed()
         self._writer.write()
 
@@ -242,7 +243,7 @@ class InterfaceMirror(Listener):
         if proxy is None:
             instance = self._source.open_for_reading(self._writer.type, self._writer.id, owner=OWNER)
             proxy = self._proxies[sender] = SenderProxy(instance)
-            if len(self._proxies) > MAX_PROXIES:
+            if len(self._proxies) > MAX_PROXIES:  # the first proxy was silent for longest
                 self._proxies.popitem(last=False)[1].close(self._read_controller())
         self._proxies.move_to_end(sender)
         if message.type == ACQUIRE_MESSAGE and not message.get("steal_control"):
@@ -251,7 +252,7 @@ class InterfaceMirror(Listener):
         self._translator.record_ids(message.type, writer_id, message.id)
 
     def _release_orphan(self, controller: str) -> None:
-        """Release the control of an orphan, on behalf of which the writer still has a controller."""
+        """Release the control of the writer's controller, if it is an orphan."""
         if controller in self._orphans:
             self._orphans.remove(controller)
             message = self._reader.create_message(RELEASE_MESSAGE)

@@ -37,7 +37,7 @@ def run_gateway(
         left, right = (service.open_blackboard(url, registry) for url in urls)
         gateway = service.enter_context(Gateway(left, right, patterns, bus=service.bus, names=urls))
         gateway.start()
-        between = f"between {urls[0]} and {urls[1]}"
-        service.bus.logger(COMPONENT).info(f"Ready: {', '.join(patterns)} {between}")
-        service.report_ready(between)
+        between_text = f"between {urls[0]} and {urls[1]}"
+        service.bus.logger(COMPONENT).info(f"Ready: {', '.join(patterns)} {between_text}")
+        service.report_ready(between_text)
         service.stopped.wait()

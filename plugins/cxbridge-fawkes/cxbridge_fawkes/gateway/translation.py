@@ -44,7 +44,7 @@ class StateTranslator:
         self._work_ids: set[int] = set()  # the messages that start work, while the state is hidden
 
     def record_ids(self, message_type: str, writer_id: int, sender_id: int) -> None:
-        """Record the ids of a sent message on the writer's board and on the sender's."""
+        """Record the ids that a sent message has on the writer's board and on the sender's board."""
         if self._id_offset is None:
             return
         self._sender_ids[writer_id & MESSAGE_ID_MASK] = sender_id & MESSAGE_ID_MASK
@@ -75,7 +75,7 @@ class StateTranslator:
         return _replace_text(block, self._controller_field, controller)
 
     def _replace_stale_error(self, block: bytes, message_id: int, field: FieldSchema) -> bytes:
-        """Return the block with the error of the present skill string instead of an earlier one."""
+        """Return the block with the error of the present skill string, not of an earlier skill string."""
         view = self._class.VIEW.from_buffer_copy(block)
         # not strict: READ_FIELDS appends padding values, for which ACCESSORS has no names
         values = dict(zip(self._class.ACCESSORS, self._class.READ_FIELDS(view), strict=False))
@@ -86,12 +86,12 @@ class StateTranslator:
 
     def _make_idle_block(self, block: bytes) -> bytes:
         """Return the block of an idle writer, with time stamp and controller of the present block."""
-        idle = bytearray(len(block))
-        idle[: STAMP.size] = block[: STAMP.size]
+        idle_block = bytearray(len(block))
+        idle_block[: STAMP.size] = block[: STAMP.size]
         if self._controller_field is not None:
-            position = _field_slice(self._controller_field)
-            idle[position] = block[position]
-        return bytes(idle)
+            controller_slice = _field_slice(self._controller_field)
+            idle_block[controller_slice] = block[controller_slice]
+        return bytes(idle_block)
 
     def read_controller(self, block: bytes) -> str:
         """Return the serial of the controller in a block; empty without a controller."""
@@ -107,5 +107,5 @@ def _field_slice(field: FieldSchema) -> slice:
 
 def _replace_text(block: bytes, field: FieldSchema, text: str) -> bytes:
     """Return a block with another text in a string field, cut to the field's size."""
-    data = text.encode()[: field.size - 1].ljust(field.size, b"\0")  # room for the NUL of a C string
-    return block[: field.offset] + data + block[field.offset + field.size :]
+    padded_text = text.encode()[: field.size - 1].ljust(field.size, b"\0")  # room for the NUL of a C string
+    return block[: field.offset] + padded_text + block[field.offset + field.size :]

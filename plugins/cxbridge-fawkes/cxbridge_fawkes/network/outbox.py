@@ -50,7 +50,7 @@ class Outbox:
 
     def __init__(self) -> None:
         self._queue: deque[bytes | _ReplaceableData] = deque()
-        self._replaceable: dict[bytes, _ReplaceableData] = {}
+        self._replaceable_by_serial: dict[bytes, _ReplaceableData] = {}
         self._changed_sent: set[bytes] = set()  # instances whose pending CHANGED was sent with older data
         self.queued_bytes = 0
         """An upper bound of the number of queued bytes: replaceable data count as REFRESHED and CHANGED."""
@@ -74,16 +74,16 @@ class Outbox:
                 return
         # CHANGED must follow the REFRESHED of its write; if REFRESHED was added as a frame, so is CHANGED,
         # even above the limit
-        if serial not in self._replaceable and (changed or self.queued_bytes < CONFLATE_FROM):
+        if serial not in self._replaceable_by_serial and (changed or self.queued_bytes < CONFLATE_FROM):
             frame = pack_data_frame(serial, block, changed=changed)
             self._queue.append(frame)
             self.queued_bytes += len(frame)
-        elif (replaceable := self._replaceable.get(serial)) is not None:
+        elif (replaceable := self._replaceable_by_serial.get(serial)) is not None:
             replaceable.block = block
             replaceable.changed |= changed
             replaceable.changed_may_follow = not changed
         else:
-            self._replaceable[serial] = replaceable = _ReplaceableData(
+            self._replaceable_by_serial[serial] = replaceable = _ReplaceableData(
                 serial, block, changed, changed_may_follow=not changed
             )
             self._queue.append(replaceable)
@@ -96,7 +96,7 @@ class Outbox:
         while self._queue and size < _BATCH_BYTES:
             item = self._queue.popleft()
             if isinstance(item, _ReplaceableData):
-                del self._replaceable[item.serial]
+                del self._replaceable_by_serial[item.serial]
                 if item.changed and item.changed_may_follow:
                     self._changed_sent.add(item.serial)
                 self.queued_bytes -= 2 * data_frame_size(len(item.block))

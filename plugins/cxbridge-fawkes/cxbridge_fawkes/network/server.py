@@ -75,7 +75,7 @@ class FawkesServer(BoardServer):
     ) -> None:
         bus = bus or board.bus or EventBus(board.clock)
         super().__init__("FawkesNetServer", bus.logger(SERVER_COMPONENT))
-        self._allowed: Final = AllowedPeers(allow)
+        self._allowed_peers: Final = AllowedPeers(allow)
         logger = bus.logger(HANDLER_COMPONENT)
         blackboard = BlackBoardNetworkHandler(board, logger, Complaints(logger.warn), rights)
         self._components: Final = {
@@ -85,7 +85,7 @@ class FawkesServer(BoardServer):
         self._session_numbers = itertools.count(1)
         self._sessions_to_flush: set[FawkesSession] = set()  # includes sessions to drop
         self._active_sessions: set[FawkesSession] = set()  # sessions that sent data in this round
-        self._in_round = False  # a round flushes all sessions at its end
+        self._is_in_round = False  # a round flushes all sessions at its end
         self._listener = self._listen(host, port, allow)
         self.host, self.port = self._listener.getsockname()[:2]
         self._selector = selectors.DefaultSelector()
@@ -134,7 +134,7 @@ class FawkesServer(BoardServer):
 
     def defers_flush(self, session: FawkesSession) -> bool:
         """Return whether the calling thread will flush the session: the server's thread, after a round."""
-        if not self._in_round or not self.is_current_thread():
+        if not self._is_in_round or not self.is_current_thread():
             return False
         if not session.awaits_writable:
             self._sessions_to_flush.add(session)
@@ -149,14 +149,14 @@ class FawkesServer(BoardServer):
         try:
             while not self._is_stopping:
                 events = self._selector.select(self._poll_timeout_s())
-                self._in_round = True
+                self._is_in_round = True
                 for key, mask in events:
                     self._handle_event(key, mask)
                 self._drop_stalled()
-                self._in_round = False
+                self._is_in_round = False
                 self._finish_round()
         finally:
-            self._in_round = False
+            self._is_in_round = False
             self._end_sessions()
 
     def _poll_timeout_s(self) -> float | None:
@@ -188,10 +188,11 @@ class FawkesServer(BoardServer):
             )
             time.sleep(_ACCEPT_PAUSE_S)  # the listener stays readable, which would keep the thread busy
             return
+        # an address begins with host and port
         self._add_client(sock, str(address[0]), f"{address[0]}:{address[1]}")
 
     def _add_client(self, sock: socket.socket, host: str, peer: str) -> None:
-        if not self._allowed.admits(host):
+        if not self._allowed_peers.admits(host):
             self._complaints.add(f"peer {host}", f"refused {peer}: it is not among the allowed peers")
             sock.close()
             return
@@ -208,18 +209,18 @@ class FawkesServer(BoardServer):
     def _receive(self, session: FawkesSession) -> bool:
         """Handle the received data of a client; return whether the client may have sent more."""
         try:
-            data = session.sock.recv(_READ_BYTES)
+            chunk = session.sock.recv(_READ_BYTES)
         except BlockingIOError:
             return False
         except OSError as error:
             self._drop(session, error.strerror or str(error))
             return False
-        if not data:
+        if not chunk:
             self._drop(session, "")
             return False
         acknowledge_at_once(session.sock)
         try:
-            for frame in session.decoder.feed(data):
+            for frame in session.decoder.feed(chunk):
                 self._handle_frame(session, frame)
         except ProtocolError as error:  # the rest of the stream cannot be decoded
             self._complaints.add("stream", f"dropped {session!r}: {error.message}")
@@ -240,25 +241,25 @@ class FawkesServer(BoardServer):
         except NoWriterError:
             pass  # the board has logged the refused message, and the protocol has no reply to a message
         except Exception as error:  # noqa: BLE001 - the server must serve the other clients
-            text = f"failed to serve {session!r}: {type(error).__name__}: {error}"
+            complaint = f"failed to serve {session!r}: {type(error).__name__}: {error}"
             if isinstance(error, CxbridgeError):  # a mistake of the client
-                text = f"{session!r}: {error.message}"
-            self._complaints.add(f"{type(error).__name__} {frame.component}.{frame.kind}", text)
+                complaint = f"{session!r}: {error.message}"
+            self._complaints.add(f"{type(error).__name__} {frame.component}.{frame.kind}", complaint)
 
     def _finish_round(self) -> None:
         """Flush sessions with queued frames, and drop sessions with a reason to drop."""
-        deferred = list[FawkesSession]()
-        while self._sessions_to_flush or deferred:
+        deferred_sessions = list[FawkesSession]()
+        while self._sessions_to_flush or deferred_sessions:
             if self._sessions_to_flush:
                 session = self._sessions_to_flush.pop()
                 # first the clients that sent nothing in this round, usually readers that wait for an update;
                 # an active client that is woken first would compete with them for the processor
                 if session in self._active_sessions:
                     self._active_sessions.discard(session)
-                    deferred.append(session)
+                    deferred_sessions.append(session)
                     continue
             else:
-                session = deferred.pop()
+                session = deferred_sessions.pop()
             self._flush_or_drop(session)
         self._active_sessions.clear()
 

@@ -100,7 +100,7 @@ class FawkesSession:
             self.flush()
         self.drop_reason = self.drop_reason or "closed"
         with self._lock:  # no other thread may send to a new socket with the same file descriptor
-            with contextlib.suppress(OSError):
+            with contextlib.suppress(OSError):  # the connection may have ended already
                 self.sock.shutdown(socket.SHUT_RDWR)
             self.sock.close()
 
@@ -121,17 +121,17 @@ class FawkesSession:
             return
         while frames := self._outbox.take_frames():
             try:
-                sent = self.sock.send(frames)
+                sent_size = self.sock.send(frames)
             except BlockingIOError:
-                sent = 0
+                sent_size = 0
             except OSError as error:
                 self.send_failed = True
                 self.request_drop(error.strerror or str(error))
                 return
-            if sent:
+            if sent_size:
                 self._last_progress_s = time.monotonic()
-            if sent < len(frames):
-                self._outbox.put_back(frames[sent:])
+            if sent_size < len(frames):
+                self._outbox.put_back(frames[sent_size:])
                 return
 
 

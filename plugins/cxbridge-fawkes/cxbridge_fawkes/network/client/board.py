@@ -77,7 +77,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         self._lock = threading.Lock()
         self._ports_by_serial: dict[bytes, RemotePort] = {}  # the ports that are open at the server
         self._ports: dict[RemotePort, None] = {}  # in the order of opening
-        self._mem_serials: dict[tuple[str, str], int] = {}
+        self._mem_serials: dict[tuple[str, str], int] = {}  # numbers of interfaces, by type and id
         self._emitter = PublicationEmitter(bus, clock.now_us, self._list_ports)
         name = f"{self._address[0]}:{self._address[1]}"
         self._requests = RequestSender(name, timeout)

@@ -25,7 +25,7 @@ _READ_BYTES: Final = 256 * 1024  # the maximal size of one read
 class FawkesConnection:
     """One connection; after its end, the client makes a new object.
 
-    :param address: host and port.
+    :param endpoint: host and port.
     :param timeout: seconds for connecting, and for the server to accept a frame.
     :param on_frame: called with each frame in the receiving thread.
     :param on_lost: called once with the reason at the end, in the receiving thread.
@@ -34,12 +34,12 @@ class FawkesConnection:
 
     def __init__(
         self,
-        address: tuple[str, int],
+        endpoint: tuple[str, int],
         timeout: float,
         on_frame: Callable[[FawkesFrame], None],
         on_lost: Callable[[FawkesConnection, str], None],
     ) -> None:
-        self.address: Final = f"{address[0]}:{address[1]}"
+        self.address: Final = f"{endpoint[0]}:{endpoint[1]}"
         self._on_frame: Final = on_frame
         self._on_lost: Final = on_lost
         self.last_received_s = time.monotonic()
@@ -47,7 +47,7 @@ class FawkesConnection:
         self._send_lock = threading.Lock()
         self._end_reason = ""
         try:
-            self._sock = socket.create_connection(address, timeout)
+            self._sock = socket.create_connection(endpoint, timeout)
         except OSError as error:
             raise UnreachableError(self.address, error.strerror or str(error)) from None
         # if no server listens on the port, TCP may choose it as the client's own and connect the socket to
@@ -57,6 +57,7 @@ class FawkesConnection:
             raise UnreachableError(self.address, "connected to itself")
         configure_socket(self._sock)
         self._sock.settimeout(None)
+        # only sending has a timeout: settimeout() would limit receiving, too
         seconds, fraction = divmod(timeout, 1)  # of the C struct timeval
         self._sock.setsockopt(
             socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("@ll", int(seconds), int(fraction * 1e6))
@@ -72,7 +73,7 @@ class FawkesConnection:
         """Start the receiving thread."""
         self._thread.start()
 
-    def send(self, data: bytes) -> None:
+    def send(self, frames: bytes) -> None:
         """Send complete frames.
 
         :raises ConnectionLostError: if the connection is lost or the server accepts no data.
@@ -81,7 +82,7 @@ class FawkesConnection:
             if self._end_reason:
                 raise ConnectionLostError(self.address, self._end_reason)
             try:
-                self._sock.sendall(data)
+                self._sock.sendall(frames)
             except OSError as error:
                 # a part of the frame may have been sent, after which the server would misread further frames
                 self._end_reason = str(error)
@@ -115,10 +116,10 @@ class FawkesConnection:
         decoder = FrameDecoder(client_payload_limit)
         reason = "it was closed by the other end"
         try:
-            while data := self._sock.recv(_READ_BYTES):
+            while chunk := self._sock.recv(_READ_BYTES):
                 acknowledge_at_once(self._sock)
                 self.last_received_s = time.monotonic()
-                for frame in decoder.feed(data):
+                for frame in decoder.feed(chunk):
                     self._on_frame(frame)
         except OSError as error:
             reason = error.strerror or str(error)

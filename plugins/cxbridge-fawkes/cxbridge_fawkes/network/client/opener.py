@@ -88,11 +88,11 @@ def list_interfaces(
     ]
 
 
-def _make_refusal_error(address: str, error: int, request: OpenRequest) -> BlackBoardError:
+def _make_refusal_error(address: str, error_code: int, request: OpenRequest) -> BlackBoardError:
     interface_type, interface_id = request.key
     server_name = f"the Fawkes at {address}"
-    if error == OpenError.UNKNOWN_TYPE:
+    if error_code == OpenError.UNKNOWN_TYPE:
         return UnknownTypeError(interface_type, hint=f"it is unknown to {server_name}")
-    if error == OpenError.WRITER_EXISTS:
+    if error_code == OpenError.WRITER_EXISTS:
         return WriterActiveError(interface_type, interface_id, "")
     return RemoteRefusalError(f"{server_name} cannot open {request.uid}", hint="its log may say why")

@@ -47,7 +47,7 @@ class RemotePort(BoardPort):
     :param requests: sends data and messages.
     :param emitter: emits writes and messages on the event bus.
     :param mem_serial: the number of the interface in this client.
-    :param opened: the server's reply to the opening.
+    :param reply: the server's reply to the opening.
     """
 
     def __init__(
@@ -57,13 +57,13 @@ class RemotePort(BoardPort):
         emitter: PublicationEmitter,
         request: OpenRequest,
         mem_serial: int,
-        opened: OpenSuccess,
+        reply: OpenSuccess,
     ) -> None:
         super().__init__(board, request.interface_class, request.id, mem_serial)
         self._requests: Final = requests
         self._emitter: Final = emitter
         self.request: Final = request
-        self.serial: UUID | None = opened.serial
+        self.serial: UUID | None = reply.serial
         self.last_written_block: bytes | None = None
         """The last written block, to be repeated after a reconnection."""
         self.waiting_event_count = 0
@@ -71,11 +71,11 @@ class RemotePort(BoardPort):
         self._changed_may_follow = False  # the last frame was REFRESHED, whose CHANGED may follow
         self._last_id = 0  # the last id that the instance has assigned
         self._unsent_count = 0  # the number of assigned ids that the server has not counted
-        self._has_writer = opened.has_writer
-        self._num_readers = opened.num_readers
-        if any(opened.block):  # a block of zeros is that of an interface without a write
-            self._store_received(opened.block, changed=True)
-        self.instance: Final = request.make_instance(self, opened.serial)
+        self._has_writer = reply.has_writer
+        self._num_readers = reply.num_readers
+        if any(reply.block):  # a block of zeros is that of an interface without a write
+            self._store_received(reply.block, changed=True)
+        self.instance: Final = request.make_instance(self, reply.serial)
 
     def receive(self, block: bytes, *, changed: bool) -> DataEvents:
         """Store a received block; return its events.
@@ -120,19 +120,19 @@ class RemotePort(BoardPort):
         self._changed_may_follow = False
         return had_writer
 
-    def reopen(self, opened: OpenSuccess) -> DataEvents:
+    def reopen(self, reply: OpenSuccess) -> DataEvents:
         """Store the new serial and, for a reader, the block; return the events of the block."""
-        self._has_writer = opened.has_writer
-        self._num_readers = opened.num_readers
-        self.instance.adopt_serial(opened.serial)
+        self._has_writer = reply.has_writer
+        self._num_readers = reply.num_readers
+        self.instance.adopt_serial(reply.serial)
         self._unsent_count = self._last_id  # the server counts from 1 again
-        self.serial = opened.serial
+        self.serial = reply.serial
         if self.instance.is_writer:
             return ()
         with self._lock:
-            if opened.block == self.snapshot.block:
+            if reply.block == self.snapshot.block:
                 return ()
-            self._store_received(opened.block, changed=True)
+            self._store_received(reply.block, changed=True)
             return self._make_events(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
 
     def _store_received(self, block: bytes, *, changed: bool) -> None:
@@ -152,15 +152,15 @@ class RemotePort(BoardPort):
 
         :raises ConnectionLostError: if the block cannot be sent.
         """
-        data = bytes(block)
-        frame = pack_data_frame(self._open_serial().bytes, data, changed=changed)
+        written_block = bytes(block)
+        frame = pack_data_frame(self._open_serial().bytes, written_block, changed=changed)
         self._requests.send(frame, must_arrive=True)
-        self.last_written_block = data
+        self.last_written_block = written_block
         with self._lock:
-            version = self._replace_snapshot(data, stamped, changed).version
+            version = self._replace_snapshot(written_block, stamped, changed).version
             # listeners that register later read the data and are not notified
             audience = self.listeners.data_audience
-        self._emitter.emit_write(self, data)
+        self._emitter.emit_write(self, written_block)
         if audience is not None:
             self.listeners.notify_data(audience, changed)
         return version
@@ -190,7 +190,7 @@ class RemotePort(BoardPort):
             if not self._has_writer and self.serial is not None:
                 self._board.refuse_message(sender, message)
             message_id = (message.id - self._unsent_count) & MESSAGE_ID_MASK
-            sent = WireMessage(
+            wire_message = WireMessage(
                 serial=self._open_serial(),
                 source=source,
                 type=message.type,
@@ -198,7 +198,7 @@ class RemotePort(BoardPort):
                 hops=message.hops,
                 block=message.to_bytes(),
             )
-            self._requests.send(sent.to_bytes(), must_arrive=True)
+            self._requests.send(wire_message.to_bytes(), must_arrive=True)
         except BlackBoardError:
             self._unsent_count += 1
             self._emitter.emit_message(self, message, REFUSED)
@@ -256,7 +256,7 @@ class PublicationEmitter:
         if bus is None or not bus.wants(Publication) or not self._is_reporting_port(port):
             return
 
-        def values() -> dict[str, Any]:
+        def read_values() -> dict[str, Any]:
             instance = port.interface_class(
                 ClosedPort(port.uid, UNKNOWN_SERIAL),
                 id=port.id,
@@ -267,13 +267,13 @@ class PublicationEmitter:
             instance.set_from_chunk(block)
             return instance.as_dict()
 
-        emit_write(bus, self._now_us(), port.uid, port.hash, block, values)
+        emit_write(bus, self._now_us(), port.uid, port.hash, block, read_values)
 
     def emit_message(self, port: RemotePort, message: Message, outcome: str = "") -> None:
         """Emit a received message, or a message that this client sends."""
         # the server sends back a message to a writer of this client, which is emitted then with its outcome
         comes_back = outcome == SENT and any(
-            local.uid == port.uid and local.instance.is_writer for local in self._ports()
+            local_port.uid == port.uid and local_port.instance.is_writer for local_port in self._ports()
         )
         if not comes_back:
             sender = "" if port.instance.is_writer else port.instance.owner
@@ -281,6 +281,6 @@ class PublicationEmitter:
 
     def _is_reporting_port(self, port: RemotePort) -> bool:
         """Return whether the port is the reporting port of its interface: the writer's, else the oldest."""
-        ports = [local for local in self._ports() if local.uid == port.uid]
-        writers = [local for local in ports if local.instance.is_writer]
+        ports = [local_port for local_port in self._ports() if local_port.uid == port.uid]
+        writers = [local_port for local_port in ports if local_port.instance.is_writer]
         return bool(ports) and (writers or ports)[0] is port

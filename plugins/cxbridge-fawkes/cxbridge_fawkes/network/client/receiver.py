@@ -132,17 +132,17 @@ class FrameReceiver:
             return
         self._dispatcher.put(self._enqueue, port, port.instance, message)
 
-    def _enqueue(self, port: RemotePort, writer: Interface, received: WireMessage) -> None:
+    def _enqueue(self, port: RemotePort, writer: Interface, wire_message: WireMessage) -> None:
         """Append a message to the writer's queue, unless a listener handles the message."""
         try:
             message = receive_message(
                 writer,
-                received.type,
-                received.block,
-                message_id=received.id,
-                sender=received.source,  # the wire has only the first sender, not the last
-                source=received.source,
-                hops=received.hops + 1,
+                wire_message.type,
+                wire_message.block,
+                message_id=wire_message.id,
+                sender=wire_message.source,  # the wire has only the first sender, not the last
+                source=wire_message.source,
+                hops=wire_message.hops + 1,
             )
             try:
                 port.deliver(writer, message)
@@ -155,6 +155,7 @@ class FrameReceiver:
 
 
 def _notify_data(port: RemotePort, events: DataEvents) -> None:
+    """Notify listeners of data events, in the thread of the dispatcher."""
     port.waiting_event_count -= 1
     for kind, audience in events:
         port.listeners.notify_audience(audience, kind)

@@ -161,12 +161,12 @@ class Reconnector:
 
         :returns: False if the client stops, or the new connection is lost.
         """
-        wait = FIRST_WAIT_S
+        wait_s = FIRST_WAIT_S
         while not self._stopping.is_set() and not self._loss_reported.is_set():
             if attempt():
                 return True
-            self._stopping.wait(wait)
-            wait = min(2 * wait, MAX_WAIT_S)
+            self._stopping.wait(wait_s)
+            wait_s = min(2 * wait_s, MAX_WAIT_S)
         return False
 
     def _reconnect(self) -> bool:

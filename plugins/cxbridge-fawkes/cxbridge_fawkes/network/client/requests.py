@@ -146,7 +146,7 @@ class RequestSender:
         return reply
 
     def handle_reply(self, reply: Reply) -> bool:
-        """Handle a reply in the receiving thread; return whether a request was waiting for it."""
+        """Handle a reply in the receiving thread; return whether a request was waiting for the reply."""
         with self._state_changed:
             request = self._pending
             if request is None or not isinstance(reply, request.reply_types):
@@ -161,10 +161,10 @@ class RequestSender:
 
     def _register_request(self, request: _PendingRequest, timeout: float) -> FawkesConnection:
         """Wait for a connection, and let the request wait for its reply; return the connection."""
-        deadline = time.monotonic() + timeout
+        deadline_s = time.monotonic() + timeout
         with self._state_changed:
             while self.connection is None and not self._is_shut_down:
-                if not self._state_changed.wait(deadline - time.monotonic()):
+                if not self._state_changed.wait(deadline_s - time.monotonic()):
                     raise self.unavailable_error()
             if self._is_shut_down or self.connection is None:
                 raise BlackBoardGoneError

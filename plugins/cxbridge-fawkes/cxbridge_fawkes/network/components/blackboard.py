@@ -41,6 +41,7 @@ _FAILURE_TEXTS: Final = {
     bb.OpenError.HASH_MISMATCH: "hash mismatch",
     bb.OpenError.WRITER_EXISTS: "writer already exists",
 }
+# the code in the reply by the class of the error; the first matching class counts
 _OPEN_ERRORS: Final = (
     (UnknownTypeError, bb.OpenError.UNKNOWN_TYPE),
     (InterfaceError, bb.OpenError.UNKNOWN_TYPE),  # the definition is missing or wrong
@@ -115,19 +116,21 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
             self._close_instance(opened_instance)
 
     def _handle_open(self, session: FawkesSession, frame: FawkesFrame) -> None:
-        code = bb.OpenError.UNKNOWN
+        error_code = bb.OpenError.UNKNOWN
         try:
             request = bb.Open.unpack(frame.payload, writing=frame.kind == bb.BoardKind.OPEN_FOR_WRITING)
             self._log.debug(f"Remote opens interface {request.type}::{request.id}")
             self._try_open(session, request)
         except (BlackBoardError, InterfaceError, RefusedError) as error:
-            code = next((code for error_class, code in _OPEN_ERRORS if isinstance(error, error_class)), code)
-            session.send(bb.OpenFailure(code).to_bytes())  # the client waits for a reply
-            if code is bb.OpenError.UNKNOWN:
+            error_code = next(
+                (code for error_class, code in _OPEN_ERRORS if isinstance(error, error_class)), error_code
+            )
+            session.send(bb.OpenFailure(error_code).to_bytes())  # the client waits for a reply
+            if error_code is bb.OpenError.UNKNOWN:
                 raise
             self._complaints.add(
-                f"open {code} {session.peer}",
-                f"Opening interface {request.type}::{request.id} failed, {_FAILURE_TEXTS[code]}",
+                f"open {error_code} {session.peer}",
+                f"Opening interface {request.type}::{request.id} failed, {_FAILURE_TEXTS[error_code]}",
             )
 
     def _try_open(self, session: FawkesSession, request: bb.Open) -> None:
@@ -157,6 +160,7 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
     ) -> OpenedInstance:
         opened_instances: list[OpenedInstance] = []
 
+        # called by the board during the opening, so that the client misses no event
         def listen(instance: Interface, listeners: ListenerTable) -> None:
             opened_instances.append(OpenedInstance(instance, session, self._board.clock.now_us))
             listening(opened_instances[0])(instance, listeners)
@@ -186,7 +190,7 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
             request = bb.ListMatching.unpack(frame.payload)
             type_glob, id_glob = request.type_pattern, request.id_pattern
         registry = self._board.registry
-        infos = (
+        listed_interfaces = (
             bb.ListedInterface(
                 type=info.type,
                 id=info.id,
@@ -198,7 +202,7 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
             )
             for info in self._board.list(type_glob, id_glob)
         )
-        session.send(bb.InterfaceList(tuple(infos)).to_bytes())
+        session.send(bb.InterfaceList(tuple(listed_interfaces)).to_bytes())
 
     def _handle_write(self, session: FawkesSession, frame: FawkesFrame, *, changed: bool) -> None:
         serial, block = bb.unpack_data(frame.payload)
@@ -216,27 +220,27 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         instance.write()  # keeps the client's time stamp
 
     def _handle_message(self, session: FawkesSession, frame: FawkesFrame) -> None:
-        received = bb.WireMessage.unpack(frame.payload)
-        instance = self._find_instance(session, received.serial.bytes, "MESSAGE")
+        wire_message = bb.WireMessage.unpack(frame.payload)
+        instance = self._find_instance(session, wire_message.serial.bytes, "MESSAGE")
         if instance.is_writer:
             raise BlackBoardError(
                 "MESSAGE: Received message notification, but for a writing instance, ignoring."
             )
-        message = instance.create_message(received.type)
-        if len(received.block) != message.SCHEMA.datasize:
+        message = instance.create_message(wire_message.type)
+        if len(wire_message.block) != message.SCHEMA.datasize:
             raise BlackBoardError(
                 f"MESSAGE: Data size mismatch, expected {message.SCHEMA.datasize}, "
-                f"but got {len(received.block)}, ignoring."
+                f"but got {len(wire_message.block)}, ignoring."
             )
         self._rights.check_message(instance.type, message.type)
-        message.set_from_chunk(received.block)
-        message.address(received.id, instance.mem_serial, instance.serial, received.source)
-        message.mark_foreign(received.hops)
+        message.set_from_chunk(wire_message.block)
+        message.address(wire_message.id, instance.mem_serial, instance.serial, wire_message.source)
+        message.mark_foreign(wire_message.hops)
         self._log.debug(
-            f"Processing message from sender {instance.serial}, source {received.source}, "
-            f"mm source {received.source}"
+            f"Processing message from sender {instance.serial}, source {wire_message.source}, "
+            f"mm source {wire_message.source}"
         )
-        instance.msgq_enqueue(message, proxy=True, message_id=received.id)
+        instance.msgq_enqueue(message, proxy=True, message_id=wire_message.id)
 
     def _find_instance(self, session: FawkesSession, serial: bytes, operation: str) -> Interface:
         opened_instance = self._instances_by_session[session].get(serial)

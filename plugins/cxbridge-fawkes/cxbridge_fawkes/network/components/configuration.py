@@ -47,7 +47,7 @@ class ConfigurationComponent(NetworkHandler):
             raise MalformedMessageError(f"the configuration has no requests of kind {frame.kind}")
 
     def _make_value_frame(self, path: str) -> bytes:
-        """Return the frame with the value at a path; INV_VALUE if no value exists or it does not fit."""
+        """Return the frame with the value at a path; INV_VALUE for a missing or unsuitable value."""
         if self._config.exists(path):
             with suppress(MalformedMessageError):  # the value does not fit into a message
                 return _make_value_message(path, mask_value(self._config.get(path))).to_bytes()

@@ -42,10 +42,10 @@ class NetworkLogger(NetworkHandler):
 
     def _set_subscribers(self, subscribers: frozenset[FawkesSession]) -> None:
         # the set is replaced, never changed, because `_forward` iterates over it in any thread
-        previous, self._subscribers = self._subscribers, subscribers
-        if subscribers and not previous:
+        previous_subscribers, self._subscribers = self._subscribers, subscribers
+        if subscribers and not previous_subscribers:
             self._bus.subscribe(self._forward, LogLine)
-        elif previous and not subscribers:
+        elif previous_subscribers and not subscribers:
             self._bus.unsubscribe(self._forward)
 
     def _forward(self, event: Event) -> None:

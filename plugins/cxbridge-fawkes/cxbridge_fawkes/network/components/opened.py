@@ -71,19 +71,20 @@ class OpenedInstance(MembershipListener):
             if self._is_announced and not self._already_sent:
                 self.session.send_data(self._serial, self._block, changed=True)
 
-    def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002
+    def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - as above
         """Forward a message to the client's writer, without queuing it here."""
         with self._lock:
             self._forward_queued()
             self._forward(message)
         if not message.enqueued:
-            message.mark_enqueued(self._now_us())  # the client queues it, so the sender cannot send it again
+            # the client queues the message, so the sender cannot send the message again
+            message.mark_enqueued(self._now_us())
         return False
 
     def _forward_queued(self) -> None:
         """Forward the messages from before the listener was registered."""
-        while (queued := self.instance.msgq_pop()) is not None:
-            self._forward(queued)
+        while (queued_message := self.instance.msgq_pop()) is not None:
+            self._forward(queued_message)
 
     def _forward(self, message: Message) -> None:
         serial = self.instance.serial

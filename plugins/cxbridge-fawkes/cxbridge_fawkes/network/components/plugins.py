@@ -26,7 +26,8 @@ class PluginKind(IntEnum):
     LOADED_LIST = 11
 
 
-_REFUSALS: Final = {
+# the kind of the reply to a refused request
+_REFUSAL_KINDS: Final = {
     PluginKind.LOAD: PluginKind.LOAD_FAILED,
     PluginKind.UNLOAD: PluginKind.UNLOAD_FAILED,
 }
@@ -48,6 +49,7 @@ class PluginManager(NetworkHandler):
         plugins = self._list_plugins()
         match frame.kind:
             case PluginKind.LIST_AVAIL:
+                # in the list, names and descriptions alternate
                 texts = [text for name, description, _ in plugins for text in (name, description)]
                 _send_list(session, PluginKind.AVAIL_LIST, texts)
             case PluginKind.LIST_LOADED:
@@ -55,7 +57,7 @@ class PluginManager(NetworkHandler):
                 _send_list(session, PluginKind.LOADED_LIST, names)
             case PluginKind.LOAD | PluginKind.UNLOAD as kind:
                 # the client waits for a reply with the name of its request
-                session.send(frame._replace(kind=_REFUSALS[PluginKind(kind)]).to_bytes())
+                session.send(frame._replace(kind=_REFUSAL_KINDS[PluginKind(kind)]).to_bytes())
                 raise BlackBoardError(
                     "Fawkes' tools may not load or unload plugins", hint="use 'cxbridge daemon component'"
                 )

@@ -79,6 +79,8 @@ class OpenError(IntEnum):
 
 
 class _HasKind(Protocol):
+    """A message whose class or instance has the attribute ``kind``."""
+
     @property
     def kind(self) -> BoardKind:
         """The kind of message: a constant of the class, or derived from the attributes."""
@@ -208,7 +210,7 @@ class OpenSuccess(BlackBoardMessage):
     block: bytes
     kind: ClassVar[BoardKind] = BoardKind.OPEN_SUCCESS
     LAYOUT: ClassVar = Layout(
-        "OPEN_SUCCESS", {"serial": SERIAL, "has_writer num_readers": PRESENCE}, block=True
+        "OPEN_SUCCESS", {"serial": SERIAL, "has_writer num_readers": PRESENCE}, has_block=True
     )
 
 
@@ -261,7 +263,7 @@ class WireMessage(BlackBoardMessage):
             "id": WORD,
             "hops": WORD,
         },
-        block=True,
+        has_block=True,
     )
 
 
@@ -276,7 +278,7 @@ class Data(BlackBoardMessage):
     serial: UUID
     block: bytes
     changed: bool
-    LAYOUT: ClassVar = Layout("DATA", {"serial": SERIAL}, block=True)
+    LAYOUT: ClassVar = Layout("DATA", {"serial": SERIAL}, has_block=True)
 
     @property
     def kind(self) -> BoardKind:

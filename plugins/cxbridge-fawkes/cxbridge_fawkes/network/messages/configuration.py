@@ -121,7 +121,9 @@ class ConfigMessage(WireValue):
 
 
 def _pack_string(text: str) -> bytes:
-    raw = text.encode(errors="replace")
-    if len(raw) > _MAX_STRING_BYTES:
-        raise MalformedMessageError(f"a text of {len(raw)} bytes is longer than {_MAX_STRING_BYTES} bytes")
-    return _STRING_HEAD.pack(len(raw), 0) + raw + b"\0"
+    encoded_text = text.encode(errors="replace")
+    if len(encoded_text) > _MAX_STRING_BYTES:
+        raise MalformedMessageError(
+            f"a text of {len(encoded_text)} bytes is longer than {_MAX_STRING_BYTES} bytes"
+        )
+    return _STRING_HEAD.pack(len(encoded_text), 0) + encoded_text + b"\0"

@@ -75,9 +75,9 @@ def pack_text(text: str, size: int, *, terminated: bool = True) -> bytes:
 
 def pack_list(elements: Iterable[bytes]) -> bytes:
     """Return a list with its head."""
-    packed = [_LENGTH.pack(len(element)) + element for element in elements]
-    body = b"".join(packed)
-    return LIST_HEAD.pack(len(body), len(packed)) + body
+    packed_elements = [_LENGTH.pack(len(element)) + element for element in elements]
+    body = b"".join(packed_elements)
+    return LIST_HEAD.pack(len(body), len(packed_elements)) + body
 
 
 def unpack_list(payload: bytes, subject: str) -> tuple[bytes, ...]:

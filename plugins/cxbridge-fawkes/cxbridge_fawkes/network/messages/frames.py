@@ -63,32 +63,32 @@ class FrameDecoder:
         """The number of buffered bytes."""
         return len(self._pending)
 
-    def feed(self, data: bytes) -> Iterator[FawkesFrame]:
+    def feed(self, received_bytes: bytes) -> Iterator[FawkesFrame]:
         """Yield the completed frames. The iterator must be exhausted before the next call.
 
         A frame may change the limits for later frames.
 
         :raises FrameTooLongError: if a header exceeds the limit. The rest of the stream cannot be decoded.
         """
-        # usual data are whole frames, which need no copy to the buffer
+        # the usual bytes are whole frames, which need no copy to the buffer
         if self._pending:
-            self._pending += data
+            self._pending += received_bytes
             if len(self._pending) < self._needed_size:
                 return  # a large frame comes in many pieces; a conversion for each would take quadratic time
-            data = bytes(self._pending)
+            received_bytes = bytes(self._pending)
             self._pending.clear()
-        start, end = 0, len(data)
+        start, end = 0, len(received_bytes)
         while end - start >= HEADER.size:
-            component, kind, size = HEADER.unpack_from(data, start)
+            component, kind, size = HEADER.unpack_from(received_bytes, start)
             # before the payload is buffered, because the limit bounds the memory for a peer
             if size > (allowed := self._limit(component, kind)):
                 raise FrameTooLongError(component, kind, size, allowed)
             frame_end = start + HEADER.size + size
             if frame_end > end:
                 self._needed_size = frame_end - start
-                self._pending += data[start:]
+                self._pending += received_bytes[start:]
                 return
-            yield FawkesFrame(component, kind, data[start + HEADER.size : frame_end])
+            yield FawkesFrame(component, kind, received_bytes[start + HEADER.size : frame_end])
             start = frame_end
         self._needed_size = HEADER.size
-        self._pending += data[start:]
+        self._pending += received_bytes[start:]

@@ -84,17 +84,18 @@ class Layout:
 
     :param name: the name of the message, for errors.
     :param fields: the type of each field by the names of its attributes, which are separated by blanks.
-    :param block: whether the size of a block and the block follow the fields.
+    :param has_block: whether the size of a block and the block follow the fields.
     """
 
     def __init__(
-        self, name: str, fields: Mapping[str, WireType] | None = None, *, block: bool = False
+        self, name: str, fields: Mapping[str, WireType] | None = None, *, has_block: bool = False
     ) -> None:
         self._name: Final = name
-        self._fields: Final = [(names.split(), field) for names, field in (fields or {}).items()]
-        self._has_block: Final = block
-        formats = "".join(field.format for _, field in self._fields)
-        self._head: Final = Struct(">" + formats + "I" * block)
+        # the names of the attributes in each field, and its type
+        self._fields: Final = [(names.split(), wire_type) for names, wire_type in (fields or {}).items()]
+        self._has_block: Final = has_block
+        formats = "".join(wire_type.format for _, wire_type in self._fields)
+        self._head: Final = Struct(f">{formats}{'I' if has_block else ''}")  # I: the size of the block
 
     @property
     def size(self) -> int:
@@ -103,7 +104,10 @@ class Layout:
 
     def pack(self, message: Any) -> bytes:
         """Return the bytes of a message, including its attribute ``block``."""
-        values = [field.to_wire(*(getattr(message, name) for name in names)) for names, field in self._fields]
+        values = [
+            wire_type.to_wire(*(getattr(message, name) for name in names))
+            for names, wire_type in self._fields
+        ]
         if not self._has_block:
             return self._head.pack(*values)
         block: bytes = message.block
@@ -118,8 +122,8 @@ class Layout:
         values = self._head.unpack_from(payload)
         attributes: dict[str, Any] = {}
         # not strict: the last value may be the size of the block, which has no field
-        for (names, field), value in zip(self._fields, values, strict=False):
-            attributes.update(zip(names, field.from_wire(value), strict=True))
+        for (names, wire_type), value in zip(self._fields, values, strict=False):
+            attributes.update(zip(names, wire_type.from_wire(value), strict=True))
         if self._has_block:
             check_size(payload, self.size + values[-1], self._name)
             attributes["block"] = payload[self.size :]

@@ -14,7 +14,7 @@ from cxbridge_fawkes.network.messages.frames import ComponentId
 
 # Fawkes sends the time in network byte order, but the bit field of level and flags in the host's byte order
 _FLAGS_WORD: Final = Struct("=I")
-_TIME: Final = Struct(">QI")
+_TIME: Final = Struct(">QI")  # seconds and microseconds
 _LEVEL_NUMBERS: Final = {Level.DEBUG: 0, Level.INFO: 1, Level.WARN: 2, Level.ERROR: 4}
 
 

@@ -274,7 +274,7 @@ def test_allowed_peers_admit_networks_and_addresses():
 
 
 def test_forbidden_peer_is_disconnected(served, monkeypatch):
-    monkeypatch.setattr(served.server._allowed, "admits", lambda host: False)
+    monkeypatch.setattr(served.server._allowed_peers, "admits", lambda host: False)
     assert served.raw().closed_by_server()
     served.wait_warning("not among the allowed peers")
 
