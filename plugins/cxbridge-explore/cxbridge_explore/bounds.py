@@ -78,8 +78,10 @@ class ExecutionOptions:
     def process_count(self) -> int:
         """The number of parallel runs: as requested, or by default one per core."""
         # In a container, a process may use fewer cores than the machine has.
-        cores = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1)
-        return self.jobs or len(cores)
+        usable_cores = (
+            os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1)
+        )
+        return self.jobs or len(usable_cores)
 
     def check(self) -> None:
         """Raise `CxbridgeError` if an option is invalid on this system."""

@@ -50,14 +50,14 @@ def make_identity(
     make_assembly: MakeAssembly,
 ) -> ProgramIdentity:
     """Return the identity of the explored program: everything that influences the runs and their verdicts."""
-    texts = {field.name: str(getattr(bounds, field.name)) for field in fields(bounds)}
-    texts |= {field.name: str(getattr(options, field.name)) for field in fields(options)}
+    identity = {field.name: str(getattr(bounds, field.name)) for field in fields(bounds)}
+    identity |= {field.name: str(getattr(options, field.name)) for field in fields(options)}
     # A game of a plug-in has its seed in the bound method or in the arguments.
-    game = make_assembly if isinstance(make_assembly, partial) else partial(make_assembly)
-    return texts | {
+    assembly_call = make_assembly if isinstance(make_assembly, partial) else partial(make_assembly)
+    return identity | {
         "world": repr(world),
         "properties": "\n".join(f"{property_.name}: {property_.text}" for property_ in properties),
-        "game or its seed": f"{game.args}{getattr(game.func, '__self__', '')}",
+        "game or its seed": f"{assembly_call.args}{getattr(assembly_call.func, '__self__', '')}",
         "version": __version__,
         "files of the agent": _compute_digest(options),
     }

@@ -107,7 +107,7 @@ class Coordinator(Closing):
         self._listening_socket.listen(_MAX_WAITING_CONNECTIONS)
         self._peers: dict[Connection, _Peer] = {}
         self._waiting_runs: list[_Peer] = []  # at choice points with unexplored options
-        self._pending_edges: list[Edge] = list(graph.open_edges)[::-1]  # edges without a process
+        self._pending_edges: list[Edge] = list(graph.open_edges)[::-1]  # without a process; the last is next
         self._deaths_by_edge: dict[Edge, int] = {}
         self._loader: _Peer | None = None
         self._loader_pid = 0
@@ -134,8 +134,8 @@ class Coordinator(Closing):
         pid = forking.fork()
         if not pid:
             self._listening_socket.close()
-            self._run_loader(self._address)  # never returns
-            os._exit(1)
+            self._run_loader(self._address)  # ends the process
+            os._exit(1)  # otherwise, the copy would return into the loop of the coordinator
         self._loader_pid = pid
 
     def _accept_connection(self) -> None:
@@ -170,7 +170,7 @@ class Coordinator(Closing):
 
     def _start_run(self, loader: _Peer, edge: Edge) -> None:
         """Order the loader to fork a run that follows the path to an edge."""
-        order = PlayOrder(edge, dict(self.graph.find_path(edge)), self.graph.next_point_number(edge))
+        order = PlayOrder(edge, dict(self.graph.find_path(edge)), self.graph.next_point_index(edge))
         self._order_copy(loader, edge, order)
 
     @staticmethod
@@ -214,7 +214,9 @@ class Coordinator(Closing):
             peer.pid = report.pid
             peer.restart_measurement()
         else:  # The parent opens the connection for its copy before the fork; the copy reports its id later.
-            parent = next((peer for peer in self._peers.values() if report.edge in peer.ordered_edges), None)
+            parent = next(
+                (other for other in self._peers.values() if report.edge in other.ordered_edges), None
+            )
             if parent is None:
                 self._disconnect(peer)  # the parent died before the fork, and its edge is pending again
             else:
@@ -297,7 +299,7 @@ class Coordinator(Closing):
         """End all processes and release all resources. Open edges stay open."""
         pids = {peer.pid for peer in self._peers.values()} | {self._loader_pid}
         for pid in pids - {0}:
-            with contextlib.suppress(ProcessLookupError):
+            with contextlib.suppress(ProcessLookupError):  # the process has ended already
                 forking.kill(pid)
         for connection, peer in self._peers.items():
             self.cpu_seconds += peer.reported_cpu_s
@@ -306,6 +308,6 @@ class Coordinator(Closing):
         self._listening_socket.close()
         self._folder.cleanup()
         if self._loader_pid:
-            with contextlib.suppress(ChildProcessError):
+            with contextlib.suppress(ChildProcessError):  # the loader has been collected already
                 os.waitpid(self._loader_pid, 0)
             self._loader_pid = 0

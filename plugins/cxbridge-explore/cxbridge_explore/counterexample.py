@@ -55,11 +55,11 @@ class Counterexample:
 
 def describe_run(choices: Sequence[Choice], violation: Violation) -> str:
     """Describe the unusual choices of a run and the violation in a sentence."""
-    events = ", and ".join(
+    choices_text = ", and ".join(
         f"{choice.point.subject} {choice.taken_option.name} at {choice.point.seconds:.2f} s"
         for choice in choices
     )
-    return f"{events or 'without any fault'}: {violation.message} (at {violation.seconds:.2f} s)"
+    return f"{choices_text or 'without any fault'}: {violation.message} (at {violation.seconds:.2f} s)"
 
 
 def shrink(choices: NthChoices, play: Callable[[NthChoices], PlayedRun]) -> PlayedRun | None:

@@ -78,10 +78,10 @@ def _make_script_lines(run: PlayedRun) -> Iterator[str]:
             raise CxbridgeError(f"a test cannot script {choice.point.subject}")
     outcomes_by_selection: dict[str, list[Outcome | None]] = {}
     for call, outcome in run.results:
-        args = [f"{key}={value!r}" for key, value in call.args.items() if isinstance(key, str)]
-        outcomes_by_selection.setdefault(f"run.skills({', '.join((repr(call.name), *args))})", []).append(
-            outcome
-        )
+        arguments = [f"{key}={value!r}" for key, value in call.args.items() if isinstance(key, str)]
+        outcomes_by_selection.setdefault(
+            f"run.skills({', '.join((repr(call.name), *arguments))})", []
+        ).append(outcome)
     for selection, outcomes in outcomes_by_selection.items():
         while outcomes and outcomes[-1] is None:  # after its last entry, a script gives the usual outcome
             outcomes.pop()

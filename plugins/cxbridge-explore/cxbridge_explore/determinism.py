@@ -62,15 +62,15 @@ class UsualRun:
     """
 
     def __init__(self, make_run: MakeRun, *, is_detailed: bool = False) -> None:
-        self._receiving, sending = multiprocessing.Pipe(duplex=False)
-        self._process = _start_process(_play_usual_run, (sending, make_run, is_detailed))
-        sending.close()
+        self._receiver, sender = multiprocessing.Pipe(duplex=False)
+        self._process = _start_process(_play_usual_run, (sender, make_run, is_detailed))
+        sender.close()
 
     def wait_for_records(self) -> list[EventRecord] | None:
         """Wait for the end of the run and return its records; None if the run has failed."""
         records: list[EventRecord] | None = None
         with suppress(EOFError):
-            records = self._receiving.recv()
+            records = self._receiver.recv()
         self._process.join()
         return records
 
@@ -78,7 +78,7 @@ class UsualRun:
         """Kill a run that is still active."""
         self._process.kill()
         self._process.join()
-        self._receiving.close()
+        self._receiver.close()
 
 
 def _start_process(target: Callable[..., None], arguments: tuple[object, ...]) -> BaseProcess:
@@ -90,7 +90,7 @@ def _start_process(target: Callable[..., None], arguments: tuple[object, ...]) -
     return process
 
 
-def _play_usual_run(sending: Connection, make_run: MakeRun, is_detailed: bool) -> None:
+def _play_usual_run(sender: Connection, make_run: MakeRun, is_detailed: bool) -> None:
     """Play the usual run in a child process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     random.seed()  # differently in each run, which reveals agents that draw without a seed
@@ -105,7 +105,7 @@ def _play_usual_run(sending: Connection, make_run: MakeRun, is_detailed: bool) -
         leaf = run.play_to_leaf()
     except CxbridgeError:
         return  # the exploration reports the same error
-    sending.send([*recorder.records, (round(leaf.seconds, 6), f"the end: {leaf.outcome}, {leaf.reason}")])
+    sender.send([*recorder.records, (round(leaf.seconds, 6), f"the end: {leaf.outcome}, {leaf.reason}")])
 
 
 def find_usual_records(graph: Graph) -> list[EventRecord] | None:

@@ -92,7 +92,7 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
             return bool(received_signals)
 
         def load(address: str) -> NoReturn:
-            run_loader(address, make_explored_run, merge=bounds.merge)
+            run_loader(address, make_explored_run, merges_states=bounds.merge)
 
         try:
             if execution.uses_fork:
@@ -100,7 +100,7 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
                     coordinator.explore(is_over)
                 copies_cpu_s = coordinator.cpu_seconds
             else:
-                explore_by_replay(make_explored_run, graph, is_over, merge=bounds.merge)
+                explore_by_replay(make_explored_run, graph, is_over, merges_states=bounds.merge)
             if not received_signals:
                 _check_determinism(graph, usual_run)
         except DivergedError as error:

@@ -72,12 +72,12 @@ def read_cpu_seconds(pid: int) -> float:
     """Return the processor time of a process. On systems without /proc, return the monotonic time instead."""
     try:
         # the fields after the name of the program, which may have spaces and parentheses
-        _, _, text = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")
+        _, _, fields = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")
     except OSError:
         return time.monotonic()
-    ticks: int = _os.sysconf("SC_CLK_TCK")
-    user_ticks, system_ticks = text.split()[11:13]  # utime and stime of proc(5)
-    return (int(user_ticks) + int(system_ticks)) / ticks
+    ticks_per_second: int = _os.sysconf("SC_CLK_TCK")
+    user_ticks, system_ticks = fields.split()[11:13]  # utime and stime of proc(5)
+    return (int(user_ticks) + int(system_ticks)) / ticks_per_second
 
 
 def limit_cpu_seconds(seconds: int | None) -> None:

@@ -76,6 +76,7 @@ class Graph(Struct):
 
     faults: int
     depth: int | None
+    # msgspec copies empty defaults for each instance
     nodes: list[GraphNode] = []
     leaves: dict[Edge, Leaf] = {}
     links: dict[Edge, int] = {}
@@ -146,7 +147,7 @@ class Graph(Struct):
         node = self.nodes[number]
         return node.faults + node.point.options[option].faults
 
-    def next_point_number(self, edge: Edge) -> int:
+    def next_point_index(self, edge: Edge) -> int:
         """Return the index, in a run on an edge, of the first choice point after the edge."""
         number, _ = edge
         return 0 if edge == ROOT_EDGE else self.nodes[number].point.index + 1

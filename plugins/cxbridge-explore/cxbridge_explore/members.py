@@ -70,7 +70,7 @@ def assert_properties(run: AgentRun, *properties: str | Property, timeout: float
     """
     assembly = run.assembly
     watch = PropertyWatch(
-        [find_property(entry) if isinstance(entry, str) else entry for entry in properties],
+        [find_property(item) if isinstance(item, str) else item for item in properties],
         [assembly],
         assembly.clock,
     )

@@ -29,11 +29,11 @@ class _ReportingChooser:
     def __init__(self, graph: Graph, edge: Edge, compute_digest: ComputeDigest) -> None:
         self.edge = edge
         self._graph = graph
-        self._first_reported = graph.next_point_number(edge)
+        self._first_reported_index = graph.next_point_index(edge)
         self._compute_digest = compute_digest
 
     def choose(self, point: ChoicePoint) -> int:
-        if point.index < self._first_reported:
+        if point.index < self._first_reported_index:
             return USUAL
         number = self._graph.record_choice_point(
             self.edge, point.without_data(), *self._compute_digest(point)
@@ -44,17 +44,19 @@ class _ReportingChooser:
         return USUAL
 
 
-def explore_by_replay(make_run: MakeRun, graph: Graph, is_over: Callable[[], bool], *, merge: bool) -> None:
+def explore_by_replay(
+    make_run: MakeRun, graph: Graph, is_over: Callable[[], bool], *, merges_states: bool
+) -> None:
     """Explore until no edge is open, or ``is_over`` returns True before a run.
 
-    :param merge: whether to compare states.
+    :param merges_states: whether to compare states.
     """
     while graph.open_edges and not is_over():
         edge = next(reversed(graph.open_edges))  # depth-first, as with processes
         path = graph.find_path(edge)
         with make_run(PathChooser(path)) as run:
             # The run follows the path to the edge, and explores the usual options from there on.
-            chooser = _ReportingChooser(graph, edge, make_digest_function(run, merge=merge))
+            chooser = _ReportingChooser(graph, edge, make_digest_function(run, merges_states=merges_states))
             run.choices.chooser = PathChooser(path, chooser)
             leaf = _play_run(run)
             graph.used_parts.update(run.collect_used_parts())

@@ -65,8 +65,8 @@ class ExploreResult:
             node, message = graph.nodes[number], "the run reaches the same state again and again"
             row = {"property": RUN_ENDS, "message": message, "seconds": node.point.seconds}
             violations.setdefault(RUN_ENDS, self._make_violation(row, node.edge))
-        for name, example in self.counterexamples.items():
-            violations[name] = violations[name] | example.as_dict()
+        for name, counterexample in self.counterexamples.items():
+            violations[name] = violations[name] | counterexample.as_dict()
         return [violations[name] for name in sorted(violations)]
 
     def _make_violation(self, row: dict[str, Any], edge: Edge) -> dict[str, Any]:
@@ -80,8 +80,8 @@ class ExploreResult:
     @property
     def vacuous_names(self) -> list[str]:
         """The names of the properties that no run could have violated."""
-        evaluated = {name for leaf in self.graph.leaves.values() for name in leaf.evaluated}
-        return [property_.name for property_ in self.properties if property_.name not in evaluated]
+        evaluated_names = {name for leaf in self.graph.leaves.values() for name in leaf.evaluated}
+        return [property_.name for property_ in self.properties if property_.name not in evaluated_names]
 
     @property
     def status(self) -> int:
@@ -108,8 +108,8 @@ class ExploreResult:
     def lines(self) -> Iterator[str]:
         """Yield the result as lines of text."""
         graph = self.graph
-        end = "complete" if self.is_complete else f"not complete, {graph.open_branches_text}"
-        yield f"{graph.counts_text}: {end}"
+        end_text = "complete" if self.is_complete else f"not complete, {graph.open_branches_text}"
+        yield f"{graph.counts_text}: {end_text}"
         for outcome, count in self.outcomes.items():
             yield f"  {outcome}: {count}"
         for violation in self.violations:

@@ -20,13 +20,13 @@ def safe_spawn_context() -> Iterator[SpawnContext]:
 
     The setting applies to processes that start before the context is left.
     """
-    setting = os.environ.get(_SAFE_PATH_VARIABLE)
+    user_setting = os.environ.get(_SAFE_PATH_VARIABLE)
     # by the environment, because multiprocessing passes no option -P
     os.environ[_SAFE_PATH_VARIABLE] = "1"
     try:
         yield multiprocessing.get_context("spawn")
     finally:
-        _restore_setting(setting)
+        _restore_setting(user_setting)
 
 
 def start_safe_process(target: Callable[..., None], *arguments: object) -> BaseProcess:
@@ -34,15 +34,15 @@ def start_safe_process(target: Callable[..., None], *arguments: object) -> BaseP
 
     The new process ends with the calling process, and its child processes have the user's path again.
     """
-    setting = os.environ.get(_SAFE_PATH_VARIABLE)
+    user_setting = os.environ.get(_SAFE_PATH_VARIABLE)
     with safe_spawn_context() as context:
-        process = context.Process(target=_run_target, args=(setting, target, arguments), daemon=True)
+        process = context.Process(target=_run_target, args=(user_setting, target, arguments), daemon=True)
         process.start()
     return process
 
 
-def _run_target(setting: str | None, target: Callable[..., None], arguments: tuple[object, ...]) -> None:
-    _restore_setting(setting)
+def _run_target(user_setting: str | None, target: Callable[..., None], arguments: tuple[object, ...]) -> None:
+    _restore_setting(user_setting)
     target(*arguments)
 
 
@@ -52,10 +52,10 @@ def safe_process_pool(process_count: int) -> Iterator[ProcessPoolExecutor]:
 
     The child processes of the pool's processes have the user's path again.
     """
-    setting = os.environ.get(_SAFE_PATH_VARIABLE)
+    user_setting = os.environ.get(_SAFE_PATH_VARIABLE)
     with (
         safe_spawn_context() as context,
-        ProcessPoolExecutor(process_count, context, _restore_setting, (setting,)) as pool,
+        ProcessPoolExecutor(process_count, context, _restore_setting, (user_setting,)) as pool,
     ):
         yield pool
 
@@ -68,8 +68,8 @@ def describe_exit(status: int | None) -> str:
     return f"signal {-status}" if status is not None and status < 0 else f"exit status {status}"
 
 
-def _restore_setting(setting: str | None) -> None:
+def _restore_setting(user_setting: str | None) -> None:
     """Restore the user's value of the environment variable; None for an unset variable."""
     os.environ.pop(_SAFE_PATH_VARIABLE, None)
-    if setting is not None:
-        os.environ[_SAFE_PATH_VARIABLE] = setting
+    if user_setting is not None:
+        os.environ[_SAFE_PATH_VARIABLE] = user_setting

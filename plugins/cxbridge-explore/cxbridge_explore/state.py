@@ -51,12 +51,12 @@ _CONTROL_RETRY_S: Final = 3.0
 ComputeDigest = Callable[["ChoicePoint"], tuple[bytes, str]]
 
 
-def make_digest_function(run: ExploredRun, *, merge: bool) -> ComputeDigest:
+def make_digest_function(run: ExploredRun, *, merges_states: bool) -> ComputeDigest:
     """Return the function that computes the digests of a run's states.
 
-    :param merge: whether states are compared at all.
+    :param merges_states: whether states are compared at all.
     """
-    return StateReader(run).compute_digest if merge else lambda _: (b"", "")
+    return StateReader(run).compute_digest if merges_states else lambda _: (b"", "")
 
 
 class HiddenStateError(Exception):
@@ -74,7 +74,7 @@ class StateReader:
         """Return the digest of the state at a choice point; see :data:`ComputeDigest`."""
         if self._hidden_reason is None:
             self._hidden_reason = next(
-                (text for agent in self._agents for text in _list_hidden_reasons(agent)), ""
+                (reason for agent in self._agents for reason in _list_hidden_reasons(agent)), ""
             )
         if self._hidden_reason:
             return b"", self._hidden_reason
@@ -118,16 +118,16 @@ class _Normalizer:
 
     def number_skill(self, skill: str, message: object) -> None:
         """Record the id of a fact ``skill``, which ends with a message id, for numbering."""
-        end = f"-{message}"
-        if isinstance(message, int) and skill.endswith(end):
+        id_suffix = f"-{message}"
+        if isinstance(message, int) and skill.endswith(id_suffix):
             number = self._message_numbers.setdefault(message, len(self._message_numbers))
-            self._numbered_skills[skill] = f"{skill.removesuffix(end)}-#{number}"
+            self._numbered_skills[skill] = f"{skill.removesuffix(id_suffix)}-#{number}"
 
     def blur_last_try(self, slots: dict[str, Value], seconds: float) -> None:
         """Replace an old time in ``last-try``, since rules only test whether some seconds have passed."""
         match slots["last-try"]:
-            case (int() as last_s, int() as last_us):
-                age_us = self._now_us - last_s * MICROSECONDS - last_us
+            case (int() as last_s, int() as microseconds):
+                age_us = self._now_us - last_s * MICROSECONDS - microseconds
                 if age_us > seconds * MICROSECONDS:
                     slots["last-try"] = Symbol("long-ago")
 
@@ -150,8 +150,10 @@ class _Normalizer:
         position = 0
         while position < len(values):
             match values[position : position + 2]:
-                case [int() as seconds, int() as us] if self._is_time(seconds) and 0 <= us < MICROSECONDS:
-                    items.append(("time", seconds * MICROSECONDS + us - self._now_us))
+                case [int() as seconds, int() as microseconds] if (
+                    self._is_time(seconds) and 0 <= microseconds < MICROSECONDS
+                ):
+                    items.append(("time", seconds * MICROSECONDS + microseconds - self._now_us))
                     position += 2
                 case _:
                     items.append(self.normalize(values[position]))
@@ -202,8 +204,8 @@ def _read_agent_state(agent: Run, normalizer: _Normalizer) -> Hashable:
 
 
 def _read_globals(env: ClipsEnvironment, normalizer: _Normalizer) -> Hashable:
-    variables = map(decode, map(lib.DefglobalName, items_of(lib.GetNextDefglobal, env.c_env)))
-    return tuple((name, normalizer.normalize(env.eval(f"?*{name}*"))) for name in variables)
+    global_names = map(decode, map(lib.DefglobalName, items_of(lib.GetNextDefglobal, env.c_env)))
+    return tuple((name, normalizer.normalize(env.eval(f"?*{name}*"))) for name in global_names)
 
 
 def _read_board_state(board: LocalBlackBoard, normalizer: _Normalizer) -> Hashable:
@@ -219,14 +221,14 @@ def _read_board_state(board: LocalBlackBoard, normalizer: _Normalizer) -> Hashab
         waiting_count = max((instance.msgq_size() for instance in instances if instance.is_writer), default=0)
         if waiting_count > handled_count:
             raise HiddenStateError(f"messages to {memory.uid} waited")
-        unread = tuple(instance.version_read != memory.version for instance in instances)
+        unread_flags = tuple(instance.version_read != memory.version for instance in instances)
         block: Hashable = (
             normalizer.normalize(split_us(info.timestamp_us)),
             normalizer.normalize_slots(memory.values()),
         )
         if waiting_count:  # the Skiller is about to write all fields, and its state is that of the skills
             block = None
-        interfaces.append((memory.uid, info.writer, info.readers, unread, block))
+        interfaces.append((memory.uid, info.writer, info.readers, unread_flags, block))
     return tuple(interfaces)
 
 
@@ -245,8 +247,8 @@ def _list_hidden_reasons(agent: Run) -> list[str]:
     drawing_functions = _find_drawing_functions(env)
     reasons += [
         f"rule {name} draws random numbers"
-        for name, text in read_rule_texts(env).items()
-        if drawing_functions.intersection(_CALLED_FUNCTION.findall(text))
+        for name, rule_text in read_rule_texts(env).items()
+        if drawing_functions.intersection(_CALLED_FUNCTION.findall(rule_text))
     ]
     return reasons
 

@@ -22,7 +22,7 @@ class UseWatch:
     """
 
     def __init__(self, bus: EventBus, agents: Iterable[Run]) -> None:
-        self._parts: set[UsedPart] = set()
+        self._used_parts: set[UsedPart] = set()
         self._reported_parts: set[UsedPart] = set()
         bus.subscribe(self._record, *_EVENT_TYPES)
         for agent in agents:  # the configuration of an agent may switch off the events of fired rules
@@ -30,7 +30,7 @@ class UseWatch:
 
     def take_new_parts(self) -> tuple[UsedPart, ...]:
         """Return the parts that were used for the first time since the last call."""
-        new_parts = self._parts - self._reported_parts
+        new_parts = self._used_parts - self._reported_parts
         self._reported_parts |= new_parts
         return tuple(new_parts)
 
@@ -49,4 +49,4 @@ class UseWatch:
                 self._add_part("skills", event.skill_string.partition("{")[0].strip())
 
     def _add_part(self, kind: str, name: str, detail: str = "") -> None:
-        self._parts.add((kind, name, detail))
+        self._used_parts.add((kind, name, detail))

@@ -73,13 +73,13 @@ class PlayOrder(Struct, frozen=True, tag=True):
     """Fork the loader for a run that follows a path to an edge.
 
     :param path: the unusual choices of the run by the index of their point.
-    :param first_reported: the number of the first choice point that the run reports. At earlier points
+    :param first_reported_index: the index of the first choice point that the run reports. At earlier points
         outside of the path, the run takes the usual option.
     """
 
     edge: Edge
     path: dict[int, Step]
-    first_reported: int
+    first_reported_index: int
 
 
 class ForkOrder(Struct, frozen=True, tag=True):

@@ -76,7 +76,7 @@ class ExplorationProcess:
 class ForkingChooser:
     """A chooser that reports each choice point to the coordinator, and forks on the coordinator's orders.
 
-    :param first_reported: see :class:`~cxbridge_explore.wire.PlayOrder`.
+    :param first_reported_index: see :class:`~cxbridge_explore.wire.PlayOrder`.
     :param compute_digest: computes the digest of a state.
     """
 
@@ -84,17 +84,17 @@ class ForkingChooser:
         self,
         process: ExplorationProcess,
         run: ExploredRun,
-        first_reported: int,
+        first_reported_index: int,
         compute_digest: ComputeDigest,
     ) -> None:
         self._process = process
         self._run = run
-        self._first_reported = first_reported
+        self._first_reported_index = first_reported_index
         self._compute_digest = compute_digest
 
     def choose(self, point: ChoicePoint) -> int:
         """Return the option in an order; exit if the coordinator orders no option."""
-        if point.index < self._first_reported:
+        if point.index < self._first_reported_index:
             return USUAL
         try:
             send(
@@ -129,19 +129,19 @@ def exit_process(status: int = 0) -> NoReturn:
     os._exit(status)
 
 
-def run_loader(address: str, make_run: MakeRun, *, merge: bool) -> NoReturn:
+def run_loader(address: str, make_run: MakeRun, *, merges_states: bool) -> NoReturn:
     """Load the scenario, and fork this process for each path to play.
 
     The function must be called in a new process, and never returns.
 
-    :param merge: whether to compare states.
+    :param merges_states: whether to compare states.
     """
     forking.reset_signals()  # the coordinator, which Ctrl-C reaches too, ends this process
     # Different seeds in the processes reveal agents that draw random numbers without a seed.
     random.seed()
     try:
         process = ExplorationProcess(address)
-        _load_and_fork(process, make_run, merge=merge)
+        _load_and_fork(process, make_run, merges_states=merges_states)
     except (EOFError, OSError):
         exit_process(1)  # the coordinator is gone
     except BaseException as error:  # noqa: BLE001 - a copy must never return into the coordinator's code
@@ -149,7 +149,7 @@ def run_loader(address: str, make_run: MakeRun, *, merge: bool) -> NoReturn:
         exit_process(1)
 
 
-def _load_and_fork(process: ExplorationProcess, make_run: MakeRun, *, merge: bool) -> NoReturn:
+def _load_and_fork(process: ExplorationProcess, make_run: MakeRun, *, merges_states: bool) -> NoReturn:
     try:
         with file_errors():
             run = make_run(PathChooser({}))
@@ -159,7 +159,7 @@ def _load_and_fork(process: ExplorationProcess, make_run: MakeRun, *, merge: boo
         reason = str(error).encode("utf-8", "backslashreplace").decode()
         send(process.connection, RefusalReport(reason))
         exit_process()
-    compute_digest = make_digest_function(run, merge=merge)
+    compute_digest = make_digest_function(run, merges_states=merges_states)
     gc.collect()
     gc.freeze()  # later collections skip the present objects, whose pages the copies share
     # 10 and 10 are Python's defaults for the older generations of objects
@@ -170,7 +170,7 @@ def _load_and_fork(process: ExplorationProcess, make_run: MakeRun, *, merge: boo
         if not isinstance(order, PlayOrder):
             exit_process()
         if process.fork_copy(order.edge):
-            forking_chooser = ForkingChooser(process, run, order.first_reported, compute_digest)
+            forking_chooser = ForkingChooser(process, run, order.first_reported_index, compute_digest)
             run.choices.chooser = PathChooser(order.path, forking_chooser)
             _play_run(process, run)
 

@@ -185,7 +185,7 @@ class FieldFunctions:
         field: list[Value] = []
         for placement in self._placements:
             name = MACHINE_NAMES.get(placement.machine, "NOT-SET")
-            # the machines of cyan (C); the rules mirror them for magenta
+            # the placed machines are those of cyan (C)
             zone = Symbol(f"C_Z{placement.x}{placement.y}")
             field += (Symbol(f"C-{name}"), zone, placement.angle)
         return tuple(field)

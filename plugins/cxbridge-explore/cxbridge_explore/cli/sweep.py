@@ -99,8 +99,10 @@ def sweep(agent_options: _AgentOptions, settings: _SweepOptions, outputs: _Sweep
     jobs = _make_jobs(agent_options, settings)
     start_s = time.perf_counter()
     seeds = range(settings.seed, settings.seed + settings.runs)
-    with nullcontext() if settings.resume is None else RowFile(settings.resume) as file:
-        rows_by_agent = {name: _play_sweep(settings, name, job, seeds, file) for name, job in jobs.items()}
+    with nullcontext() if settings.resume is None else RowFile(settings.resume) as row_file:
+        rows_by_agent = {
+            name: _play_sweep(settings, name, job, seeds, row_file) for name, job in jobs.items()
+        }
     wall_seconds = round(time.perf_counter() - start_s, 3)
     if outputs.csv is not None:
         write_csv(rows_by_agent, outputs.csv)
@@ -155,22 +157,22 @@ def _make_jobs(agent_options: _AgentOptions, settings: _SweepOptions) -> dict[st
 
 
 def _play_sweep(
-    settings: _SweepOptions, name: str, job: SweepJob, seeds: Sequence[int], file: RowFile | None
+    settings: _SweepOptions, name: str, job: SweepJob, seeds: Sequence[int], row_file: RowFile | None
 ) -> list[RunRow]:
     """Play the runs of an agent, and return their rows in the order of seeds.
 
-    :param file: has the rows of earlier runs, and stores new rows; None to store no rows.
+    :param row_file: has the rows of earlier runs, and stores new rows; None to store no rows.
     """
     from cxbridge_explore.sweep.engine import play_seeds
 
-    earlier_rows = {} if file is None else file.find_earlier_rows(name)
+    earlier_rows = {} if row_file is None else row_file.find_earlier_rows(name)
     rows = {seed: earlier_rows[seed] for seed in seeds if seed in earlier_rows}
     missing_seeds = [seed for seed in seeds if seed not in rows]
     with progress_line() as show_line:
         for row in play_seeds(job, missing_seeds, settings.jobs or os.cpu_count() or 1):
             rows[row.seed] = row
-            if file is not None:
-                file.add(name, row)
+            if row_file is not None:
+                row_file.add(name, row)
             show_line(f"{name}: {len(rows)} of {len(seeds)} runs")
     return [rows[seed] for seed in seeds]
 
@@ -182,10 +184,10 @@ def _print_comparison(comparison: AgentComparison) -> None:
     say(f"difference in completed runs: {percent:+.2f} % ({bounds})")
     if makespan is not None:
         say(f"difference in makespan: {makespan.estimate:+.3f} s ({makespan.format_bounds('+.3f')})")
-    for runs in comparison.as_dict()["seeds"]:
-        first_outcome, second_outcome = runs["outcomes"]
-        makespans = " and ".join(f"{seconds:.2f} s" for seconds in runs["makespans"])
-        say(f"  seed {runs['seed']}: {first_outcome} and {second_outcome}, {makespans}")
+    for run_pair in comparison.as_dict()["seeds"]:
+        first_outcome, second_outcome = run_pair["outcomes"]
+        makespans = " and ".join(f"{seconds:.2f} s" for seconds in run_pair["makespans"])
+        say(f"  seed {run_pair['seed']}: {first_outcome} and {second_outcome}, {makespans}")
 
 
 def _print_outcomes(report: dict[str, Any]) -> None:

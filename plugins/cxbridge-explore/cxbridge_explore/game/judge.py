@@ -64,7 +64,7 @@ class GameWatch:
         for name, state in self._states.items():
             self._state_us.setdefault(name, Counter())[state] += now_us - self._last_us
         self._phase, self._states, self._last_us = self._judge.phase, dict(self._judge.machine_states), now_us
-        if self._phase == PRODUCTION != last_phase:
+        if self._phase == PRODUCTION != last_phase:  # the production begins
             self._begin_us = now_us
             self._state_us.clear()
 
@@ -80,6 +80,6 @@ class GameWatch:
     def machine_seconds(self) -> dict[str, dict[str, float]]:
         """Return the seconds that each machine was in each state in the production, the longest first."""
         return {
-            name: {state: round(us / MICROSECONDS, 1) for state, us in counter.most_common()}
+            name: {state: round(time_us / MICROSECONDS, 1) for state, time_us in counter.most_common()}
             for name, counter in sorted(self._state_us.items())
         }

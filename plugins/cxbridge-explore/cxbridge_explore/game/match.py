@@ -17,7 +17,7 @@ from cxbridge_explore.sweep.summary import MAX_LISTED_SEEDS, rank_differences
 
 
 def play_games(
-    games: Mapping[str, Game], seeds: Sequence[int], processes: int, show_line: Callable[[str], None]
+    games: Mapping[str, Game], seeds: Sequence[int], process_count: int, show_line: Callable[[str], None]
 ) -> dict[str, dict[int, GameResult]]:
     """Play each game with each seed, in child processes.
 
@@ -27,7 +27,7 @@ def play_games(
     :raises CxbridgeError: if a scenario is invalid, or a process dies.
     """
     results: dict[str, dict[int, GameResult]] = {name: {} for name in games}
-    with safe_process_pool(processes) as pool:
+    with safe_process_pool(process_count) as pool:
         pending_games = {
             pool.submit(game.play, seed): (name, seed) for seed in seeds for name, game in games.items()
         }

@@ -50,23 +50,25 @@ class PublishedGame:
         :raises CxbridgeError: if no referee writes to a blackboard.
         """
         for agent in self._run.agents:
-            games = [info for info in agent.board.list(GAME_TYPE) if info.has_writer]
-            if games:
+            game_infos = [info for info in agent.board.list(GAME_TYPE) if info.has_writer]
+            if game_infos:
                 written_orders = [info for info in agent.board.list(ORDER_TYPE) if info.has_writer]
                 orders = [_read_values(agent.board, info) for info in written_orders]
-                return _make_score(_read_values(agent.board, games[0]), orders)
+                return _make_score(_read_values(agent.board, game_infos[0]), orders)
         raise CxbridgeError(f"no referee writes a {GAME_TYPE}", hint="see docs/games.md")
 
 
 def _make_score(game: Mapping[str, Any], orders: Sequence[Mapping[str, Any]]) -> Score:
     team, phase = str(game["team"]), _format_enum(game["phase"])
-    delivered = sorted((order for order in orders if order["delivered"] > 0), key=itemgetter("delivered"))
-    announced = sorted((order for order in orders if order["number"]), key=itemgetter("number"))
+    delivered_orders = sorted(
+        (order for order in orders if order["delivered"] > 0), key=itemgetter("delivered")
+    )
+    announced_orders = sorted((order for order in orders if order["number"]), key=itemgetter("number"))
     return Score(
         points={team: int(game["points"])},
         deliveries=tuple(
             Delivery(order["number"], order["product"], team, round(order["delivered"], 3))
-            for order in delivered
+            for order in delivered_orders
         ),
         awards=tuple(
             Award(
@@ -77,13 +79,13 @@ def _make_score(game: Mapping[str, Any], orders: Sequence[Mapping[str, Any]]) ->
                 reason=order["reason"],
                 category=order["reason"].removeprefix(order["product"]).strip(),
             )
-            for order in delivered
+            for order in delivered_orders
         ),
         phase=phase,
         game_time=round(game["second"], 3),
         orders=tuple(
             ProductOrder(order["number"], order["product"], round(order["begin"], 3), round(order["end"], 3))
-            for order in announced
+            for order in announced_orders
         ),
     )
 

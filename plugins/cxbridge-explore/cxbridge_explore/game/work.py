@@ -54,12 +54,12 @@ def summarize_work(
         spans.setdefault(robot, []).append(span)
         if call.status == Status.S_FAILED.name:
             failures.setdefault(robot, Counter())[call.error or "failed"] += 1
-    seconds, work = watch.production_seconds, {}
+    production_seconds, work_by_robot = watch.production_seconds, {}
     for robot in sorted(spans):
-        production_spans = [(max(0.0, begin), min(seconds, end)) for begin, end in spans[robot]]
-        busy, idle = covered_seconds(spans[robot]), seconds - covered_seconds(production_spans)
-        work[robot] = RobotWork(round(busy, 1), round(idle, 1), dict(failures.get(robot, {})))
-    return work
+        production_spans = [(max(0.0, begin), min(production_seconds, end)) for begin, end in spans[robot]]
+        busy, idle = covered_seconds(spans[robot]), production_seconds - covered_seconds(production_spans)
+        work_by_robot[robot] = RobotWork(round(busy, 1), round(idle, 1), dict(failures.get(robot, {})))
+    return work_by_robot
 
 
 def covered_seconds(spans: Iterable[Span]) -> float:

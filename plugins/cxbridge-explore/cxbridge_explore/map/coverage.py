@@ -19,7 +19,7 @@ def compute_explored_coverage(options: RunOptions, used_parts: Iterable[UsedPart
     for source in read_scenario_sources(options):  # from the files, since an exploration has no recording
         agent.add_source(source, include_core=False)
     for kind, name, detail in used_parts:
-        counts = getattr(use, kind)
+        counts = getattr(use, kind)  # the kinds are names of attributes
         if detail:  # the mode or outcome of a goal
             counts.setdefault(name, Counter())[detail] = 1
         else:

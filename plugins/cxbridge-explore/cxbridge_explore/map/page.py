@@ -51,14 +51,14 @@ def write_page(
 def _describe_result(result: ExploreResult) -> str:
     graph = result.graph
     counts = ", ".join(f"{count} {outcome}" for outcome, count in result.outcomes.items())
-    end = "complete" if result.is_complete else f"not complete: {graph.open_branches_text}"
-    return f"{graph.counts_text}; {end}. {counts}"
+    end_text = "complete" if result.is_complete else f"not complete: {graph.open_branches_text}"
+    return f"{graph.counts_text}; {end_text}. {counts}"
 
 
 def _make_property_rows(result: ExploreResult) -> Iterator[dict[str, str]]:
-    violated = {violation["property"]: violation for violation in result.violations}
-    for name in sorted({property_.name for property_ in result.properties} | violated.keys()):
-        violation = violated.get(name)
+    violations_by_name = {violation["property"]: violation for violation in result.violations}
+    for name in sorted({property_.name for property_ in result.properties} | violations_by_name.keys()):
+        violation = violations_by_name.get(name)
         if violation is not None:
             message = violation.get("words") or violation["message"]
             yield {"name": name, "verdict": "violated", "message": message}

@@ -43,6 +43,7 @@ def make_run_rows(graph: Graph) -> list[MapRow]:
     In this order, no line from a row to its parent crosses another row.
     """
     rows: list[MapRow] = []
+    # each edge with the number of the row from which its run branches off
     pending_edges: list[tuple[Edge, int | None]] = [(ROOT_EDGE, None)]
     while pending_edges:
         edge, parent = pending_edges.pop()

@@ -29,7 +29,12 @@ _NON_PATTERN_HEADS: Final = frozenset({"test", "declare"})  # first words of ele
 
 @dataclass(slots=True)
 class _Reader:
-    """Reads the parts of a form from left to right."""
+    """Reads the parts of a form from left to right.
+
+    :param text: the whole form, for error messages.
+    :param nodes: the parts that are not read yet.
+    :param mark: the position, for error messages.
+    """
 
     text: str
     nodes: list[SyntaxNode]
@@ -60,19 +65,19 @@ class _Reader:
         """Read the optional time limit in seconds, the last part of a form; None without a limit."""
         word, limit = self.read_word(), None
         if word == "within":
-            number = self.read_word()
-            limit = _parse_seconds(number)
+            seconds_text = self.read_word()
+            limit = _parse_seconds(seconds_text)
             if limit is None:
                 raise self.mark.error(
-                    f"'within' must be followed by seconds, not by '{number}': {self.text}",
+                    f"'within' must be followed by seconds, not by '{seconds_text}': {self.text}",
                     "write e.g. within 30",
                 )
             word = self.read_word()
         if word or self.nodes:
-            rest = word or self.nodes[0].text
+            surplus_text = word or self.nodes[0].text
             raise self.mark.error(
-                f"'{rest}' does not belong in a property: {self.text}",
-                did_you_mean(rest, ("within", "then"), f"the forms are: {'; '.join(FORMS)}"),
+                f"'{surplus_text}' does not belong in a property: {self.text}",
+                did_you_mean(surplus_text, ("within", "then"), f"the forms are: {'; '.join(FORMS)}"),
             )
         return limit
 

@@ -30,9 +30,8 @@ _LOADED_PATTERN: Final = "(executive-initialized)"  # matches a fact that a load
 _UNMATCHED_PATTERN: Final = "(executive-initialized nowhere)"  # matches no fact
 # the code and the text of the first error in a message of CLIPS, up to the line "... ERROR:" or the end
 _CLIPS_REASON: Final = re.compile(r"\[[A-Z]+\d+\].*?(?= ERROR:|$)", re.DOTALL)
-_VARIABLE: Final = re.compile(
-    r"\?[^*].*", re.DOTALL
-)  # neither a wildcard `?` nor a global variable `?*name*`
+# a variable: neither a wildcard `?` nor a global variable `?*name*`
+_VARIABLE: Final = re.compile(r"\?[^*].*", re.DOTALL)
 _numbers = count(1)  # make the names unique in the process
 
 BoundValues = tuple[str, ...]  # values of a pattern's variables, as CLIPS prints them
@@ -67,8 +66,10 @@ class ConditionPattern:
     def variables(self) -> tuple[str, ...]:
         """The variables that a match binds, in order."""
         # Variables within `not`, `forall`, `exists` and `or` have no value outside of them.
-        outer = [node for node in self.elements if node.head not in ("not", "forall", "exists", "or")]
-        words = (word.text for node in outer for word in node.walk() if word.items is None)
+        outer_elements = [
+            node for node in self.elements if node.head not in ("not", "forall", "exists", "or")
+        ]
+        words = (word.text for node in outer_elements for word in node.walk() if word.items is None)
         return tuple(dict.fromkeys(filter(_VARIABLE.fullmatch, words)))
 
 
@@ -154,8 +155,8 @@ class Probe:
         try:
             self._env.build_unrecorded(f"(defrule {name} {condition} =>)")
         except ClipsError as error:
-            text = f"CLIPS rejects the pattern {self._pattern.text}"
+            message = f"CLIPS rejects the pattern {self._pattern.text}"
             # without the name of the rule and the number of the condition, which users have not written
             reason = _CLIPS_REASON.search(error.message)
             hint = re.sub(r" found in CE #\d+", "", reason[0]) if reason else None
-            raise self._pattern.mark.error(text, hint) from None
+            raise self._pattern.mark.error(message, hint) from None

@@ -28,9 +28,9 @@ def read_properties(file: Path) -> list[Property]:
     :raises CxbridgeError: if the file cannot be read, or a property is invalid.
     """
     with file_errors():
-        data = file.read_bytes()
+        yaml_bytes = file.read_bytes()
     properties: list[Property] = []
-    for root in parse_documents(data, str(file)):
+    for root in parse_documents(yaml_bytes, str(file)):
         if not isinstance(root, YamlList):
             if isinstance(root, YamlScalar) and root.is_null:
                 continue  # an empty document
@@ -51,12 +51,12 @@ def find_property(text: str) -> Property:
 
     :raises ConfigError: if the text is neither.
     """
-    built_in = {property_.name: property_ for property_ in builtin_properties()}
+    built_in_properties = {property_.name: property_ for property_ in builtin_properties()}
     name = text.strip()
-    if name in built_in:
-        return built_in[name]
+    if name in built_in_properties:
+        return built_in_properties[name]
     # each form has parentheses, so that a text without parentheses is a misspelt name
-    if "(" not in name and (suggestion := did_you_mean(name, built_in)):
+    if "(" not in name and (suggestion := did_you_mean(name, built_in_properties)):
         raise ConfigError(f"there is no property '{name}'", hint=suggestion)
     return read_property(text)
 
@@ -74,10 +74,10 @@ def combine_properties(*groups: Iterable[Property]) -> tuple[Property, ...]:
 
     :raises ConfigError: if two properties have the same name.
     """
-    by_name: dict[str, Property] = {}
+    properties_by_name: dict[str, Property] = {}
     for property_ in chain.from_iterable(groups):
         name = property_.name
-        if name in by_name:
+        if name in properties_by_name:
             raise ConfigError(f"there are two properties '{name}'", hint="rename a property: NAME: FORM")
-        by_name[name] = property_
-    return tuple(by_name.values())
+        properties_by_name[name] = property_
+    return tuple(properties_by_name.values())

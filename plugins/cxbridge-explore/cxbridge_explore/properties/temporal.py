@@ -219,10 +219,10 @@ class AfterMonitor(PatternMonitor):
                 for values in current_matches - self._earlier_matches.get(tables.name, set()):
                     self._handle_first_match(tables, values)
                 self._earlier_matches[tables.name] = current_matches
-        for tables, (_, second) in self.probes.items():
+        for tables, (_, second_probe) in self.probes.items():
             # checked here, since no match is reported if the second pattern has matched before the first
             if tables.name in self._newly_matched_agents or (has_changed and self._second.requires_absence):
-                for values in second.find_matches():
+                for values in second_probe.find_matches():
                     self._handle_second_match(tables, values)
         self._newly_matched_agents.clear()
         if self._within_s is not None:

@@ -71,6 +71,7 @@ def play_seeds(job: SweepJob, seeds: Sequence[int], process_count: int) -> Itera
                 workers.append(stack.enter_context(WorkerProcess(job)))
                 workers[-1].give_seeds(chunks.popleft())
             ready_connections = wait([worker.connection for worker in workers])
+            # a copy of the list, since dead workers are removed from it
             for worker in [worker for worker in workers if worker.connection in ready_connections]:
                 try:
                     message = worker.connection.recv()
@@ -78,7 +79,7 @@ def play_seeds(job: SweepJob, seeds: Sequence[int], process_count: int) -> Itera
                     workers.remove(worker)
                     if worker.seeds:  # a worker without seeds is not replaced
                         yield from _handle_death(worker, deaths)
-                    if worker.seeds:
+                    if worker.seeds:  # without the seed that has killed too many workers
                         chunks.append(worker.seeds)
                     continue
                 if isinstance(message, CxbridgeError):

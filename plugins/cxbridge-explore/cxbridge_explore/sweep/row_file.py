@@ -34,27 +34,27 @@ class RowFile(Closing):
         self._file = file
         self._rows: dict[str, dict[int, RunRow]] = {}
         try:
-            complete_bytes = self._read_rows(file.read_bytes()) if file.exists() else 0
+            complete_size = self._read_rows(file.read_bytes()) if file.exists() else 0
             self._output: IO[bytes] = file.open("ab")
-            self._output.truncate(complete_bytes)  # removes an incomplete last line
+            self._output.truncate(complete_size)  # removes an incomplete last line
         except OSError as error:
             raise CxbridgeError(f"cannot be used: {error.strerror}", file=file) from error
 
-    def _read_rows(self, data: bytes) -> int:
+    def _read_rows(self, file_bytes: bytes) -> int:
         """Read the existing rows and return the number of bytes in complete lines."""
-        complete_bytes = 0
-        for number, line in enumerate(data.splitlines(keepends=True), 1):
+        complete_size = 0
+        for number, line in enumerate(file_bytes.splitlines(keepends=True), 1):
             if not line.endswith(b"\n"):
                 break  # the writer was killed in the middle of the line
             try:
-                decoded = _DECODER.decode(line)
+                decoded_line = _DECODER.decode(line)
             except msgspec.MsgspecError as error:
                 raise CxbridgeError(
                     f"is not a row of a sweep: {error}", file=self._file, line=number
                 ) from None
-            self._rows.setdefault(decoded.agent, {})[decoded.row.seed] = decoded.row
-            complete_bytes += len(line)
-        return complete_bytes
+            self._rows.setdefault(decoded_line.agent, {})[decoded_line.row.seed] = decoded_line.row
+            complete_size += len(line)
+        return complete_size
 
     def find_earlier_rows(self, agent: str) -> dict[int, RunRow]:
         """Return the rows of an agent from earlier sweeps, by seed."""

@@ -77,7 +77,7 @@ class SeedForkChooser:
             self._connection.send(
                 row or RunRow(seed, CRASHED, f"its process ended with {describe_exit(status)}")
             )
-        os._exit(0)
+        os._exit(0)  # the run of the worker itself has no seed, and ends here
 
     def _become_run(self, seed: int) -> None:
         """Turn this child into the run of a seed."""

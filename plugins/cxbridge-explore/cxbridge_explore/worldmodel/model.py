@@ -161,7 +161,7 @@ class WorldModel:
     skills: tuple[SkillModel, ...] = ()
     default_skill: SkillModel = field(default_factory=lambda: SkillModel(SkillPattern("*")))
     sensed: tuple[SensedValue, ...] = ()
-    messages: tuple[MessageLoss, ...] = ()
+    message_losses: tuple[MessageLoss, ...] = ()
     absences: tuple[Absence, ...] = ()
     kills: tuple[Kill, ...] = ()
     planner: PlannerModel | None = None

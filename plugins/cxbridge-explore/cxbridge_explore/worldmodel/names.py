@@ -62,8 +62,8 @@ def _check_agent(world: WorldModel, agent: Run, skills: Collection[str]) -> None
         _check_sensed(sensed, agent)
         for name in sensed.skills if skills else ():
             _check_name("skill", name, skills, sensed.mark)
-    for message in world.messages:
-        _check_interface(message.uid, agent, message.mark)
+    for loss in world.message_losses:
+        _check_interface(loss.uid, agent, loss.mark)
     for absence in world.absences:
         _check_name("Skiller or executor", absence.name, _find_performers(agent), absence.mark)
 
@@ -75,9 +75,11 @@ def find_known_skills(agent: Run, *, reads_source_code: bool) -> set[str]:
     :returns: an empty set if the skills of an executor are unknown without importing the executor.
     """
     skills = {
-        name.group()
+        name_match.group()
         for item in agent.config.search("/clips-executive/specs")
-        if "/action-mapping/" in item.path and not item.is_list and (name := _SKILL_NAME.match(item.text))
+        if "/action-mapping/" in item.path
+        and not item.is_list
+        and (name_match := _SKILL_NAME.match(item.text))
     }
     board = agent.skill_board
     for member in () if board is None else board.agents:
@@ -118,5 +120,5 @@ def _check_interface(uid: str, agent: Run, mark: Mark) -> None:
 def _check_sensed(sensed: SensedValue, agent: Run) -> None:
     _check_interface(sensed.uid, agent, sensed.mark)
     interface_type, _ = parse_uid(sensed.uid)
-    fields = [field.name for field in agent.registry.schema(interface_type).fields]
-    _check_name(f"field of {interface_type}", sensed.field_name, fields, sensed.mark)
+    field_names = [field.name for field in agent.registry.schema(interface_type).fields]
+    _check_name(f"field of {interface_type}", sensed.field_name, field_names, sensed.mark)

@@ -59,7 +59,7 @@ def parse_world(document: Configuration) -> WorldModel:
         sensed=tuple(
             map(_parse_sensed, world.sections("sensed", _SENSED_KEYS, ("interface", "field", "values")))
         ),
-        messages=tuple(map(_parse_message, world.sections("messages", _MESSAGE_KEYS, ("interface",)))),
+        message_losses=tuple(map(_parse_message, world.sections("messages", _MESSAGE_KEYS, ("interface",)))),
         absences=tuple(map(_parse_absence, world.sections("skillers", _SKILLER_KEYS, ("name",)))),
         kills=tuple(map(_parse_kill, world.sections("killed", _KILLED_KEYS))),
         planner=_parse_planner(world.section("planner", _PLANNER_KEYS)) if "planner" in world else None,

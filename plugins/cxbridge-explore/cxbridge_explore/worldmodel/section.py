@@ -23,12 +23,12 @@ class Section:
 
     :param path: the path of the map in the document, such as ``/skills/0``.
     :param keys: the allowed keys.
-    :param required: the keys that must be present.
+    :param required_keys: the keys that must be present.
     :raises ConfigError: if the value is not a map, has a key that is not allowed, or lacks a required key.
     """
 
     def __init__(
-        self, document: Configuration, path: str, keys: Collection[str], required: Collection[str] = ()
+        self, document: Configuration, path: str, keys: Collection[str], required_keys: Collection[str] = ()
     ) -> None:
         self._document, self._path = document, path
         self._keys = document.keys(path)
@@ -38,7 +38,7 @@ class Section:
         for key in self._keys:
             if key not in keys:
                 raise self.error("is an unknown key", did_you_mean(key, keys, f"use: {', '.join(keys)}"), key)
-        for key in required:
+        for key in required_keys:
             if not document.exists(f"{path}/{key}"):
                 raise self.error(f"has no {key}", f"add: {key}: ...")
 
@@ -63,11 +63,11 @@ class Section:
         path = f"{self._path}/{key}" if key else self._path
         return self._find_mark(path).error(f"{path.removeprefix('/')} {fault}", hint)
 
-    def section(self, key: str, keys: Collection[str], required: Collection[str] = ()) -> Section:
+    def section(self, key: str, keys: Collection[str], required_keys: Collection[str] = ()) -> Section:
         """Return the map at a key; an empty map if the key is missing."""
-        return Section(self._document, f"{self._path}/{key}", keys, required)
+        return Section(self._document, f"{self._path}/{key}", keys, required_keys)
 
-    def sections(self, key: str, keys: Collection[str], required: Collection[str] = ()) -> list[Section]:
+    def sections(self, key: str, keys: Collection[str], required_keys: Collection[str] = ()) -> list[Section]:
         """Return the maps in the list at a key; an empty list if the key is missing.
 
         :raises ConfigError: if the value is not a list of maps.
@@ -80,7 +80,7 @@ class Section:
             value = self._document.get(path)
             if value.text or value.items:
                 raise self.error("must be a list of maps", "write: - {name: ...}", key)
-        return [self.section(f"{key}/{entry_key}", keys, required) for entry_key in entry_keys]
+        return [self.section(f"{key}/{entry_key}", keys, required_keys) for entry_key in entry_keys]
 
     def text(self, key: str, default: str = "") -> str:
         return self._document.get_str(f"{self._path}/{key}", default=default)

@@ -180,9 +180,9 @@ class PathChooser:
         for option_index, option in enumerate(point.options):
             if option.name == step.option:
                 return option_index
-        duration = None if point.distribution is None else _DURATION_NAME.fullmatch(step.option)
-        if duration is not None:  # RandomChooser drew a duration that is not among the listed options
-            return make_duration_option(float(duration[1]))
+        duration_match = None if point.distribution is None else _DURATION_NAME.fullmatch(step.option)
+        if duration_match is not None:  # RandomChooser drew a duration that is not among the listed options
+            return make_duration_option(float(duration_match[1]))
         names = ", ".join(option.name for option in point.options)
         raise DivergedError(
             f"choice {point.index}, {point.subject}, has no option '{step.option}'", hint=f"it has: {names}"

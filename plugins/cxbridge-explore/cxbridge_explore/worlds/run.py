@@ -128,11 +128,15 @@ class WorldRun(Closing):
 
     def _make_additions(self) -> Additions:
         planner = self._world_model.planner
-        faults = {} if planner is None else {PLANNER_FAULTS: partial(self._choose_planner_fault, planner)}
-        return Additions(values=faults)
+        values = {} if planner is None else {PLANNER_FAULTS: partial(self._choose_planner_fault, planner)}
+        return Additions(values=values)
 
     def _choose_planner_fault(self, planner: PlannerModel, env: str, problem: str) -> tuple[str, float]:
-        """Return the status of a planner call without a plan, else an empty text, and the plan's delay."""
+        """Choose the fault of a planner call.
+
+        :returns: the status of a call that gets no plan (empty: the call gets its plan), and the seconds by
+            which the plan is late.
+        """
         # the name and the probability of each option, then the status and the delay that the planner gets
         faults = (
             ("no plan", planner.no_plan_probability, "NO-PLAN", 0.0),
@@ -271,7 +275,7 @@ class AgentWorld(Closing):
                 uid: stack.enter_context(agent.board.open_for_writing(*parse_uid(uid), owner=OWNER))
                 for uid in dict.fromkeys(value.uid for value in world.sensed)
             }
-            for loss in world.messages:
+            for loss in world.message_losses:
                 stack.enter_context(MessageChoices(loss, agent.board, choices, prefix))
             sensed_choices = [
                 SensedChoices(value, agent, writers[value.uid], choices, prefix) for value in world.sensed

@@ -42,7 +42,7 @@ class SensedChoices:
             except InterfaceError as error:
                 raise sensed.mark.error(error.message, error.hint) from None
         self._subject = f"{prefix}{sensed.uid}.{sensed.field_name}"
-        self._times = list(sensed.times_s)
+        self._times_s = list(sensed.times_s)
         self._has_skill_ended = False
         # the first value is the usual value, and each further value is a fault
         self._options = tuple(
@@ -54,15 +54,19 @@ class SensedChoices:
 
     def _record_skill_end(self, event: Event) -> None:
         assert isinstance(event, SkillStatus)
-        name = _SKILL_NAME.match(event.skill_string)
-        if event.status in _END_STATUSES and name is not None and name.group() in self._sensed.skills:
+        name_match = _SKILL_NAME.match(event.skill_string)
+        if (
+            event.status in _END_STATUSES
+            and name_match is not None
+            and name_match.group() in self._sensed.skills
+        ):
             self._has_skill_ended = True
 
     def apply(self) -> None:
         """Choose and write a value if a decision is due."""
         is_due, self._has_skill_ended = self._has_skill_ended, False
-        while self._times and self._times[0] <= self._choices.seconds:
-            del self._times[0]
+        while self._times_s and self._times_s[0] <= self._choices.seconds:
+            del self._times_s[0]
             is_due = True
         if is_due:
             self._set_field(self._choices.choose(ChoiceKind.SENSED, self._subject, self._options).name)

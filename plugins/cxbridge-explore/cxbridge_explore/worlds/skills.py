@@ -91,7 +91,7 @@ class SkillChoices:
         # An unusual duration counts as a fault, which bounds the exploration.
         options = (
             make_duration_option(usual_value),
-            *(make_duration_option(value, 1) for value in further_values),
+            *(make_duration_option(value, faults=1) for value in further_values),
         )
         seconds: float = self._choices.choose(ChoiceKind.DURATION, subject, options, duration).value
         return seconds
@@ -103,8 +103,8 @@ class SkillChoices:
         return DEFAULT_DURATION_S if seconds is None else seconds
 
     def _make_subject(self, skiller: str, call: SkillStringCall) -> str:
-        args = ", ".join(f"{key}={value!r}" for key, value in call.args.items())
-        return f"{self._prefix}{skiller}: {call.name}{{{args}}}"
+        arguments = ", ".join(f"{key}={value!r}" for key, value in call.args.items())
+        return f"{self._prefix}{skiller}: {call.name}{{{arguments}}}"
 
 
 def make_skill_options(model: SkillModel) -> tuple[Option, ...]:

@@ -111,7 +111,7 @@ class CommandPlanner(EnginePlanner):
                 command, cwd=folder, capture_output=True, check=False, stdin=subprocess.DEVNULL
             )
         except OSError as error:
-            raise PlanningError(f"cannot start_s {command[0]}: {error.strerror}") from error
+            raise PlanningError(f"cannot start {command[0]}: {error.strerror}") from error
         output = (process.stdout + process.stderr).decode(errors="replace")
         return f"{output}\n{_STATUS_PREFIX}{process.returncode}"
 

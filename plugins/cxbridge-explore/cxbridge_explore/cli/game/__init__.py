@@ -45,7 +45,7 @@ class _GameLog(RunLog):
 @option_groups
 def game(
     agent_options: AgentOptions,
-    play: PlayOptions,
+    play_options: PlayOptions,
     game_options: GameOptions,
     console: ConsoleOptions,
     *,
@@ -63,24 +63,24 @@ def game(
     Example: cxbridge game workshop --games 20 --against workshop-2
     """
     options = RunOptions(**vars(agent_options), skiller="none")
-    first_game = _make_game(options, play, game_options)
-    if play.games == 1 and play.against is None:
+    first_game = _make_game(options, play_options, game_options)
+    if play_options.games == 1 and play_options.against is None:
         log = _GameLog(console, first_game.quiet_components)
-        return _report_game(first_game.play(play.seed, log, log.attach), as_json=as_json)
+        return _report_game(first_game.play(play_options.seed, log, log.attach), as_json=as_json)
     if options.trace or options.log or options.bblog:
         raise CxbridgeError("many games cannot be recorded to one file", hint="play a single game: --seed N")
-    return _play_series(_make_games_by_agent(first_game, play.against), play, as_json=as_json)
+    return _play_series(_make_games_by_agent(first_game, play_options.against), play_options, as_json=as_json)
 
 
-def _make_game(options: RunOptions, play: PlayOptions, game_options: GameOptions) -> Game:
+def _make_game(options: RunOptions, play_options: PlayOptions, game_options: GameOptions) -> Game:
     """Make the game of the scenario, or the game that options of a plug-in select."""
     from cxbridge_explore.game.scenario import ScenarioGame
 
     plugin_game = find_chosen_game(game_options.plugin_groups)
     if plugin_game is not None:
-        return plugin_game.make_game(options, minutes=play.minutes, world=play.world)
+        return plugin_game.make_game(options, minutes=play_options.minutes, world=play_options.world)
     options.check()
-    return ScenarioGame(run_options=options, minutes=play.minutes, world=play.world)
+    return ScenarioGame(run_options=options, minutes=play_options.minutes, world=play_options.world)
 
 
 def _make_games_by_agent(first_game: Game, against: Path | None) -> dict[str, Game]:
@@ -109,28 +109,30 @@ def _report_game(result: GameResult, *, as_json: bool) -> int:
     return _report_faults({result.seed: result})
 
 
-def _play_series(games: Mapping[str, Game], play: PlayOptions, *, as_json: bool) -> int:
+def _play_series(games: Mapping[str, Game], play_options: PlayOptions, *, as_json: bool) -> int:
     from cxbridge_explore.cli.game.output import print_games
     from cxbridge_explore.game.match import Match, play_games, summarize_games
 
-    seeds = range(play.seed, play.seed + play.games)
+    seeds = range(play_options.seed, play_options.seed + play_options.games)
     with progress_line() as show_line:
-        results_by_agent = play_games(games, seeds, play.jobs or os.cpu_count() or 1, show_line)
+        results_by_agent = play_games(games, seeds, play_options.jobs or os.cpu_count() or 1, show_line)
     if not as_json:
         print_games(results_by_agent)
     else:
         report = {"agents": {name: summarize_games(results) for name, results in results_by_agent.items()}}
         if len(results_by_agent) > 1:
             report["comparison"] = Match(*results_by_agent.values()).as_dict()
-        say_json({**report, "seed": play.seed}, indent=2)
+        say_json({**report, "seed": play_options.seed}, indent=2)
     return max(_report_faults(results) for results in results_by_agent.values())
 
 
 def _report_faults(results: Mapping[int, GameResult]) -> int:
     """Print undefined constructs and faults, and return the exit status."""
     # printed once, since all games have the same agent, and so the same undefined constructs
-    undefined = dict.fromkeys(construct for result in results.values() for construct in result.undefined)
-    for construct in undefined:
+    undefined_constructs = dict.fromkeys(
+        construct for result in results.values() for construct in result.undefined
+    )
+    for construct in undefined_constructs:
         complain(f"{construct}; its actions never run")
     for seed, result in results.items():
         for fault in result.faults:

@@ -20,7 +20,7 @@ def print_game(result: GameResult) -> None:
         product = f"order {delivery.order} ({delivery.complexity})"
         say(f"{delivery.game_time:8.1f} s  {delivery.team:8} delivers {product}")
     for order in score.orders:
-        times = ", ".join(f"{second:g} s" for second in score.delivery_times(order)) or "never"
+        times = ", ".join(f"{seconds:g} s" for seconds in score.delivery_times(order)) or "never"
         window = f"{order.begin:g} to {order.end:g} s"
         say(f"order {order.order} ({order.complexity}): {window}; delivered: {times}")
     for name, work in result.robots.items():
@@ -41,27 +41,33 @@ def print_game(result: GameResult) -> None:
     )
 
 
-def print_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
-    """Print the points of each game, and the comparison of two agents."""
-    for name, results in games.items():
+def print_games(results_by_agent: Mapping[str, Mapping[int, GameResult]]) -> None:
+    """Print the points of each game, and the comparison of two agents.
+
+    :param results_by_agent: the results by agent and seed.
+    """
+    for name, results in results_by_agent.items():
         over_count = sum(result.is_over for result in results.values())
         say(f"{name}: {format_count(len(results), 'game')}, {over_count} over, {_format_points(results)}")
-    if len(games) == 1:
-        for seed, result in next(iter(games.values())).items():
+    if len(results_by_agent) == 1:
+        for seed, result in next(iter(results_by_agent.values())).items():
             say(f"  seed {seed}: {result.points} points, {len(result.score.deliveries)} deliveries")
         return
-    (first, second), (first_results, second_results) = games, games.values()
+    (first_agent, second_agent), (first_results, second_results) = (
+        results_by_agent,
+        results_by_agent.values(),
+    )
     match = Match(first_results, second_results)
     difference = match.difference
     bounds = difference.format_bounds("+.1f")
-    say(f"{second} minus {first}: {difference.estimate:+.1f} points a game ({bounds})")
+    say(f"{second_agent} minus {first_agent}: {difference.estimate:+.1f} points a game ({bounds})")
     for seed, first_points, second_points in match.most_different_games():
         say(f"  seed {seed}: {first_points} and {second_points} points")
     better_index = match.better_index
     if better_index is None:
         say("these games do not show which agent is better")
     else:
-        say(f"{(first, second)[better_index]} is better")
+        say(f"{(first_agent, second_agent)[better_index]} is better")
 
 
 def _format_points(results: Mapping[int, GameResult]) -> str:

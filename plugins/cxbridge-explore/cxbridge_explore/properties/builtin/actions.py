@@ -53,7 +53,7 @@ def _drop_agent(texts: Mapping[ActionKey, str], agent: str) -> dict[ActionKey, s
 
 
 class ActionMonitor(Monitor):
-    """The base class of these monitors: follows the states of plan-actions."""
+    """The base class of monitors of plan-actions, whose states it follows."""
 
     templates = ("domain-operator", "domain-effect", "domain-fact", "pddl-formula", "pddl-predicate")
 
@@ -97,6 +97,7 @@ class ActionMonitor(Monitor):
         for operator in () if names else tables.printed_facts("domain-operator"):
             if operator["name"] == name:
                 names = parse_fields(operator["param-names"])
+        # not strict, since rules may assert any number of names and values
         return ObservedAction(key, name, dict(zip(names, values, strict=False)))
 
     @abstractmethod
@@ -160,9 +161,9 @@ class SingleExecutionMonitor(ActionMonitor):
     def _handle_call_fact(self, tables: FactTables, _template: str, slots: Mapping[str, str]) -> None:
         goal, action = slots["goal-id"], slots["action-id"]
         key = tables.name, goal, slots["plan-id"], action
-        skill = self._calls.setdefault(key, slots["skill-id"])
+        skill_id = self._calls.setdefault(key, slots["skill-id"])
         self.is_evaluated = True
-        if skill != slots["skill-id"]:
+        if skill_id != slots["skill-id"]:
             name = slots["skill-name"]
             self.scene.report(
                 f"action {action} of {goal} has a skill already, and its skill {name} was called again",

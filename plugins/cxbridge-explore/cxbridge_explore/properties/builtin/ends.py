@@ -10,7 +10,7 @@ from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd, Scene
 # The start of the message in which CLIPS names the rule of an error. The message before describes the error.
 _RULE_ERROR_PREFIX: Final = "[PRCCODE4]"
 
-_SKILLER: Final = "SkillerInterface"
+_SKILLER_TYPE: Final = "SkillerInterface"
 
 
 class RunEndMonitor(Monitor):
@@ -78,7 +78,7 @@ class SkillerReleaseMonitor(Monitor):
         if isinstance(event, InterfaceMessage) and event.message == "ReleaseControlMessage":
             self.is_evaluated = True
             self._controlled_skillers = [
-                name for name in self._controlled_skillers if f"{_SKILLER}::{name}" != event.uid
+                name for name in self._controlled_skillers if f"{_SKILLER_TYPE}::{name}" != event.uid
             ]
 
     def check_shutdown(self) -> None:

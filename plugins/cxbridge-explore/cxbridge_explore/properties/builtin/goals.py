@@ -76,13 +76,13 @@ class GoalRetractionMonitor(Monitor):
         for tables, last_slots in self._last_slots.items():
             goals = _goals_by_id(tables)
             self.is_evaluated |= bool(goals)
-            removed = [goal for name, goal in last_slots.items() if name not in goals]
-            for goal in removed:
+            removed_goals = [goal for name, goal in last_slots.items() if name not in goals]
+            for goal in removed_goals:
                 if not any(_may_be_removed(ancestor) for ancestor in _trace_lineage(goal, last_slots)):
                     name, mode = goal["id"], goal["mode"]
                     self.scene.report(f"goal {name} was removed in mode {mode}", goal=name)
             # in a second loop, since the parents of a removed goal may be removed at the same time
-            for goal in removed:
+            for goal in removed_goals:
                 del last_slots[goal["id"]]
 
     def check_end(self, end: RunEnd) -> None:
@@ -131,14 +131,16 @@ class IdleGoalMonitor(Monitor):
     def _find_resting_goals(self, tables: FactTables) -> Iterator[tuple[str, str]]:
         """Yield the id and the mode of each goal that waits for nothing."""
         goals = _goals_by_id(tables)
-        busy_goals = {str(slots["goal-id"]) for slots in tables.facts(_CALL) if slots["status"] == "RUNNING"}
+        busy_goal_ids = {
+            str(slots["goal-id"]) for slots in tables.facts(_CALL) if slots["status"] == "RUNNING"
+        }
         actions = tables.facts(_ACTION)
-        working_goals = {str(slots["goal-id"]) for slots in actions if slots["state"] in _WORKING_STATES}
-        busy_goals |= working_goals
+        working_goal_ids = {str(slots["goal-id"]) for slots in actions if slots["state"] in _WORKING_STATES}
+        busy_goal_ids |= working_goal_ids
         # A pending action may wait for a busy Skiller, or for the effect of a running action.
-        if working_goals:
-            busy_goals |= {str(slots["goal-id"]) for slots in actions if slots["state"] == "PENDING"}
-        parents = {str(goal["parent"]) for goal in goals.values() if goal["mode"] != _RETRACTED}
+        if working_goal_ids:
+            busy_goal_ids |= {str(slots["goal-id"]) for slots in actions if slots["state"] == "PENDING"}
+        parent_ids = {str(goal["parent"]) for goal in goals.values() if goal["mode"] != _RETRACTED}
         has_locks = any(slots["state"] == "LOCKED" for slots in tables.facts("mutex"))
         for name, goal in goals.items():
             mode = str(goal["mode"])
@@ -146,8 +148,8 @@ class IdleGoalMonitor(Monitor):
             is_waiting = (
                 mode == _RETRACTED
                 or _is_maintained(goal)
-                or name in busy_goals
-                or name in parents  # waits for its sub-goals, which are checked separately
+                or name in busy_goal_ids
+                or name in parent_ids  # waits for its sub-goals, which are checked separately
                 or (mode == "FORMULATED" and len(goals) > 1)  # waits for its selection
                 or (mode == "COMMITTED" and has_locks and lacks_resources)
             )

@@ -9,7 +9,7 @@ from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd
 from cxbridge_explore.properties.tables import FactTables
 
 _GOAL, _REQUEST, _MUTEX = "goal", "resource-request", "mutex"
-_IDENTITY: Final = ("cx", "identity")
+_IDENTITY_KEY: Final = ("cx", "identity")  # of the wm-fact with the name that an agent has in locks
 
 
 def _find_acquired_resources(tables: FactTables) -> Iterator[tuple[str, str]]:
@@ -50,10 +50,10 @@ class LostResourceMonitor(Monitor):
         if not self.changes.take_pending():
             return
         for tables in self.scene.tables:
-            goals = {str(slots["id"]) for slots in tables.facts(_GOAL)}
+            goal_ids = {str(slots["id"]) for slots in tables.facts(_GOAL)}
             for slots in tables.facts(_REQUEST):
                 self.is_evaluated = True
-                if str(slots["goal"]) not in goals:
+                if str(slots["goal"]) not in goal_ids:
                     self.scene.report(
                         f"the resource {slots['resource']} is held for {slots['goal']}, which was removed",
                         goal=str(slots["goal"]),
@@ -64,7 +64,7 @@ class LostResourceMonitor(Monitor):
         for tables in self.scene.tables:
             # Agents share the mutexes of the robot memory, so that an agent has facts about all locks.
             identities = {
-                str(slots["value"]) for slots in tables.facts("wm-fact") if slots["key"] == _IDENTITY
+                str(slots["value"]) for slots in tables.facts("wm-fact") if slots["key"] == _IDENTITY_KEY
             }
             for slots in tables.facts(_MUTEX):
                 self.is_evaluated = True

@@ -126,7 +126,9 @@ def test_sensed_value_is_written_by_time_and_after_skill():
 
 
 def test_lost_message_delays_skill():
-    world = WorldModel(default_skill=CALM, messages=(MessageLoss("SkillerInterface::Skiller", "ExecSkill"),))
+    world = WorldModel(
+        default_skill=CALM, message_losses=(MessageLoss("SkillerInterface::Skiller", "ExecSkill"),)
+    )
     result, events = play("test-scenario-pddl", TakeOption(ChoiceKind.MESSAGE, "lost"), world)
     usual, usual_events = play("test-scenario-pddl", TakeOption(ChoiceKind.MESSAGE, "arrives"), world)
     assert usual.is_over

@@ -55,7 +55,7 @@ def test_world_has_all_keys():
     assert world.default_skill.failures == ()
     (sensed,) = world.sensed
     assert (sensed.values, sensed.times_s, sensed.skills) == ((("75", 0.9), ("3", 0.1)), (1.0, 2.0), ("say",))
-    (message,) = world.messages
+    (message,) = world.message_losses
     assert (message.message_type, message.probability) == ("ExecSkill", 0.2)
     assert world.absences[0].times == DecisionTimes(0.5, 0.0, 4.0)
     assert (world.kills[0].times, world.kills[0].restart_after_s) == (DecisionTimes(0.0, 1.0, 10.0), None)
