@@ -52,7 +52,7 @@ class Placement:
             direction_index = angle // 45 % len(_STEPS_BY_DIRECTION)
             step_x, step_y = _STEPS_BY_DIRECTION[direction_index]
             yield self.x + step_x, self.y + step_y
-            if direction_index % 2:  # robots reach a diagonal zone through the two zones beside it
+            if direction_index % 2:  # robots reach a diagonal zone through its two neighbours
                 yield self.x + step_x, self.y
                 yield self.x, self.y + step_y
 
@@ -128,7 +128,7 @@ def _has_row_of_three(zones: set[tuple[int, int]]) -> bool:
 
 def _closes_corner(zones: set[tuple[int, int]], width: int, height: int) -> bool:
     """Return whether machines occupy both zones next to a corner zone."""
-    # the zones beside each corner, except the corner of the entrance, which has no machines
+    # the zones next to each corner, except the corner of the entrance, which has no machines
     zone_pairs = (
         ((2, 1), (1, 2)),
         ((2, height), (1, height - 1)),
