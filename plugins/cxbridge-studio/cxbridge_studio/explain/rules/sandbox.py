@@ -35,7 +35,7 @@ def diagnose_in_sandbox(snapshot: Snapshot) -> Diagnosis:
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
-        start_new_session=True,
+        start_new_session=True,  # Ctrl-C reaches this process only, which kills the child
         # With one hash seed, sets have the same order in each process, so equal snapshots have equal
         # diagnoses.
         env={**os.environ, "PYTHONHASHSEED": "0"},
