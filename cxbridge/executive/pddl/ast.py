@@ -4,9 +4,9 @@ Nodes are immutable, and are equal if their content is equal, wherever they are 
 contain constructs that planners support, but facts of the CLIPS Executive cannot express (quantifiers,
 conditional effects, numbers).
 
-Each class of formulas lists which of its fields hold formulas (``PARTS``) and terms (``TERMS``), and the
-first word of its text (``HEAD``). The functions that walk, change, check and print formulas need only these
-three attributes.
+Each class of formulas describes itself by its ``KIND``: the first words of its text, the fields with formulas
+and terms, the feature that planners need. The functions that walk, change, check and print formulas, and the
+tables of words in other modules, need only this description.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from operator import attrgetter, is_
 from types import MappingProxyType
-from typing import Any, ClassVar, Final, NamedTuple, Protocol
+from typing import Any, ClassVar, Final, NamedTuple, Protocol, get_args
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -165,32 +165,56 @@ class BlamedPart(NamedTuple):
     required: bool
 
 
-class FormulaNode(PlacedNode, frozen=True):
-    """A formula: a condition or an effect.
+class FormulaKind(Struct, frozen=True):
+    """The description of a class of formulas.
 
-    :cvar PARTS: the names of the fields that hold a formula or a tuple of formulas.
-    :cvar TERMS: the names of the fields that hold a term or a tuple of terms.
-    :cvar HEAD: the first word of the text; empty if the first field holds the word.
+    :param words: the first words of the text; if there are several, the first field has the formula's word.
+        Empty for atoms, which begin with a predicate.
+    :param feature: the feature of PDDL beyond typed STRIPS, in the words of planners'
+        ``cxbridge_planning.needs.Need``; empty for a formula of STRIPS.
+    :param parts: the names of the fields that hold a formula or a tuple of formulas.
+    :param terms: the names of the fields that hold a term or a tuple of terms.
+    :param is_condition: whether a state makes the formula true or false; no state does so for effects and for
+        formulas with a time, which are false.
     """
 
-    PARTS: ClassVar[tuple[str, ...]] = ()
-    TERMS: ClassVar[tuple[str, ...]] = ()
-    HEAD: ClassVar[str] = ""
+    words: tuple[str, ...]
+    feature: str
+    parts: tuple[str, ...] = ()
+    terms: tuple[str, ...] = ()
+    is_condition: bool = True
+
+
+class FormulaNode(PlacedNode, frozen=True):
+    """A formula: a condition or an effect."""
+
+    KIND: ClassVar[FormulaKind]
 
     @property
     def head(self) -> str:
         """The first word of the formula's text."""
-        return self.HEAD or str(getattr(self, self.__struct_fields__[0]))
+        words = self.KIND.words
+        return words[0] if len(words) == 1 else str(getattr(self, self.__struct_fields__[0]))
+
+    @property
+    def variables(self) -> TypedList:
+        """The variables that the formula declares for its parts; a field of quantified formulas."""
+        return ()
+
+    @property
+    def reduced(self) -> Formula:
+        """An equivalent condition of conjunctions, disjunctions and negations; self without such a one."""
+        return self  # type: ignore[return-value]  # as in walk
 
     @property
     def children(self) -> tuple[Formula, ...]:
         """The direct sub-formulas in textual order."""
-        return tuple(_list_values(self, self.PARTS))
+        return tuple(_list_values(self, self.KIND.parts))
 
     @property
     def terms(self) -> tuple[Term, ...]:
         """The terms of this formula, without those of its children."""
-        return tuple(_list_values(self, self.TERMS))
+        return tuple(_list_values(self, self.KIND.terms))
 
     def walk(self) -> Iterator[Formula]:
         """Yield this formula and all its descendants, parents first."""
@@ -208,8 +232,12 @@ class FormulaNode(PlacedNode, frozen=True):
         state.count_evaluation()
         return self._holds(state, binding)
 
-    def _holds(self, state: State, binding: Binding) -> bool:  # noqa: ARG002 - for subclasses
-        return False  # for effects and timed formulas, which are not conditions
+    def _holds(self, state: State, binding: Binding) -> bool:
+        if not self.KIND.is_condition:
+            return False
+        if self.reduced is self:  # a class without both methods must not pass for a false condition
+            raise NotImplementedError(f"{type(self).__name__} has neither _holds nor reduced")
+        return self.reduced.holds(state, binding)
 
     def deciding_parts(
         self,
@@ -226,12 +254,12 @@ class FormulaNode(PlacedNode, frozen=True):
 
     def map(self, change: Callable[[Formula], Formula]) -> Formula:
         """Return the formula with ``change`` applied to each sub-formula, children first."""
-        return change(_with_values(self, self.PARTS, lambda part: part.map(change)))
+        return change(_with_values(self, self.KIND.parts, lambda part: part.map(change)))
 
     def map_terms(self, change: Callable[[Term], Term]) -> Formula:
         """Return the formula with ``change`` applied to each term, inner terms first."""
         return self.map(
-            lambda formula: _with_values(formula, formula.TERMS, lambda term: map_term(term, change))
+            lambda formula: _with_values(formula, formula.KIND.terms, lambda term: map_term(term, change))
         )
 
 
@@ -268,7 +296,7 @@ def _list_values(node: FormulaNode, fields: tuple[str, ...]) -> Iterator[Any]:
 class Atom(FormulaNode, frozen=True):
     """A predicate with its arguments, e.g. ``(at ?r home)``."""
 
-    TERMS: ClassVar[tuple[str, ...]] = ("arguments",)
+    KIND: ClassVar = FormulaKind((), "", terms=("arguments",))
 
     predicate: str
     arguments: tuple[Term, ...]
@@ -288,8 +316,7 @@ def make_ground(name: str, term: Atom | FunctionTerm) -> Ground:
 class And(FormulaNode, frozen=True):
     """A conjunction. An empty conjunction is true."""
 
-    HEAD: ClassVar[str] = "and"
-    PARTS: ClassVar[tuple[str, ...]] = ("parts",)
+    KIND: ClassVar = FormulaKind(("and",), "", parts=("parts",))
 
     parts: tuple[Formula, ...]
 
@@ -298,8 +325,7 @@ class And(FormulaNode, frozen=True):
 
 
 class Or(FormulaNode, frozen=True):
-    HEAD: ClassVar[str] = "or"
-    PARTS: ClassVar[tuple[str, ...]] = ("parts",)
+    KIND: ClassVar = FormulaKind(("or",), "disjunctions", parts=("parts",))
 
     parts: tuple[Formula, ...]
 
@@ -308,8 +334,7 @@ class Or(FormulaNode, frozen=True):
 
 
 class Not(FormulaNode, frozen=True):
-    HEAD: ClassVar[str] = "not"
-    PARTS: ClassVar[tuple[str, ...]] = ("part",)
+    KIND: ClassVar = FormulaKind(("not",), "negative conditions", parts=("part",))
 
     part: Formula
 
@@ -321,14 +346,14 @@ class Not(FormulaNode, frozen=True):
 
 
 class Imply(FormulaNode, frozen=True):
-    HEAD: ClassVar[str] = "imply"
-    PARTS: ClassVar[tuple[str, ...]] = ("condition", "consequence")
+    KIND: ClassVar = FormulaKind(("imply",), "disjunctions", parts=("condition", "consequence"))
 
     condition: Formula
     consequence: Formula
 
-    def _holds(self, state: State, binding: Binding) -> bool:
-        return not self.condition.holds(state, binding) or self.consequence.holds(state, binding)
+    @property
+    def reduced(self) -> Formula:
+        return Or((Not(self.condition), self.consequence), position=self.position)
 
     def deciding_parts(self, _state: State, binding: Binding, *, required: bool) -> Iterable[BlamedPart]:
         yield BlamedPart(self.consequence, binding, required)
@@ -339,7 +364,7 @@ class Imply(FormulaNode, frozen=True):
 class TermComparison(FormulaNode, frozen=True):
     """``=`` of two terms, or ``<``, ``>``, ``<=``, ``>=`` of two numbers."""
 
-    TERMS: ClassVar[tuple[str, ...]] = ("left", "right")
+    KIND: ClassVar = FormulaKind(("=", "<", ">", "<=", ">="), "equality", terms=("left", "right"))
 
     operator: str
     left: Term
@@ -352,7 +377,9 @@ class TermComparison(FormulaNode, frozen=True):
 class Timed(FormulaNode, frozen=True):
     """A formula with a time of a durative action: ``at start``, ``at end`` or ``over all``."""
 
-    PARTS: ClassVar[tuple[str, ...]] = ("part",)
+    KIND: ClassVar = FormulaKind(
+        ("at start", "at end", "over all"), "durative actions", parts=("part",), is_condition=False
+    )
 
     when: str
     part: Formula
@@ -361,7 +388,7 @@ class Timed(FormulaNode, frozen=True):
 class Quantified(FormulaNode, frozen=True):
     """A formula with ``exists`` or ``forall``."""
 
-    PARTS: ClassVar[tuple[str, ...]] = ("part",)
+    KIND: ClassVar = FormulaKind(("exists", "forall"), "quantifiers", parts=("part",))
 
     quantifier: str
     variables: TypedList
@@ -376,8 +403,9 @@ class Quantified(FormulaNode, frozen=True):
 
 
 class When(FormulaNode, frozen=True):
-    HEAD: ClassVar[str] = "when"
-    PARTS: ClassVar[tuple[str, ...]] = ("condition", "effect")
+    KIND: ClassVar = FormulaKind(
+        ("when",), "conditional effects", parts=("condition", "effect"), is_condition=False
+    )
 
     condition: Formula
     effect: Formula
@@ -386,7 +414,12 @@ class When(FormulaNode, frozen=True):
 class NumericChange(FormulaNode, frozen=True):
     """A numeric effect: increase, decrease, assign, scale-up or scale-down."""
 
-    TERMS: ClassVar[tuple[str, ...]] = ("target", "amount")
+    KIND: ClassVar = FormulaKind(
+        ("increase", "decrease", "assign", "scale-up", "scale-down"),
+        "effects on numbers",
+        terms=("target", "amount"),
+        is_condition=False,
+    )
 
     operator: str
     target: Term
@@ -394,6 +427,18 @@ class NumericChange(FormulaNode, frozen=True):
 
 
 Formula = Atom | And | Or | Not | Imply | TermComparison | Timed | Quantified | When | NumericChange
+FORMULA_KINDS: Final[tuple[type[FormulaNode], ...]] = get_args(Formula)
+
+TIME_WORDS: Final = frozenset(tuple(time.split()) for time in Timed.KIND.words)
+"""The first two words of formulas with a time."""
+
+FORMULA_WORDS: Final = tuple(word for kind in FORMULA_KINDS if kind is not Timed for word in kind.KIND.words)
+"""The first words of all other formulas except atoms."""
+
+QUANTIFIER_WORDS: Final = tuple(
+    word for kind in FORMULA_KINDS if "variables" in kind.__struct_fields__ for word in kind.KIND.words
+)
+"""The first words of formulas whose second item declares variables."""
 
 
 class Declaration(PlacedNode, frozen=True):

@@ -24,7 +24,6 @@ from cxbridge.executive.pddl.ast import (
     Domain,
     Formula,
     FunctionTerm,
-    Imply,
     Not,
     NumericChange,
     Or,
@@ -182,7 +181,7 @@ class _FactMaker:
         :param is_root: whether the formula is the whole condition.
         """
         id_ = f"{parent}{counter}"
-        match formula:
+        match formula.reduced:
             case Timed(part=part):
                 # Fawkes does not wrap a timed atom at the root
                 yield from self.condition_facts(part, parent, counter)
@@ -192,20 +191,18 @@ class _FactMaker:
                 yield from self._connective_facts("disjunction", parts, parent, id_)
             case Not(part=part):
                 yield from self._connective_facts("negation", (part,), parent, id_)
-            case Imply(condition=first, consequence=second):
-                yield from self._connective_facts("disjunction", (Not(first), second), parent, id_)
             case Atom(predicate=predicate, arguments=terms):
                 yield from self._atom_facts(predicate, terms, parent, id_, formula.position, is_root=is_root)
-            case TermComparison():
-                yield from self._comparison_facts(formula, parent, id_, is_root=is_root)
-            case Quantified(quantifier=quantifier):
-                raise self._error(
-                    f"'{quantifier}' in a condition cannot be expressed as facts",
-                    formula.position,
-                    "the CLIPS Executive has no quantifiers: write the condition out",
-                )
+            case TermComparison() as comparison:
+                yield from self._comparison_facts(comparison, parent, id_, is_root=is_root)
             case When() | NumericChange():
                 raise self._error("an effect cannot be a condition", formula.position)
+            case _:
+                raise self._error(
+                    f"'{formula.head}' in a condition cannot be expressed as facts",
+                    formula.position,
+                    f"the CLIPS Executive has no {formula.KIND.feature}: write the condition out",
+                )
 
     def _comparison_facts(
         self, formula: TermComparison, parent: str, id_: str, *, is_root: bool
@@ -294,8 +291,9 @@ class _FactMaker:
 
     def _refuse_effect(self, formula: Formula) -> None:
         """Refuse an effect that facts cannot express; with ``fawkes_compat``, drop it with a warning."""
-        names: dict[type, str] = {When: "a conditional effect (when)", Or: "'or'", Imply: "'imply'"}
-        message = f"{names.get(type(formula), 'a comparison')} in an effect cannot be expressed as facts"
+        names: dict[type, str] = {When: "a conditional effect (when)", TermComparison: "a comparison"}
+        name = names.get(type(formula), f"'{formula.head}'")
+        message = f"{name} in an effect cannot be expressed as facts"
         if not self._fawkes_compat:
             raise self._error(message, formula.position, "split the action into two")
         self._warn_about_dropped_part(message, formula.position)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Final
 
-from cxbridge.executive.pddl.ast import Position
+from cxbridge.executive.pddl.ast import FORMULA_WORDS, TIME_WORDS, Position
 from cxbridge.executive.pddl.brackets import SECTION_DEPTH, BracketWord, Group, Item, parse_items
 from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
 from cxbridge.executive.pddl.grammar import END_TERMINAL
@@ -35,10 +35,11 @@ _REQUIRED_PARTS: Final = ("parameters", "condition", "effect")
 # Keywords that Fawkes takes for the start of a longer word.
 _QUANTIFIERS: Final = ("exists", "forall")
 _EFFECT_KEYWORDS: Final = ("when", "increase", "decrease")
-# The first words of formulas that Fawkes' grammar lacks.
-_UNKNOWN_HEADS: Final = frozenset({"<=", ">=", "imply", "assign", "scale-up", "scale-down"})
 _CONNECTIVES: Final = frozenset({"and", "or", "not", "when"})
-_TIMES: Final = {("at", "start"), ("at", "end"), ("over", "all")}
+# The first words of formulas that Fawkes' grammar lacks.
+_UNKNOWN_HEADS: Final = frozenset(FORMULA_WORDS).difference(
+    _CONNECTIVES, _QUANTIFIERS, _EFFECT_KEYWORDS, ("=", "<", ">")
+)
 
 
 def remove_text_after_actions(text: SourceText) -> None:
@@ -141,7 +142,7 @@ def _refusal_reason(formula: Group, *, is_effect: bool) -> str:
 def _is_timed(formula: Group) -> bool:
     # (at start ?x) is an atom of the predicate ``at``: after the words of a time, all items are formulas
     words = [item.text for item in formula.items[:2] if isinstance(item, BracketWord)]
-    return tuple(words) in _TIMES and all(isinstance(item, Group) for item in formula.items[2:])
+    return tuple(words) in TIME_WORDS and all(isinstance(item, Group) for item in formula.items[2:])
 
 
 def check_keyword_case(text: SourceText) -> None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from cxbridge.executive.pddl.ast import (
+    QUANTIFIER_WORDS,
     ActionSchema,
     Declaration,
     Domain,
     Formula,
     FunctionTerm,
-    Quantified,
     Term,
     TypedList,
     Variable,
@@ -19,7 +19,8 @@ from cxbridge.executive.pddl.ast import (
 
 def format_formula(formula: Formula) -> str:
     """Return a formula as PDDL in one line."""
-    variables = [f"({format_typed(formula.variables, '?')})"] if isinstance(formula, Quantified) else []
+    is_quantified = formula.head in QUANTIFIER_WORDS
+    variables = [f"({format_typed(formula.variables, '?')})"] if is_quantified else []
     terms = map(format_term, formula.terms)
     return format_list(formula.head, *variables, *terms, *map(format_formula, formula.children))
 

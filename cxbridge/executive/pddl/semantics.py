@@ -14,22 +14,21 @@ from cxbridge.executive.pddl.ast import (
     ROOT_TYPE,
     TOTAL_TIME,
     ActionSchema,
+    And,
     Atom,
     Constant,
     Domain,
     Formula,
     FunctionTerm,
-    Imply,
-    NumericChange,
+    Not,
+    Or,
     Position,
     Problem,
     Quantified,
     Term,
     TermComparison,
-    Timed,
     TypedList,
     Variable,
-    When,
     number_of,
     pairs_of,
 )
@@ -38,8 +37,8 @@ from cxbridge.executive.pddl.types import TypeHierarchy
 from cxbridge.executive.pddl.unsupported import unsupported_formula, unsupported_texts
 from cxbridge.suggestions import did_you_mean
 
-# Formulas whose parts Fawkes does not check.
-_UNCHECKED_BY_FAWKES: Final = (Timed, Imply, When, TermComparison, NumericChange)
+# The formulas whose parts Fawkes checks.
+_CHECKED_BY_FAWKES: Final = (Atom, And, Or, Not, Quantified)
 
 Scope = dict[str, tuple[str, ...]]
 """The types of visible variables; a variable without types accepts any object."""
@@ -200,12 +199,12 @@ class DomainChecker:
                     )
 
     def _check_formula(self, formula: Formula, scope: Scope) -> None:
-        if self._fawkes_compat and isinstance(formula, _UNCHECKED_BY_FAWKES):
+        if self._fawkes_compat and not isinstance(formula, _CHECKED_BY_FAWKES):
             return
         if isinstance(formula, Atom):
             self._check_atom(formula, scope)
             return
-        if isinstance(formula, Quantified):
+        if formula.variables:
             if not self._fawkes_compat:
                 self._check_types(formula.variables)
             scope = scope | _scope_of(formula.variables)

@@ -19,7 +19,6 @@ from cxbridge.executive.pddl.ast import (
     Formula,
     FunctionTerm,
     Problem,
-    Quantified,
     Term,
     TypedList,
     Variable,
@@ -142,7 +141,7 @@ class _Speller:
             match part:
                 case Atom(predicate=name):
                     return _rename(part, "predicate", _declared_form(name, self._predicates))
-                case Quantified():
+                case _ if part.variables:
                     return replace(part, variables=self._spell_typed_list(part.variables, variables))
                 case _:
                     return part
@@ -168,8 +167,7 @@ class _Speller:
 def _find_quantified_names(formula: Formula | None) -> Iterator[str]:
     """Yield the variables of all quantifiers in a formula."""
     for part in () if formula is None else formula.walk():
-        if isinstance(part, Quantified):
-            yield from names_of(part.variables)
+        yield from names_of(part.variables)
 
 
 def _rename(node: Any, field: str, name: str) -> Any:

@@ -17,15 +17,11 @@ from cxbridge.executive.pddl.ast import (
     Domain,
     Formula,
     FunctionTerm,
-    Imply,
     Not,
     NumericChange,
-    Or,
     Problem,
-    Quantified,
     Term,
     TermComparison,
-    Timed,
     When,
     number_of,
     pairs_of,
@@ -33,7 +29,11 @@ from cxbridge.executive.pddl.ast import (
 
 
 class Need(Enum):
-    """A feature that some planners lack. The value is its name in messages."""
+    """A feature that some planners lack.
+
+    The value is its name in messages, and the ``feature`` of the kinds of formulas in
+    :mod:`cxbridge.executive.pddl.ast`.
+    """
 
     HIERARCHY = "subtypes"
     NEGATION = "negative conditions"
@@ -122,26 +122,20 @@ def _find_formula_needs(formula: Formula, *, is_effect: bool) -> Iterator[Need]:
     :param is_effect: whether a negation is a deletion rather than a feature.
     """
     match formula:
-        case Or() | Imply():
-            yield Need.DISJUNCTION
-        # planners with equality support (not (= ?a ?b)), too
-        case Not(part=part) if not is_effect and not isinstance(part, TermComparison):
-            yield Need.NEGATION
-        case Quantified():
-            yield Need.QUANTIFIERS
         case When(condition=condition, effect=part):
             yield Need.CONDITIONAL_EFFECTS
             yield from _find_formula_needs(condition, is_effect=False)
             yield from _find_formula_needs(part, is_effect=True)
             return
-        case Timed():
-            yield Need.TIME
-        case TermComparison(operator=operator):
-            is_numeric = operator != "=" or any(isinstance(term, FunctionTerm) for term in formula.terms)
-            yield Need.NUMBERS if is_numeric else Need.EQUALITY
-        case NumericChange(operator=operator, target=target):
-            # planners without numbers still count the costs of a plan
-            if operator != "increase" or target != FunctionTerm(TOTAL_COST, ()):
-                yield Need.NUMERIC_CHANGES
+        case Not(part=part) if is_effect or isinstance(part, TermComparison):
+            pass  # planners with equality support (not (= ?a ?b)), too
+        case TermComparison(operator=operator) if operator != "=" or any(
+            isinstance(term, FunctionTerm) for term in formula.terms
+        ):
+            yield Need.NUMBERS
+        case NumericChange(operator="increase", target=target) if target == FunctionTerm(TOTAL_COST, ()):
+            pass  # planners without numbers still count the costs of a plan
+        case _ if formula.KIND.feature:
+            yield Need(formula.KIND.feature)
     for part in formula.children:
         yield from _find_formula_needs(part, is_effect=is_effect)

@@ -15,7 +15,6 @@ from cxbridge.executive.pddl.ast import (
     Binding,
     Formula,
     FunctionTerm,
-    Imply,
     Not,
     Or,
     Quantified,
@@ -69,30 +68,27 @@ class Evaluator:
         self._objects = objects
         self._static_truth = static_truth
 
-    def find_alternatives(  # noqa: PLR0911 - a case for each kind of formula
+    def find_alternatives(
         self, formula: Formula | None, binding: Binding, *, is_negated: bool = False
     ) -> Alternatives:
         """Return the alternatives of a condition, or of its negation.
 
         :raises PlanningError: if there are too many alternatives.
         """
-        match formula:
-            case None:
-                return FALSE if is_negated else TRUE
-            case Atom():
-                return self._make_literal(formula, binding, is_negated=is_negated)
+        if formula is None:
+            return FALSE if is_negated else TRUE
+        match formula.reduced:
+            case Atom() as atom:
+                return self._make_literal(atom, binding, is_negated=is_negated)
             case TermComparison(left=left, right=right):
                 is_equal = object_of(left, binding) == object_of(right, binding)
                 return TRUE if is_equal != is_negated else FALSE
             case Not(part=part):
                 return self.find_alternatives(part, binding, is_negated=not is_negated)
-            case Imply(condition=condition, consequence=consequence):
-                disjunction = Or((Not(condition), consequence))
-                return self.find_alternatives(disjunction, binding, is_negated=is_negated)
-            case And(parts=parts) | Or(parts=parts):
+            case And(parts=parts) | Or(parts=parts) as connective:
                 operands = (self.find_alternatives(part, binding, is_negated=is_negated) for part in parts)
                 # de Morgan: the negation of a conjunction is a disjunction of negations
-                return _conjoin(operands) if isinstance(formula, And) != is_negated else _unite(operands)
+                return _conjoin(operands) if isinstance(connective, And) != is_negated else _unite(operands)
             case Quantified(quantifier=quantifier, variables=variables, part=part):
                 operands = (
                     self.find_alternatives(part, inner_binding, is_negated=is_negated)

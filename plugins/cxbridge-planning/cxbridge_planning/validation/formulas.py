@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, assert_never
 
 from msgspec.structs import replace
 
@@ -20,9 +20,12 @@ from cxbridge.executive.pddl.ast import (
     Formula,
     FunctionTerm,
     Ground,
+    Imply,
     Not,
     NumericChange,
+    Or,
     Quantified,
+    TermComparison,
     Timed,
     When,
 )
@@ -154,7 +157,7 @@ def effect_changes(effect: Formula | None, binding: Binding, moment: Moment, tim
     return changes
 
 
-def _find_effects(
+def _find_effects(  # noqa: C901, PLR0912  a case for each kind of formula
     effect: Formula | None, binding: Binding, moment: Moment, time: str, moment_time: str
 ) -> Iterator[_BoundEffect]:
     """Yield the effects that happen at a moment: they have its time, and their conditions are true.
@@ -176,12 +179,16 @@ def _find_effects(
             # the condition of an effect at the other time is not evaluated
             if effects and _condition_holds(condition, binding, moment):
                 yield from effects
-        case Not(part=Atom() as atom) if time == moment_time:
-            yield _BoundEffect(atom, binding, becomes_true=False)
-        case Atom() | NumericChange() if time == moment_time:
-            yield _BoundEffect(effect, binding)
+        case Not(part=Atom() as atom):
+            if time == moment_time:
+                yield _BoundEffect(atom, binding, becomes_true=False)
+        case Atom() | NumericChange():
+            if time == moment_time:
+                yield _BoundEffect(effect, binding)
+        case None | Not() | Or() | Imply() | TermComparison() | Quantified():
+            return  # nothing: cxbridge reads these formulas in effects, as Fawkes does
         case _:
-            return
+            assert_never(effect)
 
 
 def _condition_holds(condition: Formula, binding: Binding, moment: Moment) -> bool:

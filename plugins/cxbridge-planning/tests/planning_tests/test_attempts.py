@@ -7,6 +7,7 @@ import os
 import pytest
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
+from cxbridge.executive.pddl.ast import FORMULA_KINDS
 from cxbridge_planning import PlanningService, PlanRequest, PlanStatus, UnsupportedProblemError
 from cxbridge_planning.engines import unified
 from cxbridge_planning.needs import Need, problem_needs
@@ -156,6 +157,10 @@ def test_needs_of_numeric_problems(effect, condition, init, expected):
     )
     problem = parse_problem(f"(define (problem p) (:domain d) (:init {init}) (:goal (p)))", domain)
     assert problem_needs(domain, problem).keys() == expected
+
+
+def test_features_of_formulas_are_needs():
+    assert {kind.KIND.feature for kind in FORMULA_KINDS} <= {"", *(need.value for need in Need)}
 
 
 @pytest.mark.parametrize("name", planner_names())

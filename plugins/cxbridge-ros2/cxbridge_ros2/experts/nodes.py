@@ -19,7 +19,6 @@ from cxbridge.executive.pddl.ast import (
     Formula,
     FunctionTerm,
     Ground,
-    Imply,
     Not,
     NumericChange,
     Or,
@@ -222,7 +221,7 @@ class _TreeWriter:
 
     def add(self, formula: Formula) -> int:  # noqa: PLR0911 - a return for each kind of formula
         """Add the nodes of a formula, and return the index of its root."""
-        match formula:
+        match formula.reduced:  # PlanSys2 has no kind of node for an implication
             case Atom(predicate=name, arguments=terms):
                 return self._add_ground(TreeNodeKind.PREDICATE, name, terms)
             case And(parts=parts):
@@ -231,9 +230,6 @@ class _TreeWriter:
                 return self._add_node(TreeNodeKind.OR, parts)
             case Not(part=part):
                 return self._add_node(TreeNodeKind.NOT, (part,))
-            case Imply(condition=condition, consequence=consequence):
-                # PlanSys2 has no kind of node for an implication
-                return self._add_node(TreeNodeKind.OR, (Not(condition), consequence))
             case TermComparison(operator=operator, left=left, right=right):
                 number = self._operator_numbers[operator]
                 return self._add_node(TreeNodeKind.EXPRESSION, (left, right), expression_type=number)

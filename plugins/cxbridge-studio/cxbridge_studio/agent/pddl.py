@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from cxbridge.clipstext.syntax import Lines
 from cxbridge.errors import PddlError
-from cxbridge.executive.pddl.ast import Position
+from cxbridge.executive.pddl.ast import ARITHMETIC, FORMULA_WORDS, QUANTIFIER_WORDS, TIME_WORDS, Position
 from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, read_items
 from cxbridge_studio.agent.names import (
     Mention,
@@ -29,18 +29,13 @@ from cxbridge_studio.agent.names import (
 )
 
 _ACTION_HEADS: Final = frozenset({":action", ":durative-action"})
-_CONNECTIVES: Final = frozenset(
-    {"and", "or", "not", "imply", "forall", "exists", "when", "either", "increase", "decrease"}
-    | {"assign", "scale-up", "scale-down", "=", "<", ">", "<=", ">=", "+", "-", "*", "/"}
-)
+_NO_PREDICATES: Final = ARITHMETIC.union(FORMULA_WORDS, ("either",))
 # Sections that are typed lists, with the kind of the names that they define.
 _TYPED_SECTIONS: Final = {
     ":types": NameKind.OBJECT_TYPE,
     ":constants": NameKind.CONSTANT,
     ":objects": NameKind.CONSTANT,
 }
-# The first two words of a timed condition or effect of a durative action.
-_TIME_WORDS: Final = (("at", "start"), ("at", "end"), ("over", "all"))
 # A section of a domain or problem begins its line, so that sections can be found in a broken file, too.
 _SECTION: Final = re.compile(r"^[ \t]*(\(:[a-z-]+)", re.MULTILINE | re.IGNORECASE)
 _COMMENT: Final = re.compile(r";[^\n]*")
@@ -223,15 +218,15 @@ class _SectionReader:
     def _read_operands(self, group: Group) -> tuple[Item, ...]:
         """Record the predicate of a group and return the remaining items."""
         words = tuple(item.text.lower() for item in group.items[:2] if isinstance(item, BracketWord))
-        if words in _TIME_WORDS:
+        if words in TIME_WORDS:
             return group.items[2:]
         if not group.head:  # an empty group, or a list of groups
             return group.items
         head = group.head.lower()
-        if head not in _CONNECTIVES:
+        if head not in _NO_PREDICATES:
             self._record_words(group.items[:1], NameKind.PREDICATE, Use.NAMED)
         # The second item of a quantified formula declares its variables.
-        return group.items[2 if head in ("forall", "exists") else 1 :]
+        return group.items[2 if head in QUANTIFIER_WORDS else 1 :]
 
     def _record_words(self, items: Iterable[Item], kind: NameKind, use: Use, owner: str = "") -> None:
         """Record the words among the items as names. The question mark is not part of a parameter's name."""

@@ -8,6 +8,7 @@ from pathlib import PurePath
 from typing import Final, NamedTuple
 
 from cxbridge.clipstext.syntax import read_nodes
+from cxbridge.executive.pddl.ast import FORMULA_WORDS
 from cxbridge_studio.agent.clips import (
     CONDITION_HEADS,
     CONSTRUCT_KINDS,
@@ -221,7 +222,7 @@ def _complete_pddl(session: Session, file: SourceFile, offset: int) -> Iterator[
         yield from (proposal._replace(text=f"?{proposal.text}") for proposal in parameters)
     elif re.search(r"\(\s*[\w-]*\Z", preceding_text):  # the first word of a list: (at
         yield from _propose_defined(session, file, NameKind.PREDICATE)
-        yield from (Proposal(word, None) for word in ("and", "or", "not", "forall", "exists", "when"))
+        yield from (Proposal(word, None) for word in FORMULA_WORDS if word[0].isalpha())
     elif re.search(r":[\w-]*\Z", preceding_text):  # a key: :effect
         yield from (Proposal(word, None) for word in _PDDL_KEYS)
     else:

@@ -9,6 +9,7 @@ from cxbridge.clipstext.syntax import literal, read_nodes
 from cxbridge.errors import PddlError
 from cxbridge.executive.executive import read_action_mapping
 from cxbridge.executive.pddl import Domain, domain_facts, names_of, pairs_of
+from cxbridge.executive.pddl.ast import ARITHMETIC, FORMULA_WORDS, NumericChange
 from cxbridge.run.specs import find_key_mistakes
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import NameKind, Use
@@ -66,10 +67,8 @@ UNKNOWN_GOAL_NAME: Final = Code(
     "The goal of a planner's call names a predicate, or an object, that neither the domain nor a rule "
     "declares: the planner finds no plan.",
 )
-# The words of a formula that are not predicates.
-_CONNECTIVES: Final = frozenset(
-    {"and", "or", "not", "imply", "forall", "exists", "when", "=", ">", "<", ">=", "<=", "+", "-", "*", "/"}
-)
+# The first words of conditions and terms that are not predicates; a predicate may be called `increase`.
+_NO_PREDICATES: Final = ARITHMETIC.union(FORMULA_WORDS).difference(NumericChange.KIND.words)
 
 CODES: Final = (
     UNKNOWN_GOAL_NAME,
@@ -146,7 +145,7 @@ def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     for file, call, text in find_planner_goals(agent):
         place = file.place(call.arguments[1]) if text else file.place(call)
         for node in (node for top_node in read_nodes(text, close=True) for node in top_node.walk()):
-            if not node.head or node.head in _CONNECTIVES or node.head.startswith("?"):
+            if not node.head or node.head in _NO_PREDICATES or node.head.startswith("?"):
                 continue
             used_objects = set(map(literal, node.arguments)) - {""}
             # If any object is possible, no object is unknown.
