@@ -86,7 +86,7 @@ def _make_scalar_accessors(
         getter: Getter = attrgetter(f"_view.f{slot}")
     else:
         getter = _compile_template(_ENUM_GETTER_TEMPLATE, slot)({item.value: item for item in enum}.get)
-    source = _BOOL_SETTER_TEMPLATE if field.type == "bool" else _NUMBER_SETTER_TEMPLATE
+    source = _BOOL_SETTER_TEMPLATE if field.storage.python_type is bool else _NUMBER_SETTER_TEMPLATE
     setter = _compile_template(source, slot)(Struct("=" + field.storage.code).pack_into, field.offset, adapt)
     return getter, setter
 
@@ -164,7 +164,7 @@ def _make_array_setter(owner: str, field: FieldSchema, layout: Struct, enum: typ
             raise misfit_error(owner, field, value)
         set_elements(self, value)
 
-    return set_bools if field.type == "bool" else set_elements
+    return set_bools if field.storage.python_type is bool else set_elements
 
 
 def _pad_elements(field: FieldSchema, value: Iterable[Any], enum: type[IntEnum] | None) -> list[Any]:

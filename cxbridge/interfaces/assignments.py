@@ -59,9 +59,9 @@ def _parse_element(block: Block, field: FieldSchema, text: str) -> bool | int | 
     try:
         if field.is_string:
             return text
-        if field.type == "bool":
+        if field.storage.python_type is bool:
             return _BOOL_LITERALS[word.lower()]
-        if field.type in ("float", "double"):
+        if field.storage.python_type is float:
             return float(word)
         if field.enum is not None and any(item.name == word for item in field.enum.items):
             return word

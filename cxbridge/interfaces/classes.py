@@ -20,22 +20,6 @@ from cxbridge.interfaces.schema import EnumSchema, FieldSchema, InterfaceSchema,
 
 EnumClasses = dict[str, type[IntEnum]]
 
-# By the character codes of the module struct.
-_C_TYPES: dict[str, Any] = {
-    "?": ctypes.c_bool,
-    "b": ctypes.c_int8,
-    "B": ctypes.c_uint8,
-    "h": ctypes.c_int16,
-    "H": ctypes.c_uint16,
-    "i": ctypes.c_int32,
-    "I": ctypes.c_uint32,
-    "q": ctypes.c_int64,
-    "Q": ctypes.c_uint64,
-    "f": ctypes.c_float,
-    "d": ctypes.c_double,
-    "s": ctypes.c_char,
-}
-
 
 @cache
 def make_interface_class(schema: InterfaceSchema) -> type[Interface]:
@@ -87,7 +71,7 @@ def make_view(fields: tuple[FieldSchema, ...], datasize: int) -> type[ctypes.Str
     """
     members: list[tuple[str, Any]] = [("sec", ctypes.c_int64), ("usec", ctypes.c_int64)]
     for number, field in enumerate(fields):
-        c_type = _C_TYPES[field.storage.code]
+        c_type = field.storage.c_type
         members.append((f"f{number}", c_type if field.length is None else c_type * field.length))
     view = type("View", (ctypes.Structure,), {"_fields_": members})
     # a recording or a compiled module may have a schema of another version

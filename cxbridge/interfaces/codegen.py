@@ -37,8 +37,7 @@ _DEFINITION = r"""
 
 {name} = make_interface_class(schema_from_json(_DEFINITION))
 '''
-_PYTHON_TYPES = {"bool": "bool", "string": "str", "float": "float", "double": "float"}
-_ZERO_LITERALS = {"bool": "False", "str": '""', "float": "0.0"}
+_ZERO_LITERALS = {"bool": "False", "str": '""', "float": "0.0", "int": "0"}
 # The names of a definition, messages with many fields, and bool fields may break these rules of ruff. The
 # docstrings of stubs, which PYI021 forbids, are for editors.
 _NOQA = "# ruff: noqa: E501, FBT001, FBT002, N801, N802, N815, PLR0913, PLR0917, PYI021, RUF100, TC001, TC003"
@@ -155,7 +154,7 @@ class _StubWriter:
             elif field.is_enum:
                 yield f"{body_indent}{name}: {python_type} | int = 0,"
             else:
-                yield f"{body_indent}{name}: {python_type} = {_ZERO_LITERALS.get(python_type, '0')},"
+                yield f"{body_indent}{name}: {python_type} = {_ZERO_LITERALS[python_type]},"
         yield f"{indent}) -> None: ..."
 
     def _annotation_lines(
@@ -177,7 +176,7 @@ class _StubWriter:
 def _find_python_type(field: FieldSchema, enum_prefix: str) -> str:
     if field.is_enum:
         return enum_prefix + attribute_name(field.type, Interface)
-    return _PYTHON_TYPES.get(field.type, "int")
+    return field.storage.python_type.__name__
 
 
 def _class_docstring_lines(summary: str, comment: str, indent: str) -> Iterator[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from cxbridge.interfaces.fieldtypes import round_to_float
+from cxbridge.interfaces.fieldtypes import TYPES
 from cxbridge.interfaces.known_hashes import known_hashes
 from cxbridge.interfaces.schema import ConstantSchema, FieldSchema, InterfaceSchema, MessageSchema
 
@@ -13,7 +13,7 @@ from cxbridge.interfaces.schema import ConstantSchema, FieldSchema, InterfaceSch
 def schema_object(schema: InterfaceSchema) -> dict[str, Any]:
     """Return a schema as an object for JSON: hash, sizes, fields, messages, enums and constants.
 
-    Floats have the nine digits of ``printf("%.9g")``, which distinguish all 32-bit floats.
+    A ``float`` has the nine digits of ``printf("%.9g")``, which distinguish all 32-bit floats.
     """
     return {
         "name": schema.name,
@@ -62,8 +62,9 @@ def _message_object(message: MessageSchema) -> dict[str, Any]:
 
 
 def _convert_constant(constant: ConstantSchema) -> bool | int | float | str:
-    if constant.type == "float":
-        return float(f"{round_to_float(float(constant.value)):.9g}")
+    constant_type = TYPES[constant.type]
+    if constant_type.python_type is float:
+        return float(f"{constant_type.round(float(constant.value)):.{constant_type.digits}g}")
     return constant.value
 
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 import ctypes
 import math
 import re
+from collections.abc import Callable
+from typing import Any
 
 from msgspec import Struct
 
@@ -20,53 +22,60 @@ _BOOL_LITERALS = {"true": True, "yes": True, "1": True, "false": False, "no": Fa
 
 
 class FieldType(Struct, frozen=True):
-    """A scalar type.
+    """A scalar type: the only description of the type, from which all other modules derive their conversions.
 
     :param name: the name of the type in XML.
+    :param python_type: the type of values: bool, int, float or str.
     :param code: the character of an element in :mod:`struct`.
-    :param size: the number of bytes of an element, also its alignment.
-    :param minimum: the minimum of an integer type.
-    :param maximum: the maximum of an integer type.
+    :param c_type: the type of an element in :mod:`ctypes`.
+    :param digits: the number of decimal digits that distinguish all values of a float type.
     """
 
     name: str
+    python_type: type
     code: str
-    size: int
-    minimum: int | None = None
-    maximum: int | None = None
+    c_type: Any
+    digits: int = 0
+
+    @property
+    def size(self) -> int:
+        """The number of bytes of an element, also its alignment."""
+        return ctypes.sizeof(self.c_type)
+
+    @property
+    def limits(self) -> tuple[int, int]:
+        """The minimum and the maximum of an integer type; a lower case code means signed."""
+        bits = 8 * self.size
+        return (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) if self.code.islower() else (0, (1 << bits) - 1)
 
     @property
     def allowed_values(self) -> str:
         """The allowed values in words, for error messages."""
-        if self.minimum is not None:
-            return f"an integer from {self.minimum} to {self.maximum}"
-        return {"bool": "True or False", "string": "a string"}.get(self.name, "a number")
+        minimum, maximum = self.limits
+        integers = f"an integer from {minimum} to {maximum}"
+        return {bool: "True or False", str: "a string", float: "a number", int: integers}[self.python_type]
 
-
-def _make_integer_type(name: str, code: str, size: int) -> FieldType:
-    """Return an integer type; a lower case code means signed."""
-    bits = 8 * size
-    if code.islower():
-        return FieldType(name, code, size, -(1 << (bits - 1)), (1 << (bits - 1)) - 1)
-    return FieldType(name, code, size, 0, (1 << bits) - 1)
+    def round(self, value: float) -> float:
+        """Round to the nearest value of a float type, or to infinity."""
+        return float(self.c_type(value).value)
 
 
 TYPES: dict[str, FieldType] = {
     field_type.name: field_type
     for field_type in (
-        FieldType("bool", "?", 1),
-        _make_integer_type("int8", "b", 1),
-        _make_integer_type("uint8", "B", 1),
-        _make_integer_type("int16", "h", 2),
-        _make_integer_type("uint16", "H", 2),
-        _make_integer_type("int32", "i", 4),
-        _make_integer_type("uint32", "I", 4),
-        _make_integer_type("int64", "q", 8),
-        _make_integer_type("uint64", "Q", 8),
-        FieldType("float", "f", 4),
-        FieldType("double", "d", 8),
-        FieldType("string", "s", 1),
-        _make_integer_type("byte", "B", 1),
+        FieldType("bool", bool, "?", ctypes.c_bool),
+        FieldType("int8", int, "b", ctypes.c_int8),
+        FieldType("uint8", int, "B", ctypes.c_uint8),
+        FieldType("int16", int, "h", ctypes.c_int16),
+        FieldType("uint16", int, "H", ctypes.c_uint16),
+        FieldType("int32", int, "i", ctypes.c_int32),
+        FieldType("uint32", int, "I", ctypes.c_uint32),
+        FieldType("int64", int, "q", ctypes.c_int64),
+        FieldType("uint64", int, "Q", ctypes.c_uint64),
+        FieldType("float", float, "f", ctypes.c_float, digits=9),
+        FieldType("double", float, "d", ctypes.c_double, digits=17),
+        FieldType("string", str, "s", ctypes.c_char),
+        FieldType("byte", int, "B", ctypes.c_uint8),
     )
 }
 """The built-in types by XML name."""
@@ -86,35 +95,31 @@ def parse_literal(type_name: str, text: str) -> bool | int | float | str | None:
     The generator allows no literals of type ``byte``. A ``float`` is rounded to 32 bits, as the value of a
     field.
     """
-    if type_name == "string":
-        return text
-    if type_name == "bool":
-        return _BOOL_LITERALS.get(text)
-    if type_name in ("float", "double"):
-        return _parse_decimal(type_name, text)
     field_type = TYPES.get(type_name)
     if field_type is None or type_name == "byte":
         return None
-    return _parse_integer(field_type, text)
+    return _PARSERS[field_type.python_type](field_type, text)
 
 
 def _parse_integer(field_type: FieldType, text: str) -> int | None:
-    if field_type.minimum is None or field_type.maximum is None or not _INTEGER.fullmatch(text):
+    if not _INTEGER.fullmatch(text):
         return None
+    minimum, maximum = field_type.limits
     # Fawkes reads all integers through a signed 64-bit integer, also for uint64
-    maximum = min(field_type.maximum, _INT64_MAX)
-    number = int(text)
-    return number if field_type.minimum <= number <= maximum else None
+    return number if minimum <= (number := int(text)) <= min(maximum, _INT64_MAX) else None
 
 
-def _parse_decimal(type_name: str, text: str) -> float | None:
+def _parse_decimal(field_type: FieldType, text: str) -> float | None:
     """Parse a decimal number in the range of a type, or return None."""
     if not _DECIMAL.fullmatch(text):
         return None
-    value = round_to_float(float(text)) if type_name == "float" else float(text)
+    value = field_type.round(float(text))
     return value if math.isfinite(value) else None
 
 
-def round_to_float(value: float) -> float:
-    """Round to the nearest 32-bit float, or to infinity."""
-    return ctypes.c_float(value).value
+_PARSERS: dict[type, Callable[[FieldType, str], bool | int | float | str | None]] = {
+    bool: lambda _, text: _BOOL_LITERALS.get(text),
+    int: _parse_integer,
+    float: _parse_decimal,
+    str: lambda _, text: text,
+}

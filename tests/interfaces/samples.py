@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import string
+from collections.abc import Callable
 from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 
 from cxbridge.interfaces.block import Block
 from cxbridge.interfaces.classes import make_interface_class
-from cxbridge.interfaces.fieldtypes import TYPES
+from cxbridge.interfaces.fieldtypes import TYPES, FieldType
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.layout import make_field, place_fields
 from cxbridge.interfaces.names import RESERVED_IN_INTERFACES, RESERVED_IN_MESSAGES
@@ -28,6 +29,17 @@ from tests.support import SHARED
 
 DOCTYPE = '<!DOCTYPE interface SYSTEM "interface.dtd">'
 DATA = '<data><comment>c</comment><field type="int32" name="number">c</field></data>'
+
+
+def scalar_values(*, allow_nan: bool = True) -> dict[str, st.SearchStrategy[Any]]:
+    """Return the possible values of each type of numbers and truth values."""
+    values: dict[type, Callable[[FieldType], st.SearchStrategy[Any]]] = {
+        bool: lambda _: st.booleans(),
+        int: lambda field_type: st.integers(*field_type.limits),
+        float: lambda field_type: st.floats(width=8 * field_type.size, allow_nan=allow_nan),  # type: ignore[arg-type]
+    }
+    scalars = [field_type for field_type in TYPES.values() if field_type.python_type is not str]
+    return {field_type.name: values[field_type.python_type](field_type) for field_type in scalars}
 
 
 def definition(*parts: str, name: str = "SampleInterface") -> bytes:

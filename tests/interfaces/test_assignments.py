@@ -11,20 +11,13 @@ from hypothesis import strategies as st
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.assignments import assign, field_text
 from cxbridge.interfaces.fieldtypes import TYPES
-from tests.interfaces.samples import block_of
+from tests.interfaces.samples import block_of, scalar_values
 
 _ENUM = (
     '<enum name="Mode"><comment>c</comment><item name="OFF">c</item><item name="ON" value="5">c</item></enum>'
 )
 _VALUES: dict[str, st.SearchStrategy[Any]] = {
-    **{
-        name: st.integers(field_type.minimum, field_type.maximum)
-        for name, field_type in TYPES.items()
-        if field_type.minimum is not None
-    },
-    "bool": st.booleans(),
-    "float": st.floats(width=32, allow_nan=False),
-    "double": st.floats(allow_nan=False),
+    **scalar_values(allow_nan=False),
     "string": st.text(st.sampled_from("aä\"',[]=\\ \n\x1b\udcff"), max_size=5),
     "Mode": st.sampled_from(["OFF", "ON"]),
 }

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import struct
-from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -9,20 +8,14 @@ from hypothesis import strategies as st
 
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.fieldtypes import TYPES
-from tests.interfaces.samples import block_of
+from tests.interfaces.samples import block_of, scalar_values
 from tests.support import many
 
 ENUM = (
     '<enum name="Mode"><comment>c</comment><item name="OFF">c</item><item name="ON" value="5">c</item></enum>'
 )
-NUMBERS = [name for name, field_type in TYPES.items() if field_type.minimum is not None]
-SCALARS = [*NUMBERS, "bool", "float", "double"]
-VALUES: dict[str, st.SearchStrategy[Any]] = {
-    **{name: st.integers(TYPES[name].minimum, TYPES[name].maximum) for name in NUMBERS},
-    "bool": st.booleans(),
-    "float": st.floats(width=32),
-    "double": st.floats(),
-}
+VALUES = scalar_values()
+SCALARS = [*VALUES]
 
 
 def field(type_name: str, name: str, length: int | None = None) -> str:
@@ -73,8 +66,8 @@ def test_short_arrays_are_padded_with_zeros(data: st.DataObject) -> None:
         values = data.draw(st.lists(VALUES[name], max_size=3))
         attribute = name.upper() + "_LIST"
         setattr(BLOCK, attribute, values)
-        zero = {"bool": False, "float": 0.0, "double": 0.0}.get(name, 0)
-        assert is_same(getattr(BLOCK, attribute), tuple(values + [zero] * (3 - len(values))))
+        zeros = [TYPES[name].python_type()] * (3 - len(values))
+        assert is_same(getattr(BLOCK, attribute), tuple(values + zeros))
         index = data.draw(st.integers(0, 2))
         value = data.draw(VALUES[name])
         BLOCK.set(attribute, value, index)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.interfaces.fieldtypes import TYPES, parse_literal, round_to_float, storage_type
+from cxbridge.interfaces.fieldtypes import TYPES, parse_literal, storage_type
 from cxbridge.interfaces.names import interface_type_name, message_type_name
 
 
@@ -56,7 +56,7 @@ def test_literals_are_parsed(type_name: str, text: str, value: object) -> None:
 
 @given(st.floats(width=32))
 def test_32_bit_float_is_unchanged(value: float) -> None:
-    assert struct.pack("d", round_to_float(value)) == struct.pack("d", value)
+    assert struct.pack("d", TYPES["float"].round(value)) == struct.pack("d", value)
 
 
 def test_type_names_get_suffix() -> None:

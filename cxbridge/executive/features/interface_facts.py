@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Callable
 from enum import IntEnum
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from cxbridge.clock import split_us
 from cxbridge.errors import InterfaceError
@@ -21,12 +22,12 @@ from cxbridge.interfaces.schema import FieldSchema
 Block: TypeAlias = Interface | Message
 """An object with fields, as the blocks of memory in Fawkes."""
 
-# the facets of slots by the type of the field; slots of all other types hold INTEGERs
+# the facets of slots by the type of the field's values
 _FACETS = {
-    "bool": "(type SYMBOL) (allowed-values TRUE FALSE)",
-    "float": "(type FLOAT)",
-    "double": "(type FLOAT)",
-    "string": "(type STRING)",
+    bool: "(type SYMBOL) (allowed-values TRUE FALSE)",
+    float: "(type FLOAT)",
+    str: "(type STRING)",
+    int: "(type INTEGER)",
 }
 
 
@@ -44,7 +45,7 @@ def deftemplate_text(interface: Interface) -> str:
         "  (multislot time (type INTEGER) (cardinality 2 2))",
     ]
     for field in interface.SCHEMA.fields:
-        facets = "(type SYMBOL)" if field.is_enum else _FACETS.get(field.type, "(type INTEGER)")
+        facets = "(type SYMBOL)" if field.is_enum else _FACETS[field.storage.python_type]
         slot = "multislot" if _is_multislot(field) else "slot"
         lines.append(f"  ({slot} {field.name} {facets})")
     return "\n".join([*lines, ")"])
@@ -74,24 +75,16 @@ def fact_slots(interface: Interface) -> dict[str, Value]:
     slots: dict[str, Value] = {"id": interface.id, "time": split_us(interface.timestamp_us)}
     for field in interface.SCHEMA.fields:
         value = getattr(interface, field.name)
-        elements = tuple(_to_clips(field, element) for element in (value if field.is_array else (value,)))
+        convert = _to_clips_symbol if field.is_enum else _TO_CLIPS[field.storage.python_type]
+        elements = tuple(map(convert, value if field.is_array else (value,)))
         # as in Fawkes, an array of one element is a single slot
         slots[field.name] = elements if _is_multislot(field) else elements[0]
     return slots
 
 
-def _to_clips(field: FieldSchema, value: Value) -> Value:
-    """Return the CLIPS value of an element of a field."""
-    if field.is_string:
-        return str(value)
-    if field.is_enum:
-        # another process may write a number that the enum lacks
-        return Symbol(value.name if isinstance(value, IntEnum) else "UNKNOWN")
-    if field.type == "bool":
-        return TRUE if value else FALSE
-    if field.type in ("float", "double"):
-        return _to_clips_float(value)
-    return int(value)
+def _to_clips_symbol(value: Value) -> Symbol:
+    """Return the item of an enum; another process may write a number that the enum lacks."""
+    return Symbol(value.name if isinstance(value, IntEnum) else "UNKNOWN")
 
 
 def _to_clips_float(value: float) -> float:
@@ -100,6 +93,14 @@ def _to_clips_float(value: float) -> float:
     if math.isfinite(value):
         return float(f"{value:f}")
     return -sys.float_info.max if value == -math.inf else sys.float_info.max
+
+
+_TO_CLIPS: dict[type, Callable[[Any], Value]] = {
+    bool: lambda value: TRUE if value else FALSE,
+    int: int,
+    float: _to_clips_float,
+    str: str,
+}
 
 
 def store_field(block: Block, name: str, value: Value) -> None:
@@ -130,7 +131,7 @@ def _from_clips(block: Block, field: FieldSchema, value: Value) -> Value:
         if str(value) in items:
             return items[str(value)]
         expected = f"one of {', '.join(items)}"
-    elif field.type == "bool":
+    elif field.storage.python_type is bool:
         if str(value) in (TRUE, FALSE):
             return str(value) == TRUE
         expected = "TRUE or FALSE"
@@ -138,7 +139,7 @@ def _from_clips(block: Block, field: FieldSchema, value: Value) -> Value:
         if isinstance(value, str):
             return str(value)
         expected = "a STRING or SYMBOL"
-    elif field.type in ("float", "double"):
+    elif field.storage.python_type is float:
         if isinstance(value, (int, float)):
             return float(value)
         expected = "a number"

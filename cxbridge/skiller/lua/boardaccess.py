@@ -266,13 +266,13 @@ def _assign(block: Block, name: str, value: Any, index: float | None) -> None:
             raise InterfaceError(f"{name} of type string cannot be {value!r}")
         # Lua converts numbers to text with this format
         field_value = from_lua(value) if isinstance(value, str) else f"{value:.14g}"
-    elif field.type == "bool":
+    elif field.storage.python_type is bool:
         field_value = bool(value)
     elif isinstance(value, str | bool | None):
         raise InterfaceError(
             f"{name} of type {field.type} cannot be {value!r}", hint="the value must be a number"
         )
-    elif field.type in ("float", "double"):
+    elif field.storage.python_type is float:
         field_value = float(value)
     else:
         field_value = int(value)

@@ -218,13 +218,14 @@ def format_heading(schema: InterfaceSchema) -> str:
 
 def make_formatter(type_name: str) -> Callable[[Any], str]:
     """Return a function for one element of a type other than ``string``."""
-    if type_name == "bool":
-        return lambda value: "true" if value else "false"
-    if type_name in ("float", "double"):
-        return _format_float
-    if type_name in TYPES:
-        return str
-    return lambda value: value if isinstance(value, str) else _UNKNOWN_ITEM
+    if type_name not in TYPES:  # an enum
+        return lambda value: value if isinstance(value, str) else _UNKNOWN_ITEM
+    formatters: dict[type, Callable[[Any], str]] = {
+        bool: lambda value: "true" if value else "false",
+        float: _format_float,
+        int: str,
+    }
+    return formatters[TYPES[type_name].python_type]
 
 
 def _format_float(value: float) -> str:

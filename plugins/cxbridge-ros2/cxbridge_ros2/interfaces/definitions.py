@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 
+from cxbridge.interfaces.fieldtypes import storage_type
 from cxbridge.interfaces.schema import ConstantSchema, EnumSchema, FieldSchema, InterfaceSchema
 
 PACKAGE: Final = "cxbridge_msgs"  # ROS package of the generated definitions
@@ -31,15 +32,6 @@ string error         # the reason for a failure
 string status        # as in SkillerInterface: S_RUNNING and the like
 """,
 }
-
-_ROS_TYPES: Final = {
-    **{name: name for name in ("bool", "string")},
-    **{name: name for bits in (8, 16, 32, 64) for name in (f"int{bits}", f"uint{bits}")},
-    "byte": "uint8",
-    "float": "float32",
-    "double": "float64",
-}
-_ENUM_TYPE: Final = "int32"  # ROS has no enums: a field is a number, and the items are constants
 
 
 def make_ros_message_type(interface: str) -> str:
@@ -67,7 +59,7 @@ def _format_definition(schema: InterfaceSchema) -> str:
     enums = [enum for enum in schema.enums if enum.name in enum_names]
     lines = [f"builtin_interfaces/Time {TIME_FIELD}", *_format_constants(enums, schema.constants)]
     for field in fields:
-        ros_type = _ROS_TYPES.get(field.type, _ENUM_TYPE)
+        ros_type = _find_ros_type(field.type)
         length = f"[{field.length}]" if field.is_array else ""
         comment = " ".join(field.comment.split())
         lines.append(f"{ros_type}{length} {ros_names[field.name]}{f'  # {comment}' if comment else ''}")
@@ -78,11 +70,18 @@ def _format_constants(enums: Sequence[EnumSchema], constants: Sequence[ConstantS
     used_names: set[str] = set()
     for enum in enums:
         for item in enum.items:
-            yield f"{_ENUM_TYPE} {_make_constant_name(item.name, used_names)}={item.value}"
+            yield f"{_find_ros_type(enum.name)} {_make_constant_name(item.name, used_names)}={item.value}"
     for constant in constants:
         value = repr(constant.value) if isinstance(constant.value, str) else str(constant.value)
-        ros_type = _ROS_TYPES.get(constant.type, _ENUM_TYPE)
+        ros_type = _find_ros_type(constant.type)
         yield f"{ros_type} {_make_constant_name(constant.name, used_names)}={value}"
+
+
+def _find_ros_type(type_name: str) -> str:
+    """Return the ROS type of a type of fields. ROS has no enums: a field is a number, items are constants."""
+    storage = storage_type(type_name)
+    number = "float" if storage.python_type is float else "uint" if storage.code.isupper() else "int"
+    return type_name if storage.python_type in (bool, str) else f"{number}{8 * storage.size}"
 
 
 def _make_constant_name(name: str, used_names: set[str]) -> str:

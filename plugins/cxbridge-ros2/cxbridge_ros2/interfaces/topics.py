@@ -179,7 +179,7 @@ def _to_interface_value(field: FieldSchema, value: Any) -> Any:
     """Return the value of a message field as the value of an interface field."""
     if isinstance(value, bytes | list):
         return tuple(value)
-    return float(value) if field.type in ("float", "double") and not isinstance(value, str) else value
+    return float(value) if field.storage.python_type is float and not isinstance(value, str) else value
 
 
 def _set_field(message: Message, path: str, value: Any) -> None:

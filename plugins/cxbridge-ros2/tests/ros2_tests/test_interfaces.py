@@ -141,12 +141,13 @@ def make_value(field: FieldSchema, rng: Random) -> Any:
 
 
 def make_element(field: FieldSchema, rng: Random) -> Any:
-    low, high = field.storage.minimum, field.storage.maximum
     if field.enum is not None:
         return rng.choice(field.enum.items).value
     if field.type == "bool":
         return rng.random() < 0.5
-    return rng.randrange(-1000, 1000) / 8 if low is None or high is None else rng.randint(low, high)
+    if field.storage.python_type is float:
+        return rng.randrange(-1000, 1000) / 8
+    return rng.randint(*field.storage.limits)
 
 
 def test_all_interface_types_are_copied_between_runs(tmp_path: Path, domain: int):

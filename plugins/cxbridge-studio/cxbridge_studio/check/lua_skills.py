@@ -83,7 +83,7 @@ def _list_methods(schema: InterfaceSchema) -> frozenset[str]:
     """Return the names that a call on an interface may use in Lua: methods, accessors and message classes."""
     names = {message.name for message in schema.messages}
     for field in schema.fields:
-        prefixes = ("", "set_", "maxlenof_", *(["is_"] if field.type == "bool" else []))
+        prefixes = ("", "set_", "maxlenof_", *(["is_"] if field.storage.python_type is bool else []))
         names |= {f"{prefix}{field.name}" for prefix in prefixes}
     return INTERFACE_METHODS | names
 

@@ -25,7 +25,7 @@ function inputOf(field) {
   if (isCheckbox(field)) return el.input({ type: "checkbox" });
   if (field.is_array || field.type === "string")
     return textInput({ placeholder: field.is_array ? "1, 2, 3" : null });
-  return el.input({ type: "number", step: /float|double/.test(field.type) ? "any" : "1", value: "0" });
+  return el.input({ type: "number", step: /int|byte/.test(field.type) ? "1" : "any", value: "0" });
 }
 function convert({ enums, type }, text) {
   if (enums.length || type === "string") return text;
