@@ -283,3 +283,12 @@ def test_class_with_getattr_reads_existing_attributes_only():
                     path,
                     node.name,
                 )
+
+
+@pytest.mark.parametrize(
+    ("word", "table"), [("imply", "executive/pddl/ast.py"), ("double", "interfaces/fieldtypes.py")]
+)
+def test_lists_of_words_are_derived_from_one_table(word: str, table: str) -> None:
+    """A second list of the words of formulas, or of the types of fields, would lack the next kind."""
+    files = [file for file in module_files().values() if f'"{word}"' in file.read_text(encoding="utf-8")]
+    assert files == [PACKAGE / table]

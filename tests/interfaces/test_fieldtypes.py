@@ -12,8 +12,7 @@ from cxbridge.interfaces.names import interface_type_name, message_type_name
 
 @pytest.mark.parametrize("name", TYPES)
 def test_sizes_equal_those_of_struct(name: str) -> None:
-    assert struct.calcsize("=" + TYPES[name].code) == TYPES[name].size
-    assert struct.calcsize("@" + TYPES[name].code) == TYPES[name].size
+    assert {struct.calcsize(order + TYPES[name].code) for order in "=@"} == {TYPES[name].size}
 
 
 def test_enum_is_stored_as_int32() -> None:
@@ -59,8 +58,13 @@ def test_32_bit_float_is_unchanged(value: float) -> None:
     assert struct.pack("d", TYPES["float"].round(value)) == struct.pack("d", value)
 
 
-def test_type_names_get_suffix() -> None:
-    assert interface_type_name("Skiller") == "SkillerInterface"
-    assert interface_type_name("InterfaceOfMine") == "InterfaceOfMine"
-    assert message_type_name("Say") == "SayMessage"
-    assert message_type_name("MessageOfMine") == "MessageOfMine"
+@pytest.mark.parametrize(
+    ("name", "interface", "message"),
+    [
+        ("Skiller", "SkillerInterface", "SkillerMessage"),
+        ("InterfaceOfMine", "InterfaceOfMine", "InterfaceOfMineMessage"),
+        ("MessageOfMine", "MessageOfMineInterface", "MessageOfMine"),
+    ],
+)
+def test_type_names_get_suffix(name: str, interface: str, message: str) -> None:
+    assert (interface_type_name(name), message_type_name(name)) == (interface, message)

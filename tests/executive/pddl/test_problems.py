@@ -16,6 +16,7 @@ from cxbridge.executive.pddl import (
     parse_problem,
     problem_of_facts,
 )
+from cxbridge.executive.pddl.ast import FunctionTerm
 from tests.support import SHARED, needs_shared
 
 DOMAIN = parse_domain("""(define (domain d) (:requirements :typing) (:types cup - thing place)
@@ -35,8 +36,7 @@ def test_problem_is_parsed():
     assert [group.names for group in problem.objects] == [("c1", "c2"), ("shelf",)]
     assert len(problem.init) == 1
     assert [value for _, value in problem.numbers] == [2.5]
-    assert problem.metric
-    assert problem.metric[0] == "minimize"
+    assert problem.metric == ("minimize", FunctionTerm("total-time", ()))
 
 
 @pytest.mark.parametrize(

@@ -22,14 +22,14 @@ def values_of(field: FieldSchema) -> st.SearchStrategy[object]:
     """Return possible recorded values of a field."""
     if field.is_string:
         return st.text(st.characters(codec="ascii", min_codepoint=1), max_size=field.runtime_length - 1)
-    if field.enum is not None:
-        item: st.SearchStrategy[object] = st.sampled_from([item.name for item in field.enum.items])
-    elif field.type == "bool":
-        item = st.booleans()
-    elif field.type in ("float", "double"):
-        item = st.floats(width=32, allow_nan=False, allow_infinity=False)
-    else:
-        item = st.integers(0, 100)
+    items: dict[type, st.SearchStrategy[object]] = {
+        bool: st.booleans(),
+        float: st.floats(width=32, allow_nan=False, allow_infinity=False),
+        int: st.integers(0, 100)
+        if field.enum is None
+        else st.sampled_from([item.name for item in field.enum.items]),
+    }
+    item = items[field.storage.python_type]
     length = field.length
     if length is None:
         return item

@@ -143,11 +143,12 @@ def make_value(field: FieldSchema, rng: Random) -> Any:
 def make_element(field: FieldSchema, rng: Random) -> Any:
     if field.enum is not None:
         return rng.choice(field.enum.items).value
-    if field.type == "bool":
-        return rng.random() < 0.5
-    if field.storage.python_type is float:
-        return rng.randrange(-1000, 1000) / 8
-    return rng.randint(*field.storage.limits)
+    makers: dict[type, Callable[[], Any]] = {
+        bool: lambda: rng.random() < 0.5,
+        float: lambda: rng.randrange(-1000, 1000) / 8,
+        int: lambda: rng.randint(*field.storage.limits),
+    }
+    return makers[field.storage.python_type]()
 
 
 def test_all_interface_types_are_copied_between_runs(tmp_path: Path, domain: int):
