@@ -250,7 +250,7 @@ class FormulaNode(PlacedNode, frozen=True):
 
         :param required: the required truth value of this formula.
         """
-        return (BlamedPart(part, binding, required) for part in self.children)
+        return (BlamedPart(part, binding, required) for part in self.reduced.children)
 
     def map(self, change: Callable[[Formula], Formula]) -> Formula:
         """Return the formula with ``change`` applied to each sub-formula, children first."""

@@ -22,6 +22,7 @@ from cxbridge.executive.pddl.ast import (
     FORMULA_KINDS,
     FORMULA_WORDS,
     ActionSchema,
+    And,
     Atom,
     Constant,
     Declaration,
@@ -29,7 +30,12 @@ from cxbridge.executive.pddl.ast import (
     Formula,
     FormulaNode,
     FunctionTerm,
+    Imply,
+    Not,
     NumericChange,
+    Or,
+    Quantified,
+    TermComparison,
     TypedList,
     TypedNames,
     Variable,
@@ -99,7 +105,11 @@ def nested_formulas(kinds: Iterable[Any]) -> st.SearchStrategy[Formula]:
 
 
 CONDITIONS = nested_formulas({*FORMULA_KINDS} - {When, NumericChange})
-EFFECTS = nested_formulas(FORMULA_KINDS)
+# the grammar reads these conditions in effects, too
+EFFECTS = nested_formulas(
+    [Atom, And, Or, Not, Imply, TermComparison, Quantified]
+    + [kind for kind in FORMULA_KINDS if not kind.KIND.is_condition]
+)
 ACTIONS = st.builds(
     ActionSchema,
     NAMES,

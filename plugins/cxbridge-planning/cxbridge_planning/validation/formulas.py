@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Final, NamedTuple, assert_never
+from typing import Final, NamedTuple
 
 from msgspec.structs import replace
 
@@ -20,12 +20,9 @@ from cxbridge.executive.pddl.ast import (
     Formula,
     FunctionTerm,
     Ground,
-    Imply,
     Not,
     NumericChange,
-    Or,
     Quantified,
-    TermComparison,
     Timed,
     When,
 )
@@ -185,10 +182,10 @@ def _find_effects(  # noqa: C901, PLR0912  a case for each kind of formula
         case Atom() | NumericChange():
             if time == moment_time:
                 yield _BoundEffect(effect, binding)
-        case None | Not() | Or() | Imply() | TermComparison() | Quantified():
-            return  # nothing: cxbridge reads these formulas in effects, as Fawkes does
+        case _ if effect is not None and not effect.KIND.is_condition:
+            raise NotImplementedError(f"the effects of {type(effect).__name__}")
         case _:
-            assert_never(effect)
+            return  # conditions have no effects: cxbridge reads them in effects, as Fawkes does
 
 
 def _condition_holds(condition: Formula, binding: Binding, moment: Moment) -> bool:
