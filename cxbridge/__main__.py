@@ -2,8 +2,9 @@
 
 import sys
 
+# `python -m` puts the working directory first, but its modules must not replace installed modules. `python -P`
+# does not; a program that runs this module by `runpy` has another sys.argv.
 if not sys.flags.safe_path and sys.argv[0] == __file__:
-    # `python -m` puts the working directory first, but its modules must not replace installed modules
     del sys.path[0]
 
 from cxbridge.cli.entry import main

@@ -28,7 +28,7 @@ class ErrorTracker:
 
         :param msgid: the id of the message that the Skiller shows.
         :param error: the error that the Skiller shows; replaced by the syntax error of the skill string if
-            the previous skill string had the same error.
+            the skill string has failed and the previous skill string had the same error.
         :param failed: whether the Skiller shows S_FAILED.
         """
         if msgid != self._msgid:

@@ -26,7 +26,7 @@ MAX_FAILURES: Final = 1000
 _FAILURE_OUTCOMES: Final = ("FAILED", "REJECTED")
 _FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
 
-Failure = TypeVar("Failure")
+FailureT = TypeVar("FailureT")
 
 SlotReader = Callable[[str], Iterable[Mapping[str, object]]]
 """Returns the slots of the present facts of a deftemplate."""
@@ -45,7 +45,7 @@ class FailureReasons:
         self._failed_sub_goals: dict[str, dict[str, GoalTransition]] = {}  # by parent, then by goal
 
     def record_event(self, event: Event) -> None:
-        """Remember a failed goal or action."""
+        """Remember a failed goal or action; forget the failures of a goal that starts again."""
         if isinstance(event, PlanActionTransition):
             if event.state in _FAILED_STATES:
                 self._failed_actions[event.goal] = event
@@ -58,7 +58,7 @@ class FailureReasons:
                 forget_oldest(self._failed_sub_goals)
             elif event.mode != "DISPATCHED":  # the goal may be tried again, from any mode
                 self._failed_actions.pop(event.goal, None)
-                # between its sub-goals a goal is EXPANDED and COMMITTED
+                # a goal is EXPANDED and COMMITTED between its sub-goals, too, so these modes are no new start
                 if event.mode in ("FORMULATED", "SELECTED"):
                     self._failed_sub_goals.pop(event.goal, None)
 
@@ -109,7 +109,7 @@ class FailureReasons:
         return last_slots
 
 
-def forget_oldest(failures: dict[str, Failure]) -> None:
+def forget_oldest(failures: dict[str, FailureT]) -> None:
     """Drop the oldest failure if there are more than :data:`MAX_FAILURES`."""
     if len(failures) > MAX_FAILURES:
         del failures[next(iter(failures))]

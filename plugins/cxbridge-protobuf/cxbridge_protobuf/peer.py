@@ -26,7 +26,7 @@ ReceiveFrame = Callable[[Origin, int, str, int, Frame], None]
 
 
 class Peer(asyncio.DatagramProtocol):
-    """A peer.
+    """An end of protobuf_comm's broadcast: sends to one address, and receives from all hosts.
 
     :param peer_id: the id of the peer in the environment.
     :param address: the IPv4 address or the name of the host to which the peer sends.

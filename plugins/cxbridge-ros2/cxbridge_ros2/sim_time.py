@@ -24,7 +24,7 @@ from cxbridge_ros2.settings import read_node_section
 from cxbridge_ros2.stamps import stamp_to_us
 
 CLOCK_TOPIC: Final = "/clock"
-DEFAULT_SERVER_TIMEOUT_S: Final = 10.0  # limit of real time for the first message
+FIRST_MESSAGE_TIMEOUT_S: Final = 10.0  # limit of real time for the first message
 _CLOCK_SECTION: Final = "/ros2/clock"
 
 _CLOCK_TYPE: Final = "rosgraph_msgs/msg/Clock"
@@ -53,15 +53,15 @@ class SimTimeClock(Clock):
     Time never goes backwards: after a reset of the simulation, the clock continues from the old time.
 
     :param join_domain: makes the node that receives the messages.
-    :param server_timeout_s: the limit of real time for the first message.
+    :param first_message_timeout_s: the limit of real time for the first message.
     """
 
     name = "ros2"
 
     def __init__(
-        self, join_domain: Callable[[], Node], server_timeout_s: float = DEFAULT_SERVER_TIMEOUT_S
+        self, join_domain: Callable[[], Node], first_message_timeout_s: float = FIRST_MESSAGE_TIMEOUT_S
     ) -> None:
-        self._join_domain, self._server_timeout_s = join_domain, server_timeout_s
+        self._join_domain, self._first_message_timeout_s = join_domain, first_message_timeout_s
         self._time_changed = threading.Condition()
         self._thread: threading.Thread | None = None
         self._is_closed = False
@@ -99,11 +99,11 @@ class SimTimeClock(Clock):
         self._thread.start()
         atexit.register(self.close)
         with self._time_changed:
-            self._time_changed.wait_for(lambda: self._now_us, self._server_timeout_s)
+            self._time_changed.wait_for(lambda: self._now_us, self._first_message_timeout_s)
         if not self._now_us:
             self.close()
             raise Ros2Error(
-                f"no time was received on {CLOCK_TOPIC} within {self._server_timeout_s:g} s",
+                f"no time was received on {CLOCK_TOPIC} within {self._first_message_timeout_s:g} s",
                 hint="is the simulation running, and is it in the same ROS_DOMAIN_ID and range of discovery?",
             )
 

@@ -61,11 +61,11 @@ class Ros2CxSkills:
         parameters: Mapping[str, Any],
         agent: str,
         on_change: Callable[[Master], None],
-        name: str = "",
+        skill_id: str = "",
     ) -> Master:
         """Request the execution of a skill, by a dummy if necessary.
 
-        :param name: the id of the skill.
+        :param skill_id: the id of the call in the facts of the agent, the display name of the master.
         :raises SkillError: if names or parameters do not fit into messages.
         """
         self._service.settle()  # register executors that appeared since the last loop
@@ -82,7 +82,7 @@ class Ros2CxSkills:
             self._unsensed_executors.add(dummy_name)
             self._dummy_skills.add((agent, skill))
             self._service.settle()
-        return self._service.local_calls.ask(skill, parameters, agent, on_change, name)
+        return self._service.local_calls.ask(skill, parameters, agent, on_change, skill_id)
 
     def _may_get_dummy(self, agent: str, skill: str) -> bool:
         # the board remembers the skills of vanished executors, too

@@ -30,27 +30,28 @@ def _decompress(make_decompressor: Callable[[], Any], data: bytes) -> bytes:
     """Unpack data that consists of frames.
 
     :param make_decompressor: makes the decompressor of a frame.
-    :raises ReaderError: if the data is truncated or exceeds the limit.
+    :raises ReaderError: if the data exceeds the limit, or a truncated frame has no content. A truncated frame
+        with content is cut there, so that a recording that was interrupted is readable up to its end.
     """
     chunks: list[bytes] = []
     remaining_bytes = MAX_UNPACKED_BYTES
     while data:
-        frame = make_decompressor()
+        decompressor = make_decompressor()
         # one byte more than the limit reveals larger data
-        chunk = bytes(frame.decompress(data, remaining_bytes + 1))
+        chunk = bytes(decompressor.decompress(data, remaining_bytes + 1))
         remaining_bytes -= len(chunk)
         if remaining_bytes < 0:
             raise ReaderError(f"a chunk or message of more than {MAX_UNPACKED_BYTES} bytes")
-        if not frame.eof and not chunk:
+        if not decompressor.eof and not chunk:
             raise ReaderError("a truncated chunk or message")
         chunks.append(chunk)
         # the next frame begins after the end of this frame; without an end, the frame has used all bytes
-        data = frame.unused_data or b"" if frame.eof else b""
+        data = decompressor.unused_data or b"" if decompressor.eof else b""
     return b"".join(chunks)
 
 
 class _LimitedZstd:
-    """Replaces the zstd module that rosbags has imported; checks sizes before it unpacks."""
+    """Replaces the zstd module that rosbags has imported, and limits the unpacked size."""
 
     def __init__(self, module: Any) -> None:
         self._module = module
@@ -62,7 +63,7 @@ class _LimitedZstd:
         return _decompress(self._module.ZstdDecompressor, data)
 
     def open(self, file: Any, mode: str) -> Any:
-        """Open a packed file after checking its unpacked size.
+        """Open a packed file after unpacking it once to count its bytes.
 
         :raises ReaderError: if the size exceeds the limits.
         """

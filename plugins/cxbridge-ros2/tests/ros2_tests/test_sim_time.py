@@ -67,8 +67,8 @@ def clock(domain: int) -> Iterator[SimTimeClock]:
         yield instance
 
 
-def make_clock(domain: int, server_timeout_s: float = 20) -> SimTimeClock:
-    return SimTimeClock(lambda: DdsNode("follows", Definitions(environment={}), domain + 9), server_timeout_s)
+def make_clock(domain: int, timeout_s: float = 20) -> SimTimeClock:
+    return SimTimeClock(lambda: DdsNode("follows", Definitions(environment={}), domain + 9), timeout_s)
 
 
 def test_clock_stands_still_during_pause_of_simulation(simulation: Simulation, clock: SimTimeClock):

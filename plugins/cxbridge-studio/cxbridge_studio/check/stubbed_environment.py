@@ -137,7 +137,9 @@ class StubbedEnvironment(ClipsEnvironment):
         if self._step_count > MAX_EVALUATION_STEPS:
             self.api.halt()
         if self._step_count == MAX_EVALUATION_STEPS + 1:
-            text = "computing a value, a default or a salience does not end: later ones are not computed"
+            text = (
+                "a value, default or salience is computed without an end: later expressions are not evaluated"
+            )
             self.loader.report(Diagnostic(self.loader.current_file, None, "", ENDLESS, text))
 
 

@@ -1,7 +1,7 @@
 """The implemented part of the Debug Adapter Protocol: messages, their arguments and their bodies.
 
-The names are those of the specification, version 1.68. Arguments that the adapter does not read have no field
-here, so msgspec ignores them.
+The names of messages and fields are those of the specification, version 1.68. Arguments that the adapter does
+not read have no field here, so msgspec ignores them.
 """
 
 from __future__ import annotations

@@ -131,13 +131,13 @@ def _describe_missing_effects(
     """Return the sensed effects that an action still waits for; empty if it waits for none."""
     if action.get("state") != "SENSED-EFFECTS-WAIT":
         return ""
-    atoms = [
+    effects = [
         format_atom((slots.get("name", ""), *parse_fields(slots.get("param-values", ""))))
-        + (" to go" if slots.get("type") == "NEGATIVE" else "")
+        + (" to become false" if slots.get("type") == "NEGATIVE" else " to become true")
         for slots in find_facts("domain-pending-sensed-fact")
         if (slots.get("goal-id"), slots.get("plan-id"), slots.get("action-id")) == action_key
     ]
-    return f"it waits for the sensed effect {', '.join(atoms)}, which no rule has asserted" if atoms else ""
+    return f"it waits for sensed effects, which come from rules: {', '.join(effects)}" if effects else ""
 
 
 def _describe_skiller_problem(find_facts: FactLookup, action: Mapping[str, str]) -> str:

@@ -75,7 +75,7 @@ class GeneratedPlugin(RosPlugin):
         super().__init__(name, context)
         self.type_name = type_name
         prefix = make_name_prefix(type_name)
-        self.endpoints = tuple(
+        self.endpoint_groups = tuple(
             endpoint_class(self, prefix, type_name) for endpoint_class in _ENDPOINT_CLASSES[type_name.kind]
         )
 
@@ -87,14 +87,13 @@ class GeneratedPlugin(RosPlugin):
             self.define_message(
                 env, f"{prefix}{section.lower()}-", type_name.derive(section), "create", "destroy"
             )
-        for endpoints in self.endpoints:
-            endpoints.define(env)
+        for group in self.endpoint_groups:
+            group.define(env)
 
     def find_handlers(self, env: ClipsEnvironment, server: str) -> list[GoalHandler]:
         """Return the handlers of an environment's action server; empty if there is no such server."""
         return [
             handler
-            for endpoints in self.endpoints
-            if isinstance(endpoints, ActionServers)
-            and (handler := endpoints.find_handler(env, server)) is not None
+            for group in self.endpoint_groups
+            if isinstance(group, ActionServers) and (handler := group.find_handler(env, server)) is not None
         ]

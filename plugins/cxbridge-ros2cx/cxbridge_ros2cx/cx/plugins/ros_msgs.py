@@ -28,7 +28,7 @@ class RosMsgsPlugin(RosPlugin):
     """Defines the functions ``ros-msgs-...``."""
 
     def initialize(self) -> None:
-        self.endpoints = (
+        self.endpoint_groups = (
             Topics(self, NAME_PREFIX),
             ServiceClients(self, NAME_PREFIX),
             ServiceServers(self, NAME_PREFIX),
@@ -48,8 +48,8 @@ class RosMsgsPlugin(RosPlugin):
                 ("goal-uuid-to-string", self._format_uuid, "m"),
             ),
         )
-        for endpoints in self.endpoints:
-            endpoints.define(env)
+        for group in self.endpoint_groups:
+            group.define(env)
 
     def _get_field(self, address: ExternalAddress, field: str) -> Value:
         try:

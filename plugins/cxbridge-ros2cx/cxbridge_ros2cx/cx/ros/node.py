@@ -41,7 +41,7 @@ _EXTRA_DEFINITIONS: Final = {
 
 
 class RosNode(Closing):
-    """The node.
+    """The node of the clips_manager, in the place of its ROS node.
 
     :param name: the full name, e.g. ``/clips_manager``.
     :param packages: the packages whose types hide types of the same name in rosbags.

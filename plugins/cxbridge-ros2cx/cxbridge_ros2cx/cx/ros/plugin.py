@@ -72,10 +72,10 @@ class HandleTable(Generic[ItemT]):
 class RosPlugin(CxPlugin):
     """A plug-in with functions and facts for messages.
 
-    :ivar endpoints: the topics, services and actions of the plug-in.
+    :ivar endpoint_groups: the topics, services and actions of the plug-in.
     """
 
-    endpoints: tuple[EndpointGroup, ...] = ()
+    endpoint_groups: tuple[EndpointGroup, ...] = ()
 
     @property
     def ros(self) -> RosNode:
@@ -87,14 +87,14 @@ class RosPlugin(CxPlugin):
 
     def tick(self) -> None:
         """Send the requests and goals whose servers have appeared."""
-        for endpoints in self.endpoints:
-            if isinstance(endpoints, ClientGroup):
-                endpoints.send_waiting_messages()
+        for group in self.endpoint_groups:
+            if isinstance(group, ClientGroup):
+                group.send_waiting_messages()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Close the environment's open endpoints."""
-        for endpoints in self.endpoints:
-            endpoints.close(env)
+        for group in self.endpoint_groups:
+            group.close(env)
 
     def define_template(self, env: ClipsEnvironment, name: str, /, **slots: str) -> None:
         """Define a deftemplate unless the environment has a deftemplate of this name.
