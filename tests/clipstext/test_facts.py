@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
@@ -169,6 +169,9 @@ def is_plain(template: str, slots: Mapping[str, str]) -> bool:
 
 
 @given(tracked_facts())
+@example(
+    ("goal", dict.fromkeys(LAYOUTS["goal"], "x") | {"message": '"said "stop" in try 1"', "meta": '"a b" c'})
+)
 def test_facts_of_transitions_read_back_whatever_their_strings_hold(fact: tuple[str, dict[str, str]]) -> None:
     assume(is_plain(*fact))
     assert parse_fact(printed(*fact)) == fact

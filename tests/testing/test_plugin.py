@@ -189,7 +189,7 @@ def test_tests_of_module_share_run(project, pytester):
     module("--update-golden").assert_outcomes(passed=3, deselected=1)
     assert (pytester.path / "golden" / "test_agent" / "mini.transitions").exists()
     module().assert_outcomes(passed=3, deselected=1)
-    failed = module("--cx-artifacts", "kept", outcome="FAILED")
+    failed = module("--cx-artifacts", "kept", skill="wrok", outcome="FAILED")
     failed.assert_outcomes(passed=2, failed=1, deselected=1)
     failed.stdout.fnmatch_lines(["*cxbridge run 1*", "*recorded: kept/test_agent/module.mcap"])
     assert (pytester.path / "kept" / "test_agent" / "module.mcap").exists()

@@ -202,13 +202,14 @@ def test_missing_value_is_error_with_line_in_skill(tmp_path: Path, kind: str):
 fsm:define_states{{export_to = _M, "A", "B"}}
 fsm:add_transitions{{{{"A", "B", timeout = 1}}}}
 function A:init()
+    if config:is_{kind}("/not/there") then error("there is a value") end
     config:get_{kind}("/not/there")
 end
 """,
         mode="strict",
     )
     rig.exec("test{}")
-    assert rig.state.error.startswith("Init failed: skills/test.lua:19: there is no configuration")
+    assert rig.state.error.startswith("Init failed: skills/test.lua:20: there is no configuration")
 
 
 def test_arguments_are_those_of_first_call(tmp_path: Path):

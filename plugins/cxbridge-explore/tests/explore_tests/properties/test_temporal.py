@@ -61,6 +61,7 @@ def test_property_holds(text: str):
         (f"always {ABSENT}", False, ".* does not match", 0),
         (f"eventually {COMPLETED}", True, r".* has never matched$", 0),
         (f"eventually {COMPLETED} within 2", False, ".* has not matched within 2 s$", 2),
+        (f"eventually {COMPLETED} within 0.5", False, ".* has not matched within 0.5 s$", 0.5),
         (f"{DISPATCHED_THEN} within 3", False, r".* has not matched within 3 s, after .*: \?g = gen", 3),
     ],
 )

@@ -56,8 +56,14 @@ def test_repeated_and_nested_sections():
 
 
 def test_queries_of_old_templates_are_read():
-    template = ProblemTemplate("<<#D|{relation:'domain-fact', $or: [{a.b: 1}]}>><</D>>")
-    assert template.queries == {"D": {"relation": "domain-fact", "$or": [{"a.b": 1}]}}
+    template = ProblemTemplate(
+        "<<#D|{relation:'domain-fact', $or: [{a.b: 1}]}>><</D>><<#K|{a: 1}>><</K>><<#Q|{'a': 1}>><</Q>>"
+    )
+    assert template.queries == {
+        "D": {"relation": "domain-fact", "$or": [{"a.b": 1}]},
+        "K": {"a": 1},
+        "Q": {"a": 1},
+    }
 
 
 def test_text_without_sections_is_unchanged():

@@ -177,8 +177,9 @@ def test_formats_of_findings(tmp_path):
             "hint": "it has: a, b",
         }
     ]
-    assert FORMATS["github"](findings).startswith(
-        f"::error file={file},line=2,col=20,title=CX203::defrule r%3A"[:40]
+    assert FORMATS["github"](findings) == (
+        f"::error file={file},line=2,col=20,title=CX203"
+        "::defrule r: the deftemplate 'thing' has no slot 'c'%0Ait has: a, b"
     )
     assert FORMATS["text"](findings).splitlines()[-1] == "1 error"
 
