@@ -6,4 +6,4 @@ The server runs in a thread. The main loop carries out its requests to the execu
 
 from typing import Final
 
-FOXGLOVE_PORT: Final = 8765  # foxglove's default port
+FOXGLOVE_PORT: Final = 8765  # the port at which Foxglove connects by default

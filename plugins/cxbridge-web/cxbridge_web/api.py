@@ -125,7 +125,7 @@ class Api:
         """Let the main loop call the handler, and return its result."""
         key = None
         if endpoint.method == "GET":  # only requests without effects may share a call
-            key = (endpoint.path, tuple(call.path.items()), tuple(sorted(call.query.items())))
+            key = (endpoint.path, tuple(call.path_values.items()), tuple(sorted(call.query.items())))
         try:
             result = asyncio.wrap_future(self._queue.submit(partial(endpoint.handler, call), key))
             result.add_done_callback(_retrieve_error)
@@ -134,8 +134,8 @@ class Api:
         except TimeoutError as error:
             stall_reason = self._host.stall_reason
             reason = f": {stall_reason}" if stall_reason else ""
-            text = f"The main loop did not answer within {endpoint.timeout_s:g} s{reason}"
-            raise ApiError(503, text) from error
+            message = f"The main loop did not answer within {endpoint.timeout_s:g} s{reason}"
+            raise ApiError(503, message) from error
 
 
 def _retrieve_error(result: asyncio.Future[Any]) -> None:
@@ -162,14 +162,14 @@ async def read_json_object(request: Request) -> dict[str, Any]:
     except TimeoutError as error:
         raise ApiError(408, f"The body did not arrive within {BODY_TIMEOUT_S:g} s") from error
     try:
-        value = json.loads(body)
+        json_value = json.loads(body)
         if b"\\ud" in body.lower():
-            json.dumps(value, ensure_ascii=False).encode()  # raises ValueError for a lone surrogate
+            json.dumps(json_value, ensure_ascii=False).encode()  # raises ValueError for a lone surrogate
     except (ValueError, RecursionError) as error:
         raise ApiError(400, f"The body is not JSON: {error}") from error
-    if not isinstance(value, dict):
+    if not isinstance(json_value, dict):
         raise ApiError(400, "The body is not a JSON object")
-    return value
+    return json_value
 
 
 def _make_response(content: Any, status: int, *, is_pretty: bool) -> Response:

@@ -13,8 +13,8 @@ from cxbridge_web.extensions import blackboard, clips, status
 
 def make_directory() -> Directory:
     """Return all endpoints; of endpoints with the same path, those of Fawkes come first."""
-    infos = pkgutil.iter_modules(cxbridge_web.fawkes.__path__)
-    modules = [import_module(f"{cxbridge_web.fawkes.__name__}.{info.name}") for info in infos]
+    module_infos = pkgutil.iter_modules(cxbridge_web.fawkes.__path__)
+    modules = [import_module(f"{cxbridge_web.fawkes.__name__}.{info.name}") for info in module_infos]
     fawkes_endpoints = [endpoint for module in modules for endpoint in getattr(module, "ENDPOINTS", ())]
     extensions = [*status.ENDPOINTS, *clips.ENDPOINTS, *blackboard.ENDPOINTS]
     return Directory([*fawkes_endpoints, *operations.make_endpoints(), *extensions])

@@ -38,15 +38,16 @@ class ApiError(Exception):
 class ApiCall:
     """A request to an endpoint.
 
+    :param host: the process that hosts the web server.
     :param server: the objects of the web server.
-    :param path: the values of the names in the path.
-    :param query: the first value of each parameter.
+    :param path_values: the values of the names in the path, by name.
+    :param query: the value of each query parameter; of a repeated parameter, the last.
     :param body: the members of the body's JSON object; empty without a body.
     """
 
     host: WebHost
     server: ServerState
-    path: Mapping[str, str]
+    path_values: Mapping[str, str]
     query: Mapping[str, str]
     body: Mapping[str, Any] = field(default_factory=dict)
 
@@ -93,7 +94,7 @@ class Endpoint:
         slashes; ``/?`` at the end makes the slash optional.
     :param summary: one sentence about the endpoint, for the OpenAPI document.
     :param reply: the type of the answer, a model or a list of models; a text by default.
-    :param names: the types of values in the path by name; a name without a type stands for a text.
+    :param path_types: the types of values in the path by name; a name without a type stands for a text.
     :param body: the type of the body, a struct; None without a body.
     :param errors: possible errors by status.
     :param right: the required right; by default `LOOK` for GET and `PROGRAMS` for other methods.
@@ -110,7 +111,7 @@ class Endpoint:
     handler: Handler
     summary: str
     reply: Any = str
-    names: Mapping[str, Any] = field(default_factory=dict)
+    path_types: Mapping[str, Any] = field(default_factory=dict)
     query: tuple[Query, ...] = ()
     body: type[Struct] | None = None
     errors: Mapping[int, str] = field(default_factory=dict)
@@ -173,12 +174,12 @@ class Directory:
             raise ApiError(404, "REST API overview not yet implemented\n")
         if component not in self._components:
             raise ApiError(404, f"REST API '{component}' unknown\n")
-        package = self._describe_absent_package(path)
-        raise ApiError(404, f"REST API '{component}' has no endpoint '{slash}{subpath}'{package}\n")
+        package_hint_text = self._describe_absent_package(path)
+        raise ApiError(404, f"REST API '{component}' has no endpoint '{slash}{subpath}'{package_hint_text}\n")
 
     def _describe_absent_package(self, path: str) -> str:
         """Return a colon and the hint to the missing package that serves a path; empty if no package does."""
-        path_prefix = "/".join(path.split("/")[:3])
+        path_prefix = "/".join(path.split("/")[:3])  # the first two segments, below which one package serves
         hint = package_hint(f"/api{path_prefix}")
         is_installed = any(endpoint.path.startswith(path_prefix) for endpoint in self.endpoints)
         return f": {hint}" if hint and not is_installed else ""

@@ -47,10 +47,10 @@ def escape_html(text: object) -> str:
     return escape(escape_invisible(str(text)), quote=True)
 
 
-def encode_for_script(data: Any) -> str:
-    """Return values as JSON text for a ``<script>`` element.
+def encode_for_script(value: Any) -> str:
+    """Return a value as JSON text for a ``<script>`` element.
 
     :raises ValueError: for NaN and infinities.
     """
-    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    text = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return text.translate(_JSON_ESCAPES)

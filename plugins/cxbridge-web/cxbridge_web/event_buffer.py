@@ -32,9 +32,9 @@ GROUPS: Final = (
 _OTHER_GROUP: Final = len(GROUPS)
 
 
-def find_group(kind: str) -> int:
+def find_group_index(kind: str) -> int:
     """Return the index of a kind's group; the last group has the kinds outside of :data:`GROUPS`."""
-    return next((number for number, kinds in enumerate(GROUPS) if kind in kinds), _OTHER_GROUP)
+    return next((index for index, kinds in enumerate(GROUPS) if kind in kinds), _OTHER_GROUP)
 
 
 class StreamPosition(NamedTuple):
@@ -50,10 +50,10 @@ class StreamPosition(NamedTuple):
     def __str__(self) -> str:
         return ".".join(map(str, (*self.counts, self.lost)))
 
-    def advance(self, group: int) -> StreamPosition:
+    def advance(self, group_index: int) -> StreamPosition:
         """Return the position after a further event of a group."""
         counts = list(self.counts)
-        counts[group] += 1
+        counts[group_index] += 1
         return StreamPosition(tuple(counts), self.lost)
 
 
@@ -62,11 +62,12 @@ class _BufferedEvent:
     """An encoded event.
 
     :param position: the position after the event.
+    :param json: the event as JSON.
     """
 
     position: StreamPosition
     kind: str
-    text: bytes
+    json: bytes
 
 
 class _Group:
@@ -81,9 +82,9 @@ class _Group:
 
     def add(self, buffered_event: _BufferedEvent) -> None:
         self.buffered_events.append(buffered_event)
-        self.byte_count += len(buffered_event.text)
+        self.byte_count += len(buffered_event.json)
         while len(self.buffered_events) > self._max_events or self.byte_count > self._max_bytes:
-            self.byte_count -= len(self.buffered_events.popleft().text)
+            self.byte_count -= len(self.buffered_events.popleft().json)
             self.discarded_count += 1
 
     def list_events_after(self, count: int) -> list[_BufferedEvent]:
@@ -125,9 +126,9 @@ class EventBuffer:
                 if last_writes[event.uid] is not event or self._last_values.get(event.uid) == event.values:
                     continue
                 self._last_values[event.uid] = event.values
-            group = find_group(event.KIND.name)
-            self.end = self.end.advance(group)
-            self._groups[group].add(_BufferedEvent(self.end, event.KIND.name, encode_with_kind(event)))
+            group_index = find_group_index(event.KIND.name)
+            self.end = self.end.advance(group_index)
+            self._groups[group_index].add(_BufferedEvent(self.end, event.KIND.name, encode_with_kind(event)))
 
     def forget_interfaces(self) -> None:
         """Forget the interface values, so that the next write to each interface counts as a change."""
@@ -139,24 +140,29 @@ class EventBuffer:
         """Return a bunch of about :data:`BUNCH_BYTES` of events after a position.
 
         :param kinds: names from :data:`~cxbridge.event_kinds.EVENT_TYPES`.
-        :returns: the events, each with the position after it; the position to continue from; the number of
-            missing events of the groups of the kinds.
+        :returns: the events as JSON, each with the position after it; the position to continue from; the
+            number of missing events between the two positions: discarded events of the groups to which the
+            kinds belong, and events of any kind that were lost before they reached the buffer.
         """
-        groups = {find_group(kind) for kind in kinds}
-        buffered_events = (self._groups[group].list_events_after(position.counts[group]) for group in groups)
+        group_indices = {find_group_index(kind) for kind in kinds}
+        buffered_events = (
+            self._groups[index].list_events_after(position.counts[index]) for index in group_indices
+        )
+        # the sum of the counts is the number of the event in the whole stream, so it restores the order
         later_events = merge(*buffered_events, key=lambda buffered_event: sum(buffered_event.position.counts))
         selected_events: list[tuple[StreamPosition, bytes]] = []
         byte_count, end_position = 0, self.end
         for buffered_event in later_events:
             if buffered_event.kind in kinds:
-                selected_events.append((buffered_event.position, buffered_event.text))
-                byte_count += len(buffered_event.text)
+                selected_events.append((buffered_event.position, buffered_event.json))
+                byte_count += len(buffered_event.json)
                 if byte_count >= BUNCH_BYTES:
                     end_position = buffered_event.position
                     break
-        discarded_count = sum(self._count_discarded(position, end_position, group) for group in groups)
+        discarded_count = sum(self._count_discarded(position, end_position, index) for index in group_indices)
         return selected_events, end_position, end_position.lost - position.lost + discarded_count
 
-    def _count_discarded(self, position: StreamPosition, end: StreamPosition, group: int) -> int:
+    def _count_discarded(self, position: StreamPosition, end: StreamPosition, group_index: int) -> int:
         """Return the number of discarded events of a group between two positions."""
-        return max(0, min(end.counts[group], self._groups[group].discarded_count) - position.counts[group])
+        discarded_count = self._groups[group_index].discarded_count
+        return max(0, min(end.counts[group_index], discarded_count) - position.counts[group_index])

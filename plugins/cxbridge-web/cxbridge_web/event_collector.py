@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.event_kinds import EVENT_TYPES, RecordLevel
 from cxbridge.events import Event, RuleFired, Sink
-from cxbridge_web.event_buffer import GROUPS, find_group
+from cxbridge_web.event_buffer import GROUPS, find_group_index
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -67,7 +67,7 @@ class EventCollector:
     # -- in the threads of the emitters
 
     def _enqueue(self, event: Event) -> None:
-        waiting_events = self._pending_events[find_group(event.KIND.name)]
+        waiting_events = self._pending_events[find_group_index(event.KIND.name)]
         if len(waiting_events) >= MAX_PENDING:
             self._lost_count += 1
         waiting_events.append((next(self._event_numbers), event))

@@ -34,7 +34,8 @@ _RETRY_MS: Final = 2000  # time after which a browser reconnects
 
 MAX_CLIENTS: Final = 100  # number of simultaneous clients
 
-# The id of an event: `EPOCH-COUNT.COUNT.COUNT.LOST`, a StreamPosition with the count of each group.
+# The id of an event: `EPOCH-COUNT.COUNT.COUNT.LOST`, a StreamPosition with the count of each group. The
+# largest 64-bit integer has 19 digits.
 _EVENT_ID: Final = re.compile(r"([^-]*)-" + r"\.".join([r"(\d{1,19})"] * (len(GROUPS) + 2)), re.ASCII)
 _HEADERS: Final = {"content-type": "text/event-stream", "cache-control": "no-store"}
 
@@ -100,14 +101,14 @@ class EventStreams:
         :raises ValueError: if the id is invalid.
         """
         # the header first: a browser that reconnects repeats the query of its first request
-        text = request.headers.get("last-event-id") or request.query_params.get("since")
-        if text is None:
+        event_id = request.headers.get("last-event-id") or request.query_params.get("since")
+        if event_id is None:
             return self._buffer.end
-        if text == "0":
+        if event_id == "0":
             return self._buffer.begin
-        match = _EVENT_ID.fullmatch(text)
+        match = _EVENT_ID.fullmatch(event_id)
         if match is None:
-            raise ValueError(f"'{text[:40]}' is not the id of an event")
+            raise ValueError(f"'{event_id[:40]}' is not the id of an event")
         epoch, *counts = match.groups()
         if epoch != self._epoch:  # an id of an earlier server process: send all buffered events
             return self._buffer.begin
@@ -143,12 +144,13 @@ class EventStreams:
             message.
         """
         buffered_events, end_position, missing_count = self._buffer.read_bunch_after(position, kinds)
-        text = b""
+        dropped_notice = b""
         if missing_count:
             dropped_message = json.dumps({"kind": "dropped", "count": missing_count})
-            text = f"event: dropped\ndata: {dropped_message}\n\n".encode()
+            dropped_notice = f"event: dropped\ndata: {dropped_message}\n\n".encode()
         messages = [buffered_events] if is_joined else [[event] for event in buffered_events]
-        return text + b"".join(self._encode_message(message) for message in messages if message), end_position
+        encoded_messages = b"".join(self._encode_message(message) for message in messages if message)
+        return dropped_notice + encoded_messages, end_position
 
     def _encode_message(self, events: list[tuple[StreamPosition, bytes]]) -> bytes:
         """Return a message with one event per line."""
@@ -188,8 +190,8 @@ def _parse_kinds(request: Request) -> frozenset[str]:
 
     :raises ValueError: if a kind is unknown.
     """
-    text = request.query_params.get("kinds", "")
-    kinds = frozenset(kind.strip() for kind in text.split(",") if kind.strip())
+    kinds_text = request.query_params.get("kinds", "")
+    kinds = frozenset(kind.strip() for kind in kinds_text.split(",") if kind.strip())
     if unknown_kinds := kinds - EVENT_TYPES.keys():
         raise ValueError(
             f"The kind '{min(unknown_kinds)}' is unknown; the known kinds are: {', '.join(EVENT_TYPES)}"

@@ -77,7 +77,7 @@ class Guard:
         if not is_permitted_request(origin, scope["scheme"], host, self._allowed_origins):
             return PlainTextResponse("Pages of other origins may not use this server\n", 403)
         # Browsers send no origin with the GET of another site's images and scripts, but Sec-Fetch-Site.
-        if not origin and _is_cross_site(scope, headers):
+        if not origin and _is_foreign_load(scope, headers):
             return PlainTextResponse("Other sites may only link to the pages of this server\n", 403)
         if scope["method"] == "OPTIONS" and "access-control-request-method" in headers:
             return Response(
@@ -101,6 +101,7 @@ class Guard:
         token = token.strip()
         if scheme.lower() == "basic":
             try:
+                # the credentials are USER:PASSWORD
                 token = base64.b64decode(token, validate=True).decode("latin-1").partition(":")[2]
             except (binascii.Error, ValueError):
                 return False
@@ -110,8 +111,9 @@ class Guard:
         return hmac.compare_digest(token.encode("utf-8"), self._token.encode("utf-8"))
 
 
-def _is_cross_site(scope: Scope, headers: Headers) -> bool:
+def _is_foreign_load(scope: Scope, headers: Headers) -> bool:
     """Return whether a page of another site made the request, except by a link to a page of the server."""
+    # `same-site` is another port or another name of the same domain: not the page of this server
     if headers.get("sec-fetch-site") not in {"cross-site", "same-site"}:
         return False
     return headers.get("sec-fetch-mode") != "navigate" or scope["path"].startswith("/api")

@@ -37,7 +37,7 @@ class WebHost(ABC):
         self.config: Final = run.config
         self._run = run
         self._start_us: Final = run.clock.start_us  # the first access sets the start
-        self._transforms: TransformListener | None = None
+        self._transform_listener: TransformListener | None = None
 
     @property
     @abstractmethod
@@ -87,11 +87,11 @@ class WebHost(ABC):
 
     def read_frames(self) -> Mapping[str, str | None]:
         """Return the parent of each coordinate frame; the first call subscribes to the transforms."""
-        if self._transforms is None:
+        if self._transform_listener is None:
             from cxbridge.space.tf.listener import TransformListener  # noqa: PLC0415 - few clients request frames
 
-            self._transforms = TransformListener(self.board, owner=_OWNER)
-        return self._transforms.buffer.frames
+            self._transform_listener = TransformListener(self.board, owner=_OWNER)
+        return self._transform_listener.buffer.frames
 
     def explain(self, name: str, kind: str, timeout_s: float) -> dict[str, Any] | None:
         """Explain a rule, a goal, an action, a fact or the run.

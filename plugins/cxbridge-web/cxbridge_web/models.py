@@ -98,9 +98,10 @@ def _require_defaults(schema: Schema) -> Schema:
 def to_json(value: Any, *, is_pretty: bool = False) -> bytes:
     """Return a value as JSON. NaN and infinities become null, lone surrogates become question marks."""
     try:
-        text = msgspec.json.encode(value, enc_hook=convert_unknown)
+        json_bytes = msgspec.json.encode(value, enc_hook=convert_unknown)
     except UnicodeEncodeError:  # a lone surrogate; rare, so only then is the whole value converted
         members = msgspec.to_builtins(value, enc_hook=convert_unknown)
-        text = json.dumps(members, ensure_ascii=False).encode("utf-8", "replace")
-        text = msgspec.json.encode(json.loads(text))  # encoded again, since only msgspec turns NaN into null
-    return msgspec.json.format(text, indent=4) if is_pretty else text
+        replaced_bytes = json.dumps(members, ensure_ascii=False).encode("utf-8", "replace")
+        # encoded again, since only msgspec turns NaN into null
+        json_bytes = msgspec.json.encode(json.loads(replaced_bytes))
+    return msgspec.json.format(json_bytes, indent=4) if is_pretty else json_bytes

@@ -23,7 +23,7 @@ _COMMON_ERRORS: Final = {
     404: "The requested object does not exist",
     503: "The request cannot be answered now",
 }
-_Text = Annotated[str, Meta(min_length=1)]
+_NonEmptyText = Annotated[str, Meta(min_length=1)]
 _PRETTY: Final = Query("pretty", "Indent the JSON text for human readers.", bool)
 _BODY_ERRORS: Final = {413: "The body is too long"}
 
@@ -73,7 +73,7 @@ def _describe_endpoint(endpoint: Endpoint) -> dict[str, Any]:
                     "name": name,
                     "in": "path",
                     "required": True,
-                    "schema": make_schema(endpoint.names.get(name, _Text)),
+                    "schema": make_schema(endpoint.path_types.get(name, _NonEmptyText)),
                 }
                 for name in _PATH_NAME.findall(endpoint.path)
             ),

@@ -47,7 +47,7 @@ def _make_endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
         context = call.host.operations
         try:
             if route.check is not None:
-                route.check(context, call.path)
+                route.check(context, call.path_values)
             arguments = operation.parse(_read_arguments(operation, route, call), strict=True)
             result = (route.http_function or operation.carry_out)(context, arguments)
             if route.answer is not None:
@@ -59,7 +59,7 @@ def _make_endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
         except NotFoundError as error:
             raise ApiError(error.status, error.message) from error
         answer = to_json(result)
-        return [common_members | row for row in answer] if is_list else common_members | answer
+        return [common_members | item for item in answer] if is_list else common_members | answer
 
     return Endpoint(
         method=route.method,
@@ -67,7 +67,9 @@ def _make_endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
         handler=handler,
         summary=route.summary,
         reply=list[model] if is_list else model,  # type: ignore[valid-type]  # a type that is made at run time
-        names={field.name: int for field in fields(operation.parameters) if _find_bare_type(field) is int},
+        path_types={
+            field.name: int for field in fields(operation.parameters) if _find_bare_type(field) is int
+        },
         query=tuple(Query(name, description) for name, description in route.query.items()),
         body=_make_body_type(operation.parameters, route) if route.body else None,
         errors=route.errors,
@@ -84,10 +86,10 @@ def _read_arguments(operation: Operation[Any], route: Route[Any], call: ApiCall)
     for parameter in fields(operation.parameters):
         name = parameter.name
         member = route.names.get(name, name)
-        if name in call.path:
+        if name in call.path_values:
             is_number = _find_bare_type(parameter) is int
             # None for a text that is not a number; then `operation.parse` reports a wrong value
-            arguments[name] = parse_decimal(call.path[name]) if is_number else call.path[name]
+            arguments[name] = parse_decimal(call.path_values[name]) if is_number else call.path_values[name]
         elif name in route.defaults:
             arguments[name] = call.query.get(name) or call.body.get(member) or route.defaults[name]
         elif member in call.body:
@@ -101,20 +103,22 @@ def _read_arguments(operation: Operation[Any], route: Route[Any], call: ApiCall)
 def _make_error_text(operation: Operation[Any], route: Route[Any], name: str) -> str:
     """Return the error text for a wrong parameter."""
     parameter = {field.name: field for field in fields(operation.parameters)}[name]
-    member, kind = route.names.get(name, name), _find_bare_type(parameter)
-    if parameter.required and kind is str and name not in route.defaults:
+    member, bare_type = route.names.get(name, name), _find_bare_type(parameter)
+    if parameter.required and bare_type is str and name not in route.defaults:
         return f"The body lacks '{member}', which must be a text"
-    expected_type = _TYPE_NAMES.get(kind) or _get_metadata(parameter).description
+    expected_type = _TYPE_NAMES.get(bare_type) or _get_metadata(parameter).description
     return f"'{member}' must be {expected_type}"
 
 
 def _get_metadata(parameter: FieldInfo) -> msgspec.Meta:
+    """Return the annotation of a parameter's type; an empty one for a type without annotation."""
     metadata: tuple[msgspec.Meta, ...] = getattr(parameter.type, "__metadata__", (msgspec.Meta(),))
     return metadata[0]
 
 
 def _find_bare_type(parameter: FieldInfo) -> Any:
     """Return the type of a parameter, without its metadata and without the types of its items."""
+    # `__metadata__` marks an Annotated type, whose first argument is the type itself
     bare_type = get_args(parameter.type)[0] if hasattr(parameter.type, "__metadata__") else parameter.type
     return get_origin(bare_type) or bare_type
 

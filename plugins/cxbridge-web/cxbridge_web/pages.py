@@ -64,23 +64,23 @@ _DOCUMENT: Final = """<!doctype html>
 """
 
 
-def make_page(title: str, data: bytes, embedded: Mapping[str, Any]) -> str:
+def make_page(title: str, data: bytes, description: Mapping[str, Any]) -> str:
     """Return the page with an embedded recording or document, which needs no server.
 
     :param data: the bytes of the recording or the document.
-    :param embedded: the description of the data: ``name``; for a recording also ``links``, ``notes`` and
+    :param description: the description of the data: ``name``; for a recording also ``links``, ``notes`` and
         ``answers``, for a document also ``kind``.
     """
     # without the present time, so that equal data give equal pages
     packed_data = b64encode(gzip.compress(data, mtime=0)).decode()
     data_element = f'\n<script type="text/plain" id="recording">{packed_data}</script>'
-    modules = _make_import_map({"runs": [], "inside": embedded})
+    modules = _make_import_map({"runs": [], "inside": description})
     policy = (
         f"default-src 'none'; {_allow_scripts(modules)}; style-src 'unsafe-inline'; img-src data: blob:; "
         "base-uri 'none'; form-action 'none'"
     )
     meta = f'\n<meta http-equiv="Content-Security-Policy" content="{policy}">'
-    return _make_document(title, modules, meta=meta, data=data_element)
+    return _make_document(title, modules, meta=meta, data_element=data_element)
 
 
 class Page:
@@ -94,9 +94,8 @@ class Page:
         recordings = None if runs is None else [{"path": path, "name": name} for path, name in runs]
         modules = _make_import_map({"runs": recordings, "inside": None})
         self._document = _make_document("cxbridge", modules).encode("utf-8")
-        self._packed_document = gzip.compress(
-            self._document, compresslevel=6, mtime=0
-        )  # 9 takes twice the time to save 1 %
+        # level 9 would take twice the time to save 1 %
+        self._packed_document = gzip.compress(self._document, compresslevel=6, mtime=0)
         self._headers = {
             "content-security-policy": (
                 f"default-src 'self'; {_allow_scripts(modules)}; style-src 'unsafe-inline'; "
@@ -104,6 +103,7 @@ class Page:
                 "frame-ancestors 'none'"
             ),
             "cache-control": "no-cache",
+            # half of the hash, 128 bits, tells documents apart
             "etag": f'"{sha256(self._document).hexdigest()[:32]}"',
             "vary": "accept-encoding",
         }
@@ -142,12 +142,12 @@ def make_icon_link() -> str:
     return f'<link rel="icon" href="{escape_html(url)}">'
 
 
-def _make_document(title: str, modules: str, *, meta: str = "", data: str = "") -> str:
+def _make_document(title: str, modules: str, *, meta: str = "", data_element: str = "") -> str:
     """Return the text of the page.
 
     :param modules: the import map.
     :param meta: further elements for the head.
-    :param data: the element with the embedded data, if there are data.
+    :param data_element: the element with the embedded data; empty without embedded data.
     """
     return _DOCUMENT.format(
         version=escape_html(VERSION),
@@ -158,7 +158,7 @@ def _make_document(title: str, modules: str, *, meta: str = "", data: str = "") 
         scripts="".join(f"<script>{script}</script>\n" for script in _list_scripts()),
         modules=modules,
         meta=meta,
-        data=data,
+        data=data_element,
     )
 
 

@@ -29,13 +29,13 @@ def report(run: Run, title: str = "") -> str:
     name = title or run.path.name or "run"
     # before the use of `run.notes`, which reading the run fills
     history = RunHistory.from_events(run, UNLIMITED, run.start_us)
-    embedded = {
+    description = {
         "name": name,
         "links": list_guessed_links(history),
         "notes": run.notes,
         "answers": _make_explanations(run, history),
     }
-    return make_page(name, data, embedded)
+    return make_page(name, data, description)
 
 
 def _make_explanations(run: Run, history: RunHistory) -> dict[str, Any]:
@@ -49,15 +49,15 @@ def _make_explanations(run: Run, history: RunHistory) -> dict[str, Any]:
     try:
         for env in environments:
             explain = make_explainer(run, env=env)
-            agent = f"{env} " if len(environments) > 1 else ""
+            agent_prefix = f"{env} " if len(environments) > 1 else ""
             troubled_goals = [
                 goal.name
                 for goal in history.goals
                 if goal.env == env and (goal.end_change is None or goal.outcome == "FAILED")
             ]
-            explanations[f"{agent}run"] = explain("run", "")["data"]
+            explanations[f"{agent_prefix}run"] = explain("run", "")["data"]
             for name in troubled_goals[:MAX_EXPLANATIONS]:
-                explanations[f"{agent}goal {name}"] = explain("goal", name)["data"]
+                explanations[f"{agent_prefix}goal {name}"] = explain("goal", name)["data"]
     except (CxbridgeError, RecursionError):  # RecursionError: thousands of nested goals
         return {}
     return explanations

@@ -24,6 +24,7 @@ class WebSettings(PluginSettings):
     :param port: the port; 0 for any free port.
     :param token: the token of clients; empty to admit every user of this machine.
     :param tls_cert: the PEM file with the certificate; requires ``tls_key``.
+    :param tls_key: the PEM file with the private key of the certificate.
     :param allow_origins: the additional origins whose pages may use the API; ``*`` for all origins.
     """
 

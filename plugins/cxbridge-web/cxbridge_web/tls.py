@@ -33,9 +33,10 @@ def check_pair(cert_file: Path, key_file: Path) -> None:
             hint="cxbridge/web/tls-cert and tls-key are PEM files; docs/security.md shows how to make them",
         ) from error
     except OSError as error:
-        text = (
+        reason = (
             "the file does not exist"
             if isinstance(error, FileNotFoundError)
             else error.strerror or str(error)
         )
-        raise ConfigError(text, file=file, hint="cxbridge/web/tls-cert and tls-key") from error
+        # the loop variable has the file whose reading failed
+        raise ConfigError(reason, file=file, hint="cxbridge/web/tls-cert and tls-key") from error

@@ -50,22 +50,26 @@ def _list_interfaces(call: ApiCall) -> list[InterfaceData]:
 
 
 def _send_message(call: ApiCall) -> MessageId:
-    name, fields = call.text("type"), call.body.get("fields", {})
+    interface_type, interface_id = call.path_values["type"], call.path_values["id"]
+    message_name, fields = call.text("type"), call.body.get("fields", {})
     if not isinstance(fields, dict):
         raise ApiError(400, "'fields' must be an object with the values of the fields by name")
     if find_interface(call) is None:
-        raise ApiError(404, f"The interface {call.path['type']}::{call.path['id']} does not exist")
+        raise ApiError(404, f"The interface {interface_type}::{interface_id} does not exist")
     board = call.host.board
     # A client may omit the suffix of a message's name.
-    call.host.rights.check_message(call.path["type"], name if name.endswith("Message") else f"{name}Message")
-    with board.open_for_reading(call.path["type"], call.path["id"], owner=_OWNER) as instance:
-        message = instance.create_message(name if name in instance.MESSAGES else f"{name}Message")
+    full_name = message_name if message_name.endswith("Message") else f"{message_name}Message"
+    call.host.rights.check_message(interface_type, full_name)
+    with board.open_for_reading(interface_type, interface_id, owner=_OWNER) as instance:
+        message = instance.create_message(
+            message_name if message_name in instance.MESSAGES else f"{message_name}Message"
+        )
         for field, value in fields.items():
             try:
                 set_field(message, field, tuple(value) if isinstance(value, list) else value)
             except (TypeError, ValueError, OverflowError) as error:
                 raise ApiError(
-                    400, f"The field '{field}' of {name} cannot have this value: {error}"
+                    400, f"The field '{field}' of {message_name} cannot have this value: {error}"
                 ) from error
         return MessageId(msgid=instance.msgq_enqueue(message))
 

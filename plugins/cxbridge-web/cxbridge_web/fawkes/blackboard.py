@@ -105,7 +105,7 @@ def find_interface(call: ApiCall) -> BoardInfo | None:
 
     :raises ApiError: if the type or the id in the path is a pattern.
     """
-    type_and_id = call.path["type"], call.path["id"]
+    type_and_id = call.path_values["type"], call.path_values["id"]
     for noun, name in zip(("Type", "ID"), type_and_id, strict=True):
         if "*" in name or "?" in name:
             raise ApiError(400, f"{noun} may not contain any of [*?].")
@@ -121,14 +121,14 @@ def _get_interface(call: ApiCall) -> InterfaceInfo:
     info = find_interface(call)
     if info is None:
         # the texts of Fawkes, with its colons
-        raise ApiError(404, f"Interface {call.path['type']}:{call.path['id']} not found")
+        raise ApiError(404, f"Interface {call.path_values['type']}:{call.path_values['id']} not found")
     return _make_info(call, info)
 
 
 def _get_data(call: ApiCall) -> InterfaceData:
     info = find_interface(call)
     if info is None:
-        uid = f"{call.path['type']}::{call.path['id']}"
+        uid = f"{call.path_values['type']}::{call.path_values['id']}"
         raise ApiError(404, f"Interface {uid}: is currently not available")
     try:
         return _read_interface_data(call, info)

@@ -45,7 +45,7 @@ def _list_environments(call: ApiCall) -> list[Environment]:
 
 def _copy_facts(call: ApiCall) -> Generator[None, None, FactCopy]:
     pattern = call.query.get("template", "")
-    return copy_facts(call, call.path["env"], lambda name: matches(name, pattern), 404)
+    return copy_facts(call, call.path_values["env"], lambda name: matches(name, pattern), 404)
 
 
 def _make_facts(call: ApiCall, facts: FactCopy) -> list[Fact]:

@@ -126,7 +126,7 @@ def _get_by_id(
     :param error: the text of the error, with a placeholder for the id.
     :raises ApiError: if no fact has the id.
     """
-    fact_id = call.path["id"]
+    fact_id = call.path_values["id"]
     rows = (slots for slots in facts.facts_of(template) if slots.get("id") == fact_id)
     for model in _make_models(call, noun, rows, make_model):
         return model
@@ -138,15 +138,16 @@ def _get_by_id(
 
 def _find_plan_ids(facts: FactCopy) -> dict[str, list[str]]:
     """Return the ids of the plans of each goal."""
-    plans: dict[str, list[str]] = {}
+    plan_ids_by_goal: dict[str, list[str]] = {}
     for slots in facts.facts_of("plan"):
         with suppress(SlotError):  # as in Fawkes, a plan without a goal is skipped
-            plans.setdefault(read_text(slots, "goal-id"), []).append(read_text(slots, "id"))
-    return plans
+            plan_ids = plan_ids_by_goal.setdefault(read_text(slots, "goal-id"), [])
+            plan_ids.append(read_text(slots, "id"))
+    return plan_ids_by_goal
 
 
-def _make_goal(plans: dict[str, list[str]], slots: Slots) -> Model:
-    return read_model(Goal, slots, plans=plans.get(read_text(slots, "id"), []))
+def _make_goal(plan_ids_by_goal: dict[str, list[str]], slots: Slots) -> Model:
+    return read_model(Goal, slots, plans=plan_ids_by_goal.get(read_text(slots, "id"), []))
 
 
 def _list_goals(call: ApiCall, facts: FactCopy) -> list[Model]:
@@ -162,13 +163,14 @@ def _get_goal(call: ApiCall, facts: FactCopy) -> Model:
 
 
 def _list_operators(call: ApiCall, facts: FactCopy) -> list[DomainOperator]:
-    parameters: dict[str, list[DomainOperatorParameter]] = {}
+    parameters_by_operator: dict[str, list[DomainOperatorParameter]] = {}
     for slots in facts.facts_of("domain-operator-parameter"):
         parameter = DomainOperatorParameter(read_text(slots, "name"), read_text(slots, "type"))
-        parameters.setdefault(read_text(slots, "operator"), []).append(parameter)
+        parameters_by_operator.setdefault(read_text(slots, "operator"), []).append(parameter)
 
     def make_model(slots: Slots) -> DomainOperator:
-        return read_model(DomainOperator, slots, parameters=parameters.get(read_text(slots, "name"), []))
+        parameters = parameters_by_operator.get(read_text(slots, "name"), [])
+        return read_model(DomainOperator, slots, parameters=parameters)
 
     return _make_models(call, "operator", facts.facts_of("domain-operator"), make_model)
 
@@ -176,8 +178,12 @@ def _list_operators(call: ApiCall, facts: FactCopy) -> list[DomainOperator]:
 # -- plans
 
 
-def _make_plan(actions: dict[tuple[str, str], list[PlanAction]], slots: Slots) -> Plan:
-    plan_actions = actions.get((read_text(slots, "goal-id"), read_text(slots, "id")), [])
+def _make_plan(actions_by_plan: dict[tuple[str, str], list[PlanAction]], slots: Slots) -> Plan:
+    """Return the model of a plan.
+
+    :param actions_by_plan: the actions, by the ids of the goal and the plan.
+    """
+    plan_actions = actions_by_plan.get((read_text(slots, "goal-id"), read_text(slots, "id")), [])
     return read_model(Plan, slots, actions=sorted(plan_actions, key=lambda action: action.id))
 
 
@@ -194,21 +200,21 @@ def _make_action(groundings: formulas.Groundings, slots: Slots) -> PlanAction:
 
 def _list_plans(call: ApiCall, facts: FactCopy) -> list[Plan]:
     groundings = formulas.Groundings.read(facts)
-    actions: dict[tuple[str, str], list[PlanAction]] = {}
+    actions_by_plan: dict[tuple[str, str], list[PlanAction]] = {}
 
     def add_action(slots: Slots) -> PlanAction:
         key = (read_text(slots, "goal-id"), read_text(slots, "plan-id"))
         action = _make_action(groundings, slots)
-        actions.setdefault(key, []).append(action)
+        actions_by_plan.setdefault(key, []).append(action)
         return action
 
     _make_models(call, "plan action", facts.facts_of("plan-action"), add_action)
-    plans = _make_models(call, "plan", facts.facts_of("plan"), partial(_make_plan, actions))
+    plans = _make_models(call, "plan", facts.facts_of("plan"), partial(_make_plan, actions_by_plan))
     return sorted(plans, key=lambda plan: (plan.goal_id, plan.id))
 
 
 def _get_plan(call: ApiCall, facts: FactCopy) -> Plan:
-    goal_id, plan_id = call.path["goal_id"], call.path["id"]
+    goal_id, plan_id = call.path_values["goal_id"], call.path_values["id"]
     for plan in _list_plans(call, facts):
         if (plan.goal_id, plan.id) == (goal_id, plan_id):
             return plan
@@ -225,7 +231,7 @@ def _make_list_endpoint(path: str, model: type[Model], template: str, noun: str)
         return _make_models(call, noun, facts.facts_of(template), partial(read_model, model))
 
     summary = f"All facts of the deftemplate {template}."
-    return _make_endpoint(path, list[model], summary, finish, (template,))  # type: ignore[valid-type]
+    return _make_endpoint(path, list[model], summary, finish, (template,))  # type: ignore[valid-type]  # a model as a variable
 
 
 def _make_item_endpoint(path: str, model: type[Model], template: str, noun: str) -> Endpoint:
@@ -268,13 +274,13 @@ _OPERATOR_TEMPLATES: Final = ("domain-operator", "domain-operator-parameter")
 _PLAN_TEMPLATES: Final = ("plan", "plan-action", *formulas.FORMULA_TEMPLATES)
 
 
-def _define_text_model(name: str, docstring: str, texts: str, **members: Any) -> type[Model]:
+def _define_text_model(name: str, docstring: str, text_members: str, **other_members: Any) -> type[Model]:
     """Return the model of facts, most of whose slots are texts.
 
-    :param texts: the names of the members that are texts.
-    :param members: the types of the other members.
+    :param text_members: the names of the members that are texts, separated by spaces.
+    :param other_members: the types of the other members.
     """
-    all_members = [*((text, str) for text in texts.split()), *members.items()]
+    all_members = [*((member, str) for member in text_members.split()), *other_members.items()]
     return define_model(name, docstring, all_members, rename="kebab")
 
 

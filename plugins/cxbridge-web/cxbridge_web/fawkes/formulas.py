@@ -95,7 +95,7 @@ class Groundings:
 def make_precondition(
     groundings: Groundings, operator: str, grounding: Slots
 ) -> GroundedFormula | GroundedPredicate | None:
-    """Return an operator's precondition in a grounding; None without a precondition.
+    """Return an operator's precondition in a grounding, the last of several; None without a precondition.
 
     :raises SlotError: if a fact is unreadable.
     """

@@ -165,7 +165,7 @@ def _list_skills(call: ApiCall) -> list[SkillInfo]:
 
 
 def _get_skill(call: ApiCall) -> Skill:
-    name = "ACTIVE" if call.path["id"] == _ACTIVE_ID else call.path["id"]
+    name = "ACTIVE" if call.path_values["id"] == _ACTIVE_ID else call.path_values["id"]
     with (
         _open_interfaces(call, "SkillerDebugInterface", "SkillerInterface") as (debug_interface, skiller),
         _reserve_graph(call, debug_interface) as shared_graph,
@@ -192,22 +192,23 @@ def _check_control(skiller: Any) -> None:
 
 
 def _call_skill(call: ApiCall) -> Skill:
-    text = call.body.get("skill_string")
-    if not isinstance(text, str):
+    skill_string = call.body.get("skill_string")
+    if not isinstance(skill_string, str):
         raise ApiError(400, "Request lacks skill string")
     with _open_interfaces(call, "SkillerInterface") as (skiller,):
         max_bytes = skiller.maxlenof("skill_string") - 1  # the last byte is the NUL of a C string
-        if len(text.encode("utf-8", "replace")) > max_bytes or "\0" in text:
+        if len(skill_string.encode("utf-8", "replace")) > max_bytes or "\0" in skill_string:
             raise ApiError(400, f"A skill string must have at most {max_bytes} bytes, without NUL")
         _check_control(skiller)
         message = skiller.create_message("ExecSkillMessage")
-        message.skill_string = text.encode("utf-8", "replace").decode()
+        # a lone surrogate, which UTF-8 cannot encode, becomes a question mark
+        message.skill_string = skill_string.encode("utf-8", "replace").decode()
         msgid = skiller.msgq_enqueue(message)
     return Skill(name=_ACTIVE_ID, msg_id=msgid)
 
 
 def _stop_skill(call: ApiCall) -> Text:
-    if call.path["id"] != _ACTIVE_ID:
+    if call.path_values["id"] != _ACTIVE_ID:
         raise ApiError(400, "Only the 'active' skill can be stopped")
     with _open_interfaces(call, "SkillerInterface") as (skiller,):
         _check_control(skiller)

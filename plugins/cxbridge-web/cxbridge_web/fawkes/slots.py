@@ -32,6 +32,7 @@ class SlotError(Exception):
 def find_environment(call: ApiCall, name: str = DEFAULT_ENVIRONMENT, status: int = 503) -> ClipsEnvironment:
     """Return a CLIPS environment.
 
+    :param status: the HTTP status of the error.
     :raises ApiError: if the environment does not exist.
     """
     env = call.host.environments().get(name)
@@ -161,7 +162,7 @@ def _find_member_slots(model: type[Model]) -> tuple[tuple[str, str, Reader, bool
             member_type, meta = get_args(member_type)
             name = (meta.extra or {}).get("slot", name)
         if member.default is UNSET:
-            member_type = get_args(member_type)[0]
+            member_type = get_args(member_type)[0]  # an optional member: TYPE | UnsetType
         if member_type in _SLOT_READERS:
             members.append((member.name, name, _SLOT_READERS[member_type], member.required))
     return tuple(members)

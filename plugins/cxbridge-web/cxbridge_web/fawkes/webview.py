@@ -58,7 +58,7 @@ _Service: Final = defstruct(
 Backend: Final = define_model(
     "Backend",
     "Another webview server.",
-    [("id", str), ("name", str), ("url", str), ("services", list[_Service])],  # type: ignore[valid-type]
+    [("id", str), ("name", str), ("url", str), ("services", list[_Service])],  # type: ignore[valid-type]  # a type that is made at run time
 )
 ImageInfo: Final = define_model(
     "ImageInfo",
@@ -114,14 +114,14 @@ def _list_plugins(call: ApiCall) -> list[Plugin]:
 
 def _get_plugin(call: ApiCall) -> Plugin:
     for plugin in _list_plugins(call):
-        if plugin.name == call.path["name"]:
+        if plugin.name == call.path_values["name"]:
             return plugin
-    raise ApiError(404, f"Plugin '{call.path['name']}' is unknown")
+    raise ApiError(404, f"Plugin '{call.path_values['name']}' is unknown")
 
 
 def _set_plugin(call: ApiCall) -> PluginOpResponse:
     # the errors have Fawkes' texts
-    name, desired_state = call.path["name"], call.body.get("desired_state")
+    name, desired_state = call.path_values["name"], call.body.get("desired_state")
 
     def make_refusal(status: int, text: str) -> ApiError:
         return ApiError(status, text, PluginOpResponse(name=name, state="ERROR", message=text))
@@ -146,7 +146,7 @@ def _list_nothing(_call: ApiCall) -> list[Model]:
 
 def _get_image(call: ApiCall) -> Any:
     # Fawkes' texts for an id with and without a suffix
-    raise ApiError(404, "Stream not found" if "." in call.path["id"] else "Invalid stream ID")
+    raise ApiError(404, "Stream not found" if "." in call.path_values["id"] else "Invalid stream ID")
 
 
 def _get_transforms(call: ApiCall) -> TransformsGraph:
@@ -204,7 +204,7 @@ ENDPOINTS: Final = (
         path="/images/?",
         handler=_list_nothing,
         summary="The images in shared memory; always empty.",
-        reply=list[ImageInfo],  # type: ignore[valid-type]
+        reply=list[ImageInfo],  # type: ignore[valid-type]  # a type that is made at run time
     ),
     Endpoint(
         method="GET",

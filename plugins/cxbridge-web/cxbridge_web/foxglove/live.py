@@ -39,9 +39,8 @@ class FoxgloveServer(ServerListener):
         self._settings = settings
         self._context = Context()
         self._channels: dict[str, Channel] = {}
-        self._states: dict[
-            str, dict[str, tuple[int, _Encoder]]
-        ] = {}  # by topic and subject: time and message
+        # time (in microseconds) and message of each state, by topic and subject
+        self._states: dict[str, dict[str, tuple[int, _Encoder]]] = {}
         self._new_topics: set[str] = set()  # topics with new subscribers
         self._lock = threading.Lock()  # guards channels, states and subscriptions
         self._server: Any = None
@@ -116,9 +115,11 @@ class FoxgloveServer(ServerListener):
     def _send_event(self, event: Event) -> None:
         event_kind = type(event).KIND
         subject_id = getattr(event, event_kind.topic_field) if event_kind.topic_field else ""
+        # the topics of recordings: the uid TYPE::ID of an interface is a path there
         topic = event_kind.topic + subject_id.replace("::", "/", 1)
         if topic not in self._channels:
             self._add_event_channel(topic, type(event))
+        # empty for an event without a subject; NUL cannot occur in the names, which are C strings
         subject = "\0".join(str(getattr(event, name)) for name in event_kind.subject_fields)
         self._send_and_store(topic, subject, event.time_us, partial(encode, event))
 

@@ -36,7 +36,7 @@ class FoxgloveMessage:
     """A message.
 
     :param schema: the name of the schema without ``foxglove.``.
-    :param data: the message as JSON values.
+    :param data: the members of the message as JSON values.
     :param subject: the subject of a state that is valid until the next message with this subject; empty for a
         momentary message.
     """
@@ -94,6 +94,7 @@ def _make_target(event: InterfaceWrite) -> FoxgloveMessage | None:
 
 
 def _make_pose(event: InterfaceWrite, frame: str, pose_data: dict[str, Any]) -> FoxgloveMessage:
+    # TYPE::ID becomes TYPE/ID; an id may begin with a slash itself
     topic = "/foxglove/pose/" + event.uid.replace("::", "/", 1).replace("//", "/")
     data = {"timestamp": make_time(event.time_us), "frame_id": frame, "pose": pose_data}
     return FoxgloveMessage(topic, "PoseInFrame", data, event.uid)

@@ -36,8 +36,8 @@ def choose_hidden_host() -> str:
     """
     if sys.platform == "darwin":  # macOS has only one loopback address
         return LOOPBACK
-    parts = (1 + secrets.randbelow(254) for _ in range(3))
-    return ".".join(map(str, (127, *parts)))
+    octets = (1 + secrets.randbelow(254) for _ in range(3))  # without 0 and 255: network and broadcast
+    return ".".join(map(str, (127, *octets)))
 
 
 class FoxgloveProxy(Closing):
@@ -61,8 +61,8 @@ class FoxgloveProxy(Closing):
         listening_socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.port: int = listening_socket.getsockname()[1]
         self._thread = LoopThread("foxglove proxy")
-        starting = asyncio.start_server(self._accept, sock=listening_socket, limit=_MAX_HEAD_BYTES)
-        self._server = self._thread.spawn(starting).result(_START_TIMEOUT_S)
+        start_coroutine = asyncio.start_server(self._accept, sock=listening_socket, limit=_MAX_HEAD_BYTES)
+        self._server = self._thread.spawn(start_coroutine).result(_START_TIMEOUT_S)
 
     def close(self) -> None:
         """Close all connections and stop listening."""
@@ -72,6 +72,7 @@ class FoxgloveProxy(Closing):
     async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._connection_count += 1
         try:
+            # a client may disconnect at any time, or send a head that is too long, or too late
             with suppress(OSError, asyncio.IncompleteReadError, asyncio.LimitOverrunError, TimeoutError):
                 await self._forward(reader, writer)
         finally:
@@ -114,8 +115,8 @@ def _find_header_values(head: bytes, name: str) -> list[str]:
 async def _copy_bytes(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
     """Forward one direction. At its end, close the target, so that the other direction ends, too."""
     try:
-        while data := await reader.read(_MAX_PIECE_BYTES):
-            writer.write(data)
+        while piece := await reader.read(_MAX_PIECE_BYTES):
+            writer.write(piece)
             await writer.drain()
     finally:
         writer.close()

@@ -60,6 +60,6 @@ class FoxgloveSettings(PluginSettings):
             "the Foxglove server",
             self.host,
             is_local=self.is_local,
-            is_restricted=self.insecure,
+            is_restricted=self.insecure,  # the option permits all clients
             hint="use host: 127.0.0.1 and a tunnel (ssh -L), or set cxbridge/foxglove/insecure: true",
         )

@@ -25,6 +25,7 @@ class IdleLimitedConnection(H11Protocol):
         # The request and the number of unsent bytes at the last check; None if the server had to act.
         self._last_progress: tuple[object, int] | None = None
 
+    # asyncio declares the base class BaseTransport; uvicorn narrows the type, too
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
         self._timer = self.loop.call_later(self.idle_limit_s, self._check_progress)

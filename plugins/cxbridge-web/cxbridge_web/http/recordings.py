@@ -134,8 +134,8 @@ class RecordingsApp:
         try:
             view, order = View(query.get("level", "transitions")), Order(query.get("order", "partial"))
         except ValueError:
-            values = [", ".join(item.value for item in enumeration) for enumeration in (View, Order)]
-            return PlainTextResponse("The level is one of {}; the order is one of {}\n".format(*values), 400)
+            choices = [", ".join(item.value for item in enumeration) for enumeration in (View, Order)]
+            return PlainTextResponse("The level is one of {}; the order is one of {}\n".format(*choices), 400)
         page_links = {"a": self._make_page_link(first), "b": self._make_page_link(second)}
         try:
             page = make_comparison_page(self._files[first], self._files[second], view, order, page_links)
@@ -184,7 +184,9 @@ def _serve_recording(file: Path, query: Mapping[str, str]) -> Response:
     return StreamingResponse(encode_lines(run), media_type="application/x-ndjson", headers=_NO_CACHE)
 
 
-def make_comparison_page(a: Path, b: Path, view: View, order: Order, page_links: Mapping[str, str]) -> str:
+def make_comparison_page(
+    file_a: Path, file_b: Path, view: View, order: Order, page_links: Mapping[str, str]
+) -> str:
     """Return the page that compares two recorded runs.
 
     :param page_links: the links to the pages of the single runs, by the keys ``a`` and ``b``.
@@ -193,7 +195,7 @@ def make_comparison_page(a: Path, b: Path, view: View, order: Order, page_links:
     from cxbridge.trace.compare.runs import compare_runs  # noqa: PLC0415
     from cxbridge.trace.compare.side_by_side import page_report  # noqa: PLC0415
 
-    runs_by_side = {"a": open_run(a), "b": open_run(b)}
+    runs_by_side = {"a": open_run(file_a), "b": open_run(file_b)}
     comparison = compare_runs(runs_by_side["a"], [runs_by_side["b"]], view, order)
     document = page_report(make_report(comparison, runs_by_side["a"], [runs_by_side["b"]])) | {
         "runs": page_links
@@ -202,4 +204,4 @@ def make_comparison_page(a: Path, b: Path, view: View, order: Order, page_links:
         document["headlines"] = {
             side: make_explainer(run)("run", "")["data"]["headline"] for side, run in runs_by_side.items()
         }
-    return document_page("comparison", f"{a.name} and {b.name}", document)
+    return document_page("comparison", f"{file_a.name} and {file_b.name}", document)

@@ -67,7 +67,7 @@ class HttpThread:
 
     def __init__(self, settings: WebSettings, log: Logger) -> None:
         self._settings = settings
-        self._handler = _LogHandler(log)
+        self._log_handler = _LogHandler(log)
         self._server: _Uvicorn | None = None
         self._thread: LoopThread | None = None
         self._serving_result: Future[None] = Future()
@@ -95,7 +95,7 @@ class HttpThread:
         except Exception:
             listening_socket.close()
             raise
-        logging.getLogger("uvicorn.error").addHandler(self._handler)
+        logging.getLogger("uvicorn.error").addHandler(self._log_handler)
         self._thread = LoopThread("web")
         self._serving_result = self._thread.spawn(server.serve(sockets=[listening_socket]))
         # a failed start must end the wait, too
@@ -117,7 +117,7 @@ class HttpThread:
             with suppress(TimeoutError, CancelledError):
                 self._serving_result.result(_STOP_TIMEOUT_S)
             thread.close()
-        logging.getLogger("uvicorn.error").removeHandler(self._handler)
+        logging.getLogger("uvicorn.error").removeHandler(self._log_handler)
 
 
 def _make_configuration(app: ASGIApp, settings: WebSettings) -> uvicorn.Config:
