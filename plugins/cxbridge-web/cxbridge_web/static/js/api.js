@@ -1,4 +1,5 @@
-// Requests to the daemon. Equal requests at the same time are sent once.
+// Requests to the daemon's REST API. Equal GET requests at the same time are sent once.
+/** A refused request. `status` is the HTTP status; 0: the daemon does not answer. */
 export class ApiError extends Error {
   constructor(status, text) {
     super(text || "HTTP " + status);
@@ -6,11 +7,13 @@ export class ApiError extends Error {
   }
 }
 
-const underWay = new Map();
+const pendingGets = new Map(); // path -> promise of the answer
+/** Escape one segment of a path, or a value of a query. */
 export const part = encodeURIComponent;
-/** The path of the facts of an environment, of one deftemplate if it is named. */
+/** The path of the facts of an environment; with a template, only its facts. */
 export const factsPath = (env, template = "") =>
   "clips/" + part(env) + "/facts?formatted=true" + (template && "&template=" + part(template));
+/** Escape an id of an interface, whose slashes remain separators of the path. */
 export const idPath = (id) => id.split("/").map(part).join("/");
 
 async function request(method, path, body) {
@@ -33,45 +36,46 @@ async function request(method, path, body) {
 }
 
 export function get(path) {
-  const known = underWay.get(path);
-  if (known) return known;
-  const answer = request("GET", path).finally(() => underWay.delete(path));
-  underWay.set(path, answer);
+  const pending = pendingGets.get(path);
+  if (pending) return pending;
+  const answer = request("GET", path).finally(() => pendingGets.delete(path));
+  pendingGets.set(path, answer);
   return answer;
 }
 export const post = (path, body = {}) => request("POST", path, body);
 export const remove = (path) => request("DELETE", path);
 
 /**
- * Limit a call to one run in `ms`. A call during a run makes one more run. Errors go to `failed`.
+ * Return a function that starts the asynchronous `call`, at most once in `ms`. Calls of the function during a
+ * run lead to one further run. `failed` gets the errors. `stop` of the function cancels a planned run.
  */
 export function throttled(call, ms, failed = () => {}) {
-  let running = false,
-    wanted = false,
-    last = -Infinity,
+  let isRunning = false,
+    isWanted = false,
+    startedAt = -Infinity,
     timer = null;
   async function run() {
     timer = null;
-    running = true;
-    wanted = false;
-    last = performance.now();
+    isRunning = true;
+    isWanted = false;
+    startedAt = performance.now();
     try {
       await call();
     } catch (error) {
       failed(error);
     }
-    running = false;
-    if (wanted) start();
+    isRunning = false;
+    if (isWanted) start();
   }
   function start() {
-    wanted = true;
-    if (running || timer !== null) return;
-    timer = setTimeout(run, Math.max(0, last + ms - performance.now()));
+    isWanted = true;
+    if (isRunning || timer !== null) return;
+    timer = setTimeout(run, Math.max(0, startedAt + ms - performance.now()));
   }
   start.stop = () => {
     clearTimeout(timer);
     timer = null;
-    wanted = false;
+    isWanted = false;
   };
   return start;
 }

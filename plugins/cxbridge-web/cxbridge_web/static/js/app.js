@@ -10,12 +10,15 @@ import { Past } from "cx/recording/run.js";
 import { Selection } from "cx/selection.js";
 import { Stream } from "cx/stream.js";
 
-// kinds of events for every view
+// the kinds of events that every view needs
 const ALWAYS = ["goal", "plan-action", "skill", "log", "message"];
-const STATUS_MS = 2000,
-  GOALS_MS = 30000,
-  SOON_MS = 1000,
+const STATUS_MS = 2000, // the period of reading the status
+  GOALS_MS = 30000, // the period of reading the goals, which also come as events
+  SOON_MS = 1000, // the shortest time between two equal requests
   LATE_MS = 6000; // how long the clock runs on without a status
+const MOST_TOASTS = 4,
+  TOAST_MS = 4000,
+  ERROR_TOAST_MS = 8000;
 
 class App extends EventTarget {
   selection = new Selection(this);
@@ -30,10 +33,10 @@ class App extends EventTarget {
   goalsProblem = "";
   connection = "connecting";
   lostBecause = "";
-  listeners = new Set();
-  renewals = new Set();
-  wanted = [];
-  kept = [];
+  listeners = new Set(); // called after each change of the app's state
+  renewals = new Set(); // called to read the lists of a view again
+  wanted = []; // kinds of events of the open view
+  kept = []; // kinds of events of plotted series
   stream = new Stream({
     event: (event) => this.live.apply(event),
     state: (state) => this.connected(state),
@@ -43,7 +46,8 @@ class App extends EventTarget {
       this.past.clear();
       this.toast("The daemon was restarted: the page starts with its new run");
     },
-    caughtUp: () => this.readGoals(), // events of the meantime are newer than a list that was read
+    // the list of goals that was read first is older than the events that had to wait
+    caughtUp: () => this.readGoals(),
     dropped: ({ count }) => {
       this.toast(count + " events were missed: the page reads the views again");
       this.renew();
@@ -52,8 +56,8 @@ class App extends EventTarget {
   readGoals = throttled(
     async () => {
       const { env } = this,
-        take = (goals) => this.live.goalsAre(goals, env, this.now);
-      await this.live.update(() => readOf(env, "goals"), take);
+        storeGoals = (goals) => this.live.goalsAre(goals, env, this.now);
+      await this.live.update(() => readOf(env, "goals"), storeGoals);
       this.goalsProblem = "";
     },
     SOON_MS,
@@ -81,9 +85,9 @@ class App extends EventTarget {
   start() {
     if (this.runs) return;
     this.wants([]);
-    const isOpen = () => !document.hidden && this.connection === "open";
-    setInterval(() => isOpen() && this.readStatus(), STATUS_MS);
-    setInterval(() => isOpen() && !this.recording && this.readGoals(), GOALS_MS);
+    const mayRead = () => !document.hidden && this.connection === "open";
+    setInterval(() => mayRead() && this.readStatus(), STATUS_MS);
+    setInterval(() => mayRead() && !this.recording && this.readGoals(), GOALS_MS);
   }
 
   /** Follow these kinds of events for the open view. */
@@ -98,22 +102,23 @@ class App extends EventTarget {
     this.wants(this.wanted);
   }
 
+  /** @param state see Stream: "connecting", "open" or "lost" */
   connected(state) {
-    if (state === "lost") this.ask();
+    if (state === "lost") this.findLostReason();
     if (state === this.connection) return;
     this.connection = state;
     this.notify();
   }
 
   /** Find out why the connection was lost: unlike a refused stream, a refused request has a reason. */
-  async ask() {
-    const words = ({ status, message }) =>
+  async findLostReason() {
+    const reasonOf = ({ status, message }) =>
       status === 401
         ? "The daemon wants another token: load the page again and enter it."
         : status
           ? message
           : "";
-    const reason = await get("cxbridge/status").then(() => "", words);
+    const reason = await get("cxbridge/status").then(() => "", reasonOf);
     if (reason === this.lostBecause) return;
     this.lostBecause = reason;
     this.notify();
@@ -126,6 +131,7 @@ class App extends EventTarget {
     for (const renewal of this.renewals) renewal();
   }
 
+  /** Call a function when lists have to be read again. Returns a function that ends this. */
   onRenew(call) {
     this.renewals.add(call);
     return () => this.renewals.delete(call);
@@ -133,28 +139,32 @@ class App extends EventTarget {
 
   /** Wait at most SOON_MS for the status, which has the origin of times. */
   async firstStatus() {
-    const patience = new Promise((done) => {
+    const timeout = new Promise((done) => {
       setTimeout(done, SOON_MS);
     });
-    const take = (status) => this.statusIs(status);
-    await Promise.race([get("cxbridge/status").then(take, () => {}), patience]);
+    const store = (status) => this.statusIs(status);
+    // a failed request leaves the page without a status; the stream reports the lost connection
+    await Promise.race([get("cxbridge/status").then(store, () => {}), timeout]);
   }
 
+  /** Store the daemon's status, which has come just now. */
   statusIs(status) {
     this.status = status;
     this.statusAt = performance.now();
     this.notify();
   }
 
-  async command(what) {
-    await this.attempt(async () => this.statusIs(await post("cxbridge/" + what)));
+  /** @param verb pause, resume, reset or interrupt */
+  async command(verb) {
+    await this.attempt(async () => this.statusIs(await post("cxbridge/" + verb)));
     this.readGoals();
   }
 
-  async attempt(call, done = "") {
+  /** Await a call, and show its error, or the text `success`. Returns whether the call succeeded. */
+  async attempt(call, success = "") {
     try {
       await call();
-      if (done) this.toast(done);
+      if (success) this.toast(success);
       return true;
     } catch (error) {
       this.toast(error.message, true);
@@ -162,6 +172,7 @@ class App extends EventTarget {
     }
   }
 
+  /** Call a function after each change of the app's state. Returns a function that ends this. */
   onChange(call) {
     this.listeners.add(call);
     return () => this.listeners.delete(call);
@@ -183,10 +194,10 @@ class App extends EventTarget {
   get now() {
     const { time } = this.model;
     if (this.recording || !this.status) return time;
-    const since = performance.now() - this.statusAt,
-      stands = ["PAUSED", "FINISHED"].includes(this.status.state),
-      runs = this.status.clock === "real" && !stands && since < LATE_MS;
-    return Math.max(time, this.status.now_us + (runs ? since * 1000 : 0));
+    const statusAgeMs = performance.now() - this.statusAt,
+      isStanding = ["PAUSED", "FINISHED"].includes(this.status.state),
+      isRunning = this.status.clock === "real" && !isStanding && statusAgeMs < LATE_MS;
+    return Math.max(time, this.status.now_us + (isRunning ? statusAgeMs * 1000 : 0));
   }
   /** Why controls are disabled; "": they are enabled. */
   get whyNot() {
@@ -204,11 +215,12 @@ class App extends EventTarget {
     return this.status?.environments.map((each) => each.name) ?? [];
   }
   /**
-   * Select a goal (its key in the model), an action, a skill, a moment (microseconds, null: now), an
-   * environment; other names keep their values. Dispatches an event `select`.
+   * Change the selection, and dispatch an event `select`.
+   * @param changes new values for goal (its key in the model), action, skill, time (microseconds; null: now)
+   * and env; the names that it lacks keep their values
    */
-  select(given) {
-    this.selection.merge(given);
+  select(changes) {
+    this.selection.merge(changes);
   }
   /** The chosen environment; "": none. */
   get chosenEnv() {
@@ -226,17 +238,18 @@ class App extends EventTarget {
 
   /**
    * Disable a control, with the reason as its title, while the daemon refuses changes.
-   * @param also whether to disable the control in any case
+   * @param isShut whether to disable the control in any case
    */
-  gate(node, also = false) {
+  gate(node, isShut = false) {
     const { whyNot } = this;
-    node.dataset.gate = also ? "shut" : "open";
-    node.disabled = Boolean(whyNot) || also;
+    node.dataset.gate = isShut ? "shut" : "open"; // notify() applies it again
+    node.disabled = Boolean(whyNot) || isShut;
     if (whyNot) node.title = whyNot;
     else node.removeAttribute("title");
     return node;
   }
 
+  /** Show a recording; null: the live run. */
   look(recording) {
     this.recording = recording;
     this.model = recording ? recording.model : this.live;
@@ -268,6 +281,7 @@ class App extends EventTarget {
     this.lookBack();
     this.notify();
   }
+  /** Open the past of the live run at the selected moment, if the view wants that and the past is known. */
   lookBack() {
     const { time } = this.selection.value;
     if (this.recording || this.isOpening || this.moment !== "past") return;
@@ -279,11 +293,11 @@ class App extends EventTarget {
   }
 
   toast(text, isError = false) {
-    const note = el.p({ class: "toast" + (isError ? " bad" : "") }, text);
-    const place = document.getElementById("toasts");
-    place.append(note);
-    while (place.children.length > 4) place.firstChild.remove();
-    setTimeout(() => note.remove(), isError ? 8000 : 4000);
+    const toast = el.p({ class: "toast" + (isError ? " bad" : "") }, text);
+    const toasts = document.getElementById("toasts");
+    toasts.append(toast);
+    while (toasts.children.length > MOST_TOASTS) toasts.firstChild.remove();
+    setTimeout(() => toast.remove(), isError ? ERROR_TOAST_MS : TOAST_MS);
   }
 }
 

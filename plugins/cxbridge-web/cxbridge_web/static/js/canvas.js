@@ -1,51 +1,53 @@
-// A canvas that fills its box on screens of any density, drawn once a frame, in the page's colours; lines and
-// dots; moving and scaling by wheel, drag and two fingers.
+// A canvas that fills its box on screens of any pixel density, drawn at most once a frame, in the page's
+// colours; lines and dots; gestures that move and scale a drawing: wheel, drag, two fingers.
 import { el } from "cx/dom.js";
 import { NAMES, OUTCOMES } from "cx/outcome.js";
 
 export const SERIES_COLOURS = 8;
 const FONT = "12px system-ui, sans-serif";
+// line patterns as setLineDash() takes them; they tell series apart without colours
 const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3]];
 export const dashOf = (number) => DASHES[number % DASHES.length];
 
-/** Round steps for a grid: 1, 2 or 5 times a power of ten, about `count` of them. */
+/** A round step of a grid, 1, 2 or 5 times a power of ten, that divides a span into about `count` parts. */
 export function niceStep(span, count) {
-  const rough = span / Math.max(1, count);
-  if (!(rough > 0) || !Number.isFinite(rough)) return 1;
-  const power = 10 ** Math.floor(Math.log10(rough)),
-    times = rough / power;
-  return power * (times < 1.5 ? 1 : times < 3.5 ? 2 : times < 7.5 ? 5 : 10);
+  const exactStep = span / Math.max(1, count);
+  if (!(exactStep > 0) || !Number.isFinite(exactStep)) return 1;
+  const power = 10 ** Math.floor(Math.log10(exactStep)),
+    factor = exactStep / power; // from 1 to 10; the limits lie between the round factors
+  return power * (factor < 1.5 ? 1 : factor < 3.5 ? 2 : factor < 7.5 ? 5 : 10);
 }
 
-let colours = null; // until the theme changes
-/** The colours of the page as they are now. */
+let colours = null; // the cached palette; null after a change of the theme
+/** The colours of the page in its present theme. */
 export function palette() {
   if (colours) return colours;
+  // only an element in the page resolves a CSS variable to a colour that a canvas accepts
   const probe = el.span({ hidden: true });
   document.body.append(probe);
-  const of = (name) => {
+  const colourOf = (name) => {
     probe.style.color = `var(--${name})`;
     return getComputedStyle(probe).color;
   };
   const outcomeOf = (name) => ({
-    fill: of(`outcome-${name}`),
-    edge: of(`outcome-${name}-edge`),
-    ink: of(`outcome-${name}-ink`),
+    fill: colourOf(`outcome-${name}`),
+    edge: colourOf(`outcome-${name}-edge`),
+    ink: colourOf(`outcome-${name}-ink`),
     icon: OUTCOMES[name].icon,
   });
   colours = {
-    ...Object.fromEntries(["text", "dim", "line", "focus", "panel"].map((name) => [name, of(name)])),
-    back: of("card, var(--back)"),
-    loud: of("outcome-failed-edge"),
+    ...Object.fromEntries(["text", "dim", "line", "focus", "panel"].map((name) => [name, colourOf(name)])),
+    back: colourOf("card, var(--back)"), // --back is the fallback of var()
+    loud: colourOf("outcome-failed-edge"),
     outcomes: Object.fromEntries(NAMES.map((name) => [name, outcomeOf(name)])),
-    series: Array.from({ length: SERIES_COLOURS }, (_, at) => of("series-" + (at + 1))),
+    series: Array.from({ length: SERIES_COLOURS }, (_, at) => colourOf("series-" + (at + 1))),
   };
   probe.remove();
   return colours;
 }
 
 export class Canvas {
-  /** @param paint(context, width, height, colours) draws all of it */
+  /** @param paint(context, width, height, colours) draws the whole canvas; sizes in CSS pixels */
   constructor(paint, attributes = {}) {
     this.paint = paint;
     this.node = el.canvas({ "aria-hidden": "true", ...attributes });
@@ -70,6 +72,7 @@ export class Canvas {
     return this.node.clientHeight;
   }
 
+  /** Draw in the next frame. */
   later() {
     this.frame ||= requestAnimationFrame(() => {
       this.frame = 0;
@@ -79,16 +82,18 @@ export class Canvas {
 
   draw() {
     const { width, height, node, context } = this,
-      density = Math.min(window.devicePixelRatio || 1, 3);
+      density = Math.min(window.devicePixelRatio || 1, 3); // limits the number of pixels to draw
     if (!width || !height) return;
-    const size = [Math.round(width * density), Math.round(height * density)];
-    if (node.width !== size[0]) [node.width] = size;
-    if (node.height !== size[1]) [, node.height] = size;
+    const [pixelWidth, pixelHeight] = [Math.round(width * density), Math.round(height * density)];
+    // an assignment clears the canvas and allocates it again, even without a change
+    if (node.width !== pixelWidth) node.width = pixelWidth;
+    if (node.height !== pixelHeight) node.height = pixelHeight;
     context.setTransform(density, 0, 0, density, 0, 0);
     context.font = FONT;
     this.paint(context, width, height, palette());
   }
 
+  /** End all listening; called when the canvas leaves the page. */
   gone() {
     cancelAnimationFrame(this.frame);
     this.sizes.disconnect();
@@ -122,7 +127,7 @@ export function line(context, points, look) {
 }
 export function dot(context, x, y, radius, look) {
   context.beginPath();
-  context.arc(x, y, radius, 0, 7);
+  context.arc(x, y, radius, 0, 7); // 7 > 2 pi: the whole circle
   ink(context, look);
 }
 export function fillBox(context, colour, x, y, width, height, alpha = 1) {
@@ -132,19 +137,22 @@ export function fillBox(context, colour, x, y, width, height, alpha = 1) {
   context.globalAlpha = 1;
 }
 
-const SLOP = 4, // pixels: less than that is a click
-  WHEEL = 500,
-  PINCHED_WHEEL = 120; // browsers tell two fingers on a touchpad as a wheel with Ctrl
+const SLOP = 4, // pixels: a press that moves less is a click
+  LINE_HEIGHT = 16, // pixels a line, for wheels that count lines
+  WHEEL = 500, // pixels of the wheel that scale by e
+  PINCHED_WHEEL = 120, // the same for two fingers on a touchpad, which browsers report as a wheel with Ctrl
+  LEAST_DISTANCE = 10; // pixels between two fingers; a smaller distance would scale without limit
 /**
- * Gestures on a node; what is moved and scaled the handlers say.
- * @param handlers.pan(dx, dy) in pixels; handlers.zoom(factor, x, y) around a point of the node;
- * handlers.point(x, y) the pointer rests there, handlers.leave(), handlers.press(x, y) a click that moved
- * nothing; handlers.grab(x, y), if it is there, may return a call that gets the places of this drag instead
+ * Listen to the gestures on a node. All places are pixels within the node.
+ * @param handlers.pan(dx, dy) moves the drawing; handlers.zoom(factor, x, y) scales it around a point;
+ * handlers.point(x, y) gets the moves of a pointer that is not pressed; handlers.leave() the end of pointing;
+ * handlers.press(x, y) a click; handlers.grab(x, y), which is optional, may return a function that gets the
+ * places of a drag in place of pan and zoom
  */
 export function gestures(node, handlers) {
   const down = new Map(); // pointers that are pressed
-  let moved = false,
-    drag = null;
+  let moved = false, // the press is no click any more
+    drag = null; // the function that grab() has returned
   const place = (event) => {
     const box = node.getBoundingClientRect();
     return { x: event.clientX - box.left, y: event.clientY - box.top };
@@ -152,8 +160,8 @@ export function gestures(node, handlers) {
   node.style.touchAction = "none";
   const wheel = (event) => {
     const { x, y } = place(event),
-      lines = event.deltaMode === 1 ? 16 : 1,
-      [dx, dy] = [event.deltaX * lines, event.deltaY * lines];
+      scale = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE_HEIGHT : 1,
+      [dx, dy] = [event.deltaX * scale, event.deltaY * scale];
     event.preventDefault();
     if (event.shiftKey || Math.abs(dx) > Math.abs(dy)) handlers.pan(-(dx || dy), 0);
     else handlers.zoom(Math.exp(-dy / (event.ctrlKey ? PINCHED_WHEEL : WHEEL)), x, y);
@@ -179,22 +187,25 @@ export function gestures(node, handlers) {
     if (drag || (!moved && Math.hypot(at.x - before.x, at.y - before.y) <= SLOP)) return;
     moved = true;
     down.set(event.pointerId, at);
-    const [, still] = [...down].find(([id]) => id !== event.pointerId) || [];
-    const distance = (point) => Math.max(10, Math.hypot(point.x - still.x, point.y - still.y));
-    if (!still) handlers.pan(at.x - before.x, at.y - before.y);
-    else handlers.zoom(distance(at) / distance(before), (at.x + still.x) / 2, (at.y + still.y) / 2);
+    const [, other] = [...down].find(([id]) => id !== event.pointerId) || [];
+    const distance = (point) => Math.max(LEAST_DISTANCE, Math.hypot(point.x - other.x, point.y - other.y));
+    if (!other) handlers.pan(at.x - before.x, at.y - before.y);
+    else handlers.zoom(distance(at) / distance(before), (at.x + other.x) / 2, (at.y + other.y) / 2);
   });
   for (const end of ["pointerup", "pointercancel"])
     node.addEventListener(end, (event) => {
-      const was = down.delete(event.pointerId),
+      const wasDown = down.delete(event.pointerId),
         { x, y } = place(event);
-      if (was && !moved && !drag && end === "pointerup") handlers.press(x, y);
+      if (wasDown && !moved && !drag && end === "pointerup") handlers.press(x, y);
       if (!down.size) drag = null;
     });
   node.addEventListener("pointerleave", () => handlers.leave());
 }
 
-/** Keys of a drawing: those of `actions` do not reach the page, whose numbers lead to other views. */
+/**
+ * Listen to the keys of a drawing. They do not reach the page, where digits lead to other views.
+ * @param actions functions by key
+ */
 export function drawingKeys(box, actions) {
   box.addEventListener("keydown", (event) => {
     const action = actions[event.key];

@@ -1,5 +1,5 @@
-// The panel beside the timeline and the table of goals: the chosen goal, action or skill call with its why, or
-// the story of the run.
+// The panel beside the timeline and the table of goals: the chosen goal, action or skill call with its why,
+// or the story of the run.
 import { get, part, throttled } from "cx/api.js";
 import {
   button,
@@ -27,11 +27,11 @@ import { outcomeAt, timesOf } from "cx/timeline/spans.js";
 import { answer, canAsk } from "cx/why.js";
 
 const MOST = 200, // entries of a list
-  MOST_LINES = 8,
-  MOST_STEPS = 12, // a longer list is folded
-  REST_MS = 500,
+  MOST_LINES = 8, // of the log
+  MOST_STEPS = 12, // a longer list of changes is folded
+  REST_MS = 500, // the shortest time between two changes of the details
   LATE_US = 200_000, // log lines about an end come after the end
-  PLANS_MS = 1000;
+  PLANS_MS = 1000; // the shortest time between two requests for plans
 // slots of a goal that are shown elsewhere or not at all
 const SHOWN = new Set(
   (
@@ -41,15 +41,17 @@ const SHOWN = new Set(
 );
 // the default values of slots
 const USUAL = new Set(["", "0", "nil", "FALSE", "DEFAULT"]);
+/** The value or values of a slot as a text, without quotes. */
 const words = (values) =>
   Array.isArray(values) ? values.join(" ") : String(values ?? "").replace(/^"(.*)"$/s, "$1");
+/** The text of a slot; empty for a default value. */
 const unusual = (values) => (USUAL.has(words(values)) ? "" : words(values));
 const errorBox = (text) => (text ? el("p.error-box", text) : null);
 
 const CONNECTIVES = { conjunction: "and", disjunction: "or", negation: "not" };
 /** A grounded condition of the API as a tree, which marks the false parts. */
 function conditionTree({ type, name, child = [], "param-values": values = [], "is-satisfied": isTrue }) {
-  if (type === "atom" && child.length) return conditionTree(child[0]);
+  if (type === "atom" && child.length) return conditionTree(child[0]); // a formula that only wraps its atom
   const text = child.length ? CONNECTIVES[type] || type : "(" + [name, ...values].join(" ") + ")",
     [outcome, icon] = isTrue ? ["completed", "✓"] : ["failed", "✗"],
     about = { class: "dot outcome o-" + outcome, role: "img", "aria-label": String(isTrue) };
@@ -66,9 +68,9 @@ export class Detail {
     this.later = later;
     this.box = el("aside.tl-detail", { "aria-label": "Details", tabindex: 0 });
     this.story = new Story(host);
-    this.sign = "";
+    this.sign = ""; // identifies the drawn content
     this.lengths = ""; // the numbers of changes of the goal and its actions, at the last request for plans
-    this.target = "";
+    this.target = ""; // identifies the drawn item and moment
     this.drawnAt = -Infinity;
     this.timer = null;
     this.plans = null; // the API's plans of a goal, with preconditions: {key, list}
@@ -79,6 +81,7 @@ export class Detail {
     return this.host.history;
   }
 
+  /** Draw the details of a path (see timeline/host.js), unless the same content is drawn already. */
   draw(path) {
     const { host, history, box } = this,
       { item, goal } = resolve(path, history),
@@ -90,7 +93,7 @@ export class Detail {
       : "";
     if (goal && lengths !== this.lengths) {
       this.lengths = lengths;
-      this.readOf = goal;
+      this.plannedGoal = goal;
       this.readPlans();
     }
     const target = JSON.stringify([path, this.why?.key, this.plans, host.cursor()?.step]),
@@ -156,6 +159,7 @@ export class Detail {
       outcome = outcomeAt(item, step),
       mode = item.kind === "goal" && lastUpTo(item.changes, step)?.mode,
       waits = mode && step >= this.history.steps && isBlocked(item, this.history),
+      // undefined: the usual word
       text = mode && isOpen(outcome) ? mode + (waits ? ", waits" : "") : undefined;
     return el(
       "div.detail-head",
@@ -163,6 +167,7 @@ export class Detail {
       outcome ? outcomeBadge(waits ? "formulated" : outcome, text) : dim("not begun"),
     );
   }
+  /** Pairs of name and value about the times of an item, up to the chosen moment. */
   times(item) {
     const { begin, start, end: last, waited, ran } = timesOf(item, this.history),
       end = last && last.step <= this.step ? last : null,
@@ -185,6 +190,7 @@ export class Detail {
   outcomeLink(item, text) {
     return [outcomeBadge(outcomeAt(item, this.step) || "formulated"), " ", this.link(item, text)];
   }
+  /** @param badge(change) the element that shows a change */
   changes({ changes }, badge) {
     const entry = (change) =>
       el.li({ class: change.step > this.step ? "later" : null }, this.at(change), " ", badge(change));
@@ -202,7 +208,7 @@ export class Detail {
       slots = { ...(known?.event && slotsIn(known.event)), ...known?.details },
       parent = this.history.goals.get(goal.parent),
       robots = new Set(goal.actions.flatMap(({ calls }) => calls.map(({ skiller }) => skiller))),
-      further = Object.entries(slots).filter(([name]) => !SHOWN.has(name)),
+      otherSlots = Object.entries(slots).filter(([name]) => !SHOWN.has(name)),
       children = forestOf(this.history).children.get(goal.key) || [];
     return [
       this.head(goal.id, goal),
@@ -218,7 +224,7 @@ export class Detail {
         ["priority", unusual(slots.priority)],
         ...["parameters", "meta", "message"].map((name) => [name, words(slots[name])]),
         ...["required", "acquired"].map((name) => [name, words(slots[name + "-resources"])]),
-        ...further.map(([name, value]) => [name, unusual(value)]),
+        ...otherSlots.map(([name, value]) => [name, unusual(value)]),
         ["environment", goal.env === MAIN_ENV ? "" : goal.env],
       ]),
       this.plan(goal),
@@ -229,26 +235,27 @@ export class Detail {
   }
   /** The actions of the plans, including actions of the API's plans that have no event yet. */
   plan(goal) {
-    const told = this.plans?.key === goal.key ? this.plans.list : [],
+    const plans = this.plans?.key === goal.key ? this.plans.list : [],
       idOf = (plan, id) => plan + " " + id,
-      planned = told.flatMap(({ id, actions }) => actions.map((action) => [idOf(id, action.id), action])),
+      planned = plans.flatMap(({ id, actions }) => actions.map((action) => [idOf(id, action.id), action])),
       byId = new Map(planned),
-      rows = goal.actions.map((action) => ({ action, told: byId.get(idOf(action.plan, action.id)) }));
+      rows = goal.actions.map((action) => ({ action, model: byId.get(idOf(action.plan, action.id)) }));
     for (const { plan, id } of goal.actions) byId.delete(idOf(plan, id));
-    const further = [...byId.values()].map((each) => ({ action: null, told: each }));
-    return this.list("Plan", [...rows, ...further], (row) => this.planned(row), "action");
+    const future = [...byId.values()].map((model) => ({ action: null, model }));
+    return this.list("Plan", [...rows, ...future], (row) => this.planned(row), "action");
   }
-  planned({ action, told }) {
-    const state = action ? (lastUpTo(action.changes, this.step)?.state ?? "FORMULATED") : told.state,
+  /** A row of the plan. @param row the action in the events and its model of the API; one of them may lack */
+  planned({ action, model }) {
+    const state = action ? (lastUpTo(action.changes, this.step)?.state ?? "FORMULATED") : model.state,
       outcome = actionOutcome(state),
       robot = action?.calls.at(-1)?.skiller,
-      condition = outcome === "formulated" && told?.preconditions;
+      condition = outcome === "formulated" && model?.preconditions;
     return [
       outcomeBadge(outcome, state),
       " ",
       action
         ? this.link(action, action.id + " " + action.text)
-        : [told.id, told["operator-name"], ...told["param-values"]].join(" "),
+        : [model.id, model["operator-name"], ...model["param-values"]].join(" "),
       robot && dim(" " + robot),
       condition &&
         !condition["is-satisfied"] &&
@@ -292,18 +299,19 @@ export class Detail {
   /** The causes from the events, and a button for the answer of `cxbridge why`. */
   reasons(item) {
     const mayAsk = canAsk(this.host.app, item.env),
-      told = this.why?.key === item.key ? this.why.node : null,
-      hasWay = outcomeAt(item) !== "completed" && causes(item, this.history).length > 1,
+      answerNode = this.why?.key === item.key ? this.why.node : null,
+      hasChain = outcomeAt(item) !== "completed" && causes(item, this.history).length > 1,
       about = { id: "why", title: "the answer of cxbridge why" };
-    if (!hasWay && !mayAsk) return null;
+    if (!hasChain && !mayAsk) return null;
     return el(
       "section#why-text.story-why",
       el.h3("Why"),
-      told || (hasWay && chain(this.host, item, this.history)),
-      mayAsk && !told && button("Why?", () => this.askWhy(item), about),
+      answerNode || (hasChain && chain(this.host, item, this.history)),
+      mayAsk && !answerNode && button("Why?", () => this.askWhy(item), about),
     );
   }
   askWhy({ kind, key, id, env, goal }) {
+    // the key of a goal begins with its environment, unless that is the executive's
     const goalId = goal?.slice(goal.startsWith(env + ":") ? env.length + 1 : 0),
       name = kind === "action" ? goalId + "/" + id : id;
     const show = (node) => {
@@ -313,8 +321,12 @@ export class Detail {
     };
     return answer(this.host.app, [kind, name, env], show);
   }
+  /**
+   * Read the plans of the goal that was drawn last: of another environment than the executive's from its
+   * facts.
+   */
   async askPlans() {
-    const { readOf: goal, host } = this,
+    const { plannedGoal: goal, host } = this,
       { app } = host,
       known = goal && !app.recording && app.model.goals.get(goal.key);
     if (!known) return;

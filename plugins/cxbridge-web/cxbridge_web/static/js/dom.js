@@ -1,14 +1,19 @@
-// Elements, with the helpers that the pages about recorded runs have too (base.js).
+// Makers of elements and of the controls that views share, and the texts of times. base.js has the first
+// makers.
 export const { badge } = cx;
+/** Whether an argument is an object of attributes: not a node, an array or a text. */
 const isAttributes = (value) => Object.getPrototypeOf(value ?? "") === Object.prototype;
 
-/** `el.li(...)` and `el("li#id.class", ...)` make elements of attributes, if there are any, and children. */
+/**
+ * `el.li(...)` and `el("li#id.class", ...)` make elements. The arguments are an object of attributes, which
+ * may be left out, and the children.
+ */
 function maker(make) {
-  const build = (selector, ...rest) => {
-    const [, tag, id, names] = /^([\w-]+)(?:#([\w-]+))?((?:\.[\w-]+)*)$/.exec(selector),
-      [given, children] = isAttributes(rest[0]) ? [rest[0], rest.slice(1)] : [{}, rest],
-      named = { ...(id && { id }), ...(names && { class: names.slice(1).replaceAll(".", " ") }) };
-    return make(tag, { ...given, ...named }, ...children.flat(Infinity));
+  const build = (selector, ...content) => {
+    const [, tag, id, classes] = /^([\w-]+)(?:#([\w-]+))?((?:\.[\w-]+)*)$/.exec(selector),
+      [attributes, children] = isAttributes(content[0]) ? [content[0], content.slice(1)] : [{}, content],
+      selected = { ...(id && { id }), ...(classes && { class: classes.slice(1).replaceAll(".", " ") }) };
+    return make(tag, { ...attributes, ...selected }, ...children.flat(Infinity));
   };
   return new Proxy(build, { get: (_, tag) => build.bind(null, tag) });
 }
@@ -24,47 +29,50 @@ export const submit = (text, attributes = {}) =>
   el.button({ type: "submit", class: "primary", ...attributes }, text);
 export const backLink = (href, to) => el("a.back", { href, "aria-label": "back to the " + to }, "←");
 
-// names and skill strings are no prose: nothing corrects them
+// names and skill strings are not prose, so the browser must not correct them
 const VERBATIM = { type: "text", spellcheck: "false", autocomplete: "off", autocapitalize: "off" };
 export const textInput = (attributes) => el.input({ ...VERBATIM, ...attributes });
 export const field = (label, input) => el.label(el.span(label), input);
 
-/** A form that calls `done` in place of a request. */
-export function form(selector, done, ...children) {
-  const submitted = (event) => {
+/** A form that calls a function when the user submits it, in place of the browser's request. */
+export function form(selector, submitted, ...children) {
+  const onSubmit = (event) => {
     event.preventDefault();
-    done();
+    submitted();
   };
-  return el("form" + selector, { on: { submit: submitted } }, ...children);
+  return el("form" + selector, { on: { submit: onSubmit } }, ...children);
 }
 
-/** The button of a form that changes something, with the reason why it is disabled. */
+/**
+ * The submit button of a form that changes the daemon's state; with a reason while the button is disabled.
+ */
 export const changeTools = (app, text) =>
   el("div.tools", app.gate(submit(text)), app.whyNot && el("span.dim.small", app.whyNot));
 
-/** Names and values below each other; pairs without value are left out. */
+/** A list of names and values; pairs without a value are left out. */
 export const pairs = (entries) =>
   el(
     "dl.pairs",
     entries
-      .filter(([, value]) => ![value ?? ""].flat().every((each) => each === ""))
+      .filter(([, value]) => ![value ?? ""].flat().every((part) => part === ""))
       .map(([name, value]) => [el.dt(name), el.dd(value)]),
   );
 
 /**
  * A table that scrolls by itself where there is little room.
- * @param heads texts, or cells; without them there is no line of heads
+ * @param heads texts or cells of the head; [] for a table without a head
  * @param rows elements, or lists of cells: texts, numbers, elements
- * @param numbers which columns are numbers
+ * @param numbers the indices of columns with numbers
  */
 export const wideTable = (attributes, heads, rows, numbers = []) =>
   el("div.wide", dataTable(attributes, heads, rows, numbers));
 
+/** A table; see wideTable() for the parameters. */
 export function dataTable(attributes, heads, rows, numbers = []) {
-  const kind = (at) => (numbers.includes(at) ? "n" : null),
+  const classOf = (at) => (numbers.includes(at) ? "n" : null),
     isCell = (node) => node instanceof Element && /^t[dh]$/i.test(node.tagName);
-  const head = (each, at) => (isCell(each) ? each : el.th({ scope: "col", class: kind(at) }, each));
-  const cell = (each, at) => (isCell(each) ? each : el.td({ class: kind(at) }, each));
+  const head = (each, at) => (isCell(each) ? each : el.th({ scope: "col", class: classOf(at) }, each));
+  const cell = (each, at) => (isCell(each) ? each : el.td({ class: classOf(at) }, each));
   return el.table(
     attributes,
     heads.length > 0 && el.thead(el.tr(heads.map(head))),
@@ -72,9 +80,14 @@ export function dataTable(attributes, heads, rows, numbers = []) {
   );
 }
 
+/** The text in place of an empty list, and a hint below it. */
 export const none = (text, hint) => el("div.empty", el.p(text), hint ? note(hint) : null);
 
-/** A titled list of at most so many items, with the number of the others; null without items. */
+/**
+ * A titled list, with the number of items that it leaves out; null without items.
+ * @param entry(item) the content of an item
+ * @param options most: the greatest number of shown items; isLatest: show the last items, not the first
+ */
 export function listSection(title, items, entry, { most, className = null, isLatest = false }) {
   const shown = isLatest ? items.slice(-most) : items.slice(0, most),
     more = items.length - shown.length,
@@ -90,7 +103,7 @@ export function listSection(title, items, entry, { most, className = null, isLat
 export const panel = (title, tools, ...children) =>
   el("section.panel", el("div.panel-head", el.h2(title), el("div.tools", tools)), ...children);
 
-/** Tabs as links; `current` is the one that is shown. */
+/** Tabs as links. @param entries pairs of address and text @param current the address of the open tab */
 export const tabs = (label, entries, current) =>
   el(
     "nav.tabs",
@@ -98,13 +111,14 @@ export const tabs = (label, entries, current) =>
     entries.map(([href, text]) => el.a({ href, "aria-current": href === current ? "page" : null }, text)),
   );
 
-const SAY_MS = 700;
-/** Announce a count to screen readers after a search; not with each change of the list. */
+const SAY_MS = 700; // the pause of typing after which a count is announced
+/** Announce the number of found items to screen readers after a search; not after each change of the list. */
 function sayCount(input) {
   const count = input.isConnected && input.closest(".panel-head").querySelector(".count");
   if (count && count.textContent) document.getElementById("said").textContent = count.textContent + " shown";
 }
 
+/** The search field of a list; the page's key `/` selects it. @param call gets the text in lower case */
 export function search(label, call) {
   const input = textInput({ type: "search", class: "find", placeholder: label + "  /", "aria-label": label });
   let timer = null;
@@ -121,7 +135,11 @@ export function checkbox(text, checked, call, attributes = {}) {
   return el("label.check", attributes, box, " ", text);
 }
 
-/** A choice: `offer` sets its options, texts or pairs of value and text, and the one that is chosen. */
+/**
+ * A choice among options. Its method `offer` sets the options, texts or pairs of value and text, and the
+ * chosen value.
+ * @param changed(value) called when the user chooses
+ */
 export function choice(attributes, changed) {
   const select = el.select({ ...attributes, on: { change: () => changed(select.value) } });
   select.offer = (options, chosen) =>
@@ -152,36 +170,37 @@ export function remember(key, value) {
     // the value holds until the page is loaded again
   }
 }
-const moments = { zero: null, byDay: remembered(BY_DAY) === "yes" };
+const timeDisplay = { zero: null, byDay: remembered(BY_DAY) === "yes" };
 
-/** Times count from here: where the run began, microseconds since the epoch; null: that is not known. */
+/** Set the begin of the run, from which times count, in microseconds since the epoch; null: unknown. */
 export const countFrom = (begin) => {
-  moments.zero = begin;
+  timeDisplay.zero = begin;
 };
-/** What times count from; null: the time of day is shown. */
-export const zeroOfTimes = () => (moments.byDay ? null : moments.zero);
-/** Show the time of day, or seconds into the run again. */
+/** The moment from which times count; null: the page shows times of day. */
+export const zeroOfTimes = () => (timeDisplay.byDay ? null : timeDisplay.zero);
+/** Switch between times of day and seconds into the run. */
 export function switchTimes() {
-  moments.byDay = !moments.byDay;
-  remember(BY_DAY, moments.byDay ? "yes" : "no");
+  timeDisplay.byDay = !timeDisplay.byDay;
+  remember(BY_DAY, timeDisplay.byDay ? "yes" : "no");
 }
 
-/** Microseconds since the epoch as seconds into the run, or as the time of day where that is wanted. */
+/** The text of a time: seconds into the run, or the time of day. @param digits decimal digits of a second */
 export function clockText(timeUs, digits = 0) {
   const zero = zeroOfTimes();
   return zero === null ? timeOfDay(timeUs, digits) : ((timeUs - zero) / 1e6).toFixed(digits || 1) + " s";
 }
 
-/** Seconds into a run. */
+/** The text of seconds into a run. */
 export const secondsText = (seconds) => seconds.toFixed(3) + " s";
 
-/** The time of day of microseconds since the epoch. */
+/** The text of a time of day. @param digits decimal digits of a second */
 export function timeOfDay(timeUs, digits = 0) {
   const date = new Date(timeUs / 1000);
   const text = [date.getHours(), date.getMinutes(), date.getSeconds()].map((part) => pad(part)).join(":");
   return digits ? text + "." + pad(Math.floor((timeUs / 10 ** (6 - digits)) % 10 ** digits), digits) : text;
 }
 
+/** The text of a duration in microseconds. */
 export function durationText(us) {
   if (us < 1e6) return Math.round(us / 1e3) + " ms";
   if (us < 60e6) return (us / 1e6).toFixed(1) + " s";
@@ -199,8 +218,11 @@ export function refill(node, ...children) {
   if (top) node.scrollTop = top; // reading or writing scrollTop makes the browser lay out the page
 }
 
-const states = new WeakMap(); // node -> what it shows, as JSON
-/** Refill a node if the state differs from the last one. Without `make` the next call refills in any case. */
+const states = new WeakMap(); // node -> the state that the node shows, as JSON
+/**
+ * Refill a node if the state differs from the shown state. Returns whether it did.
+ * @param make() the new children; without `make`, the state is forgotten, and the next call refills the node
+ */
 export function redraw(node, state, make) {
   const sign = make && JSON.stringify(state);
   if (sign !== undefined && states.get(node) === sign) return false;
@@ -209,28 +231,29 @@ export function redraw(node, state, make) {
   return true;
 }
 
-const MANY = 2000,
-  SLOWER_MS = 120,
-  SHARE = 4; // a call rests for so many times its duration
+const MANY = 2000, // items
+  SLOWER_MS = 120, // the shortest time between two calls for many items
+  REST_FACTOR = 4; // the time between two calls, as a multiple of the duration of a call
 /**
- * Limit a call that draws: at once for few items, some eight times a second for many, and never most of the
- * time.
+ * Return a function that calls `call`, which draws: at once for few items, about eight times a second for
+ * many items, and for at most a fifth of the time. `stop` of the function cancels a planned call.
+ * @param size() the number of items
  */
 export function paced(call, size) {
   let timer = null,
-    last = -Infinity,
-    rest = 0;
+    endedAt = -Infinity,
+    restMs = 0;
   const run = () => {
     timer = null;
     const begin = performance.now();
     call();
-    last = performance.now();
-    rest = (last - begin) * SHARE;
+    endedAt = performance.now();
+    restMs = (endedAt - begin) * REST_FACTOR;
   };
   const start = () => {
     if (timer !== null) return;
-    const wait = last + Math.max(rest, size() > MANY ? SLOWER_MS : 0) - performance.now();
-    if (wait > 0) timer = setTimeout(run, wait);
+    const waitMs = endedAt + Math.max(restMs, size() > MANY ? SLOWER_MS : 0) - performance.now();
+    if (waitMs > 0) timer = setTimeout(run, waitMs);
     else run();
   };
   start.stop = () => {

@@ -35,8 +35,9 @@ export function envSelect(app, changed, { all = false } = {}) {
     select.hidden = names.length < 2;
     select.offer([...(all ? [["", "all environments"]] : []), ...names], all ? app.chosenEnv : app.env);
   };
-  let wasThere = false;
+  let wasThere = false; // the choice has been part of the page
   const stop = app.onChange(() => {
+    // the view has been closed
     if (wasThere && !select.isConnected) stop();
     else select.renew();
     wasThere = select.isConnected;

@@ -1,23 +1,26 @@
 // Trees of goals.
 
-/** The parent of each goal, "" for roots. If goals are each other's parents, the first goal is a root. */
+/**
+ * The keys of the parents by the keys of the goals; "" for roots. In a cycle of parents, the first goal is a
+ * root.
+ */
 function parentsOf(goals) {
-  const there = new Set(goals.map((goal) => goal.key)),
-    parents = new Map(goals.map((goal) => [goal.key, there.has(goal.parent) ? goal.parent : ""])),
-    settled = new Set();
+  const keys = new Set(goals.map((goal) => goal.key)),
+    parents = new Map(goals.map((goal) => [goal.key, keys.has(goal.parent) ? goal.parent : ""])),
+    settled = new Set(); // keys of goals that are known to have a root
   for (const { key } of goals) {
-    const path = new Set();
+    const path = new Set(); // the goal and its ancestors, up to a settled goal
     let at = key;
     while (at && !settled.has(at) && !path.has(at)) {
       path.add(at);
       at = parents.get(at);
     }
     if (path.has(at)) {
-      const way = [...path],
-        ring = new Set(way.slice(way.indexOf(at)));
-      parents.set(goals.find((each) => ring.has(each.key)).key, "");
+      const pathKeys = [...path],
+        cycle = new Set(pathKeys.slice(pathKeys.indexOf(at)));
+      parents.set(goals.find((goal) => cycle.has(goal.key)).key, "");
     }
-    for (const each of path) settled.add(each);
+    for (const pathKey of path) settled.add(pathKey);
   }
   return parents;
 }
@@ -33,17 +36,19 @@ export function forestOfGoals(goals) {
 
 /**
  * The rows of a table, in the order of the trees.
- * @param isFlat only the goals that fit, without their trees
- * @param fits whether a goal is wanted
- * @param closed keys of goals whose children are hidden
+ * @param isFlat whether to list only the goals that fit, without their trees
+ * @param fits(goal) whether the filter wants a goal
+ * @param closed the keys of goals whose children are hidden
+ * @returns {goal, depth, open, inside}: `open` is null for a goal without children; `inside` is the number of
+ * hidden goals below a closed goal
  */
 export function rowsOf({ roots, children }, { isFlat, fits, closed }) {
   const items = [],
     stack = roots.map((goal) => [goal, 0]).reverse();
   while (stack.length) {
     const [goal, depth] = stack.pop(),
-      kids = children.get(goal.key),
-      open = kids ? isFlat || !closed.has(goal.key) : null;
+      childGoals = children.get(goal.key),
+      open = childGoals ? isFlat || !closed.has(goal.key) : null;
     if (fits(goal))
       items.push({
         goal,
@@ -51,19 +56,19 @@ export function rowsOf({ roots, children }, { isFlat, fits, closed }) {
         open: isFlat ? null : open,
         inside: open === false ? countBelow(goal, children) : 0,
       });
-    if (open) stack.push(...kids.map((kid) => [kid, depth + 1]).reverse());
+    if (open) stack.push(...childGoals.map((child) => [child, depth + 1]).reverse());
   }
   return items;
 }
 
-const MOST_BELOW = 9999;
+const MOST_BELOW = 9999; // a greater number is not counted exactly
 function countBelow(goal, children) {
   let count = 0;
   const stack = [goal];
   while (stack.length && count <= MOST_BELOW) {
-    const kids = children.get(stack.pop().key) || [];
-    count += kids.length;
-    stack.push(...kids);
+    const childGoals = children.get(stack.pop().key) || [];
+    count += childGoals.length;
+    stack.push(...childGoals);
   }
   return count;
 }

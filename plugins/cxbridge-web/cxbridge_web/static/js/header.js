@@ -23,18 +23,22 @@ function stateOf({ recording, runs, hasNoRun, connection, status }) {
   if (!status) return "CONNECTING";
   return status.stopped && status.state === "RUNNING" ? "BREAK" : status.state;
 }
+/** The sentence about a stop of the rules; undefined if the rules are not stopped. */
 const breakOf = ({ stopped }) => stopped && "The rules are stopped: " + (stopped.reason || stopped.kind);
+/** The components that are not active, one a line. */
 const troublesOf = ({ components }) =>
   components
     .filter((each) => each.state.toLowerCase() !== "active")
     .map((each) => each.name + ": " + each.state + (each.reason ? ", " + each.reason : ""))
     .join("\n");
 
-/** @param search the button of the search over everything */
+const TICK_MS = 250; // the period of the clock
+
+/** Fill the header. @param search the button of the search over everything */
 export function header(app, search) {
   const head = document.getElementById("head"),
-    paused = () => app.status && (app.status.stopped || app.status.state === "PAUSED"),
-    stalled = () => app.status && app.status.stalled;
+    isPaused = () => app.status && (app.status.stopped || app.status.state === "PAUSED"),
+    stallReason = () => app.status && app.status.stalled;
   const state = el("span#state", { role: "status" });
   const switchClock = () => {
     switchTimes();
@@ -46,10 +50,14 @@ export function header(app, search) {
     class: "quiet",
     title: "Seconds into the run, or the time of day: press to change",
   });
-  const pause = button("Pause", () => app.command(stalled() ? "interrupt" : paused() ? "resume" : "pause"), {
-    id: "pause",
-    "aria-keyshortcuts": "p",
-  });
+  const pause = button(
+    "Pause",
+    () => app.command(stallReason() ? "interrupt" : isPaused() ? "resume" : "pause"),
+    {
+      id: "pause",
+      "aria-keyshortcuts": "p",
+    },
+  );
   const open = button("Open a recording", () => chooseFile(app), { id: "open-recording", class: "quiet" });
   const copy = button("Link", () => copyLink(app), {
     id: "copy-link",
@@ -61,8 +69,8 @@ export function header(app, search) {
     "aria-label": "Help",
     title: "Help (?)",
   });
-  const wide = el("span.wide-text", ": remote-control is off"),
-    readOnly = el("span#read-only.pill", { hidden: true }, "read only", wide),
+  const readOnlyReason = el("span.wide-text", ": remote-control is off"),
+    readOnly = el("span#read-only.pill", { hidden: true }, "read only", readOnlyReason),
     lost = el("p#lost.note", { role: "alert", hidden: true }),
     icon = document.querySelector("link[rel=icon]").href;
   head.append(
@@ -79,18 +87,18 @@ export function header(app, search) {
   );
   head.after(lost);
 
-  let shown = "";
+  let shownState = "";
   function draw() {
     const { status, recording } = app,
       word = stateOf(app),
       result = word === "FINISHED" ? status.result : null;
-    if (word !== shown) state.replaceChildren(stateBadge(word, result));
-    shown = word;
+    if (word !== shownState) state.replaceChildren(stateBadge(word, result));
+    shownState = word;
     state.title =
       status && !recording ? result?.reason || status.error || breakOf(status) || troublesOf(status) : "";
-    pause.textContent = stalled() ? "Interrupt" : paused() ? "Resume" : "Pause";
-    pause.title = stalled() || "";
-    pause.classList.toggle("primary", Boolean(paused() || stalled()));
+    pause.textContent = stallReason() ? "Interrupt" : isPaused() ? "Resume" : "Pause";
+    pause.title = stallReason() || "";
+    pause.classList.toggle("primary", Boolean(isPaused() || stallReason()));
     pause.hidden = Boolean(recording || app.runs || result);
     app.gate(pause, !status || app.connection !== "open");
     readOnly.hidden = Boolean(recording) || !status || status.remote_control !== false;
@@ -108,7 +116,7 @@ export function header(app, search) {
   function tick() {
     clock.textContent = app.now ? clockText(app.now, app.recording ? 3 : 0) : "–";
   }
-  setInterval(tick, 250);
+  setInterval(tick, TICK_MS);
   app.onChange(draw);
   draw();
 }

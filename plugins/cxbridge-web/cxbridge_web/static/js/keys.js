@@ -1,6 +1,7 @@
 // Keys that work in all views, and the help with all keys.
 import { button, el } from "cx/dom.js";
 
+// keys and their meanings, for the help
 const EVERYWHERE = {
   "Ctrl K": "search over everything",
   "/": "search in the view",
@@ -38,7 +39,10 @@ const group = (title, rows) =>
     ),
   );
 
-/** @param views pairs of name and title */
+/**
+ * Listen to the keys of the page, and fill the help.
+ * @param views pairs of name and title, in the order of tabs
+ */
 export function keys(app, views) {
   const help = document.getElementById("help"),
     numbers = views.slice(0, 9).map(([, title], at) => [String(at + 1), title]);

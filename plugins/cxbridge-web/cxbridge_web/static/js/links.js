@@ -2,13 +2,14 @@
 import { part } from "cx/api.js";
 import { el } from "cx/dom.js";
 
+// a name, with #2 behind an id that is used again; or a time
 const WORD = /[A-Za-z_][\w-]*(?:#\d+)?|\b\d+\.\d{3} s\b/g;
 // "rule NAME", and each name in "rules that could do so: NAME, NAME"; not "for a rule that selects it"
 const BEFORE_RULE = /(?<!\b(a|no|other) )\brule $|\brules that could do so: ([^\s,]+, )*$/;
 
-/** @param rules a Set of rule names @returns nodes and texts */
+/** Put links into a text. @param rules the known rule names, a Set @returns nodes and texts */
 export function linked(app, text, rules = new Set()) {
-  const found = [];
+  const parts = [];
   let at = 0;
   for (const match of text.matchAll(WORD)) {
     const [word] = match,
@@ -21,9 +22,9 @@ export function linked(app, text, rules = new Set()) {
     else if (/^\d/.test(word) && app.zero !== null)
       href = "#/timeline?time=" + Math.round(app.zero + parseFloat(word) * 1e6);
     if (!href) continue;
-    found.push(text.slice(at, match.index), el.a({ href }, word));
+    parts.push(text.slice(at, match.index), el.a({ href }, word));
     at = match.index + word.length;
   }
-  found.push(text.slice(at));
-  return found.filter((each) => each !== "");
+  parts.push(text.slice(at));
+  return parts.filter((linkOrText) => linkOrText !== "");
 }

@@ -5,13 +5,16 @@ import { MAIN_ENV } from "cx/names.js";
 const OF_AGENT = /^(?:\w+ \((.+)\)|\w+\|(.+)|(.+)\/[^/]+)$/;
 const agentOf = (component) => OF_AGENT.exec(component)?.slice(1).find(Boolean) || "";
 
+/** The skill calls of a goal, an action or a call. */
 const callsOf = ({ kind, calls, actions, ...item }) =>
   kind === "skill" ? [item] : (calls ?? actions.flatMap((action) => action.calls));
+/** The names in log lines by which a call is known: its robot and its skill string. */
 const namesOf = (calls) => new Set(calls.flatMap(({ skiller, text }) => [skiller, text]));
 
 /**
  * Return a function that tells whether a log line may be about a goal, action or skill call. A line is about
- * another item if its component is of another agent, or if it names only other robots and their skill strings.
+ * another item if its component is of another agent, or if it names only other robots and their skill
+ * strings.
  * @param from, to the time of the item in microseconds; calls at other times are not compared
  */
 export function isOfRobot(item, history, from, to) {
@@ -24,8 +27,9 @@ export function isOfRobot(item, history, from, to) {
   return ({ component, text }) => {
     const agent = agentOf(component),
       words = () => [...(component + " " + text).split(/[^\w-]+/), text],
-      names = (name) => (/[{(]/.test(name) ? text.includes(name) : words().includes(name));
+      // a skill string occurs in the text, a name is one of the words
+      mentions = (name) => (/[{(]/.test(name) ? text.includes(name) : words().includes(name));
     if (envs.size > 1 && envs.has(agent) && agent !== env) return false;
-    return !others.some(names) || [...own].some(names);
+    return !others.some(mentions) || [...own].some(mentions);
   };
 }

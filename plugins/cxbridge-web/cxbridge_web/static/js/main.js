@@ -15,17 +15,18 @@ import { applyTheme } from "cx/theme.js";
 const main = document.getElementById("main");
 window.addEventListener("error", (event) => app.toast("Error of the page: " + event.message, true));
 
+const LAST = 1000; // the order of a tab without an order
 /**
  * Load the views: each is one file in views/, which the server lists. A file that exports `tab` is a tab at
  * "#/FILE". A file that cannot be loaded is left out.
- * @returns {{name, title, formerly, module}[]} the tabs in their order
+ * @returns {{name, title, order, formerly, module}[]} the tabs in their order; `formerly` has earlier names
  */
 async function loadViews() {
   const tabs = [];
   const load = async (name) => {
     const module = await import("cx/views/" + name + ".js"),
       { tab } = module;
-    if (tab) tabs.push({ order: 1000, ...tab, name, formerly: [tab.formerly || []].flat(), module });
+    if (tab) tabs.push({ order: LAST, ...tab, name, formerly: [tab.formerly || []].flat(), module });
   };
   const failed = (name) => (error) =>
     app.toast("The view " + name + " cannot be shown: " + error.message, true);
@@ -34,11 +35,12 @@ async function loadViews() {
   return tabs;
 }
 
+/** Make the links of the tabs. Returns a function that marks the link of the open view. */
 function navigation(tabs) {
   const links = tabs.map(({ name, title }, at) => {
-    const key = at < 9 ? String(at + 1) : null,
-      shown = key && el.kbd({ "aria-hidden": "true" }, key);
-    return el.a({ href: "#/" + name, "data-view": name, "aria-keyshortcuts": key }, shown, title);
+    const key = at < 9 ? String(at + 1) : null, // 1 to 9; see keys.js
+      keyLabel = key && el.kbd({ "aria-hidden": "true" }, key);
+    return el.a({ href: "#/" + name, "data-view": name, "aria-keyshortcuts": key }, keyLabel, title);
   });
   document.getElementById("nav").append(...links);
   return (name) => {
@@ -49,40 +51,41 @@ function navigation(tabs) {
   };
 }
 
+/** Return a function that opens the view of the address. */
 function router(tabs) {
   const mark = navigation(tabs);
-  let current = null;
+  let current = null; // the open view, and its module or its unknown address
 
   function close() {
     if (current) current.view.close();
     current = null;
   }
-  function show(name, title, of, kinds, open) {
+  function show(name, title, source, kinds, open) {
     close();
     main.replaceChildren();
-    app.toMoment(of.moment);
+    app.toMoment(source.moment);
     app.wants(app.recording ? [] : kinds);
-    current = { of, view: open() };
+    current = { source, view: open() };
     document.title = title + " – cxbridge";
     mark(name);
   }
   function route() {
     if (location.hash && !location.hash.startsWith("#/")) return; // the skip link
     if (app.runs && !app.recording) return; // the recording is still being read, or is unreadable
-    const { path, parts: words, query } = parseAddress(location.hash),
-      [name, ...rest] = words,
-      found = tabs.find((tab) => tab.name === name),
-      moved = tabs.find((tab) => tab.formerly.includes(name));
+    const { path, parts, query } = parseAddress(location.hash),
+      [name, ...viewParts] = parts,
+      tab = tabs.find((each) => each.name === name),
+      moved = tabs.find(({ formerly }) => formerly.includes(name));
     if (!name && tabs.length) location.replace("#/" + tabs[0].name + location.hash.slice(path.length));
-    else if (!found && moved) location.replace(location.hash.replace("#/" + name, "#/" + moved.name));
-    else if (!found) show("", "Not found", path, [], () => openNotFound(main, path, tabs));
-    if (!found) return;
-    const { module } = found;
+    else if (!tab && moved) location.replace(location.hash.replace("#/" + name, "#/" + moved.name));
+    else if (!tab) show("", "Not found", path, [], () => openNotFound(main, path, tabs));
+    if (!tab) return;
+    const { module } = tab;
     app.selection.read(query);
-    if (!current || current.of !== module)
-      show(name, found.title, module, module.kinds, () => module.open(main, app));
-    current.view.go(rest);
-    app.selection.read(query); // the path has named the goal of the action
+    if (!current || current.source !== module)
+      show(name, tab.title, module, module.kinds, () => module.open(main, app));
+    current.view.go(viewParts);
+    app.selection.read(query); // again: go() may have selected a goal, which clears the action of the query
     app.selection.write();
   }
   app.reopen = () => {
@@ -93,6 +96,7 @@ function router(tabs) {
   return route;
 }
 
+/** Show the JSON document inside the page. */
 async function openDocument({ kind, name }) {
   const text = new TextDecoder().decode(await inside()),
     { open } = await import("cx/documents/" + kind + ".js");

@@ -6,6 +6,7 @@ const MOST_LOG = 20000,
   MOST_GONE = 2000,
   MOST_CALLS = 500,
   MOST_MESSAGES = 200;
+// the topics of changes, which listeners get as a Set
 const TOPICS = ["goals", "skills", "log", "interfaces", "facts", "rules", "messages"];
 
 /** The slots in a goal's event, without its state, by the names of the API. */
@@ -26,25 +27,26 @@ export class Model {
     this.onRetracted = onRetracted;
     this.isWhole = history !== null;
     this.history = history || new History();
-    this.listeners = new Set();
-    this.watchers = new Set();
-    this.touched = new Set();
+    this.listeners = new Set(); // get the changed topics, once a frame
+    this.watchers = new Set(); // get each event
+    this.touched = new Set(); // topics that have changed since the last frame
     this.frame = 0;
-    this.asking = 0;
-    this.meanwhile = [];
+    this.asking = 0; // the number of requests for lists that are under way
+    this.meanwhile = []; // events since the first of these requests
     this.clear();
   }
 
   /**
    * Read a list. The list may be older than events that came during the request: these events are applied
    * again, to the model but not to the history.
-   * @param take called with the answer
+   * @param ask() returns a promise of the answer
+   * @param store(answer) stores the list in the model
    */
-  async update(ask, take) {
+  async update(ask, store) {
     const { length } = this.meanwhile;
     this.asking += 1;
     try {
-      take(await ask());
+      store(await ask());
       for (const event of this.meanwhile.slice(length)) this["on_" + event.kind](event);
     } finally {
       this.asking -= 1;
@@ -56,21 +58,23 @@ export class Model {
     this.time = 0;
     this.step = 0; // the last step of the history that has happened at the moment
     if (!this.isWhole) this.history.clear();
-    this.goals = new Map();
-    this.gone = new Map();
+    this.goals = new Map(); // key -> goal
+    this.gone = new Map(); // key -> goal that has no fact any more, the oldest first
     this.log = [];
     this.logGone = 0; // the number of lines that were dropped from the log
-    this.interfaces = new Map();
+    this.interfaces = new Map(); // uid -> {uid, time, writes, values}
     this.messages = [];
     this.facts = new Map(); // environment -> index -> fact
-    this.firings = new Map();
+    this.firings = new Map(); // "ENVIRONMENT RULE" -> number
     for (const topic of TOPICS) this.touch(topic);
   }
 
+  /** Call a function with the changed topics. Returns a function that ends this. */
   onChange(listener) {
     this.listeners.add(listener);
     return () => this.listeners.delete(listener);
   }
+  /** Report a change of a topic in the next frame. */
   touch(topic) {
     this.touched.add(topic);
     this.frame ||= requestAnimationFrame(() => {
@@ -83,12 +87,12 @@ export class Model {
 
   apply(event) {
     const { kind } = event,
-      take = this["on_" + kind.replace("-", "_")];
+      handler = this["on_" + kind.replace("-", "_")];
     if (event.time_us > this.time) this.time = event.time_us;
     if (!this.isWhole) this.history.apply(event);
     this.step = this.isWhole ? event.step : this.history.steps;
     if (this.asking && (kind === "goal" || kind === "fact")) this.meanwhile.push(event);
-    if (take && !isUnnamed(event)) take.call(this, event);
+    if (handler && !isUnnamed(event)) handler.call(this, event);
     for (const watcher of this.watchers) watcher(event);
   }
   onEvent(watcher) {
@@ -127,6 +131,7 @@ export class Model {
     this.touch("goals");
   }
 
+  /** Move a goal to the gone goals. */
   bury(goal) {
     this.goals.delete(goal.key);
     this.gone.delete(goal.key);
@@ -140,23 +145,24 @@ export class Model {
    * @param now the daemon's clock
    */
   goalsAre(list, env = MAIN_ENV, now = this.time) {
-    const there = new Map();
-    for (const each of list) {
-      const goal = this.goalOf(env, each.id),
-        { class: cls, "sub-type": subType = "", parent, mode, outcome, error = [] } = each;
-      Object.assign(goal, { cls, subType, mode, outcome, error: error.join(" "), details: each });
+    const present = new Map();
+    for (const details of list) {
+      const goal = this.goalOf(env, details.id),
+        { class: cls, "sub-type": subType = "", parent, mode, outcome, error = [] } = details;
+      Object.assign(goal, { cls, subType, mode, outcome, error: error.join(" "), details });
       goal.parent = parent ? this.keyOf(env, parent) : "";
-      there.set(goal.key, goal);
-      if (this.meanwhile.some((event) => event.goal === each.id)) continue;
-      const made = this.history.goalIs(goal, now);
-      if (made) for (const watcher of this.watchers) watcher(made);
+      present.set(goal.key, goal);
+      // an event that came during the request is newer than the list
+      if (this.meanwhile.some((event) => event.goal === details.id)) continue;
+      const madeEvent = this.history.goalIs(goal, now);
+      if (madeEvent) for (const watcher of this.watchers) watcher(madeEvent);
     }
     for (const [key, goal] of this.goals) {
-      if (there.has(key)) continue;
-      if ((goal.env || MAIN_ENV) !== env && goal.mode !== "RETRACTED") there.set(key, goal);
+      if (present.has(key)) continue;
+      if ((goal.env || MAIN_ENV) !== env && goal.mode !== "RETRACTED") present.set(key, goal);
       else this.bury(goal);
     }
-    this.goals = there;
+    this.goals = present;
     this.touch("goals");
   }
 
@@ -166,15 +172,18 @@ export class Model {
   on_skill() {
     this.touch("skills");
   }
+  /** The skill calls that have begun, in order; of many, the last. */
   get calls() {
     const begun = this.history.calls.filter(({ begin }) => begin.step <= this.step);
     return begun.slice(-MOST_CALLS).map((call) => this.callNow(call));
   }
+  /** A call of the history as it is at the moment. */
   callNow({ skiller, lane, text, msgid, status, error, guessed, begin, end }) {
     const isOver = end !== null && end.step <= this.step,
       state = isOver ? { status, error, end: end.time } : { status: "S_RUNNING", error: "", end: null };
     return { skiller, lane, text, msgid, guessed, begin: begin.time, ...state };
   }
+  /** The changes of a goal up to the moment. */
   changesOf({ key }) {
     const known = this.history.goals.get(key);
     return known ? known.changes.filter(({ step }) => step <= this.step) : [];
@@ -214,6 +223,7 @@ export class Model {
     else this.factsOf(env).delete(index);
     this.touch("facts");
   }
+  /** Take all facts of an environment from the API. */
   factsAre(env, list) {
     const factOf = ({ index, template_name: template, formatted: text }) => [
       index,

@@ -1,9 +1,9 @@
 // The views for an unknown address, and for a server whose runs cannot be opened.
 import { el, link, none } from "cx/dom.js";
 
-/** @param links pairs of address and text */
-function openNothing(main, id, title, words, links) {
-  const box = none(...words);
+/** @param texts a sentence, and the heading of the links @param links pairs of address and text */
+function openNothing(main, id, title, texts, links) {
+  const box = none(...texts);
   box.id = id;
   box.prepend(el.h2(title));
   const items = links.map(([href, text]) => el.li(link(href, text)));
@@ -31,4 +31,5 @@ export const openNoRun = (main, runs) =>
     runs.map(({ path, name }) => [runAddress(path), name]),
   );
 
+/** The address of the page with a recording of the server; the slashes of the path stay readable. */
 export const runAddress = (path) => "?run=" + encodeURIComponent(path).replaceAll("%2F", "/");

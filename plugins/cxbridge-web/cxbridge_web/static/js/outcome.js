@@ -3,30 +3,32 @@
 // state.
 import { badge } from "cx/dom.js";
 
+// of cxbridge/history/outcome.py: the outcomes, the modes of ended goals, and the outcome of each state
 const { kinds, ended, goal, action, skill } = cx.outcomes;
 /** By outcome: the shown word, and the icon. */
 export const OUTCOMES = kinds;
 export const NAMES = Object.keys(OUTCOMES);
 
-// a recording may contain any word, also the name of a property of every object
-const find = (table, name, other) => (Object.hasOwn(table, name) ? table[name] : other);
+// hasOwn, because a recording may contain any word, even `constructor`, which every object has
+const lookUp = (table, name, fallback) => (Object.hasOwn(table, name) ? table[name] : fallback);
 
 /** Whether a goal in this mode has an outcome. */
 export const hasEnded = (mode) => ended.includes(mode);
 
 /** The outcome of a goal. @param {{mode: string, outcome: string}} goal */
 export function goalOutcome({ mode, outcome }) {
-  if (hasEnded(mode)) return find(goal, outcome, "retracted");
+  if (hasEnded(mode)) return lookUp(goal, outcome, "retracted");
   return mode === "DISPATCHED" ? "running" : "formulated";
 }
 
 /** The outcome of a plan-action; an action that waits for its effects is running. */
-export const actionOutcome = (state) => find(action, state, "running");
+export const actionOutcome = (state) => lookUp(action, state, "running");
 
 /** The outcome of a skill call by its status, with or without Fawkes' `S_`. */
 export const skillOutcome = (status) =>
-  find(skill, status, find(skill, "S_" + String(status).toUpperCase(), "formulated"));
+  lookUp(skill, status, lookUp(skill, "S_" + String(status).toUpperCase(), "formulated"));
 
+/** Whether an outcome may still change. */
 export const isOpen = (outcome) => outcome === "formulated" || outcome === "running";
 
 /** An element with the icon and the word (or another text) of an outcome, in its colour. */
@@ -49,6 +51,7 @@ export function skillBadge(status) {
   return outcomeBadge(skillOutcome(name), name);
 }
 
+// tone and icon of each state of the daemon and of the page
 const DAEMON = {
   RUNNING: ["done", "▶"],
   PAUSED: ["active", "❙❙"],
@@ -63,7 +66,7 @@ const DAEMON = {
   LOST: ["failed", "✗"],
   CONNECTING: ["chosen", "◔"],
 };
-/** @param result {status, word} of a finished run; null for a running one */
+/** @param result {status, word} of a finished run; null for a run that continues */
 export function stateBadge(state, result = null) {
   if (!result) return badge(...(DAEMON[state] || OTHER), state);
   return badge(...(result.status ? ["failed", "✗"] : ["done", "✓"]), state + ": " + result.word);

@@ -4,10 +4,11 @@ import { button, el, refill, textInput } from "cx/dom.js";
 import { MAIN_ENV, skillOf } from "cx/names.js";
 import { goalText } from "cx/outcome.js";
 
-const MOST = 60,
+const MOST = 60, // shown entries
   MOST_OF_GROUP = 12,
   SCOPE = "Goals, facts, rules, skills, interfaces, log lines, views";
 
+/** Make the dialog. Returns the button that opens it. @param views pairs of name and title */
 export function palette(app, views) {
   const input = textInput({
     type: "search",
@@ -22,9 +23,9 @@ export function palette(app, views) {
     count = el("p.dim.small", { role: "status" }),
     dialog = el("dialog#palette", { "aria-label": "Search over everything" }, input, list, count);
   document.body.append(dialog);
-  let found = {},
-    shown = [],
-    at = 0;
+  let answers = {}, // see readAnswers()
+    shown = [], // the listed entries
+    at = 0; // the index of the marked entry
 
   function mark(next) {
     at = shown.length ? (next + shown.length) % shown.length : 0;
@@ -38,20 +39,20 @@ export function palette(app, views) {
   function draw() {
     const words = input.value.toLowerCase().split(/\s+/).filter(Boolean),
       fitting = [];
-    for (const entry of entries(app, views, found)) {
+    for (const entry of entries(app, views, answers)) {
       const points = words.length ? score(entry, words) : Number(entry.group === "View");
       if (points) fitting.push({ entry, points });
     }
-    const taken = {};
+    const groupSizes = {};
     shown = fitting
       .sort((a, b) => b.points - a.points)
       .map(({ entry }) => entry)
-      .filter(({ group }) => (taken[group] = (taken[group] || 0) + 1) <= MOST_OF_GROUP)
+      .filter(({ group }) => (groupSizes[group] = (groupSizes[group] || 0) + 1) <= MOST_OF_GROUP)
       .slice(0, MOST);
     refill(list, shown.map(row));
-    const all = fitting.length,
-      told = all > shown.length ? shown.length + " of " + all + " are shown" : all + " found";
-    count.textContent = words.length ? (all ? told : "Nothing is found") : "Enter opens, Esc closes";
+    const total = fitting.length,
+      countText = total > shown.length ? shown.length + " of " + total + " are shown" : total + " found";
+    count.textContent = words.length ? (total ? countText : "Nothing is found") : "Enter opens, Esc closes";
     mark(0);
   }
   const row = ({ group, text, more }, number) =>
@@ -71,7 +72,7 @@ export function palette(app, views) {
     ArrowDown: () => mark(at + 1),
     ArrowUp: () => mark(at - 1),
     Enter: () => choose(at),
-    Escape: () => dialog.close(), // a field for searches would only be emptied
+    Escape: () => dialog.close(), // by default, Escape only empties a search field
   };
   input.addEventListener("input", draw);
   input.addEventListener("keydown", (event) => {
@@ -87,8 +88,8 @@ export function palette(app, views) {
     input.value = "";
     draw();
     dialog.showModal();
-    asked(app).then((answer) => {
-      found = answer;
+    readAnswers(app).then((received) => {
+      answers = received;
       if (dialog.open) draw();
     });
   }
@@ -108,8 +109,8 @@ export function palette(app, views) {
 
 const MOST_LINES = 5000; // of the log: the latest
 
-/** Read rules, facts, interfaces and skills; a failed request gives none. */
-export async function asked(app) {
+/** Read the lists {rules, interfaces, skills, facts} of a daemon; the list of a failed request is empty. */
+export async function readAnswers(app) {
   if (app.recording) return {};
   const paths = {
     rules: "cxbridge/rules?env=" + part(app.env),
@@ -121,6 +122,7 @@ export async function asked(app) {
   return Object.fromEntries(await Promise.all(answers));
 }
 
+/** Yield everything that the search finds: {group, text, more (a second text), href}. */
 export function* entries(app, views, { rules = [], interfaces = [], skills = [], facts = [] }) {
   const { model } = app,
     entry = (group, text, href, more = "") => ({ group, text, more, href: "#/" + href });
@@ -147,13 +149,16 @@ export function* entries(app, views, { rules = [], interfaces = [], skills = [],
     yield entry("Log", line.text.split("\n", 1)[0], "log?time=" + line.time, line.component);
 }
 
-/** How well an entry fits words; 0: not at all. */
+/**
+ * The points of an entry for words, which all must occur in it: more for the beginning of its text; 0: no
+ * match.
+ */
 export function score(entry, words) {
   const text = entry.text.toLowerCase(),
-    all = text + " " + entry.more.toLowerCase() + " " + entry.group.toLowerCase();
+    fullText = text + " " + entry.more.toLowerCase() + " " + entry.group.toLowerCase();
   let sum = 0;
   for (const word of words) {
-    if (!all.includes(word)) return 0;
+    if (!fullText.includes(word)) return 0;
     sum += text === word ? 8 : text.startsWith(word) ? 4 : text.includes(word) ? 2 : 1;
   }
   return sum;

@@ -6,6 +6,7 @@ const NOTHING = { goal: "", action: "", skill: "", time: null, env: "" };
 const NAMES = Object.keys(NOTHING);
 const WRITE_MS = 300; // browsers refuse addresses that change too often
 
+/** Decode a part of an address; a malformed part stays as it is. */
 function decode(text) {
   try {
     return decodeURIComponent(text);
@@ -22,17 +23,20 @@ export function parseAddress(hash) {
 
 export class Selection {
   value = { ...NOTHING };
-  timer = null;
+  timer = null; // of the next write into the address
 
-  /** @param target gets an event `select` with each change; its detail has the values, and `changed`, their names */
+  /**
+   * @param target gets an event `select` after each change; its `detail` has all values, and `changed`: the
+   * names of the changed values
+   */
   constructor(target) {
     this.target = target;
   }
 
-  /** Change the given names. An action and a skill belong to their goal: another goal clears both. */
-  merge(given) {
-    const isOther = "goal" in given && given.goal !== this.value.goal,
-      next = { ...this.value, ...(isOther && { action: "", skill: "" }), ...given },
+  /** Change some values. An action and a skill belong to their goal, so another goal clears both. */
+  merge(changes) {
+    const isOtherGoal = "goal" in changes && changes.goal !== this.value.goal,
+      next = { ...this.value, ...(isOtherGoal && { action: "", skill: "" }), ...changes },
       changed = NAMES.filter((name) => next[name] !== this.value[name]);
     if (!changed.length) return;
     this.value = Object.fromEntries(NAMES.map((name) => [name, next[name] ?? NOTHING[name]]));
@@ -40,23 +44,26 @@ export class Selection {
     this.target.dispatchEvent(new CustomEvent("select", { detail: { changed, ...this.value } }));
   }
 
-  /** Write the selection into the address, without a step in the history. The query omits values of the path. */
+  /**
+   * Write the selection into the address, without a step in the history. The query omits values of the path.
+   */
   write() {
     clearTimeout(this.timer);
     this.timer = null;
-    if (location.hash && !location.hash.startsWith("#/")) return;
+    if (location.hash && !location.hash.startsWith("#/")) return; // the skip link
     const { path, parts, query } = parseAddress(location.hash);
     for (const [name, value] of Object.entries(this.value)) {
       if (value === NOTHING[name] || parts.slice(1).includes(String(value))) query.delete(name);
       else query.set(name, String(value));
     }
-    const text = query.toString(),
-      wanted = (path || "#/") + (text && "?" + text);
-    if (wanted !== location.hash && path) history.replaceState(history.state, "", wanted);
+    const queryText = query.toString(),
+      address = (path || "#/") + (queryText && "?" + queryText);
+    if (address !== location.hash && path) history.replaceState(history.state, "", address);
   }
 
+  /** Take the selection from the query of an address. */
   read(query) {
-    const { time, ...given } = Object.fromEntries([...query].filter(([name]) => name in NOTHING));
-    this.merge(/^\d+$/.test(time) ? { ...given, time: Number(time) } : given);
+    const { time, ...texts } = Object.fromEntries([...query].filter(([name]) => name in NOTHING));
+    this.merge(/^\d+$/.test(time) ? { ...texts, time: Number(time) } : texts);
   }
 }

@@ -1,10 +1,10 @@
-// Data that views collect from a run, with one store for each kind. A store gets live events whichever view is
-// open, and makes the data of a recording on demand.
-const stores = new WeakMap(); // class -> the store of the page
+// Data that views collect from a run, with one store for each kind. A store gets live events whichever view
+// is open, and makes the data of a recording on demand.
+const stores = new WeakMap(); // subclass -> its only instance
 
 export class Store {
-  listeners = new Set();
-  recorded = new WeakMap();
+  listeners = new Set(); // called after each change of the data
+  recorded = new WeakMap(); // recording -> its data
 
   /** @param make makes the data: empty for a live run, or from the events of a recording */
   constructor(app, make) {
@@ -12,11 +12,13 @@ export class Store {
     this.make = make;
     this.live = make();
   }
+  /** The store of the page, made at the first call. */
   static of(app) {
     if (!stores.has(this)) stores.set(this, new this(app));
     return stores.get(this);
   }
 
+  /** The data of the open recording, else of the live run. */
   get now() {
     const { recording } = this.app;
     if (!recording || recording.isPast) return this.live;

@@ -1,13 +1,14 @@
 // The daemon's stream of events. After a lost connection, the stream continues after the last event.
-const RETRY_MS = [500, 1000, 2000, 5000];
+const RETRY_MS = [500, 1000, 2000, 5000]; // the waits before successive attempts to connect
+const CHECKED_EVENTS = 20; // events between two checks of the time
 const SLICE_MS = 15; // the work between two frames, so that the page stays responsive
 
 export class Stream {
   kinds = "";
-  last = "0";
-  epoch = null;
-  source = null;
-  tries = 0;
+  last = "0"; // the id of the last received event; "0": all events that the daemon still has
+  epoch = null; // identifies the daemon's process
+  source = null; // the EventSource
+  tries = 0; // failed attempts to connect
   isWaiting = true; // for the event hello, after which all lists are read
   queue = []; // received lines, each an event
   working = null; // the timer for the rest of the queue
@@ -49,20 +50,21 @@ export class Stream {
     };
     for (const [type, listener] of Object.entries(on)) source.addEventListener(type, listener);
   }
+  /** @param hello {last: "EPOCH-COUNTS"}, the first event of a connection */
   hello(hello) {
     const [epoch] = String(hello.last || "").split("-"),
-      restarted = this.epoch !== null && epoch !== this.epoch; // the model has the state of another process
+      isRestarted = this.epoch !== null && epoch !== this.epoch; // the model has the state of another process
     this.epoch = epoch;
     this.tries = 0;
     this.isWaiting = false;
-    if (restarted) {
+    if (isRestarted) {
       this.queue = [];
       this.handlers.restarted();
     }
     this.handlers.state("open");
     this.handlers.hello(hello);
   }
-  /** Connect again. A browser's own attempts end after some errors, and have the old `since`. */
+  /** Connect again. The browser's own attempts would end after some errors, and repeat the old `since`. */
   lost() {
     this.close();
     this.handlers.state("lost");
@@ -76,7 +78,10 @@ export class Stream {
       { queue } = this;
     let at = 0;
     try {
-      while (at < queue.length && (at % 20 || document.hidden || performance.now() - begin < SLICE_MS))
+      while (
+        at < queue.length &&
+        (at % CHECKED_EVENTS || document.hidden || performance.now() - begin < SLICE_MS)
+      )
         this.handlers.event(JSON.parse(queue[at++]));
     } finally {
       queue.splice(0, at);

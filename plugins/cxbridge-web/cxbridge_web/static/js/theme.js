@@ -5,12 +5,15 @@ import { button, el, remember, remembered } from "cx/dom.js";
 const KEY = "cxbridge-theme",
   ICONS = { system: "◐", light: "☀", dark: "☾" },
   THEMES = Object.keys(ICONS);
-const ASKED = /\(prefers-color-scheme:\s*(light|dark)\)/g;
+const QUERIED_SCHEME = /\(prefers-color-scheme:\s*(light|dark)\)/g;
+// media queries that are true and false on every page
 const ALWAYS = "(min-width: 0px)",
   NEVER = "(max-width: 0px)";
-const originals = new WeakMap();
-const usual = () => THEMES.find((theme) => theme === remembered(KEY)) || "system";
+const originals = new WeakMap(); // media rule -> its original query
+/** The theme that the user chose last. */
+const rememberedTheme = () => THEMES.find((theme) => theme === remembered(KEY)) || "system";
 
+/** Yield the media rules, also those within other rules. */
 function* mediaRules(rules) {
   for (const rule of rules) {
     if (rule instanceof CSSMediaRule) yield rule;
@@ -19,21 +22,23 @@ function* mediaRules(rules) {
 }
 
 /** Show the page in a theme. */
-export function applyTheme(theme = usual()) {
+export function applyTheme(theme = rememberedTheme()) {
   const answer = (_, wanted) => (wanted === theme ? ALWAYS : NEVER);
   for (const sheet of document.styleSheets)
     for (const rule of mediaRules(sheet.cssRules)) {
       if (!originals.has(rule)) originals.set(rule, rule.media.mediaText);
       const original = originals.get(rule);
       if (!original.includes("prefers-color-scheme")) continue;
-      rule.media.mediaText = theme === "system" ? original : original.replace(ASKED, answer);
+      rule.media.mediaText = theme === "system" ? original : original.replace(QUERIED_SCHEME, answer);
     }
   document.documentElement.style.colorScheme = theme === "system" ? "" : theme;
 }
 
-/** A button that goes to the next theme. The app gets an event `theme`, after which drawings use its colours. */
+/**
+ * A button that goes to the next theme. The app gets an event `theme`, after which drawings use its colours.
+ */
 export function themeSwitch(app) {
-  let theme = usual();
+  let theme = rememberedTheme();
   const icon = el.span({ "aria-hidden": "true" }),
     name = el("span.hear-only");
   function next() {

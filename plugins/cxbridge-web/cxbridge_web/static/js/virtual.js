@@ -1,24 +1,27 @@
-// Lists of any length: only the rows that are seen exist. Arrows walk; in a tree left and right close and
-// open.
+// Lists and trees of any length: only visible rows are elements. The arrow keys walk through a list; in a
+// tree, left and right close and open a row.
 import { el, refill } from "cx/dom.js";
 
-const EXTRA = 6;
+const EXTRA = 6; // rows above and below the visible rows
+const DEFAULT_HEIGHT = 30; // pixels
 const RELEASES = ["pointerup", "pointercancel", "blur"];
-let lists = 0;
+let listCount = 0; // makes the ids of rows unique
 
 export class VirtualList {
   /**
-   * @param label what list it is, for screen readers
-   * @param key(item) unique text of a row
-   * @param sign(item) text that changes when the row has to be drawn again
+   * @param label the name of the list for screen readers
+   * @param key(item) a text that identifies a row
+   * @param sign(item) a text that changes when the row has to be drawn again
    * @param draw(item) the content of the row: nodes
-   * @param select(item) a row was chosen; open(item, wanted) a fold was used (trees only)
-   * @param resized() the rows may have another height, which a picture beside the list follows
+   * @param select(item, how) called when a row is chosen: by "click", "key" or "enter"
+   * @param open(item, isOpen) called when the user opens or closes a row; only for trees
+   * @param resized() called when the rows may have another height, which a picture beside the list follows
+   * @param height the CSS variable with the height of a row
    */
   constructor({ label, key, sign, draw, select = null, open = null, resized = null, height = "--row" }) {
     Object.assign(this, { key, sign, draw, select, open, height, items: [], selected: null, high: 0 });
-    this.name = "list" + ++lists;
-    this.rows = new Map();
+    this.name = "list" + ++listCount;
+    this.rows = new Map(); // key -> {sign, node} of a visible row
     this.room = el("div.room", { role: "presentation" });
     const role = open ? "tree" : "listbox";
     this.box = el("div.scroll", { role, tabindex: 0, "aria-label": label }, this.room);
@@ -50,12 +53,16 @@ export class VirtualList {
     });
   }
 
-  /** Show these; items of a tree have depth, and open: true, false, or null for leaves. */
+  /**
+   * Show items. Items of a tree have `depth`, and `open`: true or false, or null for an item without
+   * children.
+   */
   set(items) {
     this.items = items;
     this.update();
   }
 
+  /** Select the row of a key. @param reveal whether to scroll to the row */
   mark(key, reveal = false) {
     this.selected = key;
     if (reveal) this.reveal(this.items.findIndex((item) => this.key(item) === key));
@@ -65,11 +72,12 @@ export class VirtualList {
   /** The height of a row in pixels; a list without a style yet is measured again. */
   get rowHeight() {
     this.high ||= parseFloat(getComputedStyle(this.box).getPropertyValue(this.height)) || 0;
-    return this.high || 30;
+    return this.high || DEFAULT_HEIGHT;
   }
 
+  /** Draw the visible rows; rows with the same sign keep their elements. */
   update() {
-    if (this.held) return;
+    if (this.held) return; // see the constructor
     const { box, room, rowHeight: high, items, rows: old } = this;
     room.style.height = items.length * high + "px";
     const first = Math.max(0, Math.floor(box.scrollTop / high) - EXTRA);
@@ -90,25 +98,27 @@ export class VirtualList {
       room.replaceChildren(...nodes);
   }
 
+  /** Make the element of a row. */
   row(item, at, chosen) {
-    const tree = this.open !== null,
+    const isTree = this.open !== null,
       icon = item.open === null ? "" : item.open ? "▾" : "▸";
     const node = el.div({
       class: ["row", chosen && "selected"].filter(Boolean).join(" "),
       id: this.name + "-" + at,
-      role: tree ? "treeitem" : "option",
+      role: isTree ? "treeitem" : "option",
       "aria-posinset": at + 1,
       "aria-setsize": this.items.length,
       "aria-selected": String(chosen),
-      "aria-level": tree ? item.depth + 1 : null,
-      "aria-expanded": tree && item.open !== null ? String(item.open) : null,
+      "aria-level": isTree ? item.depth + 1 : null,
+      "aria-expanded": isTree && item.open !== null ? String(item.open) : null,
       style: `top: ${at * this.high}px; height: ${this.high}px`,
     });
     const style = `margin-left: calc(${Math.min(item.depth, 12)} * var(--indent))`;
-    refill(node, tree && el("span.fold", { "aria-hidden": "true", style }, icon), this.draw(item));
+    refill(node, isTree && el("span.fold", { "aria-hidden": "true", style }, icon), this.draw(item));
     return node;
   }
 
+  /** Scroll to the row with an index. */
   reveal(at) {
     if (at < 0) return;
     const { box, rowHeight: high } = this,
@@ -121,6 +131,7 @@ export class VirtualList {
     this.box.scrollTop = this.items.length * this.high;
     this.update();
   }
+  /** Whether the end of the list is visible, give or take two rows. */
   get atEnd() {
     return this.box.scrollTop + this.box.clientHeight >= this.items.length * this.high - 2 * this.high;
   }
@@ -134,8 +145,8 @@ export class VirtualList {
     if (this.select) this.select(item, how);
   }
 
-  fold(item, wanted) {
-    if (this.open && item.open !== null && item.open !== wanted) this.open(item, wanted);
+  fold(item, isOpen) {
+    if (this.open && item.open !== null && item.open !== isOpen) this.open(item, isOpen);
   }
 
   onClick(event) {
@@ -152,7 +163,7 @@ export class VirtualList {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target !== this.box || !items.length) return;
     const at = items.findIndex((item) => this.key(item) === this.selected),
       item = items[at],
-      page = Math.max(1, Math.floor(this.box.clientHeight / this.high) - 1),
+      page = Math.max(1, Math.floor(this.box.clientHeight / this.high) - 1), // rows
       moves = { ArrowDown: 1, ArrowUp: -1, PageDown: page, PageUp: -page, Home: -Infinity, End: Infinity };
     if (event.key in moves) {
       const next = at < 0 && event.key !== "End" ? 0 : at + moves[event.key];
@@ -168,6 +179,7 @@ export class VirtualList {
     event.preventDefault();
   }
 
+  /** The index of the parent's row; -1 for a root. */
   above(at) {
     return this.items.slice(0, at).findLastIndex((each) => each.depth < this.items[at].depth);
   }

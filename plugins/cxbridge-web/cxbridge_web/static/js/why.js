@@ -28,17 +28,21 @@ export async function ask(app, kind, name = "", env = MAIN_ENV) {
 export const canAsk = (app, env) =>
   app.recording && !app.recording.isPast ? Boolean(app.recording.why) : (env || MAIN_ENV) === MAIN_ENV;
 
+/** Ask why, and show the answer or the error. @param question see ask() @param show(node) */
 export async function answer(app, question, show) {
   show(note("…"));
   try {
-    const data = await ask(app, ...question);
-    show("verdict" in data ? ruleWhy(app, data) : goalWhy(app, data));
+    const explanation = await ask(app, ...question);
+    show("verdict" in explanation ? ruleWhy(app, explanation) : goalWhy(app, explanation));
   } catch (error) {
     show(el("p.error-box", error.message));
   }
 }
 
-/** A button that asks why, and the place of the answer. @param about attributes of both: {button, box} */
+/**
+ * A button that asks why (null if nothing answers), and the box of the answer.
+ * @param about attributes of both
+ */
 export function whyBox(app, kind, name, env, about) {
   const box = el.div(about.box),
     show = (node) => refill(box, el.h3("Why"), node),
@@ -47,15 +51,17 @@ export function whyBox(app, kind, name, env, about) {
 }
 
 const causeItems = (items) => (items.length ? el("ul.causes", items) : null);
+/** Causes as nested lists. @param rules names of rules, which become links */
 export const causeList = (app, list, rules) =>
   causeItems(
     list.map(({ text, because }) => el.li(linked(app, text, rules), causeList(app, because, rules))),
   );
 
+/** The transitions of a story, each with the rule that fired before it. */
 function moments(app, list, rules) {
   if (!list.length) return null;
-  const item = ({ seconds, text, rules: before }) => {
-    const rule = before.at(-1),
+  const item = ({ seconds, text, rules: firedBefore }) => {
+    const rule = firedBefore.at(-1),
       by = rule && el("span.dim.small", "  by ", ruleLink(rule));
     return el.li(el("span.dim.n", secondsText(seconds)), " ", linked(app, text.trim(), rules), by);
   };
@@ -63,8 +69,8 @@ function moments(app, list, rules) {
 }
 const foot = ({ where, notes }) => [small("in " + where), (notes || []).map((text) => small(text))];
 
-/** Which rule made the plan: the last that fired before the goal was EXPANDED. */
-function planned(list) {
+/** The rule that made the plan: the last rule that fired before the goal was EXPANDED. */
+function planRule(list) {
   const { seconds, rules } = list.findLast(({ text }) => text.trim() === "EXPANDED") || { rules: [] };
   return rules.length
     ? small("The plan is of rule ", ruleLink(rules.at(-1)), ", at " + secondsText(seconds))
@@ -80,20 +86,25 @@ function goalWhy(app, data) {
     el.section(
       el("p.cause", linked(app, cause.text, rules)),
       causeList(app, cause.because, rules),
-      planned(list),
+      planRule(list),
       moments(app, list, rules),
     );
   return el("div.why", stories.map(section), foot(data));
 }
 
+// outcome (for the colour), icon and word of a condition
 const ICONS = {
   yes: ["completed", "✓", "yes"],
   no: ["failed", "✗", "no"],
   now: ["formulated", "✗", "not now"],
   unknown: ["formulated", "–", "not reached"],
 };
+/** A number of matches; `more`: the number is only a lower bound. */
 const matches = ({ number, more }) => number + (more ? " or more" : "");
 
+/**
+ * The conditions of a rule, with the numbers of their matches alone and joined with the conditions before.
+ */
 function elements({ elements: list, failing, fired }) {
   const item = ({ number, text, alone, joined }) => {
     const isFailing = failing === number,
@@ -120,7 +131,7 @@ function elements({ elements: list, failing, fired }) {
   return el("ol.elements", list.map(item));
 }
 
-/** Tell behind a fact which rule asserted it, as soon as that is known. */
+/** A node that names the rule that asserted a fact, as soon as the server has answered. */
 function asserted(app, text) {
   const place = el("span.dim.small"),
     [name] = /^f-\d+/.exec(text) || [];
@@ -130,6 +141,7 @@ function asserted(app, text) {
   return place;
 }
 
+/** The reason why a condition has no match, with facts that nearly match. */
 function failure(app, { reason, near, facts = [], inner }) {
   const deviation = ({ slot, value, wanted }) =>
     el.li("slot ", el.b(slot), " has ", el.code(value), ", wanted ", el.code(wanted));

@@ -4,24 +4,30 @@ import { el } from "cx/dom.js";
 
 const small = (text) => el("span.dim.small.wide-only", text);
 
-/** The rank of a fact by the owner of its deftemplate: 0 the agent, 1 no deftemplate, 2 the CX core. */
-const rankOf = ({ core, own }, template) => (own.has(template) ? 0 : core.has(template) ? 2 : 1);
+const AGENT = 0,
+  NO_OWNER = 1,
+  CORE = 2;
+/** The rank of a fact by the owner of its deftemplate; NO_OWNER for a fact without a deftemplate. */
+const rankOf = ({ core, own }, template) =>
+  own.has(template) ? AGENT : core.has(template) ? CORE : NO_OWNER;
 
+/** The text of a fact, with its template in bold. */
 function factText({ template, text }) {
   const head = "(" + template;
   return text.startsWith(head) ? ["(", el.b(template), text.slice(head.length)] : [text];
 }
 
 /**
+ * The rows of facts: by rank, then by index.
  * @param owners see templateOwners()
- * @param matches whether the search finds a text
+ * @param matches(text) whether the search finds a text
  */
 export function factItems(facts, owners, matches) {
-  const groups = [[], [], []];
+  const groups = [[], [], []]; // the rows by rank
   for (const fact of facts) {
     const key = "f-" + fact.index,
       rank = rankOf(owners, fact.template),
-      isCore = rank === 2;
+      isCore = rank === CORE;
     if (!matches(key + " " + fact.text)) continue;
     groups[rank].push({
       key,
@@ -47,7 +53,12 @@ export function rulesOfRecording(app) {
   return [...fired, ...others].map((rule) => ({ ...rule, agenda: 0 }));
 }
 
-/** The agent's rules before those of the core, rules that have fired or wait to fire before the others. */
+/**
+ * The rows of rules: the agent's rules before those of the core, then rules that have fired or wait to fire
+ * before the others.
+ * @param firings(rule) how often a rule has fired
+ * @param matches(text) whether the search finds a text
+ */
 export function ruleItems(rules, firings, matches) {
   const items = rules
     .filter((rule) => matches(rule.name + " " + (rule.file || "")))

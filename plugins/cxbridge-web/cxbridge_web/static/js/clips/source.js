@@ -1,11 +1,13 @@
-// The text of CLIPS constructs: of a daemon by its API, of a recording by its attached files.
+// The texts of CLIPS constructs: those of a daemon come from its API, those of a recording from its attached
+// files.
 import { get, part } from "cx/api.js";
 
+// a comment, a string, a parenthesis, or other text
 const TOKEN = /;[^\n]*|"(?:\\.|[^"\\])*"|[()]|[^()";]+/gs;
 
 /** The constructs of a file: {construct, name, line, text}. */
 function constructsOf(text) {
-  const found = [];
+  const constructs = [];
   let depth = 0,
     begin = 0,
     line = 1,
@@ -13,48 +15,51 @@ function constructsOf(text) {
   for (const { 0: token, index } of text.matchAll(TOKEN)) {
     if (token === "(" && !depth++) [begin, beginLine] = [index, line];
     if (token === ")" && depth && !--depth) {
-      const whole = text.slice(begin, index + 1),
-        head = /^\(\s*(def\w+)\s+(?:[\w-]+::)?([^\s()]+)/.exec(whole);
-      if (head) found.push({ construct: head[1], name: head[2], line: beginLine, text: whole });
+      const constructText = text.slice(begin, index + 1),
+        // the kind, and the name without its module
+        [head, construct, name] = /^\(\s*(def\w+)\s+(?:[\w-]+::)?([^\s()]+)/.exec(constructText) || [];
+      if (head) constructs.push({ construct, name, line: beginLine, text: constructText });
     }
     line += token.split("\n").length - 1;
   }
-  return found;
+  return constructs;
 }
 
 const parsed = new WeakMap(); // recording -> environment -> constructs
 
-function recorded(recording, env) {
+/** The constructs in the attached files of a recording: {construct, name, line, text, file, core}. */
+function recordedConstructs(recording, env) {
   if (!parsed.has(recording)) parsed.set(recording, new Map());
-  const known = parsed.get(recording);
-  if (!known.has(env))
-    known.set(
+  const constructsByEnv = parsed.get(recording);
+  if (!constructsByEnv.has(env))
+    constructsByEnv.set(
       env,
       (recording.sources ? recording.sources.of(env) : []).flatMap(({ path, core, text }) =>
-        constructsOf(text).map((each) => ({ ...each, file: path, core })),
+        constructsOf(text).map((construct) => ({ ...construct, file: path, core })),
       ),
     );
-  return known.get(env);
+  return constructsByEnv.get(env);
 }
 
-/** A construct: {construct, name, file, line, core, text}; null: no readable file has it. */
-export async function constructText(app, env, construct, name) {
-  const found = app.recording
-    ? recorded(app.recording, env)
+/** Find a construct: {construct, name, file, line, core, text}; null: no readable file has it. */
+export async function findConstruct(app, env, kind, name) {
+  const constructs = app.recording
+    ? recordedConstructs(app.recording, env)
     : await get(
-        "cxbridge/constructs?text=true&env=" + part(env) + "&construct=" + construct + "&name=" + part(name),
+        "cxbridge/constructs?text=true&env=" + part(env) + "&construct=" + kind + "&name=" + part(name),
       );
-  return found.findLast((each) => each.construct === construct && each.name === name) || null;
+  // CLIPS keeps the last of several constructs with a name
+  return constructs.findLast((each) => each.construct === kind && each.name === name) || null;
 }
 
 /** The deftemplates of the CX core and of the agent: {core, own}, Sets of names. */
 export async function templateOwners(app, env) {
-  const found = app.recording
-    ? recorded(app.recording, env)
+  const constructs = app.recording
+    ? recordedConstructs(app.recording, env)
     : await get("cxbridge/constructs?env=" + part(env) + "&construct=deftemplate");
   const names = (core) =>
     new Set(
-      found
+      constructs
         .filter((each) => each.construct === "deftemplate" && Boolean(each.core) === core)
         .map((each) => each.name),
     );
@@ -63,4 +68,4 @@ export async function templateOwners(app, env) {
 
 /** All rules of a recording's files: {name, file, line, core}. */
 export const recordedRules = (recording, env) =>
-  recorded(recording, env).filter((each) => each.construct === "defrule");
+  recordedConstructs(recording, env).filter((each) => each.construct === "defrule");

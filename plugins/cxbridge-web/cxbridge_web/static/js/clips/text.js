@@ -1,10 +1,13 @@
-// Parses facts as CLIPS prints them: (template (slot value ...) ...), or (template value ...).
+// Parses facts as CLIPS prints them, (template (slot value ...) ...) or (template value ...), and makes the
+// API's models of goals and plans from facts.
 import { bare } from "cx/names.js";
 
+// a string, a parenthesis, or a symbol or number
 const TOKEN = /"(?:\\.|[^"\\])*"|[()]|[^\s()"]+/gs;
 
 /**
- * @returns {template, slots: Map name -> text}, slots null for a fact without slots; null for a truncated
+ * Parse the text of a fact.
+ * @returns {template, slots: Map name -> text}, with slots null for an ordered fact; null for a truncated
  * text
  */
 export function parseFact(text) {
@@ -28,32 +31,36 @@ export function parseFact(text) {
 }
 
 const unquote = (token) => (token.startsWith('"') ? token.slice(1, -1).replace(/\\(.)/gs, "$1") : token);
+/** The values in the text of a slot; strings without their quotes. */
 export const valuesOf = (text) => ((text || "").match(TOKEN) || []).map(unquote);
 
-/** The slots of facts by deftemplate: `first(name)` and `all(name)` have the values of a slot. */
-function slotsBy(facts) {
-  const found = new Map();
+/**
+ * Return a function that returns the facts of a deftemplate; `first(name)` and `all(name)` of a fact have the
+ * first value and all values of a slot.
+ */
+function slotsByTemplate(facts) {
+  const factsByTemplate = new Map();
   for (const { text } of facts) {
     const { template, slots } = parseFact(text) || {};
     if (!slots) continue;
     const all = (name) => valuesOf(slots.get(name)),
       first = (name) => bare(all(name)[0] || "");
-    if (!found.has(template)) found.set(template, []);
-    found.get(template).push({ all, first });
+    if (!factsByTemplate.has(template)) factsByTemplate.set(template, []);
+    factsByTemplate.get(template).push({ all, first });
   }
-  return (template) => found.get(template) || [];
+  return (template) => factsByTemplate.get(template) || [];
 }
 
 // the names and types of the API: single values, lists, numbers and booleans
-const named = (names, get) => Object.fromEntries(names.map((name) => [name, get(name)]));
+const valuesByName = (names, get) => Object.fromEntries(names.map((name) => [name, get(name)]));
 const GOAL = ["id", "class", "type", "sub-type", "parent", "mode", "outcome", "message", "priority"],
   GOAL_LISTS = ["error", "meta", "required-resources", "acquired-resources"];
 
 function goalOf({ all, first }, plans) {
   const own = plans.filter((plan) => plan.first("goal-id") === first("id"));
   return {
-    ...named(GOAL, first),
-    ...named(GOAL_LISTS, all),
+    ...valuesByName(GOAL, first),
+    ...valuesByName(GOAL_LISTS, all),
     parameters: all("params"),
     plans: own.map((plan) => plan.first("id")),
   };
@@ -70,7 +77,7 @@ function planOf({ first }, actions) {
   const isOf = (action) =>
     action.first("goal-id") === first("goal-id") && action.first("plan-id") === first("id");
   return {
-    ...named(["id", "goal-id"], first),
+    ...valuesByName(["id", "goal-id"], first),
     cost: Number(first("cost")) || 0,
     actions: actions
       .filter(isOf)
@@ -79,15 +86,18 @@ function planOf({ first }, actions) {
   };
 }
 
-/** @param templates deftemplate of the listed facts, and deftemplate of their parts */
-function modelOf(templates, of) {
+/**
+ * @param templates the deftemplate of the listed facts, and the deftemplate of their parts
+ * @param itemOf(slots, parts) makes an item of the list
+ */
+function modelOf(templates, itemOf) {
   const make = (facts) => {
-    const [own, parts = []] = templates.map(slotsBy(facts));
-    return own.map((slots) => of(slots, parts));
+    const [listed, parts = []] = templates.map(slotsByTemplate(facts));
+    return listed.map((slots) => itemOf(slots, parts));
   };
   return { templates, make };
 }
-/** Makers of the API's lists from the facts of an environment; the API has only those of the executive's. */
+/** Makers of the API's lists from facts: the API has these lists only for the executive's environment. */
 export const MODELS = {
   goals: modelOf(["goal", "plan"], goalOf),
   plans: modelOf(["plan", "plan-action"], planOf),

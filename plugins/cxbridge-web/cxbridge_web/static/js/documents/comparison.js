@@ -3,20 +3,24 @@ import { button, dim, el, none, note, pairs, refill, secondsText, wideTable } fr
 import { notes, section } from "cx/documents/parts.js";
 import { OUTCOMES } from "cx/outcome.js";
 
+// the signs of the kinds of differences
 const SIGNS = { changed: "≠", "only-a": "−", "only-b": "+", order: "⇅", msgid: "#", time: "◷", count: "×" };
-const LISTED = 200,
+const LISTED = 200, // differences in the list
   LONGEST = 400; // characters of an event
 const SIDES = ["a", "b"];
 
 const short = (text) =>
   text.length <= LONGEST ? text : text.slice(0, LONGEST / 2) + " ... " + text.slice(-LONGEST / 2);
 const sign = ({ kind }) => el("span.sign", { role: "img", "aria-label": kind, title: kind }, SIGNS[kind]);
+/** @param make(side) the content of a side, "a" or "b" */
 const sides = (make) =>
   el(
     "div.sides",
     SIDES.map((side) => el.div(el("h3.side", side.toUpperCase()), make(side))),
   );
-const said = ({ event, text }) => [event === null ? null : dim(event + " "), el.code(short(text))];
+/** The kind of an event and its text; without a kind if the run has no such event. */
+const eventText = ({ event, text }) => [event === null ? null : dim(event + " "), el.code(short(text))];
+/** The time of the difference in one run's context; undefined if the run has no such event. */
 const secondsOf = (context) => context?.lines.find(({ here }) => here)?.seconds;
 
 /** The address of a moment on the page of a run; null: the page has only the comparison. */
@@ -39,7 +43,7 @@ function lineCells(line, report, side) {
 }
 
 /** The events around a difference. */
-const steps = (number, report) =>
+const surroundings = (number, report) =>
   sides((side) => {
     const lines = report.contexts[number][side].lines.map((line) => lineCells(line, report, side));
     return lines.length ? wideTable({ class: "aligned" }, [], lines) : none("This run has no such event");
@@ -57,13 +61,14 @@ const rules = (list) =>
 
 const longestOf = ({ end }) => Math.max(end.a, end.b) || 1;
 
-function bar(found, side, report) {
+/** @param entry the goal in the run of this side; null: this run has no such goal */
+function bar(entry, side, report) {
   const name = side.toUpperCase();
-  if (!found) return el.span({ class: "pair-none " + side }, "not in " + name);
-  const { goal, outcome, error, begin, end } = found,
+  if (!entry) return el.span({ class: "pair-none " + side }, "not in " + name);
+  const { goal, outcome, error, begin, end } = entry,
     { word, icon } = OUTCOMES[outcome],
     text = [name + ": " + goal, word, error].filter(Boolean).join(" "),
-    [left, width] = [begin, end - begin].map((value) => (100 * value) / longestOf(report));
+    [left, width] = [begin, end - begin].map((value) => (100 * value) / longestOf(report)); // percent
   const about = {
     class: "pair-bar o-" + outcome + " " + side,
     style: "left: " + left + "%; width: " + width + "%",
@@ -122,11 +127,11 @@ function differenceBox(number, report) {
   };
   return [
     el.p(sign(difference), subject ? el.b(" " + short(subject) + ":") : null, " " + what),
-    sides((side) => [el("p.code", said(difference[side])), moment(side)]),
+    sides((side) => [el("p.code", eventText(difference[side])), moment(side)]),
     context
       ? [
           el.h3("What led to it, step by step"),
-          steps(number, report),
+          surroundings(number, report),
           el.h3("Rules that fired just before"),
           sides((side) => rules(context[side].rules)),
         ]
@@ -139,12 +144,12 @@ function walk(report, mark) {
   const box = el.div({ "aria-live": "polite" }),
     title = el("h2#first"),
     { differences } = report;
-  let shown = 0;
-  const arrow = (text, by, label) => button(text, () => show(shown + by), { "aria-label": label }),
+  let shownNumber = 0;
+  const arrow = (text, by, label) => button(text, () => show(shownNumber + by), { "aria-label": label }),
     back = arrow("◂", -1, "the previous difference"),
     next = arrow("▸", 1, "the next difference");
   function show(number) {
-    shown = number;
+    shownNumber = number;
     title.textContent = number ? "Difference " + (number + 1) + " of " + report.total : "Where they part";
     back.disabled = number === 0;
     next.disabled = number === differences.length - 1;
@@ -162,18 +167,20 @@ function walk(report, mark) {
     return [
       sign(difference),
       button(text, choose, { class: "quiet link" }),
-      ...SIDES.map((side) => said(difference[side])),
+      ...SIDES.map((side) => eventText(difference[side])),
     ];
   });
-  const left = report.total - rows.length,
+  const unlistedCount = report.total - rows.length,
     isMany = differences.length > 1,
     table = isMany && wideTable({}, ["", "what", "A", "B"], rows);
   return [
     el.section({ "aria-labelledby": "first" }, el("div.walk", title, isMany && [back, next]), box),
-    isMany && section("all", "All differences", table, left > 0 && note("and " + left + " more")),
+    isMany &&
+      section("all", "All differences", table, unlistedCount > 0 && note("and " + unlistedCount + " more")),
   ];
 }
 
+/** The sentence about the first difference. */
 function parting({ contexts: [context], unit, differences: [{ a, b }] }) {
   const at = SIDES.map((side) => [secondsOf(context?.[side]), side.toUpperCase()])
     .filter(([seconds]) => seconds !== undefined && unit === "s")
@@ -190,7 +197,7 @@ function parting({ contexts: [context], unit, differences: [{ a, b }] }) {
 
 export function open(main, report) {
   const { same, summary, options, headlines, differences } = report,
-    given = Object.entries(options).filter(([, value]) => value && value.length !== 0),
+    setOptions = Object.entries(options).filter(([, value]) => value && value.length !== 0),
     { node, mark } = goalRows(report);
   const run = (side) => [
     linkTo(addressOf(report, side, "timeline"), { title: "open this run" }, report[side].path),
@@ -204,7 +211,7 @@ export function open(main, report) {
         el.p(el.i({ "aria-hidden": "true" }, same ? "=" : "≠"), summary),
         differences.length > 0 && !same && parting(report),
       ),
-      pairs([["A", run("a")], ["B", run("b")], ...given.map(([name, value]) => [name, String(value)])]),
+      pairs([["A", run("a")], ["B", run("b")], ...setOptions.map(([name, value]) => [name, String(value)])]),
       notes([...report.hints, ...report.notes]),
       report.goals.length > 0 && section("goals", "Goals of both runs", node),
       differences.length > 0 && walk(report, mark),

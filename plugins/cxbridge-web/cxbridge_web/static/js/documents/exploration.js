@@ -5,7 +5,8 @@ import { notes, section } from "cx/documents/parts.js";
 import { goalOutcome, outcomeBadge } from "cx/outcome.js";
 
 const MOST_DRAWN = 400, // of more runs: runs that violate a property, and runs with the fewest faults
-  AGAIN_MS = 2500;
+  RELOAD_MS = 2500; // the period of a document that grows during an exploration
+// the classes of bars by the outcome of the run; "bad" for other outcomes
 const KINDS = { completed: "good", unsuccessful: "failed", merged: "none", open: "none" };
 
 const table = (heads, rows, empty, numbers = []) =>
@@ -13,41 +14,41 @@ const table = (heads, rows, empty, numbers = []) =>
 const badges = (names, goalOf) =>
   names?.length ? names.map((name) => [outcomeBadge(goalOutcome(goalOf(name)), name), " "]) : "-";
 
-/** The numbers of the rows that are drawn, with the rows that they left. */
-function drawnOf(rows) {
+/** Select the rows to draw, each with the rows of the runs that it left. Returns the numbers of the rows. */
+function selectRows(rows) {
   const isSound = (number) => rows[number].violations.length === 0,
-    wanted = [...rows.keys()].sort(
+    byImportance = [...rows.keys()].sort(
       (one, other) => isSound(one) - isSound(other) || rows[one].faults - rows[other].faults || one - other,
     ),
     drawn = new Set();
-  for (const number of wanted) {
-    const line = [];
+  for (const number of byImportance) {
+    const line = []; // the row and its ancestors that are not drawn yet
     for (let above = number; above !== null && !drawn.has(above); above = rows[above].parent)
       line.push(above);
-    if (drawn.size + line.length <= MOST_DRAWN) for (const each of line) drawn.add(each);
+    if (drawn.size + line.length <= MOST_DRAWN) for (const ancestor of line) drawn.add(ancestor);
   }
   return [...drawn].sort((one, other) => one - other);
 }
 
 function map(rows) {
-  const drawn = drawnOf(rows),
+  const drawn = selectRows(rows),
     places = new Map(drawn.map((number, place) => [number, place])),
     hasLinks = drawn.some((number) => rows[number].page);
   const lane = (number) => {
     const { begin_s: begin, end_s: end, parent, page, outcome, ...row } = rows[number],
-      words = row.path.join("; ") || "nothing but the usual",
-      how = row.reason ? outcome + ": " + row.reason : outcome,
-      title = [words, how, ...row.violations].join("\n"),
+      choices = row.path.join("; ") || "nothing but the usual",
+      ending = row.reason ? outcome + ": " + row.reason : outcome,
+      title = [choices, ending, ...row.violations].join("\n"),
       isBold = row.violations.length > 0,
       label = (isBold ? "✖ " : "") + (row.choice || "the usual run"),
       from = parent === null ? -1 : places.get(parent);
     return { label, isBold, begin, end, kind: KINDS[outcome] || "bad", title, href: page, from };
   };
-  const left = rows.length - drawn.length,
+  const undrawnCount = rows.length - drawn.length,
     end = Math.max(...drawn.map((number) => rows[number].end_s)),
     about = drawn.length + " runs over time; the table below tells how they ended";
   return [
-    notes(left ? [left + " runs of " + rows.length + " are not drawn"] : []),
+    notes(undrawnCount ? [undrawnCount + " runs of " + rows.length + " are not drawn"] : []),
     lanes(drawn.map(lane), end, about),
     note(
       "A bar begins where its run left another run, from whose bar the line comes. ",
@@ -59,15 +60,16 @@ function map(rows) {
 
 /** The choices by which runs left another run, with the ends of the runs. */
 function faults(rows) {
-  const found = Map.groupBy(
+  const rowsByChoice = Map.groupBy(
     rows.filter(({ choice }) => choice),
     ({ choice }) => choice,
   );
-  const lines = [...found].map(([choice, of]) => {
-    const ends = [...Map.groupBy(of, ({ outcome }) => outcome)];
-    return [choice, of.length, ends.map(([outcome, all]) => all.length + " " + outcome).join(", ")];
+  const lines = [...rowsByChoice].map(([choice, runs]) => {
+    const ends = [...Map.groupBy(runs, ({ outcome }) => outcome)];
+    return [choice, runs.length, ends.map(([outcome, ended]) => ended.length + " " + outcome).join(", ")];
   });
-  lines.sort((one, other) => other[1] - one[1] || (one[0] < other[0] ? -1 : 1));
+  // the most frequent choice first
+  lines.sort(([choice, count], [other, otherCount]) => otherCount - count || (choice < other ? -1 : 1));
   return table(["choice", "runs", "ended"], lines, "the world had no choice", [1]);
 }
 
@@ -82,7 +84,7 @@ const properties = (list) =>
     "no properties",
   );
 
-/** The violated properties first: each begins with its shortest story. */
+/** A violated property, with the story of the shortest run that violates it. */
 const violation = ({ name, message, story, address }) =>
   el(
     "div.violation",
@@ -115,14 +117,14 @@ const goalsOf = ({ outcomes: ended, modes_never_reached: never }) =>
     "no goals",
   );
 
-export function open(main, { live, summary, command, properties: all, rows, coverage }) {
-  const broken = all.filter(({ verdict }) => verdict === "violated");
-  if (live) setTimeout(() => location.reload(), AGAIN_MS);
+export function open(main, { live, summary, command, properties: allProperties, rows, coverage }) {
+  const violated = allProperties.filter(({ verdict }) => verdict === "violated");
+  if (live) setTimeout(() => location.reload(), RELOAD_MS);
   const sections = [
-    broken.length > 0 && ["violations", "Violations", broken.map(violation)],
+    violated.length > 0 && ["violations", "Violations", violated.map(violation)],
     ["map", "Runs", map(rows)],
     ["faults", "What faults lead to", faults(rows)],
-    ["properties", "Properties", properties(all)],
+    ["properties", "Properties", properties(allProperties)],
     coverage && ["unreached", "What no run has reached", unreached(coverage)],
     coverage && ["goals", "Goals", goalsOf(coverage.goals)],
   ];

@@ -1,25 +1,27 @@
-// The runs of an exploration over time: a lane each.
+// The runs of an exploration over time: each run has a lane with a bar. Sizes are pixels unless stated
+// otherwise.
 import { el, svg } from "cx/dom.js";
 
-const ROW = 22,
-  BAR = 16,
-  HEAD = 22,
-  LABELS = 320,
+const ROW = 22, // height of a lane
+  BAR = 16, // height of a bar
+  HEAD = 22, // height of the axis above the lanes
+  LABELS = 320, // the greatest width of the labels
   NARROWEST = 500,
   WIDEST = 12000,
   COLUMN = 1150, // the width of a document's text
-  MARGINS = 64,
+  MARGINS = 64, // of both sides of the document
   PIXELS_A_SECOND = 6,
-  LETTER = 6.6, // pixels
-  TICK_PIXELS = 100;
-const TICKS = [1, 2, 5, 10, 30, 60, 120, 300, 600];
+  LETTER = 6.6, // mean width of a letter
+  TICK_PIXELS = 100; // the least distance of two ticks
+const TICKS = [1, 2, 5, 10, 30, 60, 120, 300, 600]; // seconds between two ticks
 
+/** The y of the middle of a lane. */
 const middleOf = (place) => HEAD + ROW * place + ROW / 2;
 const cut = (text, letters) => (text.length <= letters ? text : text.slice(0, letters - 1) + "…");
 
 function tickTimes(seconds, width) {
-  const room = (seconds * TICK_PIXELS) / width,
-    step = TICKS.find((each) => each >= room) || Math.ceil(room);
+  const leastStep = (seconds * TICK_PIXELS) / width,
+    step = TICKS.find((each) => each >= leastStep) || Math.ceil(leastStep);
   return Array.from({ length: Math.floor(seconds / step) + 1 }, (_, at) => at * step);
 }
 
@@ -32,8 +34,8 @@ function tickTimes(seconds, width) {
 export function lanes(rows, length, about) {
   const seconds = length > 0 ? length : 1,
     longest = Math.max(0, ...rows.map(({ label }) => label.length)),
-    beside = Math.min(LABELS, Math.ceil((longest + 2) * LETTER)),
-    room = Math.min(innerWidth - MARGINS, COLUMN) - beside,
+    labelWidth = Math.min(LABELS, Math.ceil((longest + 2) * LETTER)),
+    room = Math.min(innerWidth - MARGINS, COLUMN) - labelWidth,
     width = Math.min(Math.max(NARROWEST, room, seconds * PIXELS_A_SECOND), WIDEST),
     height = HEAD + ROW * rows.length + 4,
     x = (time) => 4 + ((width - 8) * time) / seconds;
@@ -41,7 +43,7 @@ export function lanes(rows, length, about) {
     svg.text(
       { class: isBold ? "violated" : null, x: 2, y: middleOf(place) + 4 },
       svg.title(title),
-      cut(text, Math.floor(beside / LETTER)),
+      cut(text, Math.floor(labelWidth / LETTER)),
     );
   const tick = (time) => [
     svg("line.tick", { x1: x(time), x2: x(time), y1: HEAD - 4, y2: height }),
@@ -58,10 +60,10 @@ export function lanes(rows, length, about) {
       svg.rect({ class: kind, ...box }),
     );
   };
-  const hasLinks = rows.some(({ href }) => href); // links in an image are not reached
+  const hasLinks = rows.some(({ href }) => href); // screen readers do not enter an image
   return el(
     "div.lanes",
-    svg.svg({ width: beside, height, "aria-hidden": "true" }, rows.map(label)),
+    svg.svg({ width: labelWidth, height, "aria-hidden": "true" }, rows.map(label)),
     el(
       "div.wide",
       { tabindex: 0, role: "region", "aria-label": about },

@@ -9,13 +9,17 @@ const NOTHING = { words: "", outcome: "", class: "", robot: "" },
   FILTERS = Object.keys(NOTHING);
 const chosen = { ...NOTHING };
 
-/** The filters as the query of an address. */
+/**
+ * The filters as the query of an address, behind `?`; "" without filters.
+ * @param more further names and values
+ */
 export function filterQuery(more = {}) {
   const set = FILTERS.filter((name) => chosen[name]).map((name) => [name, chosen[name]]),
     text = new URLSearchParams([...Object.entries(more), ...set]).toString();
   return text && "?" + text;
 }
 
+/** Write the filters into the address, without a step in the browser's history. */
 function write() {
   const { path, query } = parseAddress(location.hash);
   for (const name of FILTERS)
@@ -25,6 +29,7 @@ function write() {
   history.replaceState(history.state, "", path + (text && "?" + text));
 }
 
+/** @param changed called when the user changes a filter */
 export function goalFilter(app, changed) {
   const choose = (name) => (value) => {
     chosen[name] = value;
@@ -54,19 +59,20 @@ export function goalFilter(app, changed) {
       if (document.activeElement !== find) find.value = chosen.words;
       write();
     },
+    /** Offer the outcomes, classes and robots of these goals; a choice of one option is hidden. */
     offer(goals) {
-      const offers = [
+      const optionLists = [
         NAMES.map((name) => [name, OUTCOMES[name].word]),
         [...new Set(goals.map((goal) => goal.cls).filter(Boolean))].sort(),
         [...new Set(goals.flatMap((goal) => [...robotsBelow(goal)]))].sort(),
       ];
       for (const [at, select] of selects.entries()) {
-        const name = FILTERS[at + 1],
+        const name = FILTERS[at + 1], // behind the words
           value = chosen[name],
-          isOffered = !value || offers[at].some((option) => [option].flat()[0] === value);
-        select.offer([["", "any " + name], ...offers[at], ...(isOffered ? [] : [value])], value);
+          isOffered = !value || optionLists[at].some((option) => [option].flat()[0] === value);
+        select.offer([["", "any " + name], ...optionLists[at], ...(isOffered ? [] : [value])], value);
         select.classList.toggle("is-set", Boolean(value));
-        select.hidden = offers[at].length < 2 && !value;
+        select.hidden = optionLists[at].length < 2 && !value;
       }
     },
     fits: (goal) =>

@@ -4,33 +4,35 @@ import { ofLastAttempt } from "cx/timeline/history.js";
 import { outcomeAt } from "cx/timeline/spans.js";
 
 /**
- * How long a goal has run in microseconds, or waited if it was not dispatched.
- * @param now the shown moment
- * @returns {begin, us, waits: a word for a goal that was not dispatched}; null if the begin is unknown
+ * How long a goal has run, or has waited if it was not dispatched.
+ * @param now the shown moment, in microseconds
+ * @returns {begin, us, waits}, times in microseconds; `waits` is a word for a goal that was not dispatched,
+ * else ""; null if the begin is unknown
  */
 export function durationOf({ history, mode }, now) {
-  const run = history.find((step) => step.mode === "DISPATCHED"),
+  const dispatched = history.find((step) => step.mode === "DISPATCHED"),
     end = history[history.findLastIndex((step) => !hasEnded(step.mode)) + 1], // a goal may be tried again
-    begin = run || history[0];
+    begin = dispatched || history[0];
   if (!begin || (hasEnded(mode) && !end)) return null;
   return {
     ...{ begin: begin.time, us: Math.max(0, (end ? end.time : now) - begin.time) },
-    waits: run ? "" : end ? "waited" : "waits",
+    waits: dispatched ? "" : end ? "waited" : "waits",
   };
 }
 
 /** The actions of a goal's attempt up to a step; of several actions with an id, the latest. */
 function actionsOf({ history, step }, goal) {
   const known = history.goals.get(goal.key),
-    begun = known ? ofLastAttempt(known, known.actions, step) : [];
-  return [...new Map(begun.map((action) => [action.plan + " " + action.id, action])).values()];
+    actions = known ? ofLastAttempt(known, known.actions, step) : [];
+  return [...new Map(actions.map((action) => [action.plan + " " + action.id, action])).values()];
 }
 
 /** The children as "done/all", or the actions of a goal without children; "" without both. */
 export function progressOf(model, goal, children = []) {
-  const actions = actionsOf(model, goal).map((action) => outcomeAt(action, model.step) === "completed"),
-    done = children.length ? children.map((child) => !isOpen(goalOutcome(child))) : actions;
-  return done.length ? done.filter(Boolean).length + "/" + done.length : "";
+  const isActionDone = (action) => outcomeAt(action, model.step) === "completed",
+    isChildDone = (child) => !isOpen(goalOutcome(child)),
+    flags = children.length ? children.map(isChildDone) : actionsOf(model, goal).map(isActionDone);
+  return flags.length ? flags.filter(Boolean).length + "/" + flags.length : "";
 }
 
 /** The robots (Skillers) that executed the actions of a goal. */

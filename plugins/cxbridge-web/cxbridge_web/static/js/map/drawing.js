@@ -1,20 +1,23 @@
-// The map on a canvas: a grid in metres, the navigation graph, frames, robots and their trails.
+// The map on a canvas: a grid in metres, the navigation graph, frames, robots and their trails. Places on the
+// map are metres, places on the canvas pixels, whose y axis points down.
 import { Canvas, dashOf, dot, drawingKeys, fillBox, gestures, line, niceStep } from "cx/canvas.js";
 import { el } from "cx/dom.js";
 
-const LEAST = 2,
+const LEAST = 2, // pixels a metre
   MOST = 4000, // pixels a metre
-  STEP = 40,
-  ZOOM = 1.3,
-  MARGIN = 1.25;
+  STEP = 40, // pixels that an arrow key moves the map
+  ZOOM = 1.3, // the factor of a key
+  MARGIN = 1.25; // the width of the fitted map, as a multiple of the width of its items
 const NEAR = 14; // the distance in pixels at which an item counts as pointed at
 const AXES = ["#d1242f", "#1a7f37"]; // x and y of a frame, as in rviz
 
 export class Drawing {
-  /** @param handlers hover(item or null), pick(item or null), moved() after a move or zoom by hand */
+  /**
+   * @param handlers hover(item or null), pick(item or null), moved() after the user moved or scaled the map
+   */
   constructor(handlers) {
     Object.assign(this, { handlers, scale: 80, x: 0, y: 0, graphs: [], items: [], hot: null, grid: 1 });
-    this.canvas = new Canvas((...rest) => this.paint(...rest));
+    this.canvas = new Canvas((...args) => this.paint(...args));
     this.box = el(
       "div.map-box",
       {
@@ -40,7 +43,7 @@ export class Drawing {
       ArrowUp: () => this.move(0, STEP),
       ArrowDown: () => this.move(0, -STEP),
       "+": zoomIn,
-      "=": zoomIn,
+      "=": zoomIn, // the key of + without Shift
       "-": () => this.zoom(1 / ZOOM),
       0: () => this.fit(),
     });
@@ -55,18 +58,20 @@ export class Drawing {
   move(dx, dy) {
     this.x -= dx / this.scale;
     this.y += dy / this.scale;
-    this.fitted = "";
+    this.fitted = ""; // the size of the canvas to which the map was fitted; "" after a move
     this.handlers.moved();
     this.canvas.later();
   }
+  /** Scale the map around a pixel, whose place on the map stays below it. */
   zoom(factor, x = this.canvas.width / 2, y = this.canvas.height / 2) {
-    const [left, top] = this.metres(x, y);
+    const [xBefore, yBefore] = this.metres(x, y);
     this.scale = Math.min(MOST, Math.max(LEAST, this.scale * factor));
-    const [right, bottom] = this.metres(x, y);
-    this.x += left - right;
-    this.y += top - bottom;
+    const [xAfter, yAfter] = this.metres(x, y);
+    this.x += xBefore - xAfter;
+    this.y += yBefore - yAfter;
     this.move(0, 0);
   }
+  /** Move the map so that a place is in the middle. */
   centre(x, y) {
     Object.assign(this, { x, y });
     this.canvas.later();
@@ -80,25 +85,27 @@ export class Drawing {
         ...this.items.flatMap(({ trail }) => trail),
       ];
     if (!points.length || !width) return false;
-    const range = (at) =>
+    const range = (axis) =>
       points.reduce(
-        ([least, most], point) => [Math.min(least, point[at]), Math.max(most, point[at])],
+        ([least, most], point) => [Math.min(least, point[axis]), Math.max(most, point[axis])],
         [Infinity, -Infinity],
       );
     const [left, right] = range(0),
       [low, high] = range(1),
-      fits = (room, span) => room / Math.max(1, span * MARGIN),
-      scale = Math.min(fits(width, right - left), fits(height, high - low));
+      scaleFor = (room, span) => room / Math.max(1, span * MARGIN), // at least a metre is visible
+      scale = Math.min(scaleFor(width, right - left), scaleFor(height, high - low));
     this.scale = Math.min(MOST, Math.max(LEAST, scale));
     this.fitted = width + " " + height;
     this.centre((left + right) / 2, (low + high) / 2);
     return true;
   }
 
+  /** The pixel of a place on the map. */
   at(x, y) {
     const { width, height } = this.canvas;
     return [width / 2 + (x - this.x) * this.scale, height / 2 - (y - this.y) * this.scale];
   }
+  /** The place on the map of a pixel. */
   metres(x, y) {
     const { width, height } = this.canvas;
     return [this.x + (x - width / 2) / this.scale, this.y - (y - height / 2) / this.scale];
@@ -107,17 +114,17 @@ export class Drawing {
   /** The robot, frame or node at a pixel; null without. */
   near(x, y) {
     const nodes = this.graphs.flatMap((graph) => Object.entries(graph.nodes)),
-      all = [...this.items, ...nodes.map(([name, node]) => ({ ...node, name, kind: "node" }))];
-    const isClose = (each) => {
-      const [left, top] = this.at(each.x, each.y);
+      candidates = [...this.items, ...nodes.map(([name, node]) => ({ ...node, name, kind: "node" }))];
+    const isClose = (item) => {
+      const [left, top] = this.at(item.x, item.y);
       return Math.hypot(left - x, top - y) <= NEAR;
     };
-    return all.find(isClose) || null;
+    return candidates.find(isClose) || null;
   }
-  hover(found) {
-    if (found?.name === this.hot?.name) return;
-    this.hot = found;
-    this.handlers.hover(found);
+  hover(item) {
+    if (item?.name === this.hot?.name) return;
+    this.hot = item;
+    this.handlers.hover(item);
   }
 
   paint(context, width, height, colours) {
@@ -145,9 +152,9 @@ export class Drawing {
   }
 
   paintScale(context, height, { text: colour }) {
-    const wide = this.grid * this.scale,
+    const length = this.grid * this.scale,
       text = this.grid >= 1 ? this.grid + " m" : Math.round(this.grid * 100) + " cm",
-      [left, right, top, low] = [14, 14 + wide, height - 20, height - 14];
+      [left, right, top, low] = [14, 14 + length, height - 20, height - 14];
     line(
       context,
       [
@@ -161,7 +168,7 @@ export class Drawing {
     context.fillStyle = colour;
     context.textAlign = "center";
     context.textBaseline = "bottom";
-    context.fillText(text, left + wide / 2, height - 17);
+    context.fillText(text, left + length / 2, height - 17);
   }
 
   paintGraph(context, { nodes, edges }, colours) {
@@ -172,6 +179,7 @@ export class Drawing {
       if (directed) this.paintArrow(context, ...ends, colours.dim);
     }
     const { width, height } = this.canvas,
+      // names would cover a crowded map: each needs about 900 square pixels
       isNamed = Object.keys(nodes).length * 900 < width * height || this.scale > 60;
     for (const [name, node] of Object.entries(nodes)) {
       const [x, y] = this.at(node.x, node.y),
@@ -187,7 +195,7 @@ export class Drawing {
     context.fillStyle = colour;
     context.fillText(text, x, y);
   }
-  /** Draw a turned shape of points around a place. */
+  /** Draw a shape at a place, turned by an angle. @param points [x, y] around the place */
   shape(context, [x, y], angle, points, look) {
     context.save();
     context.translate(x, y);
@@ -213,7 +221,7 @@ export class Drawing {
   paintRobot(context, item, colours) {
     const place = this.at(item.x, item.y),
       [x, y] = place,
-      size = Math.max(10, Math.min(26, 0.16 * this.scale)),
+      size = Math.max(10, Math.min(26, 0.16 * this.scale)), // a radius of 16 cm, but always visible
       alpha = item.seen ? 1 : 0.45,
       look = { fill: colours.series[item.number], stroke: colours.back, width: 2, alpha };
     if (item.yaw === null) dot(context, x, y, size * 0.7, look);
@@ -221,7 +229,7 @@ export class Drawing {
       this.shape(
         context,
         place,
-        -item.yaw,
+        -item.yaw, // the y axis of the canvas points down
         ROBOT.map((point) => point.map((at) => at * size)),
         look,
       );
@@ -232,7 +240,7 @@ export class Drawing {
   paintFrame(context, item, colours) {
     const [x, y] = this.at(item.x, item.y);
     for (const [at, stroke] of AXES.entries()) {
-      const angle = (item.yaw ?? 0) + (at * Math.PI) / 2,
+      const angle = (item.yaw ?? 0) + (at * Math.PI) / 2, // the y axis is a quarter turn from the x axis
         end = [x + 20 * Math.cos(angle), y - 20 * Math.sin(angle)];
       line(context, [[x, y], end], { stroke, width: 2.2 });
     }

@@ -5,12 +5,13 @@ import { countWhile } from "cx/names.js";
 import { Store } from "cx/stores.js";
 
 const MOST_POINTS = 20_000;
-const USUAL = ["map", "world", "odom"];
-const SAME = ["x", "y", "yaw", "frame", "seen", "goalX", "goalY"];
-const HERE = { x: 0, y: 0, yaw: 0 };
+const USUAL_FRAMES = ["map", "world", "odom"];
+// the members of a point that make it differ from the point before
+const COMPARED = ["x", "y", "yaw", "frame", "seen", "goalX", "goalY"];
+const IDENTITY = { x: 0, y: 0, yaw: 0 };
 const bare = (frame) => String(frame || "").replace(/^\//, ""); // as in tf, without a leading slash
 
-/** The turn about z of a quaternion x, y, z, w. */
+/** The turn about the z axis in radians of a quaternion [x, y, z, w]; 0 for other values. */
 function yawOf(rotation) {
   if (rotation?.length !== 4) return 0;
   const [x, y, z, w] = rotation;
@@ -34,15 +35,16 @@ function inverse({ x, y, yaw }) {
 
 /** A pose in a frame, or a frame in its parent, over time. */
 class Track {
-  points = [];
+  points = []; // {time, frame, x, y, yaw, seen, goalX, goalY}, ordered by time
   isStatic = false;
 
   constructor(kind, name) {
     Object.assign(this, { kind, name });
   }
+  /** Add a point, unless it is older than the last point or equal to it. */
   add(point) {
     const last = this.points.at(-1);
-    if (last && (point.time < last.time || SAME.every((key) => last[key] === point[key]))) return;
+    if (last && (point.time < last.time || COMPARED.every((key) => last[key] === point[key]))) return;
     this.points.push(point);
     if (this.points.length > MOST_POINTS) this.points.splice(0, MOST_POINTS / 4);
   }
@@ -50,12 +52,13 @@ class Track {
   count(time) {
     return countWhile(this.points, (point) => point.time <= time);
   }
+  /** The point at a time; null before the first point. */
   at(time) {
     return (this.isStatic ? this.points.at(-1) : this.points[this.count(time) - 1]) || null;
   }
 }
 
-/** The pose in the values of an interface with `translation` and `rotation`. */
+/** The pose in the values of an interface with `translation` and `rotation`. @param more further members */
 const poseOf = ({ frame, translation: [x, y], rotation }, more) => ({
   frame: bare(frame),
   x,
@@ -74,14 +77,15 @@ export class Tracks {
     if (kind === "navgraph") this.graphs.set(rest.graph, { nodes: rest.nodes, edges: rest.edges });
     if (kind !== "interface") return kind === "navgraph";
     const [type, id] = uid.split(/::(.*)/s),
-      point = this["of" + type]?.(values, uid, id);
-    if (!point) return false;
-    const [track, place] = point;
+      trackAndPlace = this["of" + type]?.(values, uid, id); // the method of the type of interface
+    if (!trackAndPlace) return false;
+    const [track, place] = trackAndPlace;
     track.add({ time, ...place });
     return true;
   }
-  track(map, key, ...about) {
-    if (!map.has(key)) map.set(key, new Track(...about));
+  /** The track under a key; a new track if there is none. */
+  track(map, key, kind, name) {
+    if (!map.has(key)) map.set(key, new Track(kind, name));
     return map.get(key);
   }
 
@@ -92,8 +96,8 @@ export class Tracks {
   }
   ofNavigatorInterface({ x, y, final, dest_dist: distance, target_frame: frame, ...values }, uid, id) {
     if (typeof x !== "number") return null;
-    const goes = final === false && distance > 0,
-      goal = { goalX: goes ? values.dest_x : null, goalY: goes ? values.dest_y : null };
+    const isDriving = final === false && distance > 0,
+      goal = { goalX: isDriving ? values.dest_x : null, goalY: isDriving ? values.dest_y : null };
     const track = this.track(this.poses, uid, "navigator", id);
     return [track, { frame: bare(frame) || "odom", x, y, yaw: null, seen: true, ...goal }];
   }
@@ -107,48 +111,51 @@ export class Tracks {
 
   /** The pose of a frame in the root of its tree at a time: {root, x, y, yaw}. */
   toRoot(frame, time) {
-    let lies = HERE,
+    let pose = IDENTITY,
       root = frame;
-    for (const been = new Set(); this.frames.has(root) && !been.has(root);) {
-      been.add(root);
-      const up = this.frames.get(root).at(time);
-      if (!up) break;
-      lies = compose(up, lies);
-      root = up.frame;
+    // each frame is visited once: wrong transforms may form a cycle
+    for (const visited = new Set(); this.frames.has(root) && !visited.has(root);) {
+      visited.add(root);
+      const inParent = this.frames.get(root).at(time);
+      if (!inParent) break;
+      pose = compose(inParent, pose);
+      root = inParent.frame;
     }
-    return { ...lies, root };
+    return { ...pose, root };
   }
 
   /** The pose of a frame in another frame at a time; null if the frames are not connected. */
   between(from, to, time) {
-    if (from === to) return HERE;
-    const one = this.toRoot(from, time),
-      other = this.toRoot(to, time);
-    return one.root === other.root ? compose(inverse(other), one) : null;
+    if (from === to) return IDENTITY;
+    const fromPose = this.toRoot(from, time),
+      toPose = this.toRoot(to, time);
+    return fromPose.root === toPose.root ? compose(inverse(toPose), fromPose) : null;
   }
 
   /** The names of all frames, the usual fixed frames first. */
   frameNames() {
     const tracks = [...this.poses.values(), ...this.frames.values()],
-      last = tracks.flatMap(({ points }) => points.slice(-1)).map(({ frame }) => frame),
-      rank = (name) => (USUAL.includes(name) ? USUAL.indexOf(name) : USUAL.length);
-    return [...new Set([...last, ...this.frames.keys()])].sort(
+      parents = tracks.flatMap(({ points }) => points.slice(-1)).map(({ frame }) => frame),
+      rank = (name) => (USUAL_FRAMES.includes(name) ? USUAL_FRAMES.indexOf(name) : USUAL_FRAMES.length);
+    return [...new Set([...parents, ...this.frames.keys()])].sort(
       (a, b) => rank(a) - rank(b) || (a < b ? -1 : 1),
     );
   }
 
   /**
-   * The places of all tracks in a frame at a time: {track, x, y, yaw, frame, seen, goal}; x is null for a track
-   * that is not connected to the frame.
+   * The places of all tracks in a frame at a time: {track, x, y, yaw, frame, seen, goal}; x is null for a
+   * track that is not connected to the frame.
    */
   placed(frame, time) {
     return [...this.poses.values(), ...this.frames.values()].flatMap((track) => {
       const point = track.at(time),
-        lies = point && this.between(point.frame, frame, time),
-        place = lies ? compose(lies, { ...point, yaw: point.yaw ?? 0 }) : { x: null, y: null, yaw: null };
+        framePose = point && this.between(point.frame, frame, time),
+        place = framePose
+          ? compose(framePose, { ...point, yaw: point.yaw ?? 0 })
+          : { x: null, y: null, yaw: null };
       if (!point) return [];
-      const hasGoal = lies && typeof point.goalX === "number",
-        goal = hasGoal ? compose(lies, { x: point.goalX, y: point.goalY, yaw: 0 }) : null;
+      const hasGoal = framePose && typeof point.goalX === "number",
+        goal = hasGoal ? compose(framePose, { x: point.goalX, y: point.goalY, yaw: 0 }) : null;
       if (point.yaw === null) place.yaw = null;
       return [{ track, goal, frame: point.frame, seen: point.seen, ...place }];
     });
@@ -162,9 +169,9 @@ export class Tracks {
       .slice(0, end)
       .filter((_, at) => at % step === 0 || at === end - 1)
       .flatMap((point) => {
-        const lies = this.between(point.frame, frame, point.time),
-          { x, y } = lies ? compose(lies, { ...point, yaw: 0 }) : {};
-        return lies ? [[x, y]] : [];
+        const framePose = this.between(point.frame, frame, point.time),
+          { x, y } = framePose ? compose(framePose, { ...point, yaw: 0 }) : {};
+        return framePose ? [[x, y]] : [];
       });
   }
 }

@@ -3,28 +3,29 @@ import { Canvas, dashOf, dot, drawingKeys, fillBox, gestures, ink, line, niceSte
 import { el } from "cx/dom.js";
 import { decimate, numberText } from "cx/plot/series.js";
 
-const AXIS = 58,
-  WORDS_AXIS = 150,
-  WIDE = 800,
-  BOTTOM = 26,
+const AXIS = 58, // pixels: the width of an axis with numbers
+  WORDS_AXIS = 150, // the width of an axis with words
+  WIDE = 800, // the width of a chart that has room for axes with words
+  BOTTOM = 26, // the height of the axis of time
   TOP = 10,
   RIGHT = 14,
-  PAD = 0.06,
-  KEY_STEP = 0.02,
+  PAD = 0.06, // the margin above and below the values, as a share of their range
+  KEY_STEP = 0.02, // a key moves the cursor by this share of the visible time
   KEY_ZOOM = 1.25,
-  SHORTEST_US = 1000;
+  SHORTEST_US = 1000; // the shortest visible time
 
 export class Chart {
   /**
-   * @param handlers.moved() after a pan; handlers.zoomed() after a zoom; handlers.cursor(time) at each move
-   * of the pointer, null: the pointer left; handlers.pick(time) for a chosen moment; handlers.all() shows the
-   * whole run
-   * @param timeText(time, step) the text of a time on the axis, with `step` between its marks; microseconds
+   * All times are microseconds.
+   * @param handlers.moved() is called after a pan; handlers.zoomed() after a zoom; handlers.cursor(time)
+   * after each move of the pointer, with null when the pointer leaves; handlers.pick(time) when the user
+   * chooses a moment; handlers.all() shows the whole run
+   * @param timeText(time, step) returns the text of a time on the axis, with `step` between its marks
    */
   constructor(handlers, timeText) {
     Object.assign(this, { handlers, timeText, series: [], from: 0, to: 1, zero: 0, end: 0 });
     Object.assign(this, { cursor: null, moment: null, axes: [], left: AXIS, right: RIGHT });
-    this.canvas = new Canvas((...rest) => this.paint(...rest));
+    this.canvas = new Canvas((...args) => this.paint(...args));
     this.box = el(
       "div.chart",
       {
@@ -44,7 +45,7 @@ export class Chart {
       press: (x) => handlers.pick(this.timeAt(x)),
     });
     this.canvas.node.addEventListener("dblclick", () => handlers.all());
-    const step = (way) => (event) => this.step(way, event.shiftKey),
+    const step = (direction) => (event) => this.step(direction, event.shiftKey),
       zoomIn = () => this.zoom(KEY_ZOOM, this.cursor ?? undefined);
     drawingKeys(this.box, {
       ArrowLeft: step(-1),
@@ -74,16 +75,19 @@ export class Chart {
     this.series = series;
     this.canvas.later();
   }
+  /** Show a time span. */
   look(from, to) {
     this.from = from;
     this.to = Math.max(to, from + SHORTEST_US);
     this.canvas.later();
   }
+  /** Set the cursor; null: no cursor. */
   point(time) {
     this.cursor = time;
     this.handlers.cursor(time);
     this.canvas.later();
   }
+  /** Mark the chosen moment; null: none. */
   mark(time) {
     this.moment = time;
     this.canvas.later();
@@ -98,12 +102,12 @@ export class Chart {
     this.look(around - share * span, around + (1 - share) * span);
     this.handlers.zoomed();
   }
-  /** Move the cursor, or pan. */
-  step(way, isAll) {
-    const step = way * this.span * KEY_STEP,
-      before = this.cursor ?? this.moment ?? (this.from + this.to) / 2;
-    if (isAll) this.move(step * 5);
-    else this.point(Math.min(this.to, Math.max(this.from, before + step)));
+  /** Move the cursor, or pan. @param direction -1 or 1 */
+  step(direction, pans) {
+    const step = direction * this.span * KEY_STEP,
+      previous = this.cursor ?? this.moment ?? (this.from + this.to) / 2;
+    if (pans) this.move(step * 5);
+    else this.point(Math.min(this.to, Math.max(this.from, previous + step)));
   }
 
   /** Place an axis for each unit; axes without room beside the chart are left out. */
@@ -129,12 +133,13 @@ export class Chart {
     this.left = Math.max(left, AXIS);
     this.right = right + RIGHT;
   }
-  /** The values at the ends of an axis: the range of its series, and a margin. */
+  /** The values at the ends of an axis: the visible range of its series, and a margin. */
   rangeOf(series, words) {
     const ranges = series.map((each) => each.range(this.from, this.to)).filter(Boolean);
     let low = words ? 0 : Math.min(...ranges.map((range) => range[0])),
       high = words ? Math.max(1, words.length - 1) : Math.max(...ranges.map((range) => range[1]));
     if (!Number.isFinite(low) || !Number.isFinite(high)) [low, high] = [0, 1];
+    // a constant value is in the middle of its axis
     if (low === high) [low, high] = [low - (Math.abs(low) || 1) * 0.5, high + (Math.abs(high) || 1) * 0.5];
     const pad = (high - low) * PAD;
     return { low: low - pad, high: high + pad };
@@ -217,7 +222,7 @@ export class Chart {
       to = Math.min(series.count, series.after(this.to) + 1);
     if (to <= from) return;
     const { times, values, isStep } = series;
-    let last = NaN;
+    let last = NaN; // the y of the previous sample; NaN: a gap
     const point = (at) => {
       const x = this.xOf(times[at]),
         y = this.yOf(axis, values[at], bottom);
@@ -228,6 +233,7 @@ export class Chart {
     };
     context.beginPath();
     decimate(series, from, to, Math.ceil(this.wide), (time) => this.xOf(time) - this.left, point);
+    // the last value holds until the end of the run
     if (!Number.isNaN(last) && to === series.count)
       context.lineTo(this.xOf(Math.min(this.to, this.end)), last);
     context.lineJoin = "round";
@@ -248,6 +254,7 @@ export class Chart {
   }
 }
 
+/** The text, cut to a width in pixels. */
 function fitting(context, text, room) {
   if (context.measureText(text).width <= room) return text;
   let length = text.length - 1;
@@ -255,7 +262,9 @@ function fitting(context, text, room) {
   return text.slice(0, length) + "…";
 }
 
+/** The text of a mark on an axis, with the decimal digits that its step needs. */
 function tick(value, step) {
+  // 1e-9: a computed step may be slightly below a power of ten
   const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
   return Math.abs(value) >= 1e7 || digits > 5 ? numberText(value) : value.toFixed(digits);
 }

@@ -1,15 +1,19 @@
-// Names of plotted values: `Type::id.field[2]`, `env:template{slot=value}.slot[1]`, `loop`.
+// Names of plotted values, as users type them and addresses have them: `Type::id.field[2]`,
+// `env:template{slot=value}.slot[1]`, `loop`.
 import { parseFact, valuesOf } from "cx/clips/text.js";
 
+// groups: type, id, field, index
 const FIELD = /^([A-Za-z_]\w*)::(.+)\.([A-Za-z_]\w*)(?:\[(\d+)\])?$/s;
+// groups: environment, template, conditions, slot, index
 const SLOT = /^(?:([^\s:{}]+):)?([^\s:{}.]+)(?:\{([^{}]*)\})?\.([^\s.[\]]+)(?:\[(\d+)\])?$/;
 const LOOP = /^loop(?: time)?$/;
-const MOST_ELEMENTS = 8;
+const MOST_ELEMENTS = 8; // of an array, in proposals
 export const HINT = "Type::id.field, template.slot, template{slot=value}.slot, or loop";
 
+/** The end of a name for an element of an array or multislot; "" without an index. */
 const ending = (index) => (index === undefined ? "" : "[" + index + "]");
 
-function ofField([, type, id, field, index]) {
+function fieldSource([, type, id, field, index]) {
   const uid = type + "::" + id,
     label = field + ending(index);
   return {
@@ -29,21 +33,21 @@ function conditions(text = "") {
   return pairs.includes(null) ? null : pairs.map(([, slot, value]) => [slot.trim(), value.trim()]);
 }
 
-function ofSlot([, env, template, where, slot, index], usualEnv) {
-  const wanted = conditions(where),
-    of = env || usualEnv;
+function slotSource([, givenEnv, template, conditionText, slot, index], usualEnv) {
+  const wanted = conditions(conditionText),
+    env = givenEnv || usualEnv;
   if (wanted === null) return null;
   const filter = wanted.length ? "{" + wanted.map((pair) => pair.join("=")).join(",") + "}" : "",
     label = slot + ending(index);
   return {
     ...{
-      name: of + ":" + template + filter + "." + label,
+      name: env + ":" + template + filter + "." + label,
       label,
-      about: template + filter + " (" + of + ")",
+      about: template + filter + " (" + env + ")",
     },
-    ...{ kind: "fact", axis: template + "." + slot, isStep: true, env: of, template },
+    ...{ kind: "fact", axis: template + "." + slot, isStep: true, env, template },
     sample(event) {
-      if (event.kind !== "fact" || !event.asserted || event.template !== template || event.env !== of)
+      if (event.kind !== "fact" || !event.asserted || event.template !== template || event.env !== env)
         return undefined;
       const slots = parseFact(event.text)?.slots,
         fits = ([name, value]) => valuesOf(slots.get(name)).join(" ") === value;
@@ -58,17 +62,19 @@ const LOOP_TIME = {
 };
 
 /**
- * @param usualEnv the environment for a name without environment
- * @returns {name (in full), label, about, kind, axis, sample(event) -> value or undefined}; null for a text
- * that is no name
+ * Return the source of a series by its name; null for a text that is not a name.
+ * @param usualEnv the environment for a name without an environment
+ * @returns {name, label, about, kind, axis, isStep, sample(event)}: the full name; its last part and its
+ * first part for the legend; the kind of events; the series with the same `axis` share an axis; `isStep`: a
+ * value holds until the next one; `sample` returns the value in an event, or undefined
  */
 export function parseName(text, usualEnv) {
   const name = text.trim(),
     field = FIELD.exec(name),
     slot = SLOT.exec(name);
   if (LOOP.test(name)) return LOOP_TIME;
-  if (field) return ofField(field);
-  return slot && ofSlot(slot, usualEnv);
+  if (field) return fieldSource(field);
+  return slot && slotSource(slot, usualEnv);
 }
 
 /** The name of a field, or the names of the elements of an array. */

@@ -3,42 +3,46 @@ import { factsPath, get } from "cx/api.js";
 import { parseFact, valuesOf } from "cx/clips/text.js";
 import { fieldNames } from "cx/plot/names.js";
 
-const MOST_NAMES = 4000;
+const MOST_NAMES = 4000; // for completion
 
-async function eventsOf(app) {
+/** The present interfaces and facts of a daemon as events; a failed request gives none. */
+async function readAsEvents(app) {
   const { env } = app,
-    of = (path) => get(path).catch(() => []),
-    [interfaces, facts] = await Promise.all([of("cxbridge/interfaces"), of(factsPath(env))]);
+    listAt = (path) => get(path).catch(() => []),
+    [interfaces, facts] = await Promise.all([listAt("cxbridge/interfaces"), listAt(factsPath(env))]);
   return [
     ...interfaces.map(({ type, id, data }) => ({ kind: "interface", uid: type + "::" + id, values: data })),
     ...facts.map(({ template_name: template, formatted: text }) => ({ kind: "fact", env, template, text })),
   ];
 }
 
-/** @returns a promise of the names, sorted */
+/** Return a promise of the names of all values that a plot can show, sorted. */
 export async function choices(app) {
-  const found = new Set(["loop"]),
+  const names = new Set(["loop"]),
     templates = new Set();
-  for (const { kind, uid, values, env, template, text } of app.recording?.events ?? (await eventsOf(app))) {
+  for (const { kind, uid, values, env, template, text } of app.recording?.events ??
+    (await readAsEvents(app))) {
     if (kind === "interface")
       for (const [field, value] of Object.entries(values))
-        for (const name of fieldNames(uid, field, value)) found.add(name);
+        for (const name of fieldNames(uid, field, value)) names.add(name);
     const key = env + ":" + template;
     if (kind === "fact" && !templates.has(key)) {
       templates.add(key);
-      for (const slot of parseFact(text)?.slots?.keys() ?? []) found.add(key + "." + slot);
+      for (const slot of parseFact(text)?.slots?.keys() ?? []) names.add(key + "." + slot);
     }
-    if (found.size > MOST_NAMES) break;
+    if (names.size > MOST_NAMES) break;
   }
-  return [...found].sort();
+  return [...names].sort();
 }
 
-const MOST = 8,
-  COUNTED = /(^|[.:])(msgid|time|timestamp|progress_id|visibility_history|rotation)(\[|$)/; // counters, and parts of a value
+const MOST = 8, // proposals
+  // values that change without a meaning of their own: counters, times, and elements of a rotation
+  UNWANTED = /(^|[.:])(msgid|time|timestamp|progress_id|visibility_history|rotation)(\[|$)/;
 const isNumber = (value) => value !== "" && Number.isFinite(Number(value));
 
+/** Counts the changes of numbers in events, to propose the values that change most. */
 export class Proposals {
-  seen = new Map(); // name -> {count, last, least, greatest}
+  seen = new Map(); // name -> {count (of changes), last, least, greatest}
 
   constructor(events = []) {
     for (const event of events) this.take(event);
@@ -60,10 +64,10 @@ export class Proposals {
     for (const [slot, value] of slots) this.note(env + ":" + template + where + "." + slot, value);
   }
   note(name, value) {
-    if (typeof value === "boolean" || !isNumber(value) || COUNTED.test(name)) return;
+    if (typeof value === "boolean" || !isNumber(value) || UNWANTED.test(name)) return;
     const number = Number(value),
       { count, last, least, greatest } = this.seen.get(name) || {
-        count: -1,
+        count: -1, // the first value is no change
         least: number,
         greatest: number,
       };

@@ -1,24 +1,25 @@
 // The samples of a series. Texts become levels, numbered in the order of their first samples.
 import { countWhile } from "cx/names.js";
 
-const FIRST_ROOM = 1024,
-  MOST_SAMPLES = 200_000;
-const NOTHING = new Set(["", "nil", "undefined", "null"]);
-const WORDS = { TRUE: 1, FALSE: 0, true: 1, false: 0 };
+const FIRST_ROOM = 1024, // samples that a new series has room for
+  MOST_SAMPLES = 200_000; // of a live series; the oldest quarter makes room
+const NO_VALUE = new Set(["", "nil", "undefined", "null"]);
+const TRUTH_VALUES = { TRUE: 1, FALSE: 0, true: 1, false: 0 };
 
+/** A value as a number; NaN for no value, undefined for a text that is not a number. */
 function numberOf(value) {
   if (typeof value === "number") return value;
   if (typeof value === "boolean") return Number(value);
   const text = String(value);
-  if (NOTHING.has(text)) return NaN;
-  if (text in WORDS) return WORDS[text];
+  if (NO_VALUE.has(text)) return NaN;
+  if (text in TRUTH_VALUES) return TRUTH_VALUES[text];
   const number = Number(text);
   return Number.isFinite(number) ? number : undefined;
 }
 
 export class Series {
   constructor(source, most = MOST_SAMPLES) {
-    Object.assign(this, { source, most, count: 0, words: null, last: undefined });
+    Object.assign(this, { source, most, count: 0, words: null }); // words: the levels; null for numbers
     this.times = new Float64Array(FIRST_ROOM);
     this.values = new Float64Array(FIRST_ROOM);
     this.number = 0; // of the colour
@@ -31,6 +32,7 @@ export class Series {
     return this.source.isStep || this.words !== null;
   }
 
+  /** Add the sample of an event. Returns whether the event has one. */
   take(event) {
     const value = this.source.sample(event);
     if (value === undefined) return false;
@@ -39,7 +41,8 @@ export class Series {
   }
 
   push(time, value) {
-    if (this.count && time < this.times[this.count - 1]) return; // the clock was set back
+    // the clock was set back; searches need an order
+    if (this.count && time < this.times[this.count - 1]) return;
     let number = this.words ? undefined : numberOf(value);
     if (number === undefined) {
       this.words ??= [];
@@ -52,18 +55,19 @@ export class Series {
     this.values[this.count++] = number;
   }
 
+  /** Make room for samples: twice the room, or the room of the oldest quarter of a full series. */
   grow() {
     if (this.count >= this.most) {
-      const gone = this.count >> 2;
-      this.times.copyWithin(0, gone, this.count);
-      this.values.copyWithin(0, gone, this.count);
-      this.count -= gone;
+      const droppedCount = this.count >> 2;
+      this.times.copyWithin(0, droppedCount, this.count);
+      this.values.copyWithin(0, droppedCount, this.count);
+      this.count -= droppedCount;
       return;
     }
-    for (const each of ["times", "values"]) {
-      const more = new Float64Array(Math.min(this.most, this.count * 2));
-      more.set(this[each]);
-      this[each] = more;
+    for (const member of ["times", "values"]) {
+      const larger = new Float64Array(Math.min(this.most, this.count * 2));
+      larger.set(this[member]);
+      this[member] = larger;
     }
   }
 
@@ -77,6 +81,7 @@ export class Series {
     return this.after(time) - 1;
   }
 
+  /** The text of a sample's value; "" for a number without a sample. */
   text(number) {
     if (number < 0 || number >= this.count) return "";
     const value = this.values[number];
@@ -84,7 +89,9 @@ export class Series {
     return this.words ? this.words[value] : numberText(value);
   }
 
-  /** The least and the greatest value between two times, including the values at both; null without values. */
+  /**
+   * The least and the greatest value between two times, including the values at both; null without values.
+   */
   range(from, to) {
     let least = Infinity,
       greatest = -Infinity;
@@ -98,6 +105,7 @@ export class Series {
   }
 }
 
+/** The text of a number, rounded for human readers. */
 export function numberText(value) {
   if (Number.isInteger(value) && Math.abs(value) < 1e9) return String(value);
   const size = Math.abs(value);
@@ -107,7 +115,8 @@ export function numberText(value) {
 
 /**
  * Select points of a line of `columns` pixels: the first, least, greatest and last of each column, so that no
- * peak is lost.
+ * peak is lost; and one of the gaps in a column.
+ * @param from, to the numbers of the first sample and of the sample after the last
  * @param place(time) the column of a time, as a number
  * @param point(number) gets the numbers of the selected samples in ascending order
  */
@@ -122,22 +131,23 @@ export function decimate({ times, values }, from, to, columns, place, point) {
     greatest = from,
     gap = -1;
   function flush(last) {
-    const found = [first, least, greatest, last, ...(gap < 0 ? [] : [gap])].sort((a, b) => a - b);
-    found.forEach((number, at) => {
-      if (number !== found[at - 1]) point(number);
+    const selected = [first, least, greatest, last, ...(gap < 0 ? [] : [gap])].sort((a, b) => a - b);
+    selected.forEach((number, at) => {
+      if (number !== selected[at - 1]) point(number);
     });
   }
   for (let at = from; at < to; at++) {
-    const now = Math.floor(place(times[at]));
-    if (now !== column) {
+    const nextColumn = Math.floor(place(times[at]));
+    if (nextColumn !== column) {
       if (at > from) flush(at - 1);
-      column = now;
+      column = nextColumn;
       first = least = greatest = at;
       gap = -1;
     }
     const value = values[at];
     if (Number.isNaN(value)) gap = at;
     else {
+      // negated, so that any value replaces NaN
       if (!(value >= values[least])) least = at;
       if (!(value <= values[greatest])) greatest = at;
     }

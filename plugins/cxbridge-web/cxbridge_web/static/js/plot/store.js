@@ -20,18 +20,19 @@ class PlotStore extends Store {
     const { recording } = this.app;
     return recording ? this.names.map((name) => this.ofRecording(recording, name)) : [...this.live.values()];
   }
+  /** The series of a recording by name; made from all events at the first call. */
   ofRecording(recording, name) {
     if (!this.recorded.has(recording)) this.recorded.set(recording, new Map());
-    const known = this.recorded.get(recording),
+    const seriesByName = this.recorded.get(recording),
       { source, number } = this.live.get(name);
-    let found = known.get(name);
-    if (!found) {
-      found = new Series(source, Infinity);
-      for (const event of recording.events) found.take(event);
-      known.set(name, found);
+    let series = seriesByName.get(name);
+    if (!series) {
+      series = new Series(source, Infinity);
+      for (const event of recording.events) series.take(event);
+      seriesByName.set(name, series);
     }
-    found.number = number;
-    return found;
+    series.number = number;
+    return series;
   }
 
   take(event) {
@@ -46,8 +47,8 @@ class PlotStore extends Store {
     if (this.live.has(source.name)) return "";
     if (this.live.size >= MOST_SERIES) return "A plot has at most " + MOST_SERIES + " series: remove one";
     const series = new Series(source),
-      taken = new Set([...this.live.values()].map((each) => each.number));
-    while (taken.has(series.number)) series.number += 1;
+      takenNumbers = new Set([...this.live.values()].map((each) => each.number));
+    while (takenNumbers.has(series.number)) series.number += 1;
     this.live.set(source.name, series);
     if (!this.app.recording) this.begin(series);
     this.changed();
@@ -59,16 +60,17 @@ class PlotStore extends Store {
   }
   /** Replace the series. Returns the reason for the first refusal, or "". */
   show(names) {
-    const wanted = new Set(names.map((name) => parseName(name, this.app.env)?.name));
-    for (const name of this.names) if (!wanted.has(name)) this.remove(name);
+    const wantedNames = new Set(names.map((name) => parseName(name, this.app.env)?.name));
+    for (const name of this.names) if (!wantedNames.has(name)) this.remove(name);
     return names.map((name) => this.add(name)).find(Boolean) || "";
   }
+  /** Follow the kinds of events of the series, and notify listeners. */
   changed() {
     this.app.keep([...new Set([...this.live.values()].map((each) => each.source.kind))]);
     this.notify();
   }
 
-  /** Read the present value: the next event comes with the next change. */
+  /** Begin a live series with the present value: events come only with the next change. */
   async begin(series) {
     const { kind, type, id, env, template, uid } = series.source,
       now = this.app.status?.now_us || this.app.live.time,
@@ -88,12 +90,13 @@ class PlotStore extends Store {
 }
 export const plotsOf = (app) => PlotStore.of(app);
 
+/** The address of the plot of these values. */
 export const plotAddress = (names) => "#/plot" + names.map((name) => "/" + part(name)).join("");
 
 /** Add series to the plot, and go to the plot. */
 export function plot(app, names) {
   const store = plotsOf(app),
-    [refused] = names.map((name) => store.add(name)).filter(Boolean);
-  if (refused) app.toast(refused, true);
+    [refusal] = names.map((name) => store.add(name)).filter(Boolean);
+  if (refusal) app.toast(refusal, true);
   location.hash = plotAddress(store.names);
 }

@@ -1,9 +1,10 @@
-// Recordings that are text: lines of `cxbridge trace cat --json`.
+// Reads recordings in the form of text: lines of `cxbridge trace cat --json`, each a JSON event.
 import { KIND_OF } from "cx/recording/mcap.js";
 
 const KINDS = new Set(Object.values(KIND_OF));
-const LOOK_AT = 100; // a text whose first lines have no event is not a recording
+const MOST_BAD_LINES = 100; // a text that begins with more lines without an event is not a recording
 
+/** The event of a line; null for another line. */
 function eventOf(line) {
   try {
     const event = JSON.parse(line);
@@ -13,18 +14,18 @@ function eventOf(line) {
   }
 }
 
-/** @returns {events, notes}; without events, the text is not a recording. See mcap.js for `pause`. */
+/** Read a text. @returns {events, notes}; no events: the text is not a recording. See mcap.js for `pause`. */
 export async function readLines(text, pause) {
   const lines = text.split("\n").filter((line) => line.trim()),
     events = [];
-  let bad = 0;
+  let badCount = 0;
   for (const [at, line] of lines.entries()) {
     const event = eventOf(line);
     if (event) events.push(event);
-    else bad += 1;
-    if (bad > LOOK_AT && !events.length) break;
+    else badCount += 1;
+    if (badCount > MOST_BAD_LINES && !events.length) break;
     await pause(at / lines.length);
   }
-  const remark = bad + (bad === 1 ? " line is not an event" : " lines are not events");
-  return { events, notes: bad && events.length ? [remark] : [] };
+  const remark = badCount + (badCount === 1 ? " line is not an event" : " lines are not events");
+  return { events, notes: badCount && events.length ? [remark] : [] };
 }

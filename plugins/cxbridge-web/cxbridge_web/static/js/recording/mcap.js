@@ -1,10 +1,13 @@
 // Reads the events of an mcap file that cxbridge wrote: JSON messages in chunks that are not packed; and the
 // CLIPS files that are attached, with the paths that they had. https://mcap.dev/spec
 
+// the first and the last bytes of a file: 0x89 MCAP 0 and a line end
 const MAGIC = [0x89, 0x4d, 0x43, 0x41, 0x50, 0x30, 0x0d, 0x0a];
+// the kinds of records
 const OP = { SCHEMA: 3, CHANNEL: 4, MESSAGE: 5, CHUNK: 6, ATTACHMENT: 9, METADATA: 12, DATA_END: 15 };
 const HEAD = 9; // bytes of a record before its content: the kind and the size
 const MESSAGE_HEAD = 22; // bytes of a message before its JSON: channel, sequence, two times
+// the kind of event by the name of the schema
 export const KIND_OF = {
   "cxbridge.LogLine": "log",
   "cxbridge.RuleFired": "rule",
@@ -18,6 +21,8 @@ export const KIND_OF = {
   "cxbridge.NavGraphRead": "navgraph",
   "cxbridge.LoopTime": "loop",
 };
+const CHUNK_HEAD = 28; // bytes of a chunk before the name of its compression: two times, size, checksum
+const FOOTER_SIZE = 20; // bytes of the footer's content, which begins with the place of the summary
 const CORE = /(^|\/)cxbridge\/executive\/clips\//;
 const decoder = new TextDecoder();
 const [OPEN, COMMA, CLOSE] = new TextEncoder().encode("[,]");
@@ -39,7 +44,7 @@ function joinTexts(texts) {
   return decoder.decode(array);
 }
 
-/** Reads numbers and texts at places of a file. */
+/** Reads numbers and texts at places of a file. All numbers are little-endian. */
 class Bytes {
   constructor(bytes) {
     this.bytes = bytes;
@@ -51,16 +56,18 @@ class Bytes {
   part(from, to) {
     return new Bytes(this.bytes.subarray(from, to));
   }
+  /** A number of 16 bits. */
   short(at) {
     return this.view.getUint16(at, true);
   }
+  /** A number of 64 bits. */
   long(at) {
     return Number(this.view.getBigUint64(at, true));
   }
   string(from, to) {
     return decoder.decode(this.bytes.subarray(from, to));
   }
-  /** A text behind its size, and where it ends. */
+  /** A text with its size (32 bits) before it. @returns the text, and the place after it */
   text(at) {
     const end = at + 4 + this.view.getUint32(at, true);
     return [this.string(at + 4, end), end];
@@ -82,28 +89,32 @@ class Sources {
   paths = new Map(); // attachment -> path
   startUs = null; // when the run began
 
+  /** Take a record of an attachment: two times, its name, its media type, its content. */
   attachment(bytes, begin) {
     const [name, afterName] = bytes.text(begin + 16),
       [, at] = bytes.text(afterName);
     if (/^clips\/.*\.clp$/.test(name)) this.files.set(name, bytes.string(at + 8, at + 8 + bytes.long(at)));
   }
+  /** Take a record of metadata: its name, and pairs of key and value. */
   metadata(bytes, begin) {
     const [name, from] = bytes.text(begin),
       end = from + 4 + bytes.view.getUint32(from, true),
-      about = {};
+      values = {};
     for (let at = from + 4; at < end;) {
       const [key, next] = bytes.text(at);
-      [about[key], at] = bytes.text(next);
+      [values[key], at] = bytes.text(next);
     }
-    if (/^\d+$/.test(about.start_us)) this.startUs = Number(about.start_us);
-    if (name === "cxbridge.source" && about.attachment) this.paths.set(about.attachment, about.name);
+    if (/^\d+$/.test(values.start_us)) this.startUs = Number(values.start_us);
+    if (name === "cxbridge.source" && values.attachment) this.paths.set(values.attachment, values.name);
   }
 
   /** The files of an environment, in the order in which they were loaded: {path, core, text}. */
   of(env) {
     const folder = "clips/" + env + "/",
-      own = [...this.files].filter(([name]) => name.startsWith(folder)).sort(([a], [b]) => (a < b ? -1 : 1));
-    return own.map(([name, text]) => {
+      files = [...this.files]
+        .filter(([name]) => name.startsWith(folder))
+        .sort(([a], [b]) => (a < b ? -1 : 1));
+    return files.map(([name, text]) => {
       const path = this.paths.get(name) || name.slice(folder.length);
       return { path, core: CORE.test(path), text };
     });
@@ -111,26 +122,28 @@ class Sources {
 }
 
 /**
- * @param pause(part) awaited now and then, with the part of the file that was read (0 to 1)
+ * Read a file, also if it is damaged or was cut off.
+ * @param pause(share) awaited now and then, with the share of the file that was read (0 to 1)
  * @returns {events, notes, sources}: notes name unread parts, sources are the attached CLIPS files
  */
-export async function readMcap(whole, pause) {
-  const file = new Bytes(whole),
+export async function readMcap(fileBytes, pause) {
+  const file = new Bytes(fileBytes),
     schemas = new Map(),
     kinds = new Map(),
     events = [],
     messages = [], // the messages of a chunk: {kind, text}, the text as bytes
     sources = new Sources(),
     notes = new Set(),
-    others = new Set();
+    unknownSchemas = new Set();
 
-  const take = {
+  // the functions that read records, by their kind; they get the place of the content and its end
+  const readers = {
     [OP.SCHEMA](bytes, begin) {
       schemas.set(bytes.short(begin), bytes.text(begin + 2)[0]);
     },
     [OP.CHANNEL](bytes, begin) {
       const schema = schemas.get(bytes.short(begin + 2));
-      if (!KIND_OF[schema]) others.add(schema || "without schema");
+      if (!KIND_OF[schema]) unknownSchemas.add(schema || "without schema");
       kinds.set(bytes.short(begin), KIND_OF[schema]);
     },
     [OP.MESSAGE](bytes, begin, end) {
@@ -147,7 +160,7 @@ export async function readMcap(whole, pause) {
     try {
       parsed = JSON.parse(joinTexts(messages.map(({ text }) => text)));
     } catch {
-      // at least one of them is damaged
+      // at least one message is damaged: all are parsed one by one below
     }
     if (parsed.length !== messages.length) parsed = messages.map(parseMessage);
     for (const [at, { kind }] of messages.entries()) {
@@ -168,29 +181,32 @@ export async function readMcap(whole, pause) {
     }
   }
   function chunk(bytes, begin, end) {
-    if (begin + 32 > bytes.length) return;
-    const [packed, next] = bytes.text(begin + 28),
+    if (begin + CHUNK_HEAD + 4 > bytes.length) return; // cut off within its head
+    const [compression, next] = bytes.text(begin + CHUNK_HEAD),
       inner = bytes.part(next + 8, end);
-    if (packed) {
+    if (compression) {
       const remedy = "': unpack it with 'cxbridge trace convert FILE OUT --to mcap'.";
-      notes.add("It is packed by '" + packed + remedy);
+      notes.add("It is packed by '" + compression + remedy);
       return;
     }
     try {
       for (const { op, begin: from, end: to } of inner.records(0, inner.length))
-        if (to <= inner.length) take[op]?.(inner, from, to); // else the file was cut off
+        if (to <= inner.length) readers[op]?.(inner, from, to); // else the file was cut off
     } catch (error) {
       if (!(error instanceof RangeError)) throw error;
       notes.add("A part of the file is damaged (" + error.message + "); the rest is shown.");
     }
     parseMessages();
   }
-  /** A whole file tells its channels once more at its end: they are known even if a part is damaged. */
+  /**
+   * Read the channels that a complete file repeats at its end, so that they are known even if a part is
+   * damaged.
+   */
   function summary() {
-    const footer = file.length - MAGIC.length - 20;
-    if (footer < MAGIC.length || !isMcap(whole.subarray(-MAGIC.length))) return;
+    const footer = file.length - MAGIC.length - FOOTER_SIZE;
+    if (footer < MAGIC.length || !isMcap(fileBytes.subarray(-MAGIC.length))) return;
     for (const { op, begin, end } of file.records(file.long(footer) || footer, footer))
-      if (end <= footer && (op === OP.SCHEMA || op === OP.CHANNEL)) take[op](file, begin, end);
+      if (end <= footer && (op === OP.SCHEMA || op === OP.CHANNEL)) readers[op](file, begin, end);
   }
   summary();
   let isEnded = false;
@@ -198,12 +214,12 @@ export async function readMcap(whole, pause) {
     isEnded = op === OP.DATA_END;
     if (isEnded) break;
     // of a chunk that was cut off the first records are whole
-    if (end <= file.length || op === OP.CHUNK) take[op]?.(file, begin, Math.min(end, file.length));
+    if (end <= file.length || op === OP.CHUNK) readers[op]?.(file, begin, Math.min(end, file.length));
     await pause(end / file.length);
   }
-  parseMessages(); // of a file without chunks
+  parseMessages(); // the messages of a file without chunks
   if (!isEnded) notes.add(CUT);
-  if (!events.length && others.size)
-    notes.add("It has other things: " + [...others].slice(0, 5).join(", ") + ".");
+  if (!events.length && unknownSchemas.size)
+    notes.add("It has other things: " + [...unknownSchemas].slice(0, 5).join(", ") + ".");
   return { events, notes: [...notes], sources };
 }

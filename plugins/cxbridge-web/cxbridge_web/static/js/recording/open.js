@@ -8,31 +8,35 @@ import { failureOf } from "cx/story/causes.js";
 import { timesOf } from "cx/timeline/spans.js";
 
 const MOST_BYTES = 512 << 20,
-  SLICE_MS = 30,
-  PIECE = 500; // events between two looks at the clock
-const WHAT =
+  SLICE_MS = 30, // work without a pause
+  PIECE = 500; // events between two checks of the time
+const FORMATS =
   "The page opens mcap files (cxbridge run --trace) and lines of 'cxbridge trace cat --json'; 'cxbridge view' opens every format.";
 
 class Cancelled extends Error {}
 
-/** Do work with a progress bar and a button that cancels the work. The page stays responsive. */
+/**
+ * Do work with a progress bar and a button that cancels the work. The page stays responsive.
+ * @param work(pause) awaits pause(share) now and then, with the finished share of the work (0 to 1)
+ * @param failed(error) gets the error of the work, or Cancelled
+ */
 async function withProgress(name, work, failed) {
   const bar = el.progress({ max: 1, "aria-label": "reading " + name });
-  let cancelled = false,
-    last = performance.now();
+  let isCancelled = false,
+    pausedAt = performance.now();
   const cancel = button("Cancel", () => {
-    cancelled = true;
+    isCancelled = true;
   });
   const box = el("div#opening", { role: "status" }, el("span.main-text", "Reading " + name), bar, cancel);
-  async function pause(part) {
-    if (performance.now() - last < SLICE_MS) return;
+  async function pause(share) {
+    if (performance.now() - pausedAt < SLICE_MS) return;
     if (!box.isConnected) document.body.append(box);
-    bar.value = part;
+    bar.value = share;
     await new Promise((done) => {
       setTimeout(done, 0);
     });
-    if (cancelled) throw new Cancelled();
-    last = performance.now();
+    if (isCancelled) throw new Cancelled();
+    pausedAt = performance.now();
   }
   try {
     await work(pause);
@@ -43,11 +47,12 @@ async function withProgress(name, work, failed) {
   }
 }
 
+/** @param server what a server of recordings offers, see openLinked(); {} for a file */
 async function openBytes(app, name, bytes, pause, server) {
   const text = () => new TextDecoder().decode(bytes),
     { events, notes, sources } = await (isMcap(bytes) ? readMcap(bytes, pause) : readLines(text(), pause));
   if (!events.length) {
-    app.toast(name + " is not a recording, or has no events. " + [...notes, WHAT].join(" "), true);
+    app.toast(name + " is not a recording, or has no events. " + [...notes, FORMATS].join(" "), true);
     return;
   }
   const recording = new Recording(name, events, notes, sources),
@@ -57,6 +62,7 @@ async function openBytes(app, name, bytes, pause, server) {
   const isUnlinked =
     history.calls.length && [...history.actions.values()].every(({ calls }) => !calls.length);
   if (server.links && isUnlinked) history.linkGuessed(server.links);
+  // a report opens at its failure, unless its address names a view
   if (SITE.inside && location.hash.length < 3) app.select({ time: failureTime(history) });
   app.look(recording);
   for (const note of notes) app.toast(note, true);
@@ -130,13 +136,17 @@ async function askServer(url, { time, begin, end, environments }, kind, name, en
   if (!reply.ok) throw new Error(answer.message);
   return answer.data;
 }
-/** The answers to why in a report. With several agents, a question begins with the agent's environment. */
-const toldInside = (answers) => async (recording, kind, name, env) => {
+/**
+ * Answer why from the answers in a report. With several agents, a question begins with the agent's
+ * environment.
+ */
+const answerFrom = (answers) => async (recording, kind, name, env) => {
   const question = (kind + " " + name).trim(),
-    found = answers[env + " " + question] ?? answers[question];
-  if (found) return found;
+    answer = answers[env + " " + question] ?? answers[question];
+  if (answer) return answer;
   throw new Error("The report does not have this answer: open the recording with 'cxbridge view'");
 };
+/** Load the bytes of a recording from this server. */
 async function load(url) {
   if (url.origin !== location.origin) throw new Error("it is on another server; open it as a file");
   const reply = await fetch(url),
@@ -146,28 +156,29 @@ async function load(url) {
 }
 
 /**
- * Open the recording inside the page, or the file of this server in the address (`?run=PATH`). Without a file in
- * the address, a server of recordings opens its first recording.
+ * Open the recording inside the page, or the file of this server in the address (`?run=PATH`). Without a file
+ * in the address, a server of recordings opens its first recording.
  */
 export async function openLinked(app) {
   if (SITE.inside) {
     const { name, links, notes, answers } = SITE.inside;
-    await open(app, name, inside, { links, why: answers && toldInside(answers) });
+    await open(app, name, inside, { links, why: answers && answerFrom(answers) });
     for (const note of notes) app.toast(note, true);
     return;
   }
-  const [first] = SITE.runs || [],
-    path = new URLSearchParams(location.search).get("run") || first?.path;
+  const [firstRun] = SITE.runs || [],
+    path = new URLSearchParams(location.search).get("run") || firstRun?.path;
   if (!path) return;
   const url = new URL(path, location.href);
   // a server of recordings knows the actions of skill calls that the recording lacks, and answers why
-  const server = first && {
+  const server = firstRun && {
     readLinks: async () => (await fetch(url + "?links")).json(),
     why: (...question) => askServer(url, ...question),
   };
   await open(app, path.split("/").pop() || path, () => load(url), server);
 }
 
+/** Let the user choose a file, and open it. */
 export function chooseFile(app) {
   const change = () => {
     openFile(app, input.files[0]);
@@ -180,23 +191,24 @@ export function chooseFile(app) {
   input.click();
 }
 
+/** Open files that are dropped onto the page. */
 export function dropZone(app) {
   const zone = document.getElementById("drop");
-  let depth = 0;
-  const enter = (by) => {
+  let depth = 0; // entered elements: the pointer enters an inner element before it leaves the outer one
+  const changeDepth = (by) => {
     depth = Math.max(0, depth + by);
     zone.hidden = depth === 0;
   };
   const on = {
-    dragenter: () => enter(1),
+    dragenter: () => changeDepth(1),
     dragover: (event) => event.preventDefault(),
     drop(event) {
       event.preventDefault();
-      enter(-Infinity);
+      changeDepth(-Infinity);
       openFile(app, event.dataTransfer.files[0]);
     },
   };
-  document.addEventListener("dragleave", () => enter(-1));
+  document.addEventListener("dragleave", () => changeDepth(-1));
   for (const [type, call] of Object.entries(on))
     document.addEventListener(type, (event) => {
       if (event.dataTransfer?.types.includes("Files")) call(event);

@@ -11,15 +11,18 @@ export class Recording {
   history = new History(); // of the whole run
   read = 0; // the number of events in the history
   at = 0; // the number of events up to the moment
-  listeners = new Set();
+  listeners = new Set(); // called after each change of the moment
 
-  /** @param sources the attached CLIPS files, or null @param how isPast: whether the run continues */
+  /**
+   * @param sources the attached CLIPS files; null without them
+   * @param options isPast: whether this is the past of a run that continues
+   */
   constructor(name, events, notes, sources = null, { isPast = false } = {}) {
     Object.assign(this, { name, notes, sources, isPast });
     this.model = new Model(null, this.history);
     const isOrdered = events.every((event, at) => !at || event.time_us >= events[at - 1].time_us);
     this.events = isOrdered ? events : [...events].sort((a, b) => a.time_us - b.time_us);
-    // a step is a transition; in a run without transitions, an event
+    // the number of events up to each step: a step is a transition; in a run without transitions, an event
     this.steps = this.events.flatMap((event, at) => (STEP_KINDS.has(event.kind) ? [at + 1] : []));
     if (!this.steps.length) this.steps = this.events.map((_, at) => at + 1);
     this.environments = [...new Set(this.events.map((event) => event.env).filter(Boolean))].sort();
@@ -54,8 +57,13 @@ export class Recording {
       .map(({ time_us: time, level, component, text, step }) => ({ time, step, level, component, text }));
   }
 
+  /**
+   * Go to the moment after a number of events.
+   * @param time the time of the moment; null: that of the last event
+   */
   goTo(count, time = null) {
     const wanted = Math.max(0, Math.min(this.events.length, count));
+    // a model cannot undo events: it starts again
     if (wanted < this.at) {
       this.model.clear();
       this.at = 0;
@@ -84,11 +92,12 @@ export class Recording {
     if (!event) return "the start";
     const isOlder = clockText(event.time_us, 3) !== clockText(this.time, 3),
       before = isOlder ? "nothing new since " + clockText(event.time_us, 3) + ": " : "";
-    return before + (WORDS[event.kind] || (({ kind }) => kind))(event);
+    return before + (TEXTS[event.kind] || (({ kind }) => kind))(event);
   }
 }
 
-const WORDS = {
+// the text of a step by the kind of its event
+const TEXTS = {
   goal: (event) => "goal " + event.goal + " " + goalText(event),
   "plan-action": ({ action, goal, state }) => "action " + action + " of " + goal + " " + state,
   skill: ({ skill_string: text, status }) => "skill " + (text || "none") + " " + status,
@@ -98,6 +107,7 @@ const WORDS = {
 const KEPT = new Set(["goal", "plan-action", "skill", "log", "message", "planner"]);
 const MOST_EVENTS = 100_000;
 
+/** The events of a live run, of which a recording of its past can be made. */
 export class Past {
   constructor() {
     this.clear();
@@ -105,8 +115,8 @@ export class Past {
 
   clear() {
     this.events = [];
-    this.latest = 0;
-    this.isWhole = true;
+    this.latest = 0; // the time of the latest event
+    this.isWhole = true; // no event was dropped
   }
 
   /** Keep an event. The oldest events make room. */

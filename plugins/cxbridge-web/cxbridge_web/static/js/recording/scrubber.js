@@ -2,9 +2,9 @@
 import { button, choice, clockText, el } from "cx/dom.js";
 import { runAddress } from "cx/not_found.js";
 
-const PLAY_MS = 60,
+const PLAY_MS = 60, // the period of steps while a recording plays
   SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 50],
-  LASTS_S = 20; // the duration of a play at the initial speed
+  LASTS_S = 20; // about how long a recording plays at its initial speed
 const SHOWS_NOW =
   "This view shows the present: the page keeps only goals, skills, messages and the log of the past.";
 
@@ -42,30 +42,30 @@ export function scrubber(app) {
   bar.append(el("div.scrub-line", runs, name, output, el("span.grow"), live), steps);
   let timer = null,
     frame = 0,
-    known = null;
-  function plays(on) {
-    play.textContent = on ? "❙❙" : "▶";
-    play.setAttribute("aria-label", on ? "pause" : "play");
+    shownRecording = null;
+  function showPlaying(isPlaying) {
+    play.textContent = isPlaying ? "❙❙" : "▶";
+    play.setAttribute("aria-label", isPlaying ? "pause" : "play");
   }
   function halt() {
     clearInterval(timer);
     timer = null;
-    plays(false);
+    showPlaying(false);
   }
   function toggle() {
     const { recording } = app;
     if (timer) return halt();
     if (recording.at === recording.events.length) recording.goTo(0);
-    plays(true);
-    let last = performance.now();
+    showPlaying(true);
+    let steppedAt = performance.now();
     timer = setInterval(() => {
-      const passed = performance.now() - last;
+      const passedMs = performance.now() - steppedAt;
       if (app.recording !== recording || recording.at === recording.events.length) halt();
       else if (speeds.value !== "step")
-        recording.goToTime(recording.time + passed * 1000 * Number(speeds.value));
-      else if (passed > 2 * PLAY_MS) recording.step(1);
+        recording.goToTime(recording.time + passedMs * 1000 * Number(speeds.value));
+      else if (passedMs > 2 * PLAY_MS) recording.step(1);
       else return;
-      last = performance.now();
+      steppedAt = performance.now();
     }, PLAY_MS);
     return timer;
   }
@@ -75,10 +75,10 @@ export function scrubber(app) {
       app.recording?.goToStep(Number(slider.value));
     });
   });
-  /** Begin with a recording, at a speed at which the recording takes some seconds. */
+  /** Show another recording, with an initial speed at which it plays for about LASTS_S. */
   function begin(recording) {
     const speed = Math.max((recording.end - recording.begin) / 1e6 / LASTS_S, SPEEDS[0]);
-    known = recording;
+    shownRecording = recording;
     recording.listeners.add(draw);
     slider.max = recording.steps.length;
     name.textContent = recording.name;
@@ -93,17 +93,17 @@ export function scrubber(app) {
     bar.hidden = !recording && (time === null || Boolean(app.runs));
     steps.hidden = !recording;
     if (!recording) {
-      known = null;
+      shownRecording = null;
       if (time === null) return;
       name.textContent = "At " + clockText(time, 3);
       output.textContent = app.moment ? "" : SHOWS_NOW;
       return;
     }
-    if (recording !== known) begin(recording);
-    const { stepNumber: number, steps: all, line } = recording,
+    if (recording !== shownRecording) begin(recording);
+    const { stepNumber: number, steps: allSteps, line } = recording,
       text = clockText(recording.time, 3) + ", " + line;
     slider.value = number;
-    output.textContent = "  " + number + " of " + all.length + " · " + text;
+    output.textContent = "  " + number + " of " + allSteps.length + " · " + text;
     slider.setAttribute("aria-valuetext", text);
   }
   app.onChange(draw);

@@ -1,6 +1,8 @@
-// The states of a skill, of the graph that its Skiller writes in the dot language.
+// The states of a skill, read from the graph in the dot language that its Skiller writes.
 import { dataTable, el } from "cx/dom.js";
 
+// A statement of the dot language: a name, perhaps an arrow and a second name, and attributes in brackets. A
+// name is quoted or bare; each form has a group.
 const QUOTED = '"((?:\\\\.|[^"\\\\])*)"',
   NAME = `(?:${QUOTED}|([\\w:.-]+))`,
   STATEMENT = new RegExp(
@@ -13,6 +15,7 @@ const QUOTED = '"((?:\\\\.|[^"\\\\])*)"',
 const TAKEN = "#ff8000",
   ICONS = { "#6fdd6f": "✓ ", "#ff8080": "✗ " };
 
+/** A label without the escapes of the dot language: \n, \l and \r end a line there. */
 const plain = (text) => text.replace(/\\([nlr])/g, " ").replace(/\\(.)/g, "$1");
 
 /** @returns {Map<string, {label, icon, isActive, next: {to, label, isTaken}[]}>} the states by their names */
@@ -22,16 +25,17 @@ export function statesOf(graph) {
       if (!states.has(name)) states.set(name, { label: plain(name), icon: "", isActive: false, next: [] });
       return states.get(name);
     };
-  for (const [, quoted, bare, quotedTo, bareTo, text] of graph.matchAll(STATEMENT)) {
+  for (const [, quoted, bare, quotedTo, bareTo, attributeText] of graph.matchAll(STATEMENT)) {
     const name = quoted ?? bare,
       to = quotedTo ?? bareTo,
-      found = [...(text ?? "").matchAll(ATTRIBUTE)].map(([, key, long, short]) => [key, long ?? short]),
-      { label, taillabel, color, active } = Object.fromEntries(found);
+      attributes = [...(attributeText ?? "").matchAll(ATTRIBUTE)],
+      valueOf = ([, key, quotedValue, bareValue]) => [key, quotedValue ?? bareValue],
+      { label, taillabel, color, active } = Object.fromEntries(attributes.map(valueOf));
     if (to !== undefined) {
-      const words = [taillabel, label].filter(Boolean).map(plain).join(": ");
-      state(name).next.push({ to, label: words, isTaken: Boolean(taillabel) || color === TAKEN });
+      const text = [taillabel, label].filter(Boolean).map(plain).join(": ");
+      state(name).next.push({ to, label: text, isTaken: Boolean(taillabel) || color === TAKEN });
       state(to);
-    } else if (text !== undefined && !DEFAULTS.includes(name))
+    } else if (attributeText !== undefined && !DEFAULTS.includes(name))
       Object.assign(state(name), {
         ...{ label: plain(label ?? name), icon: ICONS[color] ?? "", isActive: active === "true" },
       });

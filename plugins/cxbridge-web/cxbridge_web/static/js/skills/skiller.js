@@ -10,28 +10,33 @@ const MOST_CALLS = 50;
 
 /** Whether a call is of a Skiller; with several agents the Skiller's id is AGENT/ID. */
 const isOf = (skiller) => (call) => call.skiller === skiller || call.lane === skiller;
-const ofInterface = ({ skill_string: text, status, error, exclusive_controller: controller }) => ({
+/** The state in the values of a SkillerInterface. */
+const stateOf = ({ skill_string: text, status, error, exclusive_controller: controller }) => ({
   text: text || "",
   status,
   error,
   controller: controller || "",
 });
 
-/** @param active the answer of the API; null: the state is that of the events */
+/**
+ * The state of a Skiller, {text, status, error, controller, graph}: events are newer than the answer of the
+ * API.
+ * @param active the answer of the API about the active skill; null: only events count
+ */
 export function skillerState(model, skiller, active) {
   const call = model.calls.findLast(isOf(skiller)),
     status = model.interfaces.get(STATUS + skiller),
     debug = model.interfaces.get(DEBUG + skiller)?.values;
-  const value = {
+  const state = {
     ...{ text: "", status: "INACTIVE", error: "", controller: "" },
-    ...(active && ofInterface({ ...active, skill_string: active["skill-string"] })),
+    ...(active && stateOf({ ...active, skill_string: active["skill-string"] })),
     ...(call && { text: call.text, status: call.status }),
-    ...(status && ofInterface(status.values)),
+    ...(status && stateOf(status.values)),
     graph: active?.graph ?? "",
   };
   // the interface also holds the list of skills, and graphs that other clients asked for
-  if (debug?.graph_fsm === "ACTIVE" && debug.graph) value.graph = debug.graph;
-  return value;
+  if (debug?.graph_fsm === "ACTIVE" && debug.graph) state.graph = debug.graph;
+  return state;
 }
 
 /** The state of a Skiller without SkillerDebugInterface. */
@@ -47,6 +52,7 @@ export const callsOf = (model, skiller, skill = "") =>
     .slice(-MOST_CALLS)
     .reverse();
 
+/** The list of calls, each with its time, status, text and duration. */
 export function callList(calls) {
   const row = ({ begin, end, status, text }) =>
     el.li(
@@ -59,26 +65,27 @@ export function callList(calls) {
 }
 
 /**
- * @param names skills of the Skiller
- * @param executors executors of its skill board: {id, skills}
- * @param calls calls, the last call first
+ * All skills of a Skiller, sorted by name.
+ * @param names the skills that the Skiller lists
+ * @param executors the executors of its skill board: {id, skills}
+ * @param calls its calls, the last call first
  * @returns {name, who, status}: the executors of the skill, and the status of its last call
  */
 export function knownSkills(names, executors, calls) {
-  const who = new Map(names.map((name) => [name, []])),
-    last = new Map(calls.toReversed().map(({ text, status }) => [skillOf(text), status]));
+  const executorIds = new Map(names.map((name) => [name, []])), // by skill
+    lastStatus = new Map(calls.toReversed().map(({ text, status }) => [skillOf(text), status]));
   for (const { id, skills } of executors)
-    for (const skill of skills) who.set(skill, [...(who.get(skill) || []), id]);
-  return [...new Set([...who.keys(), ...last.keys()])]
+    for (const skill of skills) executorIds.set(skill, [...(executorIds.get(skill) || []), id]);
+  return [...new Set([...executorIds.keys(), ...lastStatus.keys()])]
     .sort()
-    .map((name) => ({ name, who: (who.get(name) || []).join(", "), status: last.get(name) }));
+    .map((name) => ({ name, who: (executorIds.get(name) || []).join(", "), status: lastStatus.get(name) }));
 }
 
 export const EXECUTOR = "SkillExecutorInterface";
 
-/** The executors in the events and in an answer of the API: {id, agent, skills}. */
-export function executorsOf(model, read) {
-  const values = new Map(read.map(({ id, data }) => [id, data]));
+/** The executors, {id, agent, skills}, in an answer of the API and in the events, which are newer. */
+export function executorsOf(model, answer) {
+  const values = new Map(answer.map(({ id, data }) => [id, data]));
   for (const [uid, each] of model.interfaces) {
     const [type, id] = uid.split("::");
     if (type === EXECUTOR) values.set(id, each.values);

@@ -7,32 +7,34 @@ import { pathTo } from "cx/timeline/host.js";
 import { ofLastAttempt } from "cx/timeline/history.js";
 import { outcomeAt, timesOf } from "cx/timeline/spans.js";
 
-const DEEPEST = 50,
-  LATE_FACTOR = 2, // of the longest time before
+const DEEPEST = 50, // causes in a chain
+  LATE_FACTOR = 2, // a late call lasts longer than so many times the longest earlier call
   LATE_US = 5e6; // shorter calls are not late
 
 const forests = new WeakMap(); // history -> its roots, the goals below each goal, and their shape
 
 /** The trees of the goals of a history: {roots, children: key -> goals}. */
 export function forestOf(history) {
-  const before = forests.get(history),
+  const known = forests.get(history),
     { shape } = history;
-  if (before && before.shape === shape) return before;
+  if (known && known.shape === shape) return known;
   const forest = { shape, ...forestOfGoals([...history.goals.values()]) };
   forests.set(history, forest);
   return forest;
 }
 
-/** An error of the core in words: SUB-GOAL-FAILED gen20 is "sub-goal failed: gen20". */
+/** An error of the core in words: SUB-GOAL-FAILED gen20 becomes "sub-goal failed: gen20". */
 export const inWords = (error) =>
   error.replace(
     /^([A-Z]+(?:-[A-Z]+)+|TIMEOUT)\b ?(.*)$/s,
-    (_, code, more) =>
-      code.toLowerCase().replaceAll("-", " ").replace("sub goal", "sub-goal") + (more ? ": " + more : ""),
+    (_, code, detail) =>
+      code.toLowerCase().replaceAll("-", " ").replace("sub goal", "sub-goal") + (detail ? ": " + detail : ""),
   );
+/** The last error of a goal in words; "" without an error. */
 export const errorOf = (goal) =>
   inWords((goal.changes.findLast(({ error }) => error) || { error: "" }).error);
 
+/** The step at which an item ended; for an open item, the last step. */
 const endOf = (item, history) => (timesOf(item, history).end || history.end).step;
 
 /** Whether an item is an open action or call, or a goal with such an action below. */
@@ -46,43 +48,50 @@ const hasOpenWork = (item, history, depth = 0) =>
       )));
 
 /**
- * Of the items with an outcome, the open item with open actions that began first, since a goal without a plan may
- * wait for the end of another goal; else the item that ended last.
+ * Choose the most likely cause among the items with an outcome. If the outcome is open, that is the first
+ * item with open actions, since a goal without a plan may wait for the end of another goal; else the item
+ * that ended last.
  */
-function oneOf(items, outcome, history) {
-  const found = items.filter((each) => outcomeAt(each) === outcome);
-  if (isOpen(outcome)) return found.find((each) => hasOpenWork(each, history)) || found[0];
-  return found.sort((a, b) => endOf(a, history) - endOf(b, history)).at(-1);
+function chooseCause(items, outcome, history) {
+  const candidates = items.filter((item) => outcomeAt(item) === outcome);
+  if (isOpen(outcome)) return candidates.find((item) => hasOpenWork(item, history)) || candidates[0];
+  return candidates.sort((a, b) => endOf(a, history) - endOf(b, history)).at(-1);
 }
 
-function below(item, outcome, history) {
+/**
+ * The cause of an item's outcome among its parts: calls of an action, actions and sub-goals of a goal; or
+ * null.
+ */
+function causeBelow(item, outcome, history) {
   if (item.kind === "skill" || outcome === "completed") return null;
-  if (item.kind === "action") return oneOf(item.calls, outcome, history) || null;
+  if (item.kind === "action") return chooseCause(item.calls, outcome, history) || null;
   const actions = ofLastAttempt(item, item.actions),
     children = ofLastAttempt(item, forestOf(history).children.get(item.key) || []);
   const wanted = { rejected: ["rejected", "failed"], running: ["running", "formulated"] }[outcome] || [
     outcome,
   ];
-  for (const each of wanted) {
-    const cause = oneOf(actions, each, history) || oneOf(children, each, history);
+  for (const partOutcome of wanted) {
+    const cause = chooseCause(actions, partOutcome, history) || chooseCause(children, partOutcome, history);
     if (cause) return cause;
   }
   return null;
 }
 
 /**
+ * The chain of causes of an item's outcome.
  * @param item a goal, an action or a skill call
  * @returns {{item, outcome: string, text: string, path: object}[]} the effect first, the cause last
  */
 export function causes(item, history) {
-  const found = [];
-  let at = item;
-  while (at && found.length < DEEPEST && !found.some((each) => each.item === at)) {
-    const outcome = outcomeAt(at) || "formulated";
-    found.push({ item: at, outcome, text: sentence(at, outcome, history), path: pathTo(at) });
-    at = below(at, outcome, history);
+  const links = [];
+  let cause = item;
+  // a chain names no item twice
+  while (cause && links.length < DEEPEST && !links.some((link) => link.item === cause)) {
+    const outcome = outcomeAt(cause) || "formulated";
+    links.push({ item: cause, outcome, text: sentence(cause, outcome, history), path: pathTo(cause) });
+    cause = causeBelow(cause, outcome, history);
   }
-  return found;
+  return links;
 }
 
 /** Whether a goal in execution waits for an action that has not started. */
@@ -98,6 +107,7 @@ function repeated(call, { calls }) {
   return "; it failed " + failed.length + " of " + same.length + " times (" + robots + ")";
 }
 
+/** A sentence about the outcome of an item, with its error. */
 function sentence(item, outcome, history) {
   const { word } = OUTCOMES[outcome],
     isOn = isOpen(outcome);
@@ -109,9 +119,9 @@ function sentence(item, outcome, history) {
     return "action " + item.id + " " + item.text + " " + (isOn ? "is " + item.changes.at(-1).state : word);
   const probably = item.guessed ? "probably " : "";
   if (isOn) return probably + item.skiller + " executes " + item.text;
-  const could = outcome === "failed" ? " could not do " : " ended ";
+  const verb = outcome === "failed" ? " could not do " : " ended ";
   const error = item.error ? ": " + item.error : "";
-  return probably + item.skiller + could + item.text + error + repeated(item, history);
+  return probably + item.skiller + verb + item.text + error + repeated(item, history);
 }
 
 /** The first cause of a failed or rejected item, in words; "" for other outcomes. */
@@ -127,7 +137,7 @@ export function failureOf(history) {
   return failed ? causes(failed, history).at(-1).item : null;
 }
 
-/** Failed goals below a goal that did not fail: the run recovered. */
+/** The failed goals below a goal that did not fail: the run has recovered from these failures. */
 export function overcome(history) {
   const isBad = (goal) => goal && outcomeAt(goal) === "failed";
   return [...history.goals.values()].filter(
@@ -142,13 +152,13 @@ export function overcome(history) {
  */
 export function lateCalls(history, now) {
   const open = history.calls.filter(({ end }) => !end),
-    longest = new Map(); // skill -> microseconds
+    longestUs = new Map(); // skill -> the longest duration of its finished calls
   for (const call of open.length ? history.calls : []) {
     const skill = skillOf(call.text),
-      took = call.end ? call.end.time - call.begin.time : 0;
-    longest.set(skill, Math.max(longest.get(skill) || 0, took));
+      durationUs = call.end ? call.end.time - call.begin.time : 0;
+    longestUs.set(skill, Math.max(longestUs.get(skill) || 0, durationUs));
   }
-  const found = open.map((call) => [call, longest.get(skillOf(call.text))]),
+  const callsAndTimes = open.map((call) => [call, longestUs.get(skillOf(call.text))]),
     isLate = ([{ begin }, before]) => before && now - begin.time > Math.max(LATE_US, before * LATE_FACTOR);
-  return new Map(found.filter(isLate));
+  return new Map(callsAndTimes.filter(isLate));
 }

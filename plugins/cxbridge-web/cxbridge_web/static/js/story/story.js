@@ -9,18 +9,19 @@ import { pathTo } from "cx/timeline/host.js";
 import { outcomeAt } from "cx/timeline/spans.js";
 import { ask, causeList } from "cx/why.js";
 
-const MOST = 6,
-  ASK_MS = 3000,
+const MOST = 6, // entries of a list
+  ASK_MS = 3000, // the shortest time between two questions to the server
   STILL_US = 5e6; // a run without transitions for this time stands still
+// the order of the wanted goals
 const RANK = { failed: 0, running: 1, formulated: 2, rejected: 3, completed: 4, retracted: 5 };
 
 export class Story {
   constructor(host) {
     this.host = host;
     this.answers = []; // the server's answers to why, {env, wrong, unknown} of each agent
-    this.asked = "";
+    this.question = ""; // identifies the last question to the server
     this.askedAt = -Infinity;
-    this.tellsAll = false;
+    this.tellsAll = false; // the user has opened the list of all reasons
   }
 
   /** Whether the run is over; a recording always is. */
@@ -28,32 +29,34 @@ export class Story {
     const { app, isLive } = this.host;
     return !isLive || Boolean(app.status?.result);
   }
+  /** Whether a run has had no transition for some time. */
   get isStill() {
     const { history } = this.host;
     return history.steps > 0 && this.host.now().time - history.stepTimes.at(-1) > STILL_US;
   }
 
-  /** The story is drawn again when this value changes. */
+  /** Identifies the content of the story, which is drawn again when this value changes. */
   sign() {
     const { history, isLive } = this.host;
     return [history.revision, this.answers, isLive ? Math.floor(this.host.now().time / 1e6) : 0];
   }
 
   /** Ask the server why after further failures or a standstill, at most once in ASK_MS. */
-  async ask(bad, later) {
+  async ask(wrongGoals, later) {
     const { app } = this.host,
-      wanted = JSON.stringify([bad.map(({ key }) => key), this.isStill]);
-    if (!bad.length || wanted === this.asked || performance.now() - this.askedAt < ASK_MS) return;
-    this.asked = wanted;
+      question = JSON.stringify([wrongGoals.map(({ key }) => key), this.isStill]);
+    if (!wrongGoals.length || question === this.question || performance.now() - this.askedAt < ASK_MS) return;
+    this.question = question;
     this.askedAt = performance.now();
     const answerOf = async (env) => ({ env, ...(await ask(app, "run", "", env)) }),
-      envs = new Set(bad.map(({ env }) => env)),
+      envs = new Set(wrongGoals.map(({ env }) => env)),
       answers = await Promise.allSettled([...envs].map(answerOf));
     // without a server, the causes in the events remain
     this.answers = answers.flatMap(({ value }) => value ?? []);
     if (this.answers.length) later();
   }
 
+  /** Return the story. @param later called when the server has answered */
   draw(later) {
     const { history, isLive } = this.host,
       now = this.host.now(),
@@ -69,20 +72,21 @@ export class Story {
       waiting = roots.filter((goal) => isOpen(outcomeAt(goal))),
       stands = waiting.length > 0 && !open.length && (this.isOver || this.isStill);
     this.stands = stands;
-    const wrong = stands ? [...failed, ...waiting] : failed;
-    this.ask(wrong, later);
+    const wrongGoals = stands ? [...failed, ...waiting] : failed;
+    this.ask(wrongGoals, later);
     return el(
       "div.story",
       this.headline(roots, waiting, stands, now),
       this.section("Wanted", roots, (goal) => this.goal(goal)),
       (isLive || waiting.length > 0) &&
         this.section(isLive ? "Now" : "At the end", open, (call) => this.call(call, late, now)),
-      this.wrong(wrong),
+      this.wrong(wrongGoals),
       this.section("Failed on the way", overcome(history), (goal) => this.failed(goal), true),
       this.counts(),
     );
   }
 
+  /** @param waiting the open root goals @param stands whether nothing happens although goals are open */
   headline(roots, waiting, stands, now) {
     const { history, app } = this.host,
       { isOver } = this,
@@ -151,12 +155,13 @@ export class Story {
   wrong(goals) {
     if (!goals.length) return null;
     const { app, history } = this.host,
-      told = this.answers.filter(({ wrong }) => wrong.length),
+      answers = this.answers.filter(({ wrong }) => wrong.length),
       envs = goals.map(({ env }) => env),
       isMany = new Set(envs).size > 1;
-    const way = goals.slice(0, MOST).map((goal, at) => {
+    const chains = goals.slice(0, MOST).map((goal, at) => {
       const list = chain(this.host, goal, history, isMany),
-        answer = envs.indexOf(goal.env) === at && told.find(({ env }) => env === goal.env),
+        // once for each agent
+        answer = envs.indexOf(goal.env) === at && answers.find(({ env }) => env === goal.env),
         isKnown = causes(goal, history).at(-1).item.kind === "skill";
       if (answer && !isKnown) list.append(el.li(dim("because "), el.b(linked(app, this.rootCause(answer)))));
       return list;
@@ -172,12 +177,12 @@ export class Story {
     return el(
       "section.story-why",
       el.h3("What went wrong, and why"),
-      way,
-      told.length > 0 &&
+      chains,
+      answers.length > 0 &&
         el.details(
           { open: this.tellsAll, on: { toggle: keep } },
           el.summary("All reasons, with the rules that decided"),
-          told.map(reasons),
+          answers.map(reasons),
         ),
     );
   }

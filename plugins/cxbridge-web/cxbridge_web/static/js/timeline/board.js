@@ -3,6 +3,8 @@
 const BOARD = "SkillBoardInterface::",
   EXECUTOR = "SkillExecutorInterface::";
 
+const MOST_EARLY = 1000; // requests that replies may wait for
+
 /** The lane of an executor's calls in the history. With several agents, each has a separate blackboard. */
 export const laneOf = (agent, executor) => "board " + agent + "/" + executor;
 /** The executor of a lane, with its agent; the id of a Skiller. */
@@ -14,34 +16,42 @@ export function agentAndId(uid) {
   return [agent, id];
 }
 
-/** The ticket of a message: board, epoch, number of the master. Null for a message about no skill. */
+/**
+ * The ticket, which identifies a request: board, its epoch, number of its master. Null for another message.
+ */
 function ticketOf({ uid, values }) {
   const [agent] = agentAndId(uid),
-    named = (agent ? agent + "/" : "") + (values.board || ""),
-    board = uid.startsWith(BOARD) ? uid.slice(BOARD.length) : uid.startsWith(EXECUTOR) ? named : null;
+    ownBoard = (agent ? agent + "/" : "") + (values.board || ""), // an executor's message names its board
+    board = uid.startsWith(BOARD) ? uid.slice(BOARD.length) : uid.startsWith(EXECUTOR) ? ownBoard : null;
   return board === null ? null : [board, values.epoch, values.master].join("\n");
 }
 
-function words(parameters) {
-  let found = null;
+/**
+ * The parameters of a request as words; positional parameters, whose names are numbers, without their names.
+ */
+function parameterWords(parameters) {
+  let values = null;
   try {
-    found = JSON.parse(parameters);
+    values = JSON.parse(parameters);
   } catch {
     // a request without parameters
   }
-  const pairs = found && typeof found === "object" && !Array.isArray(found) ? Object.entries(found) : [];
+  const pairs = values && typeof values === "object" && !Array.isArray(values) ? Object.entries(values) : [];
   return pairs
     .filter(([name]) => name !== "mapped_action")
     .map(([name, value]) => (/^\d+$/.test(name) ? String(value) : name + "=" + value));
 }
 
+/** Follows the requests of skill boards and their replies. */
 export class BoardMessages {
   constructor() {
     this.asked = new Map(); // ticket -> the request in words
     this.early = new Map(); // ticket -> replies that came before their request, from another process
   }
 
-  /** The changes in a message: a list of {type, agent, executor, request, text, progress, status, succeeded}. */
+  /**
+   * The changes in a message: a list of {type, agent, executor, request, text, progress, status, succeeded}.
+   */
   read(event) {
     const ticket = event.outcome === "refused" ? null : ticketOf(event);
     if (ticket === null) return [];
@@ -49,27 +59,28 @@ export class BoardMessages {
       if (this.asked.has(ticket)) return []; // the same request, to another executor
       const { skill, parameters, agent, name, master } = event.values,
         early = this.early.get(ticket) || [],
-        text = [skill, ...words(parameters)].join(" ") + " of " + (agent || "no agent");
+        text = [skill, ...parameterWords(parameters)].join(" ") + " of " + (agent || "no agent");
       this.asked.set(ticket, { text, request: name || String(master) });
       this.early.delete(ticket);
-      return early.flatMap((each) => this.said(ticket, each));
+      return early.flatMap((reply) => this.changesOf(ticket, reply));
     }
-    if (this.asked.has(ticket)) return this.said(ticket, event);
+    if (this.asked.has(ticket)) return this.changesOf(ticket, event);
     this.early.set(ticket, [...(this.early.get(ticket) || []), event]);
-    if (this.early.size > 1000) this.early.delete(this.early.keys().next().value);
+    if (this.early.size > MOST_EARLY) this.early.delete(this.early.keys().next().value); // the oldest
     return [];
   }
 
-  said(ticket, { uid, message, values }) {
+  /** The change in a reply to a known request, in a list. */
+  changesOf(ticket, { uid, message, values }) {
     const [agent, id] = agentAndId(uid),
       executor = values.executor || (uid.startsWith(EXECUTOR) ? id : ""),
       type = message.replace(/Message$/, "").toUpperCase(),
       outcome = values.outcome,
-      found = { type, agent, executor, ...this.asked.get(ticket), progress: values.progress || 0 };
-    if (type === "FEEDBACK") return [{ ...found, status: values.text || "" }];
-    if (type !== "FINISH") return [found];
+      change = { type, agent, executor, ...this.asked.get(ticket), progress: values.progress || 0 };
+    if (type === "FEEDBACK") return [{ ...change, status: values.text || "" }];
+    if (type !== "FINISH") return [change];
     if (outcome !== "REFUSED") this.asked.delete(ticket); // else the master asks another executor
     const succeeded = outcome === "SUCCEEDED";
-    return [{ ...found, succeeded, status: succeeded ? values.text || "" : values.error || outcome }];
+    return [{ ...change, succeeded, status: succeeded ? values.text || "" : values.error || outcome }];
   }
 }

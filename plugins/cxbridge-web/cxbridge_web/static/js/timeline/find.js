@@ -4,13 +4,15 @@ import { OUTCOMES } from "cx/outcome.js";
 import { AXIS, MARKS, axisText } from "cx/timeline/paint.js";
 import { spansOf } from "cx/timeline/spans.js";
 
-const NEAR = 6; // pixels
+const NEAR = 6; // pixels: the greatest distance of a pointed mark
 
+/** Whether a value of the axis lies in a span, or closer to it than `slack`. */
 const within = (span, value, { axis }, now, slack) =>
   span.from[axis] - slack <= value && (span.to || now)[axis] + slack >= value;
 
 /**
- * @param scene see Painter
+ * The item at a place of the canvas.
+ * @param scene see Timeline.scene
  * @param x, y pixels within the canvas
  * @returns {{mark} | {row, item, span} | {row} | null}
  */
@@ -19,13 +21,13 @@ export function findAt({ window, history, now, high, rows, marks, scroll }, x, y
   const value = window.value(x),
     slack = (NEAR / window.width) * window.span;
   if (y < AXIS + MARKS) {
-    const away = (mark) => Math.abs(mark[window.axis] - value),
-      [mark] = marks.filter((each) => away(each) <= slack).sort((a, b) => away(a) - away(b));
+    const distance = (mark) => Math.abs(mark[window.axis] - value),
+      [mark] = marks.filter((each) => distance(each) <= slack).sort((a, b) => distance(a) - distance(b));
     return mark ? { mark } : null;
   }
   const row = rows[Math.floor((y - AXIS - MARKS + scroll) / high)];
   const isAt = (span) => span.part !== "tail" && within(span, value, window, now, slack / 3);
-  const among = (items) => {
+  const findAmong = (items) => {
     for (const item of items) {
       const span = spansOf(item, history).findLast(isAt);
       if (span) return { row, item, span };
@@ -33,9 +35,9 @@ export function findAt({ window, history, now, high, rows, marks, scroll }, x, y
     return null;
   };
   if (!row || row.kind === "group") return row ? { row } : null;
-  if (row.kind === "robot") return among(row.item) || { row };
-  const inside = row.kind === "goal" && !row.isSummary && among(row.item.actions);
-  return (inside && inside.span.part === "run" ? inside : among([row.item])) || { row };
+  if (row.kind === "robot") return findAmong(row.item) || { row };
+  const inside = row.kind === "goal" && !row.isSummary && findAmong(row.item.actions);
+  return (inside && inside.span.part === "run" ? inside : findAmong([row.item])) || { row };
 }
 
 function nameOf({ kind, id, cls, name, skiller, text }) {
@@ -43,41 +45,43 @@ function nameOf({ kind, id, cls, name, skiller, text }) {
   return kind === "action" ? "Action " + id + " " + name : (skiller || "planner") + ": " + (text || name);
 }
 
-/** The lines of a tip: first the name. */
+/** The lines of the tip for a result of findAt(), first the name; null for a row without a bar. */
 export function tipOf({ mark, item, span }, { now, zero }) {
-  const at = (point) => axisText(point.time, 0.001, 1e6, zero);
-  if (mark) return [(mark.component ? mark.component + ": " : "") + mark.text, at(mark)];
+  const textOf = (point) => axisText(point.time, 0.001, 1e6, zero); // to the millisecond
+  if (mark) return [(mark.component ? mark.component + ": " : "") + mark.text, textOf(mark)];
   if (!span) return null;
   const { from, to, outcome, part } = span,
     { icon, word } = OUTCOMES[outcome],
-    took = (part === "wait" ? "waited " : "") + durationText(Math.max(0, (to || now).time - from.time));
+    duration = (part === "wait" ? "waited " : "") + durationText(Math.max(0, (to || now).time - from.time));
   return [
     nameOf(item),
-    icon + " " + word + ", " + took + (to ? "" : " so far"),
-    "from " + at(from) + (to ? " to " + at(to) : ""),
+    icon + " " + word + ", " + duration + (to ? "" : " so far"),
+    "from " + textOf(from) + (to ? " to " + textOf(to) : ""),
     item.error || (item.kind === "goal" && item.changes.at(-1).error),
   ].filter(Boolean);
 }
 
+/** The box that describes the item below the pointer. */
 export class Tip {
-  /** @param canvas beside which it stands, in the same box */
+  /** @param canvas the canvas of the items, in the same element as the tip */
   constructor(canvas) {
     this.canvas = canvas;
     this.box = el("div.tl-tip", { role: "status", hidden: true });
   }
 
-  show([first, ...rest], x, y) {
+  /** Show lines beside a pixel of the canvas, but within the canvas. */
+  show([title, ...details], x, y) {
     const { box, canvas } = this;
     refill(
       box,
-      el.b(first),
-      rest.map((line) => el.span(line)),
+      el.b(title),
+      details.map((line) => el.span(line)),
     );
     box.hidden = false;
-    const most = Math.max(0, canvas.clientWidth - box.offsetWidth),
+    const mostLeft = Math.max(0, canvas.clientWidth - box.offsetWidth),
       below = y + 18,
       isLow = below + box.offsetHeight > canvas.clientHeight;
-    box.style.left = canvas.offsetLeft + Math.min(Math.max(x + 14, 0), most) + "px";
+    box.style.left = canvas.offsetLeft + Math.min(Math.max(x + 14, 0), mostLeft) + "px";
     box.style.top = Math.max(0, isLow ? y - box.offsetHeight - 10 : below) + "px";
   }
   hide() {

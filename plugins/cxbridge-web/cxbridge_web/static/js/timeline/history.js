@@ -4,6 +4,7 @@ import { hasEnded, skillOutcome } from "cx/outcome.js";
 import { MAIN_ENV, bare, countWhile, fields, goalKey, isUnnamed } from "cx/names.js";
 import { agentAndId, BoardMessages, laneOf } from "cx/timeline/board.js";
 
+// the oldest entries of full lists are dropped
 const MOST_GOALS = 20000,
   MOST_CALLS = 20000,
   MOST_MARKS = 20000,
@@ -12,7 +13,7 @@ const SKILLER = "SkillerInterface::",
   EXECUTOR = "SkillExecutorInterface::",
   NOT_SENT = new Set(["FORMULATED", "PENDING"]);
 
-/** A moment: microseconds, and how many transitions there were up to then. */
+/** A moment: microseconds, and the number of transitions up to then. */
 const pointAt = (time, step) => ({ time, step });
 
 /** Append a change; of more than MOST_CHANGES the first and the latest stay. */
@@ -33,6 +34,7 @@ export function ofLastAttempt({ changes }, items, step = Infinity) {
       0,
       countWhile(changes, (each) => each.step <= step),
     ),
+    // an ended goal is open again, or a goal is formulated again
     isAgain = ({ mode }, at) =>
       at > 0 &&
       (hasEnded(past[at - 1].mode) ? !hasEnded(mode) : mode === "FORMULATED" && past[at - 1].mode !== mode),
@@ -40,7 +42,7 @@ export function ofLastAttempt({ changes }, items, step = Infinity) {
   return items.filter((item) => lastUpTo(item.changes, step)?.step >= since);
 }
 
-/** Drop the oldest entries of a full list. */
+/** Drop the oldest twentieth of a full list. */
 function limit(list, most) {
   if (list.length > most) list.splice(0, most / 20);
 }
@@ -57,26 +59,26 @@ export class History {
   }
 
   clear() {
-    this.goals = new Map();
-    this.actions = new Map();
+    this.goals = new Map(); // key -> goal
+    this.actions = new Map(); // key -> plan-action
     this.actionLives = new Map(); // goal, plan and id -> the plan-actions with them, in order
     this.lives = new Map(); // goalKey -> the goals with this id, in order
-    this.ofSkillers = [];
+    this.ofSkillers = []; // calls in SkillerInterfaces and in events of executives
     this.ofBoard = []; // calls in the messages of skill boards
-    this.planners = [];
+    this.planners = []; // calls of planners
     this.errors = []; // log lines of level error
-    this.begin = null;
-    this.time = 0;
-    this.steps = 0;
+    this.begin = null; // the time of the first event
+    this.time = 0; // the time of the latest event
+    this.steps = 0; // the number of transitions
     this.revision = (this.revision || 0) + 1; // counts changes
     this.shape = (this.shape || 0) + 1; // counts changes of the rows
-    this.nextCall = 0;
-    this.lastCalls = new Map();
+    this.nextCall = 0; // the number of the next call
+    this.lastCalls = new Map(); // lane -> its last call
     this.skillers = new Map(); // id -> values of the interface
-    this.executors = new Map();
+    this.executors = new Map(); // lane -> {}: the known executors of skill boards
     this.seen = new Set(); // lanes with events of an executive
     this.board = new BoardMessages();
-    this.planning = new Map();
+    this.planning = new Map(); // environment and number -> a planner's call that is under way
     this.stepTimes = []; // the time of each step
   }
 
@@ -92,8 +94,8 @@ export class History {
 
   /** Whether a goal or a skill call is open. */
   get goesOn() {
-    if (this.askedAt !== this.revision) {
-      this.askedAt = this.revision;
+    if (this.checkedRevision !== this.revision) {
+      this.checkedRevision = this.revision;
       const isOpen = ({ changes }) => !hasEnded(changes.at(-1).mode);
       this.isOn =
         [...this.lastCalls.values()].some(({ end }) => !end) || [...this.goals.values()].some(isOpen);
@@ -102,11 +104,11 @@ export class History {
   }
 
   apply(event) {
-    const take = this["on_" + event.kind.replace("-", "_")];
+    const handler = this["on_" + event.kind.replace("-", "_")];
     this.time = Math.max(this.time, event.time_us);
     this.begin ??= event.time_us;
-    if (!take || isUnnamed(event)) return;
-    take.call(this, event);
+    if (!handler || isUnnamed(event)) return;
+    handler.call(this, event);
     this.revision += 1;
   }
 
@@ -135,9 +137,9 @@ export class History {
     if (!goal || (event.is_new && !goal.isMadeUp)) {
       // a new goal with an id that was used before is ID#2
       const life = goal ? goal.life + 1 : 1,
-        again = life > 1 ? "#" + life : "",
+        suffix = life > 1 ? "#" + life : "",
         env = event.env || MAIN_ENV;
-      goal = { kind: "goal", key: bareKey + again, life, id: event.goal + again, env };
+      goal = { kind: "goal", key: bareKey + suffix, life, id: event.goal + suffix, env };
       Object.assign(goal, { isMadeUp: Boolean(event.isMadeUp), parent: "", changes: [], actions: [] });
       this.lives.set(bareKey, [...lives, goal]);
       this.goals.set(goal.key, goal);
@@ -145,8 +147,8 @@ export class History {
       if (this.goals.size > MOST_GOALS) this.forget();
     }
     // a later goal may use the parent's id: the goal stays below its first parent
-    if (goal.above !== event.parent) {
-      goal.above = event.parent;
+    if (goal.parentId !== event.parent) {
+      goal.parentId = event.parent;
       goal.parent = bare(event.parent || "") ? this.keyOf(event.env, event.parent) : "";
       this.shape += 1;
     }
@@ -158,7 +160,7 @@ export class History {
     else if (error) last.error = error;
   }
 
-  /** Drop the oldest retracted goals. */
+  /** Drop the oldest retracted goals with their actions, 5 % at once. */
   forget() {
     for (const [key, goal] of this.goals) {
       if (goal.changes.at(-1).mode !== "RETRACTED") continue;
@@ -194,17 +196,17 @@ export class History {
 
   /** The plan-action with these ids at a step: a second attempt of the goal may use the ids again. */
   on_plan_action({ env, goal, plan, action_id: id, action: name, params = "", ...event }) {
-    const goalOf = this.keyOf(env, goal),
-      base = goalOf + "\n" + plan + " " + id,
+    const goalKeyNow = this.keyOf(env, goal),
+      base = goalKeyNow + "\n" + plan + " " + id,
       lives = this.actionLives.get(base) || [];
     let action = lives.at(-1);
     if (!action || action.name !== name || (action.params && params && action.params !== params)) {
-      const again = lives.length ? "#" + (lives.length + 1) : "";
+      const suffix = lives.length ? "#" + (lives.length + 1) : "";
       action = {
         kind: "action",
-        key: base + again,
-        path: plan + " " + id + again,
-        goal: goalOf,
+        key: base + suffix,
+        path: plan + " " + id + suffix,
+        goal: goalKeyNow,
         plan,
         id,
         name,
@@ -213,7 +215,7 @@ export class History {
       Object.assign(action, { params, text, env: env || MAIN_ENV, changes: [], calls: [] });
       this.actionLives.set(base, [...lives, action]);
       this.actions.set(action.key, action);
-      this.goals.get(goalOf)?.actions.push(action);
+      this.goals.get(goalKeyNow)?.actions.push(action);
       this.shape += 1;
     }
     append(action.changes, { ...this.step(), state: event.state });
@@ -241,9 +243,9 @@ export class History {
   linkGuessed(rows) {
     for (const [env, goal, plan, id, skiller, text, msgid, begin] of rows) {
       const lives = this.lives.get(goalKey(env, goal)) || [{ key: goalKey(env, goal) }],
-        away = (call) => Math.abs(call.begin.time - begin),
+        distance = (call) => Math.abs(call.begin.time - begin),
         isOf = (call) => call.text === text && call.msgid === msgid && call.skiller === skiller,
-        [call] = this.calls.filter(isOf).sort((a, b) => away(a) - away(b)),
+        [call] = this.calls.filter(isOf).sort((a, b) => distance(a) - distance(b)),
         actions = lives.flatMap(({ key }) => this.actionLives.get(key + "\n" + plan + " " + id) || []);
       this.link(
         actions.findLast(({ changes }) => changes[0].time <= begin),
@@ -253,20 +255,23 @@ export class History {
     }
   }
 
+  /** The state of a Skiller as an executive sees it. */
   on_skill(event) {
     const { env, skiller } = event,
       own = env && env !== MAIN_ENV ? env + "/" + skiller : skiller,
+      // a Skiller without an agent in its id, which several executives use
       isShared = this.skillers.has(skiller) && !this.skillers.has(own) && !this.lastCalls.has(own),
       lane = isShared ? skiller : own,
-      shown = this.lastCalls.get(lane);
-    if (!this.seen.has(lane) && shown && !shown.end) shown.begin = this.step();
+      lastCall = this.lastCalls.get(lane);
+    // the times of a lane are those of its executive, as soon as there is one
+    if (!this.seen.has(lane) && lastCall && !lastCall.end) lastCall.begin = this.step();
     this.seen.add(lane);
     this.skillIs({ lane, ...event }, event.error);
   }
 
   /**
-   * Apply the state of a Skiller, of its interface or of an executive's event. Each call has a message number.
-   * A `lane`, such as a Skiller, runs one skill at a time.
+   * Apply the state of a Skiller, of its interface or of an executive's event. Each call has a message
+   * number. A `lane`, such as a Skiller, runs one skill at a time.
    */
   skillIs({ skiller, skill_string: text, msgid, status, env = "", lane, request }, error = "") {
     const last = this.lastCalls.get(lane),
@@ -300,28 +305,31 @@ export class History {
   endCall(call, status, error = "") {
     call.status = status;
     call.end = this.step();
-    const held = this.skillers.get(call.lane) || this.skillers.get(call.skiller);
-    call.error = skillOutcome(status) === "failed" ? error || (held && held.error) || "" : "";
+    const values = this.skillers.get(call.lane) || this.skillers.get(call.skiller);
+    call.error = skillOutcome(status) === "failed" ? error || (values && values.error) || "" : "";
   }
 
-  on_interface({ uid, values }) {
+  on_interface({ uid, values: changedValues }) {
     if (uid.startsWith(EXECUTOR)) this.robotIs(this.executors, laneOf(...agentAndId(uid)));
     if (!uid.startsWith(SKILLER)) return;
     const [env, skiller] = agentAndId(uid),
       id = env ? env + "/" + skiller : skiller,
-      held = { ...this.skillers.get(id), ...values };
-    this.robotIs(this.skillers, id, held);
+      values = { ...this.skillers.get(id), ...changedValues };
+    this.robotIs(this.skillers, id, values);
     const lane = this.laneOfSkiller(id),
       last = this.lastCalls.get(lane);
-    // the executive reads the interface a loop later, before its plan-actions change: use the executive's time
-    if (!this.seen.has(lane)) this.skillIs({ ...held, skiller, env, lane }, held.error);
+    // the executive reads the interface a loop later, before its plan-actions change: use the executive's
+    // time
+    if (!this.seen.has(lane)) this.skillIs({ ...values, skiller, env, lane }, values.error);
     else if (last?.end?.time === this.time && skillOutcome(last.status) === "failed")
-      last.error ||= held.error;
+      last.error ||= values.error;
   }
-  robotIs(map, lane, held = {}) {
+  /** Store the values of a robot; a new robot is a new row. */
+  robotIs(map, lane, values = {}) {
     if (!map.has(lane)) this.shape += 1;
-    map.set(lane, held);
+    map.set(lane, values);
   }
+  /** The lane of a Skiller's calls: its id, perhaps behind the name of its agent. */
   laneOfSkiller(id) {
     const lanes = [...this.lastCalls.keys()];
     return this.lastCalls.has(id) ? id : lanes.find((lane) => lane.endsWith("/" + id)) || id;
@@ -339,12 +347,12 @@ export class History {
   }
 
   on_message(event) {
-    for (const said of this.board.read(event)) {
-      const { type, agent, executor, request, text, progress, status, succeeded } = said,
+    for (const change of this.board.read(event)) {
+      const { type, agent, executor, request, text, progress, status, succeeded } = change,
         lane = laneOf(agent, executor),
         call = this.lastCalls.get(lane);
       if (type === "CONFIRM") {
-        const about = {
+        const skillState = {
           skiller: executor,
           skill_string: text,
           msgid: event.msgid,
@@ -352,12 +360,12 @@ export class History {
           lane,
           request,
         };
-        this.skillIs({ ...about, status: "S_RUNNING" });
+        this.skillIs({ ...skillState, status: "S_RUNNING" });
       } else if (!call || call.end || call.sentAs !== "\n" + request) continue;
       else if (type === "FEEDBACK") {
         call.feedbacks = (call.feedbacks || 0) + 1;
-        const last = (Math.round(progress * 100) + "% " + status).trimEnd();
-        call.text = text + ": " + call.feedbacks + " feedback messages, the last: " + last;
+        const lastFeedback = (Math.round(progress * 100) + "% " + status).trimEnd();
+        call.text = text + ": " + call.feedbacks + " feedback messages, the last: " + lastFeedback;
       } else if (type === "FINISH")
         this.endCall(call, succeeded ? "S_FINAL" : "S_FAILED", succeeded ? "" : status);
     }
@@ -365,9 +373,9 @@ export class History {
 
   on_planner({ env, call, planner: name, goal, problem: text = "", status, reason }) {
     const key = env + " " + call;
-    let span = this.planning.get(key);
-    if (!span) {
-      span = {
+    let plannerCall = this.planning.get(key);
+    if (!plannerCall) {
+      plannerCall = {
         kind: "planner",
         number: this.planners.length,
         name,
@@ -376,14 +384,14 @@ export class History {
         end: null,
         text,
       };
-      this.planners.push(span);
+      this.planners.push(plannerCall);
     }
-    span.status = status;
-    this.planning.set(key, span);
+    plannerCall.status = status;
+    this.planning.set(key, plannerCall);
     if (status === "started") return;
     this.planning.delete(key);
-    span.end = this.step();
-    if (reason) span.text = reason;
+    plannerCall.end = this.step();
+    if (reason) plannerCall.text = reason;
   }
 
   on_log({ level, component, text }) {

@@ -5,7 +5,7 @@ import { zeroOfTimes } from "cx/dom.js";
 
 const NAMES = ["goal", "action", "skill"];
 
-/** @returns {{goal?: string, action?: string, skill?: string}} */
+/** The path in the parts of an address. @returns {{goal?: string, action?: string, skill?: string}} */
 export function pathOf(parts) {
   const path = {};
   for (let at = 0; at < parts.length; at++)
@@ -13,6 +13,7 @@ export function pathOf(parts) {
   return path;
 }
 
+/** The parts of an address for a path. */
 export const partsOf = (path) => NAMES.flatMap((name) => (path[name] ? [name, path[name]] : []));
 
 /** The path of a goal, an action or a skill call. */
@@ -43,9 +44,10 @@ export const timelineAddress = (path) => ["#/timeline", ...partsOf(path).map(par
 /**
  * @typedef {object} Moment
  * @property {number} time microseconds
- * @property {number} step how many transitions there were up to then
+ * @property {number} step the number of transitions up to then
  */
 
+/** Connects timeline, details and story with the page. */
 export class PageHost {
   /** @param show draws the view again @param href(path) the address of a path */
   constructor(app, show, href = timelineAddress) {
@@ -70,6 +72,7 @@ export class PageHost {
   cursor() {
     return this.isLive ? this.at : { time: this.app.recording.time, step: this.app.model.step };
   }
+  /** Choose a moment; null: now. */
   setCursor(point) {
     if (this.isLive) this.at = point;
     this.app.select({ time: point && point.time });
@@ -79,12 +82,14 @@ export class PageHost {
   momentIs(time) {
     if (this.isLive) this.at = time === null ? null : { time, step: this.history.stepsUpTo(time) };
   }
+  /** Open the address of a path. @param isReplaced whether the browser's history keeps no step for it */
   go(path, isReplaced = false) {
-    const wanted = this.href(path);
+    const address = this.href(path);
     if (isReplaced) {
-      history.replaceState(history.state, "", wanted);
+      history.replaceState(history.state, "", address);
+      // replaceState() dispatches no event itself
       dispatchEvent(new HashChangeEvent("hashchange"));
-    } else location.hash = wanted;
+    } else location.hash = address;
   }
   /** The lines of the log between two moments. */
   lines(from, to) {

@@ -1,8 +1,10 @@
 // Wheel, pointer, touch and keys of the timeline.
 import { gestures } from "cx/canvas.js";
 
-const STEP = 0.15; // a key pans by this part of the width
+const STEP = 0.15, // a key pans by this share of the width
+  ZOOM_IN = 0.6; // a key zooms by this factor of the visible time
 
+/** @param surface the canvas @param component the timeline */
 export function pointerInput(surface, component) {
   const { window } = component;
   gestures(surface, {
@@ -29,13 +31,13 @@ export function pointerInput(surface, component) {
 export function keyInput(box, component) {
   const { window } = component,
     zoom = (factor) => window.zoom(factor, component.cursorX),
-    pan = (part) => window.pan(part * window.width);
+    pan = (share) => window.pan(share * window.width);
   const actions = {
-    "+": () => zoom(0.6),
-    "=": () => zoom(0.6),
-    "-": () => zoom(1 / 0.6),
-    w: () => zoom(0.6),
-    s: () => zoom(1 / 0.6),
+    "+": () => zoom(ZOOM_IN),
+    "=": () => zoom(ZOOM_IN), // the key of + without Shift
+    "-": () => zoom(1 / ZOOM_IN),
+    w: () => zoom(ZOOM_IN),
+    s: () => zoom(1 / ZOOM_IN),
     a: () => pan(-STEP),
     d: () => pan(STEP),
     0: () => window.fit(),
@@ -54,5 +56,5 @@ export function keyInput(box, component) {
     event.preventDefault();
     event.stopPropagation();
   };
-  box.addEventListener("keydown", press, true);
+  box.addEventListener("keydown", press, true); // before the tree of names, which has the arrow keys, too
 }

@@ -1,11 +1,14 @@
-// Errors: log lines of level error, and skill calls that failed.
+// The marks of errors on the axis: log lines of level error, and skill calls that failed.
 const known = new WeakMap(); // history -> its marks, and their revision
 
-/** @returns {{time: number, step: number, component: string, text: string}[]} in order */
+/**
+ * The marks of a history, in order; marks of skill calls also have `call`.
+ * @returns {{time: number, step: number, component: string, text: string}[]}
+ */
 export function marksOf(history) {
   const { revision, calls, errors } = history,
-    before = known.get(history);
-  if (before && before.revision === revision) return before.marks;
+    cached = known.get(history);
+  if (cached && cached.revision === revision) return cached.marks;
   const failed = calls.filter(({ error, end }) => error && end).map(markOf),
     marks = [...errors, ...failed].sort((a, b) => a.step - b.step || a.time - b.time);
   known.set(history, { revision, marks });

@@ -4,16 +4,16 @@ import { Canvas, fillBox, gestures, ink } from "cx/canvas.js";
 import { el } from "cx/dom.js";
 import { spansOf } from "cx/timeline/spans.js";
 
-const HIGH = 34,
-  END = 8; // pixels around an end of the frame
+const HIGH = 34, // pixels: the height of the strip, as in css/timeline.css
+  END = 8; // pixels around an end of the frame at which it can be grabbed
 
 export class Overview {
   /** @param component the timeline: {window, rows, history, now, marks} */
   constructor(component) {
     this.component = component;
-    this.canvas = new Canvas((...rest) => this.paint(...rest), { class: "tl-overview" });
-    this.picture = el.canvas(); // the strip without the frame
-    this.sign = "";
+    this.canvas = new Canvas((...args) => this.paint(...args), { class: "tl-overview" });
+    this.picture = el.canvas(); // the strip without the frame, which changes more often
+    this.sign = ""; // identifies the content of the picture
     const { node } = this.canvas,
       { window } = component;
     gestures(node, {
@@ -29,6 +29,7 @@ export class Overview {
     node.addEventListener("dblclick", () => window.fit());
   }
 
+  /** The range of the whole run. */
   get whole() {
     return this.component.window.whole();
   }
@@ -53,8 +54,8 @@ export class Overview {
     if (!isLeft && !isRight && (begin < window.from || begin > window.to))
       window.set(begin - window.span / 2, begin + window.span / 2);
     const { from, to } = window;
-    return (at) => {
-      const by = this.valueAt(at) - begin;
+    return (draggedX) => {
+      const by = this.valueAt(draggedX) - begin;
       if (isLeft && !isRight) window.set(Math.min(from + by, to), to);
       else if (isRight) window.set(from, Math.max(to + by, from));
       else window.set(from + by, to + by);
@@ -65,21 +66,21 @@ export class Overview {
   count(width) {
     const { history, now, window, rows } = this.component,
       size = Math.ceil(width) + 1,
-      starts = new Int32Array(size + 1),
+      changes = new Int32Array(size + 1), // of the number of running goals, at each pixel
       failed = new Uint8Array(size);
     const place = (point) => Math.min(size - 1, Math.max(0, Math.floor(this.xOf(point[window.axis]))));
     for (const goal of rows.goals) {
       if (rows.outcomes.size && !rows.fits(goal)) continue;
       for (const { part, from, to, outcome } of spansOf(goal, history)) {
         if (part !== "run") continue;
-        starts[place(from)] += 1;
-        starts[place(to || now) + 1] -= 1;
+        changes[place(from)] += 1;
+        changes[place(to || now) + 1] -= 1;
         if (outcome === "failed" && to) failed[place(to)] = 1;
       }
     }
     for (const call of history.calls) if (call.error) failed[place(call.end || now)] = 1;
     let running = 0;
-    return { failed, running: Array.from(failed, (_, x) => (running += starts[x])) };
+    return { failed, running: Array.from(failed, (_, x) => (running += changes[x])) };
   }
 
   draw() {
@@ -105,7 +106,8 @@ export class Overview {
     context.scale(ratio, ratio);
     for (const [x, count] of running.entries())
       if (count) fillBox(context, dim, x, HIGH - 3 - count * scale, 1, count * scale, 0.25);
-    for (const [x, is] of failed.entries()) if (is) fillBox(context, outcomes.failed.fill, x - 1, 1, 3, 6);
+    for (const [x, hasFailure] of failed.entries())
+      if (hasFailure) fillBox(context, outcomes.failed.fill, x - 1, 1, 3, 6);
   }
   paintFrame(context, width, { panel, focus }, cursorValue) {
     const { window } = this.component,

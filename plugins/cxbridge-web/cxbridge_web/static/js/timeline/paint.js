@@ -1,4 +1,5 @@
-// Draws rows, axis and marks onto a canvas: of those on the same pixel only the first.
+// Draws rows, axis and marks onto a canvas. Of calls and marks that are closer than some pixels, it draws the
+// first.
 import { fillBox, ink, line } from "cx/canvas.js";
 import { clockText, durationText, pad } from "cx/dom.js";
 import { countWhile } from "cx/names.js";
@@ -8,13 +9,18 @@ import { ticks } from "cx/timeline/window.js";
 export const AXIS = 24; // pixels: the axis
 export const MARKS = 18; // the lane of errors below the axis
 const FONT = "11px system-ui, sans-serif",
-  LETTER = 6.1,
+  LETTER = 6.1, // mean width of a letter
   LEAST = 4; // width of the narrowest bar
 
 const isLoud = (outcome) => outcome === "failed";
 const lastError = (goal) => (goal.changes.findLast(({ error }) => error) || { error: "" }).error;
 
-/** The text at a value of the axis. `zero`: the origin of times; null: times are times of day. */
+/**
+ * The text at a value of the axis.
+ * @param step the step of the axis, in its unit
+ * @param unit 1 for steps, 1e6 for times in microseconds
+ * @param zero the origin of times; null: times of day
+ */
 export function axisText(value, step, unit, zero) {
   if (unit === 1) return "#" + Math.round(value);
   if (zero === null) return clockText(value, step >= 1 ? 0 : step >= 0.001 ? 3 : 6);
@@ -26,6 +32,7 @@ export function axisText(value, step, unit, zero) {
   return (seconds < 0 ? "-" : "") + text + ":" + pad(whole % 60);
 }
 
+/** A text, cut to a width in pixels; "" if there is room for less than three letters. */
 const cutTo = (text, room) => {
   const most = Math.floor(room / LETTER);
   return text.length <= most ? text : most < 3 ? "" : text.slice(0, most - 1) + "…";
@@ -34,7 +41,7 @@ const cutTo = (text, room) => {
 export class Painter {
   /**
    * @param context of a canvas
-   * @param scene {window, history, palette, now, zero, high, selected, chosen, late}
+   * @param scene see Timeline.scene; and `palette`, see canvas.js
    */
   constructor(context, scene) {
     this.context = context;
@@ -79,14 +86,14 @@ export class Painter {
     else this.life(row.item, y);
   }
 
-  /** Draw a goal whose parts have rows as a line. */
+  /** Draw a goal as a line, because its parts have rows with bars. */
   summary(goal, y) {
     for (const { span, edges } of this.spans(goal)) {
       const [left, right] = edges,
         { fill, edge } = this.palette.outcomes[span.outcome],
-        look = isLoud(span.outcome) ? [fill, 1] : [edge, 0.55];
+        [colour, alpha] = isLoud(span.outcome) ? [fill, 1] : [edge, 0.55];
       if (span.part === "wait") this.wait(edges, y);
-      else fillBox(this.context, look[0], left, y + this.high / 2 - 2, Math.max(right - left, 2), 4, look[1]);
+      else fillBox(this.context, colour, left, y + this.high / 2 - 2, Math.max(right - left, 2), 4, alpha);
     }
   }
 
@@ -111,17 +118,21 @@ export class Painter {
       if (edges) this.bar(item, span.outcome, edges, y, text, free, lane, lanes);
     }
   }
+  /**
+   * The text in a bar: the duration of a goal, the skill string of an action; with the error of a failure.
+   */
   textOf(item, span) {
     const end = span.to || this.now,
-      took = durationText(Math.max(0, end.time - span.from.time)),
+      duration = durationText(Math.max(0, end.time - span.from.time)),
       hasFailed = span.outcome === "failed";
-    if (item.kind === "goal") return took + "  " + (hasFailed ? lastError(item) : "");
+    if (item.kind === "goal") return duration + "  " + (hasFailed ? lastError(item) : "");
     const call = item.calls?.findLast(({ begin }) => begin.step <= end.step),
       name = call ? call.text : item.text || item.name,
       { error } = call || item;
     return hasFailed && error ? name + ": " + error : name;
   }
 
+  /** Draw the time of waiting as a thin line. */
   wait([left, right], y) {
     const colour = this.palette.outcomes.formulated.edge;
     fillBox(this.context, colour, left, y + this.high / 2 - 0.5, right - left, 1, 0.6);
@@ -129,19 +140,23 @@ export class Painter {
 
   /** Draw the calls of a robot. @param calls ordered by their begin */
   robot(calls, y) {
-    let drawn = -Infinity;
+    let drawnX = -Infinity; // the right end of the last drawn bar
     for (let at = firstSeen(calls, this.window); at < calls.length; at++) {
       const call = calls[at];
       if (call.begin[this.window.axis] > this.window.to) break;
       const [span] = spansOf(call, this.history),
         edges = this.edges(span);
-      if (!edges || edges[1] < drawn + 0.5) continue;
-      drawn = Math.max(edges[0], edges[1]);
+      if (!edges || edges[1] < drawnX + 0.5) continue;
+      drawnX = Math.max(edges[0], edges[1]);
       this.bar(call, span.outcome, edges, y, call.text || call.name, this.until(calls[at + 1]?.begin));
     }
   }
 
-  /** Draw a bar with its text; the text of a narrow failed bar stands behind the bar. */
+  /**
+   * Draw a bar with its text; the text of a narrow failed bar stands behind the bar.
+   * @param freeUntil the pixel up to which there is room behind the bar
+   * @param lane, lanes the place of the bar among bars below each other
+   */
   bar(item, outcome, [left, right], y, text, freeUntil, lane = 0, lanes = 1) {
     const { context, high, late, palette } = this,
       look = palette.outcomes[outcome],
@@ -158,13 +173,13 @@ export class Painter {
     if (!text) return;
     const middle = top + height / 2 + 1,
       mark = isLate ? "late: " : isLoud(outcome) || outcome === "rejected" ? look.icon + " " : "",
-      words = mark + text,
-      seen = Math.max(left, 0),
-      room = Math.min(left + width, this.window.width) - seen - 10,
+      markedText = mark + text,
+      visibleLeft = Math.max(left, 0),
+      room = Math.min(left + width, this.window.width) - visibleLeft - 10,
       behind = freeUntil - left - width;
-    if (room > 20) this.text(cutTo(words, room), look.ink, seen + 5, middle);
-    if (room < words.length * LETTER && isLoud(outcome) && behind > 60)
-      this.text(cutTo(words, behind - 12), palette.loud, left + width + 5, middle);
+    if (room > 20) this.text(cutTo(markedText, room), look.ink, visibleLeft + 5, middle);
+    if (room < markedText.length * LETTER && isLoud(outcome) && behind > 60)
+      this.text(cutTo(markedText, behind - 12), palette.loud, left + width + 5, middle);
   }
 
   /** Draw the axis, and its lines through the rows. */
@@ -186,12 +201,12 @@ export class Painter {
   errors(marks) {
     const { context, window, palette } = this,
       { fill, ink: colour } = palette.outcomes.failed;
-    let drawn = -10;
+    let drawnX = -10; // the place of the last drawn mark
     for (let at = firstSeen(marks, window, (each) => each); at < marks.length; at++) {
       const x = window.place(marks[at]);
       if (x > window.width + 6) break;
-      if (x < drawn + 3) continue;
-      drawn = x;
+      if (x < drawnX + 3) continue;
+      drawnX = x;
       const corners = [0, 6, -6].map((dx) => [x + dx, AXIS + (dx ? 14 : 2)]);
       line(context, corners, { fill, stroke: palette.loud, width: 1.2 });
       fillBox(context, colour, x - 0.8, AXIS + 6, 1.6, 4);
@@ -199,6 +214,7 @@ export class Painter {
     }
   }
 
+  /** Draw the chosen moment as a line with a triangle at the axis. */
   cursor(value, bottom) {
     const x = this.window.x(value),
       fill = this.palette.focus;
@@ -212,8 +228,9 @@ export class Painter {
   }
 }
 
+/** The begin of the day of a time, in microseconds. */
 const dayBegin = (time) => new Date(time / 1000).setHours(0, 0, 0, 0) * 1000;
 
-/** The number of the last item before the window, which may reach into the window. */
+/** The index of the last item that begins before the window, and so may reach into the window. */
 const firstSeen = (list, window, pointOf = (each) => each.begin) =>
   Math.max(0, countWhile(list, (each) => pointOf(each)[window.axis] < window.from) - 1);

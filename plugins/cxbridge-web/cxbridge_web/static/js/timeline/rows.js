@@ -6,7 +6,7 @@ import { NAMES, OUTCOMES } from "cx/outcome.js";
 import { nameOfLane } from "cx/timeline/board.js";
 import { outcomeAt, spansOf, timesOf } from "cx/timeline/spans.js";
 
-const known = new WeakMap(); // history -> its folds, which outlive the view
+const known = new WeakMap(); // history -> its Rows, whose folds outlive the view
 
 /** The names of robots by their lanes; robots with equal names have their lanes as names. */
 export function robotNames(lanes) {
@@ -46,6 +46,7 @@ export class Rows {
     return rows;
   }
 
+  /** Whether a row is open: as the user folded it, else `usual`. */
   isOpen(key, usual) {
     return this.folds.get(key) ?? usual;
   }
@@ -53,7 +54,8 @@ export class Rows {
     this.folds.clear();
     this.opensAll = open;
   }
-  get filters() {
+  /** Whether a filter is set. */
+  get hasFilters() {
     return this.wanted !== "" || this.outcomes.size > 0 || this.inSight !== null;
   }
 
@@ -69,6 +71,7 @@ export class Rows {
     return counts;
   }
 
+  /** Whether a goal or an action meets the filters. */
   fits(item) {
     const { error = "" } = item.changes.at(-1),
       words = [item.id, item.cls, item.name, item.subType, item.env, error].join(" ").toLowerCase();
@@ -114,10 +117,10 @@ export class Rows {
 
   goalRows() {
     const rows = [],
-      { goals, filters } = this,
+      { goals, hasFilters } = this,
       { parents, children, roots } = forestOfGoals(goals),
       // a filter keeps the goals above a match
-      shown = filters ? this.withAncestors(goals, parents) : null,
+      shown = hasFilters ? this.withAncestors(goals, parents) : null,
       hasEnvs = new Set(goals.map(({ env }) => env)).size > 1;
     const stack = [...roots].reverse().map((goal) => [goal, 0]);
     let env = null;
@@ -125,23 +128,24 @@ export class Rows {
     while (stack.length) {
       const [item, depth] = stack.pop(),
         isGoal = item.kind === "goal",
-        below = isGoal ? [...(children.get(item.key) || []), ...item.actions] : [],
-        seen = shown ? below.filter((each) => shown.has(each.key)) : below,
+        parts = isGoal ? [...(children.get(item.key) || []), ...item.actions] : [],
+        shownParts = shown ? parts.filter(({ key }) => shown.has(key)) : parts,
         hasGoals = (list) => list.some(({ kind }) => kind === "goal"),
-        usual = filters || (this.opensAll ?? hasGoals(seen)),
-        open = seen.length ? this.isOpen(item.key, usual) : null;
+        usual = hasFilters || (this.opensAll ?? hasGoals(shownParts)),
+        open = shownParts.length ? this.isOpen(item.key, usual) : null;
       if (hasEnvs && isGoal && !depth && item.env !== env) {
         ({ env } = item);
         rows.push({ key: "env " + env, kind: "group", name: env, item: [], depth: 0, open: null });
       }
       if (shown && !shown.has(item.key)) continue;
-      const isSummary = open === true || hasGoals(below);
+      const isSummary = open === true || hasGoals(parts);
       rows.push({ key: item.key, kind: item.kind, name: item.id, item, depth, open, isSummary });
-      if (open) stack.push(...seen.map((each) => [each, depth + 1]).reverse());
+      if (open) stack.push(...shownParts.map((part) => [part, depth + 1]).reverse());
     }
     return rows;
   }
 
+  /** The keys of goals and actions that meet the filters, and of the goals above them. */
   withAncestors(goals, parents) {
     const shown = new Set(),
       add = (key) => {
@@ -158,18 +162,19 @@ export class Rows {
   /** Open the goals above a goal, so that it has a row. */
   reveal(item) {
     let goal = this.history.goals.get(item.parent);
-    for (let levels = 0; goal && levels < 1000; levels++) {
+    // limited, because goals of a damaged recording may be each other's parents
+    for (let level = 0; goal && level < 1000; level++) {
       if (!this.isOpen(goal.key, false)) this.folds.set(goal.key, true);
       goal = this.history.goals.get(goal.parent);
     }
   }
 }
 
-const SHORT = 14,
+const SHORT = 14, // characters of a name that always fits
   TAIL = 6; // characters at the end of a name that stay visible: they tell goals of a class apart
 const isLife = ({ kind }) => kind === "goal" || kind === "action";
 
-/** The row is drawn again when this value changes. @param step the moment */
+/** Identifies the look of a row, which is drawn again when this value changes. @param step the moment */
 export function signOf(row, step) {
   if (!isLife(row)) return row.depth + " " + row.open + " " + row.item.length;
   const { changes, cls } = row.item;
@@ -185,6 +190,7 @@ function goalName({ id, cls }) {
   ];
 }
 
+/** The nodes with the name of a row. */
 export function nameOf(row, history, step) {
   const { item, kind } = row;
   if (!isLife(row)) return el("span.main-text", el.b(row.name), kind === "robot" && dim(" " + item.length));
@@ -199,6 +205,7 @@ export function nameOf(row, history, step) {
   ];
 }
 
+/** The name of a row for screen readers. */
 function spoken({ kind, item }, history, outcome) {
   const { ran } = timesOf(item, history),
     parts = [

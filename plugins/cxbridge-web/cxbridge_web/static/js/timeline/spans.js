@@ -10,22 +10,23 @@ import { lastUpTo } from "cx/timeline/history.js";
  * @property {"wait" | "run" | "tail"} part before, during and after the run
  */
 
+// the part of a span by mode or state; "gone" and "none" have no span
 const GOAL_PARTS = { RETRACTED: "gone", FINISHED: "tail", EVALUATED: "tail", DISPATCHED: "run" },
   ACTION_PARTS = { FORMULATED: "none", PENDING: "wait", WAITING: "wait", FINAL: "tail", FAILED: "tail" };
 const goalPart = ({ mode }) => GOAL_PARTS[mode] || "wait",
   actionPart = ({ state }) => ACTION_PARTS[state] || "run";
 
 /**
- * Join successive changes of the same part. A dispatched goal runs until it is finished, whatever its modes
- * between sub-goals are; it waits again when it is formulated again.
+ * Join successive changes of the same part: {part, changes}. A dispatched goal runs until it is finished,
+ * whatever its modes between sub-goals are; it waits again when it is formulated again.
  */
 function joined(changes, partOf) {
   const parts = [];
   for (const change of changes) {
     const last = parts.at(-1),
       isAgain = change.mode === "FORMULATED" && last !== undefined,
-      told = partOf(change),
-      part = last?.part === "run" && told === "wait" && !isAgain ? "run" : told;
+      changePart = partOf(change),
+      part = last?.part === "run" && changePart === "wait" && !isAgain ? "run" : changePart;
     if (last?.part === part && !isAgain) last.changes.push(change);
     else parts.push({ part, changes: [change] });
   }
@@ -51,7 +52,7 @@ function goalSpans(goal) {
   });
 }
 
-/** @param gone the retraction of the goal; null: none */
+/** @param gone the change by which the goal was retracted; null: the goal was not retracted */
 function actionSpans(action, gone) {
   const spans = [],
     parts = joined(action.changes, actionPart);
@@ -59,14 +60,15 @@ function actionSpans(action, gone) {
     const next = parts[at + 1],
       from = changes[0],
       last = changes.at(-1);
+    // an action that ended without a start has a span of no length
     if (part === "tail" && !spans.length)
       spans.push({ from, to: from, part: "run", outcome: actionOutcome(from.state) });
     if (part === "none" || part === "tail") continue;
     const ended = next?.part === "tail" ? actionOutcome(next.changes.at(-1).state) : null,
       hasFailed = !next && actionOutcome(last.state) === "failed",
-      isLeft = !next && !hasFailed && gone && gone.step > last.step,
-      to = next ? next.changes[0] : hasFailed ? last : isLeft ? gone : null,
-      open = part === "wait" ? "formulated" : hasFailed ? "failed" : isLeft ? "retracted" : "running";
+      isAbandoned = !next && !hasFailed && gone && gone.step > last.step,
+      to = next ? next.changes[0] : hasFailed ? last : isAbandoned ? gone : null,
+      open = part === "wait" ? "formulated" : hasFailed ? "failed" : isAbandoned ? "retracted" : "running";
     spans.push({ from, to, part, outcome: ended || open });
   }
   return spans;
@@ -75,7 +77,7 @@ function actionSpans(action, gone) {
 const known = new WeakMap(); // item -> its spans, and the sign of their state
 const plannerOutcome = ({ end, status }) => (!end ? "running" : status === "found" ? "completed" : "failed");
 
-/** @returns {Span[]} in order */
+/** The spans of a goal, an action, a skill call or a planner's call. @returns {Span[]} in order */
 export function spansOf(item, history) {
   if (item.kind === "skill" || item.kind === "planner") {
     const outcome = item.kind === "skill" ? skillOutcome(item.status) : plannerOutcome(item);
@@ -84,8 +86,8 @@ export function spansOf(item, history) {
   const isAction = item.kind === "action",
     goal = isAction ? history.goals.get(item.goal) : item,
     sign = [item.changes.length, item.changes.at(-1).step, goal?.changes.length].join(),
-    before = known.get(item);
-  if (before && before.sign === sign) return before.spans;
+    cached = known.get(item);
+  if (cached && cached.sign === sign) return cached.spans;
   const [first] = item.changes,
     isGone = ({ mode, step }) => mode === "RETRACTED" && step > first.step,
     spans = isAction ? actionSpans(item, goal?.changes.find(isGone) || null) : goalSpans(item);
@@ -98,18 +100,18 @@ export function spansOf(item, history) {
  * @returns {{item: object, span: Span, lane: number, lanes: number}[]} in the order of their beginnings
  */
 export function stacked(actions, whole, history) {
-  const ends = [], // of each lane
+  const laneEnds = [], // the last step in each lane
     isWithin = ({ step }) => step >= whole.from.step && (!whole.to || step <= whole.to.step),
-    found = actions
+    runs = actions
       .flatMap((item) => spansOf(item, history).map((span) => ({ item, span })))
       .filter(({ span }) => span.part === "run" && isWithin(span.from))
       .sort((a, b) => a.span.from.step - b.span.from.step);
-  for (const each of found) {
-    const free = ends.findIndex((end) => end <= each.span.from.step);
-    each.lane = free < 0 ? ends.length : free;
-    ends[each.lane] = each.span.to ? each.span.to.step : Infinity;
+  for (const run of runs) {
+    const freeLane = laneEnds.findIndex((end) => end <= run.span.from.step);
+    run.lane = freeLane < 0 ? laneEnds.length : freeLane;
+    laneEnds[run.lane] = run.span.to ? run.span.to.step : Infinity;
   }
-  return found.map((each) => ({ ...each, lanes: ends.length }));
+  return runs.map((run) => ({ ...run, lanes: laneEnds.length }));
 }
 
 /** The outcome of an item at a step; null before the item began. */
@@ -123,7 +125,10 @@ export function outcomeAt(item, step = Infinity) {
   return item.kind === "goal" ? goalOutcome(change) : actionOutcome(change.state);
 }
 
-/** The begin, start and end of an item, its time of waiting and of running; null for future times. */
+/**
+ * The moments of an item and its durations: {begin, start (of its first run), end, waited, ran}, durations in
+ * microseconds; null for what has not happened yet.
+ */
 export function timesOf(item, history) {
   const runs = spansOf(item, history).filter(({ part }) => part === "run"),
     begin = item.begin || item.changes[0],

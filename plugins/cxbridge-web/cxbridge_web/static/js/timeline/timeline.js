@@ -15,10 +15,10 @@ import { Toolbar } from "cx/timeline/toolbar.js";
 import { TimeWindow } from "cx/timeline/window.js";
 import { VirtualList } from "cx/virtual.js";
 
-const LIVE_MS = 50,
-  SETTLED_MS = 160,
-  DOUBLE_MS = 300,
-  LATE_MS = 500;
+const LIVE_MS = 50, // the period of drawing a live run
+  SETTLED_MS = 160, // the rest of the window after which the filter "in view" is applied again
+  DOUBLE_MS = 300, // the longest time between the clicks of a double click
+  LATE_MS = 500; // the period of searching for late calls
 
 export class Timeline {
   /** @param host see host.js @param tools further elements of the toolbar */
@@ -27,7 +27,7 @@ export class Timeline {
     this.path = {};
     this.clickedAt = -Infinity;
     this.clicked = null; // the item of the last click
-    this.shape = -1;
+    this.shape = -1; // the shape of the history whose rows are listed
     this.rows = Rows.of(host.history);
     this.window = new TimeWindow((axis) => this.range(axis));
     this.window.follows = host.isLive;
@@ -40,7 +40,7 @@ export class Timeline {
   }
 
   build(tools) {
-    this.canvas = new Canvas((...rest) => this.draw(...rest), { class: "tl-chart" });
+    this.canvas = new Canvas((...args) => this.draw(...args), { class: "tl-chart" });
     this.overview = new Overview(this);
     this.list = new VirtualList({
       label: "Goals over time",
@@ -79,6 +79,7 @@ export class Timeline {
   get zero() {
     return this.host.zero;
   }
+  /** The range of the run on an axis: {from, to}. */
   range(axis) {
     const { history } = this,
       begin = history.begin ?? this.now.time,
@@ -88,9 +89,11 @@ export class Timeline {
     if (axis === "step") return { from: 0, to: Math.max(1, history.steps) };
     return { from: begin, to: Math.max(end, begin + 1000) };
   }
+  /** The chosen moment as a value of the axis; null: now. */
   get cursorValue() {
     return this.host.cursor()?.[this.window.axis] ?? null;
   }
+  /** The pixel of the chosen moment; the middle if the moment is invisible. */
   get cursorX() {
     const value = this.cursorValue,
       x = value === null ? -1 : this.window.x(value);
@@ -104,13 +107,17 @@ export class Timeline {
   }
   /** The late skill calls, searched twice a second. */
   get late() {
-    const at = performance.now();
-    if (!this.lateAt || at - this.lateAt > LATE_MS) {
-      this.lateAt = at;
+    const nowMs = performance.now();
+    if (!this.searchedLateAt || nowMs - this.searchedLateAt > LATE_MS) {
+      this.searchedLateAt = nowMs;
       this.lateCalls = new Set(lateCalls(this.history, this.now.time).keys());
     }
     return this.lateCalls;
   }
+  /**
+   * What is drawn: window, history, rows, marks; now and zero, see host.js; late: the late calls; high: the
+   * height of a row; scroll: pixels; selected: the key of the selected row; chosen: the item of the path.
+   */
   get scene() {
     const { window, history, now, zero, late, marks, list } = this;
     return {
@@ -124,23 +131,27 @@ export class Timeline {
   later() {
     this.canvas.later();
   }
+  /** Draw again after a change of the history. */
   update() {
-    if (this.history.shape !== this.shape || this.rows.filters) this.relist();
+    if (this.history.shape !== this.shape || this.rows.hasFilters) this.relist();
     else this.later();
     this.window.advance();
   }
+  /** Make the rows again. */
   relist() {
     this.shape = this.history.shape;
     this.items = this.rows.list();
     this.isListDirty = true;
     this.later();
   }
+  /** Draw again after a change of the window. */
   moved() {
     this.later();
     if (!this.rows.inSight) return;
     clearTimeout(this.settling);
     this.settling = setTimeout(() => this.relist(), SETTLED_MS);
   }
+  /** Let a live run move on. */
   tick() {
     const { time } = this.now;
     if (document.hidden || !this.box.isConnected || time === this.tickedAt) return;
@@ -151,14 +162,14 @@ export class Timeline {
 
   draw(context, width, height, palette) {
     const { window, list, isListDirty } = this,
-      namesOf = this.history.revision + " " + this.cursorStep,
+      namesSign = this.history.revision + " " + this.cursorStep,
       isWider = window.width !== width;
     window.width = width;
     if (!this.isFitted || (isWider && window.fits)) window.fit();
     this.isFitted = true;
     if (isListDirty) this.drawList();
-    else if (this.namesOf !== namesOf) list.update();
-    this.namesOf = namesOf;
+    else if (this.namesSign !== namesSign) list.update();
+    this.namesSign = namesSign;
     this.paint(context, width, height, palette);
     if (isListDirty) {
       this.later(); // in a further frame: thousands of rows would take too long
@@ -174,9 +185,9 @@ export class Timeline {
     this.isListDirty = false;
     list.set(this.items);
     if (this.revealing) list.mark(list.selected, true);
-    if (this.revealed > 0) list.reveal(this.revealed);
+    if (this.failureRow > 0) list.reveal(this.failureRow);
     this.revealing = false;
-    this.revealed = 0;
+    this.failureRow = 0;
   }
   paint(context, width, height, palette) {
     const { scene, cursorValue } = this,
@@ -199,7 +210,7 @@ export class Timeline {
   drawEmpty() {
     const isEmpty = !this.list.items.length,
       hint = this.host.isLive ? "They appear here as soon as the executive formulates them." : "",
-      texts = this.rows.filters
+      texts = this.rows.hasFilters
         ? ["No goal matches", "Choose other outcomes, or change the search."]
         : ["No goals yet", hint];
     this.empty.hidden = !isEmpty;
@@ -224,7 +235,7 @@ export class Timeline {
   revealFailure() {
     const failure = failureOf(this.history),
       key = failure && (pathTo(failure).goal || "");
-    this.revealed = this.items.findIndex((row) => row.key === key);
+    this.failureRow = this.items.findIndex((row) => row.key === key);
   }
   /** The begin and end of an item, as values of the axis. */
   rangeOf(item) {
@@ -240,6 +251,7 @@ export class Timeline {
     if (kind === "goal" || kind === "action") this.host.go(pathTo(item), how === "key");
     else this.later();
   }
+  /** Go up one level: from a call to its action, from an action to its goal, from a goal to the story. */
   up() {
     const { goal, action, skill } = this.path;
     this.host.go(skill ? { goal, action } : action ? { goal } : {});
@@ -250,15 +262,16 @@ export class Timeline {
   isAxis(y) {
     return y < AXIS;
   }
+  /** Choose the moment at a pixel. */
   setCursorAt(x) {
     const { axis } = this.window,
       { from, to } = this.range(axis),
-      within = Math.round(Math.min(Math.max(this.window.value(x), from), to)),
+      value = Math.round(Math.min(Math.max(this.window.value(x), from), to)),
       { history } = this;
     this.host.setCursor(
       axis === "time"
-        ? { time: within, step: history.stepsUpTo(within) }
-        : { time: history.stepTimes[within - 1] ?? history.begin, step: within },
+        ? { time: value, step: history.stepsUpTo(value) }
+        : { time: history.stepTimes[value - 1] ?? history.begin, step: value },
     );
   }
   scrollBy(pixels) {
@@ -290,14 +303,14 @@ export class Timeline {
     this.window.follow();
     this.later();
   }
-  /** Go to the next error after the cursor, or the one before it. */
+  /** Go to the next error after the cursor, or to the last error before it. @param by 1 or -1 */
   toError(by) {
     const { marks } = this,
       { time } = this.host.cursor() || { time: by > 0 ? -Infinity : Infinity },
-      next = () => marks.find((mark) => mark.time > time) || marks[0],
-      before = () => marks.findLast((mark) => mark.time < time) || marks.at(-1),
-      found = by > 0 ? next() : before();
-    if (found) this.showMark(found);
+      next = () => marks.find((each) => each.time > time) || marks[0],
+      previous = () => marks.findLast((each) => each.time < time) || marks.at(-1),
+      mark = by > 0 ? next() : previous();
+    if (mark) this.showMark(mark);
   }
   showMark(mark) {
     const { time, step } = mark;
@@ -307,9 +320,10 @@ export class Timeline {
     this.tip.show(tipOf({ mark }, this.scene), this.window.place(mark), AXIS + MARKS);
     this.later();
   }
+  /** @param place [x, y] of the pointer; null: the pointer has left */
   hover(place) {
-    const found = place && findAt(this.scene, ...place),
-      lines = found && tipOf(found, this.scene);
+    const hit = place && findAt(this.scene, ...place),
+      lines = hit && tipOf(hit, this.scene);
     this.canvas.node.style.cursor = place && (this.isAxis(place[1]) ? "ew-resize" : lines ? "pointer" : "");
     if (lines) this.tip.show(lines, ...place);
     else this.tip.hide();

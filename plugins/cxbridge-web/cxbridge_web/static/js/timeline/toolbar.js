@@ -2,6 +2,9 @@
 import { button, checkbox, el, plural, search } from "cx/dom.js";
 import { NAMES, OUTCOMES } from "cx/outcome.js";
 
+const ZOOM = 1.7; // the factor of a press
+
+/** A button; a text that is only a symbol gets its title as the label for screen readers. */
 const tool = (text, call, title, attributes = {}) =>
   button(text, call, { title, "aria-label": /\w/.test(text) ? null : title.split(" (")[0], ...attributes });
 const group = (label, attributes, ...children) =>
@@ -12,6 +15,7 @@ function tell(node, text) {
 }
 
 export class Toolbar {
+  /** @param more further elements of the toolbar */
   constructor(timeline, more = []) {
     this.timeline = timeline;
     const { window, rows } = timeline;
@@ -46,8 +50,8 @@ export class Toolbar {
       group(
         "Zoom",
         { class: "tl-zoom" },
-        tool("−", () => window.zoom(1.7), "zoom out (-)"),
-        tool("+", () => window.zoom(1 / 1.7), "zoom in (+)"),
+        tool("−", () => window.zoom(ZOOM), "zoom out (-)"),
+        tool("+", () => window.zoom(1 / ZOOM), "zoom in (+)"),
         tool("Fit", () => window.fit(), "the whole run (0)"),
       ),
       this.now,
@@ -56,6 +60,7 @@ export class Toolbar {
     this.box = el("div.tl-bar.panel-head", el.h2("Timeline"), this.count, legend, toolBox);
   }
 
+  /** The button of an outcome, which filters the goals and shows their number. */
   chip(name) {
     const { rows } = this.timeline,
       { icon, word } = OUTCOMES[name],
@@ -77,8 +82,8 @@ export class Toolbar {
     const { history, rows, window, host, list, marks } = this.timeline;
     if (host.isLive) this.drawNow(window.follows);
     // counting takes long, and zooming does not change the counts
-    if (this.drawn === list.items && this.revision === history.revision) return;
-    this.drawn = list.items;
+    if (this.drawnItems === list.items && this.revision === history.revision) return;
+    this.drawnItems = list.items;
     this.revision = history.revision;
     const counts = rows.counts();
     for (const chip of this.chips) {
@@ -88,7 +93,7 @@ export class Toolbar {
       chip.setAttribute("aria-pressed", String(isPressed));
     }
     const shown = list.items.filter(({ kind }) => kind === "goal").length;
-    tell(this.count, (rows.filters ? shown + " of " : "") + plural(rows.goals.length, "goal"));
+    tell(this.count, (rows.hasFilters ? shown + " of " : "") + plural(rows.goals.length, "goal"));
     this.error.hidden = !marks.length;
   }
   drawNow(follows) {

@@ -1,6 +1,8 @@
-// The visible part of the run: zoom, pan, fit, and following the newest moment.
+// The visible part of the run: zoom, pan, fit, and following the newest moment. Values are microseconds or
+// steps, depending on the axis.
 const MOST_ZOOM = { time: 200, step: 4 }; // the smallest visible part: microseconds, steps
-const MARGIN = 0.02;
+const MARGIN = 0.02, // beside the whole run, as a share of its length
+  LONGEST = 1e15; // the greatest visible part: 30 years in microseconds
 
 export class TimeWindow {
   /** @param range() the range of the run: {from, to} in the unit of the axis */
@@ -18,23 +20,27 @@ export class TimeWindow {
   get span() {
     return this.to - this.from;
   }
-  /** The pixel of a value and of a moment {time, step}; the value of a pixel. */
+  /** The pixel of a value. */
   x(value) {
     return ((value - this.from) / this.span) * this.width;
   }
+  /** The pixel of a moment {time, step}. */
   place(point) {
     return this.x(point[this.axis]);
   }
+  /** The value of a pixel. */
   value(x) {
     return this.from + (x / this.width) * this.span;
   }
 
+  /** The range of the whole run with margins; the newest moment has room to move. */
   whole() {
     const { from, to } = this.range(this.axis),
       span = Math.max(to - from, this.axis === "time" ? 1000 : 1);
     return { from: from - span * MARGIN, to: from + span * (1 + MARGIN * 2) };
   }
 
+  /** Show a range, within limits. @param options whether to keep `fits` and `follows` */
   set(from, to, { keepsFit = false, keepsFollowing = false } = {}) {
     const whole = this.whole(),
       most = (whole.to - whole.from) * 1.5,
@@ -51,10 +57,10 @@ export class TimeWindow {
 
   /** Scale the visible part by a factor around a pixel. */
   zoom(factor, x = this.width / 2) {
-    const at = this.follows ? this.to : this.value(x),
-      span = Math.min(Math.max(this.span * factor, MOST_ZOOM[this.axis]), 1e15),
-      part = (at - this.from) / this.span;
-    this.set(at - span * part, at + span * (1 - part), { keepsFollowing: this.follows });
+    const at = this.follows ? this.to : this.value(x), // the newest moment stays in its place
+      span = Math.min(Math.max(this.span * factor, MOST_ZOOM[this.axis]), LONGEST),
+      share = (at - this.from) / this.span;
+    this.set(at - span * share, at + span * (1 - share), { keepsFollowing: this.follows });
   }
   pan(pixels) {
     const by = (pixels / this.width) * this.span;
@@ -90,6 +96,7 @@ export class TimeWindow {
     }
   }
 
+  /** Change the axis: "time" or "step". */
   use(axis) {
     this.axis = axis;
     this.fit();
@@ -99,12 +106,15 @@ export class TimeWindow {
 /** The step between the marks of the axis, a round number, and its unit. */
 export function ticks(window) {
   const unit = window.axis === "time" ? 1e6 : 1,
-    rough = (window.span / unit) * Math.min(0.5, 105 / window.width),
-    power = 10 ** Math.floor(Math.log10(rough));
-  const round = unit === 1e6 && rough > 45 ? clockStep(rough) : null;
+    // marks have a distance of at least 105 pixels, and there are at least two
+    leastStep = (window.span / unit) * Math.min(0.5, 105 / window.width),
+    power = 10 ** Math.floor(Math.log10(leastStep));
+  const longStep = unit === 1e6 && leastStep > 45 ? clockStep(leastStep) : null; // minutes and hours
   const step =
-    round || Math.max([1, 2, 5, 10].find((each) => each * power >= rough) * power, unit === 1 ? 1 : 0);
+    longStep || Math.max([1, 2, 5, 10].find((each) => each * power >= leastStep) * power, unit === 1 ? 1 : 0);
   return { step, unit };
 }
+// seconds: parts of an hour and of a day
 const CLOCK_STEPS = [60, 120, 300, 600, 900, 1800, 3600, 7200, 10800, 21600, 43200, 86400];
-const clockStep = (rough) => CLOCK_STEPS.find((each) => each >= rough) || Math.ceil(rough / 86400) * 86400;
+const clockStep = (leastStep) =>
+  CLOCK_STEPS.find((each) => each >= leastStep) || Math.ceil(leastStep / 86400) * 86400;

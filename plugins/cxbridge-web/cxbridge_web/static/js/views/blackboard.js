@@ -8,8 +8,9 @@ import { goTo, ListPanel } from "cx/scaffold.js";
 
 export const tab = { title: "Blackboard", order: 50 };
 export const kinds = ["interface"];
-const SOON_MS = 1000,
-  LIST_MS = 5000;
+const SOON_MS = 1000, // the shortest time between two requests for values
+  LIST_MS = 5000; // the shortest time between two requests for the list
+/** The number of readers behind the writer, or "". */
 const readersOf = ({ readers }) => (readers.length ? ", " + plural(readers.length, "reader") : "");
 const interfaceRow = (item) => [
   el(
@@ -27,19 +28,21 @@ function recordedInterface(uid) {
   const [type, id] = uid.split(/::(.*)/s);
   return { uid, type, id, writer: "", readers: [], known: false, fields: [], message_types: [] };
 }
+/** The text of a field's value. */
 function valueText(value) {
   if (Array.isArray(value)) return value.map(valueText).join(", ");
   return typeof value === "object" && value !== null ? JSON.stringify(value) : String(value);
 }
+/** Highlight a value that has changed. */
 function flash(cell) {
   if (cell.animate && !matchMedia("(prefers-reduced-motion: reduce)").matches)
     cell.animate([{ backgroundColor: "var(--mark)" }, { backgroundColor: "transparent" }], 900);
 }
 
 export function open(root, app) {
-  let infos = [],
-    chosen = "",
-    data = null;
+  let infos = [], // the interfaces of the daemon
+    chosen = "", // a uid, TYPE::ID
+    chosenData = null; // the API's answer with the values of the chosen interface
   const head = el.div(),
     values = el("div#values"),
     formPlace = el.div(),
@@ -61,45 +64,44 @@ export function open(root, app) {
   );
   root.append(page.split);
 
-  const info = () => infos.find((each) => each.uid === chosen);
+  const chosenInfo = () => infos.find((each) => each.uid === chosen);
   const { life } = page;
   const readList = page.reader(async () => {
-    const found = await get("blackboard/interfaces"),
-      infoOf = ({ type, id, writer, ...rest }) => ({
+    const answer = await get("blackboard/interfaces"),
+      infoOf = ({ type, id, writer, ...members }) => ({
         uid: type + "::" + id,
         type,
         id,
         writer: writer || "",
-        ...rest,
+        ...members,
       });
-    infos = found.map((each) => ({ ...infoOf(each), known: true }));
+    infos = answer.map((each) => ({ ...infoOf(each), known: true }));
     drawHead();
   }, LIST_MS);
   const readData = life.reader(async () => {
-    const of = info();
-    if (!of) return;
-    const answer = await get("blackboard/interfaces/" + part(of.type) + "/" + idPath(of.id) + "/data");
-    if (of.uid !== chosen) return;
-    data = answer;
+    const info = chosenInfo();
+    if (!info) return;
+    const answer = await get("blackboard/interfaces/" + part(info.type) + "/" + idPath(info.id) + "/data");
+    if (info.uid !== chosen) return; // another interface was chosen during the request
+    chosenData = answer;
     drawValues();
   }, SOON_MS);
 
-  const all = () => (app.recording ? [...app.model.interfaces.keys()].sort().map(recordedInterface) : infos);
+  const allInfos = () =>
+    app.recording ? [...app.model.interfaces.keys()].sort().map(recordedInterface) : infos;
   function draw() {
-    const found = all(),
+    const all = allInfos(),
       writesOf = ({ uid }) => (app.recording ? (app.model.interfaces.get(uid)?.writes ?? 0) : 0),
-      items = found
-        .filter(({ uid }) => page.matches(uid))
-        .map((each) => ({ ...each, writes: writesOf(each) }));
-    page.show(items, found.length, "No interfaces", "No interface is open.");
+      items = all.filter(({ uid }) => page.matches(uid)).map((each) => ({ ...each, writes: writesOf(each) }));
+    page.show(items, all.length, "No interfaces", "No interface is open.");
   }
   function drawHead() {
     page.showsDetail(chosen);
-    const of = info() || all().find((each) => each.uid === chosen);
-    if (!redraw(head, [chosen, of, app.whyNot], () => (of ? headOf(of) : nothing()))) return;
-    refill(formPlace, of && messageForm(app, of));
-    if (!of) for (const each of [values, sent]) redraw(each, "", () => []);
-    if (of?.known) readData();
+    const info = chosenInfo() || allInfos().find((each) => each.uid === chosen);
+    if (!redraw(head, [chosen, info, app.whyNot], () => (info ? headOf(info) : nothing()))) return;
+    refill(formPlace, info && messageForm(app, info));
+    if (!info) for (const node of [values, sent]) redraw(node, "", () => []);
+    if (info?.known) readData();
   }
   const nothing = () =>
     chosen
@@ -109,38 +111,41 @@ export function open(root, app) {
           "You see its values as they change" +
             (app.recording ? "." : ", and can send messages to its writer."),
         );
-  const headOf = (of) => [
-    el("div.detail-head", backLink("#/blackboard", "interfaces"), el.h2(of.id), dim(of.type)),
+  const headOf = (info) => [
+    el("div.detail-head", backLink("#/blackboard", "interfaces"), el.h2(info.id), dim(info.type)),
     pairs([
-      ["writer", of.known ? of.writer || "none" : ""],
-      ["readers", of.readers.join(", ")],
-      ["hash", of.hash ? el.code(of.hash) : ""],
+      ["writer", info.known ? info.writer || "none" : ""],
+      ["readers", info.readers.join(", ")],
+      ["hash", info.hash ? el.code(info.hash) : ""],
     ]),
   ];
 
-  const cells = new Map();
+  const cells = new Map(); // field -> the cell of its value
   function drawValues() {
     const live = app.model.interfaces.get(chosen),
-      now = { ...(data && !app.recording ? data.data : {}), ...live?.values };
-    redraw(values, [chosen, Object.keys(now)], () => valuesTable(now));
+      valuesByField = { ...(chosenData && !app.recording ? chosenData.data : {}), ...live?.values };
+    redraw(values, [chosen, Object.keys(valuesByField)], () => valuesTable(valuesByField));
     for (const [name, cell] of cells) {
-      const text = valueText(now[name]),
+      const text = valueText(valuesByField[name]),
         isFirst = cell.textContent === "";
       if (cell.textContent === text) continue;
       cell.textContent = text;
       if (!isFirst) flash(cell);
     }
     const written = document.getElementById("written");
-    if (written) written.textContent = live ? clockText(live.time, 3) : data ? data.timestamp : "";
+    if (written)
+      written.textContent = live ? clockText(live.time, 3) : chosenData ? chosenData.timestamp : "";
   }
-  function valuesTable(now) {
-    const { fields } = info() || { fields: null },
-      types = new Map(fields?.map(({ name, type, is_array: many }) => [name, type + (many ? "[]" : "")])),
+  function valuesTable(valuesByField) {
+    const { fields } = chosenInfo() || { fields: null },
+      types = new Map(
+        fields?.map(({ name, type, is_array: isArray }) => [name, type + (isArray ? "[]" : "")]),
+      ),
       missing = fields && !fields.length ? "The interface has no fields." : "No values yet.";
     cells.clear();
-    const rows = Object.keys(now).map((name) => {
+    const rows = Object.keys(valuesByField).map((name) => {
       cells.set(name, el("td.value"));
-      const add = () => plot(app, fieldNames(chosen, name, now[name])),
+      const add = () => plot(app, fieldNames(chosen, name, valuesByField[name])),
         plotting = button("plot", add, { class: "quiet small", "aria-label": "plot " + name });
       return el.tr(
         el.th({ scope: "row" }, name),
@@ -179,7 +184,7 @@ export function open(root, app) {
   return {
     go([uid = ""]) {
       chosen = uid;
-      data = null;
+      chosenData = null;
       redraw(head);
       page.list.mark(uid, true);
       drawHead();

@@ -1,7 +1,7 @@
 // CLIPS: facts and rules of an environment; why a fact is there, why a rule has not fired.
 import { factsPath, get, part } from "cx/api.js";
 import { factItems, ruleItems, rulesOfRecording } from "cx/clips/lists.js";
-import { constructText, templateOwners } from "cx/clips/source.js";
+import { findConstruct, templateOwners } from "cx/clips/source.js";
 import { button, capital, dim, el, none, note, redraw, refill, tabs } from "cx/dom.js";
 import { envSelect } from "cx/env.js";
 import { ListPanel } from "cx/scaffold.js";
@@ -22,7 +22,7 @@ export function open(root, app) {
   let tab = "",
     rules = [],
     chosen = "", // f-INDEX or r-NAME
-    owners = { core: new Set(), own: new Set(), of: "" };
+    owners = { core: new Set(), own: new Set(), env: "" }; // see templateOwners()
   const bar = el.div(),
     detail = el("div.detail");
   const envs = envSelect(app, () => {
@@ -56,10 +56,10 @@ export function open(root, app) {
   const facts = () => app.model.factsOf(app.env);
   const readers = {
     facts: page.reader(async () => {
-      const of = app.env;
+      const { env } = app;
       await app.live.update(
-        () => get(factsPath(of)),
-        (found) => app.live.factsAre(of, found),
+        () => get(factsPath(env)),
+        (models) => app.live.factsAre(env, models),
       );
     }, SOON_MS),
     rules: page.reader(async () => {
@@ -67,10 +67,10 @@ export function open(root, app) {
     }, SOON_MS),
   };
   const renew = () => app.recording || readers[tab]();
-  /** Read whose the deftemplates are: facts of the agent come before those of the CX core. */
+  /** Read the owners of the deftemplates: facts of the agent come before facts of the CX core. */
   const readOwners = life.reader(async () => {
     const { env } = app;
-    owners = { ...(await templateOwners(app, env)), of: env };
+    owners = { ...(await templateOwners(app, env)), env };
     draw();
   }, SOON_MS);
 
@@ -80,15 +80,15 @@ export function open(root, app) {
   const allRules = () => (app.recording ? rulesOfRecording(app) : rules);
   const items = {
     facts() {
-      if (owners.of !== app.env) readOwners();
+      if (owners.env !== app.env) readOwners();
       return factItems(facts().values(), owners, matches);
     },
     rules: () => ruleItems(allRules(), firings, matches),
   };
   function draw() {
-    const found = items[tab](),
-      all = tab === "facts" ? facts().size : allRules().length;
-    page.show(found, all, "No " + tab, app.recording ? HINTS[tab] : "");
+    const fitting = items[tab](),
+      total = tab === "facts" ? facts().size : allRules().length;
+    page.show(fitting, total, "No " + tab, app.recording ? HINTS[tab] : "");
     envs.renew();
     drawDetail();
   }
@@ -99,7 +99,7 @@ export function open(root, app) {
     drawDetail();
   }
   function drawDetail() {
-    const name = chosen.slice(2),
+    const name = chosen.slice(2), // behind f- or r-
       fact = tab === "facts" && facts().get(Number(name)),
       rule = tab === "rules" && allRules().find((each) => each.name === name);
     page.showsDetail(chosen);
@@ -122,24 +122,25 @@ export function open(root, app) {
   function ruleDetail({ name }) {
     const why = whyOf("rule", name),
       source = el("div#rule-source"),
-      show = (found) =>
+      show = (construct) =>
         refill(
           source,
-          found
+          construct
             ? [
-                el.h3("Source ", dim(found.file + ":" + found.line)),
-                el("pre.source", { tabindex: "0", "aria-label": "source of " + name }, found.text),
+                el.h3("Source ", dim(construct.file + ":" + construct.line)),
+                el("pre.source", { tabindex: "0", "aria-label": "source of " + name }, construct.text),
               ]
             : note("No file that can be read has this rule."),
         );
     // the list of rules shows the error of the same request
-    constructText(app, app.env, "defrule", name).then(show, () => {});
+    findConstruct(app, app.env, "defrule", name).then(show, () => {});
     return [head(name, why.button), note(el("span#rule-place")), why.box, source];
   }
+  /** Show the module, owner, salience and firings of a rule; the number of firings changes all the time. */
   function drawPlace(rule) {
     const fired = firings(rule),
-      words = [rule.module, rule.core && "CX core", rule.salience && "salience " + rule.salience];
-    document.getElementById("rule-place").textContent = [...words, "fired " + fired + "×"]
+      texts = [rule.module, rule.core && "CX core", rule.salience && "salience " + rule.salience];
+    document.getElementById("rule-place").textContent = [...texts, "fired " + fired + "×"]
       .filter(Boolean)
       .join(" · ");
   }

@@ -15,10 +15,10 @@ import { PageHost, timelineAddress } from "cx/timeline/host.js";
 export const tab = { title: "Goals", order: 20 };
 export const moment = "past";
 export const kinds = [];
-const TICK_MS = 1000,
+const TICK_MS = 1000, // the period of the durations of open goals
   NARROW = 760; // pixels; on a narrower page the details replace the table
 const COLUMNS = ["outcome", "why", "robot", "done", "began", "took"];
-const closed = new Set(); // stays while other views are open
+const closed = new Set(); // keys of goals whose children are hidden; outlives the view
 let withGone = null; // null: gone goals are shown if there are no other goals
 
 /** The address of a goal in the table, or of an action or skill call in the timeline. */
@@ -26,13 +26,14 @@ function address(path) {
   if (path.action || path.skill) return timelineAddress(path);
   return path.goal ? "#/goals/" + part(path.goal) + filterQuery() : "#/goals" + filterQuery({ goal: "" });
 }
+/** The text of a duration, cut to tenths of a second. */
 const shortTime = (us) => durationText(us < 1e6 ? us : Math.floor(us / 1e5) * 1e5);
 const { word, icon } = OUTCOMES.completed,
   completed = () => dim(icon + " " + word);
 
 export function open(root, app) {
-  let chosen = "",
-    children = new Map();
+  let chosen = "", // the key of a goal
+    children = new Map(); // key -> goals
   const host = new PageHost(app, () => drawDetail(), address),
     detail = new Detail(host, () => drawDetail());
   detail.box.id = "goal";
@@ -51,7 +52,7 @@ export function open(root, app) {
     draw();
   });
   const fold = (text, label, call) =>
-    drawing(text, call, { class: "quiet", title: label, "aria-label": label });
+    redrawButton(text, call, { class: "quiet", title: label, "aria-label": label });
   const heads = el(
     "div.goal-heads.dim.small",
     { "aria-hidden": "true" },
@@ -65,7 +66,7 @@ export function open(root, app) {
       find: filter.nodes,
       after: [
         goneBox,
-        fold("▸", "close all", () => all().forEach((goal) => closed.add(goal.key))),
+        fold("▸", "close all", () => listGoals().forEach((goal) => closed.add(goal.key))),
         fold("▾", "open all", () => closed.clear()),
       ],
       above: heads,
@@ -91,12 +92,13 @@ export function open(root, app) {
   life.add(() => detail.close());
   page.split.classList.add("goals");
   root.append(page.split);
-  function drawing(text, call, attributes) {
-    const changed = () => {
+  /** A button whose call changes the rows. */
+  function redrawButton(text, call, attributes) {
+    const callAndDraw = () => {
       call();
       draw();
     };
-    return button(text, changed, attributes);
+    return button(text, callAndDraw, attributes);
   }
 
   /** The texts of a row besides the name, by column. */
@@ -137,7 +139,8 @@ export function open(root, app) {
       ),
     ];
   }
-  function all() {
+  /** The goals of the chosen environment, perhaps with gone goals. */
+  function listGoals() {
     const { goals, gone } = app.model,
       isGone = withGone ?? !goals.size;
     goneBox.firstChild.checked = isGone;
@@ -147,7 +150,7 @@ export function open(root, app) {
 
   function draw() {
     envs.renew();
-    const goals = all(),
+    const goals = listGoals(),
       forest = forestOfGoals(goals),
       items = rowsOf(forest, { isFlat: filter.isSet, closed, fits: filter.fits });
     ({ children } = forest);
@@ -156,17 +159,19 @@ export function open(root, app) {
     if (!items.length) refill(page.empty, nothing(goals));
     if (!filter.isSet) page.count(goals.length, goals.length);
   }
+  /** The text in place of an empty table, with a button that shows hidden goals. */
   function nothing(goals) {
-    const gone = app.model.gone.size,
-      soon = app.recording
+    const goneCount = app.model.gone.size,
+      hint = app.recording
         ? "None at this moment of the recording."
-        : app.goalsProblem || (gone ? "" : "They appear here as soon as the executive formulates them."),
-      box = goals.length ? none("No goal matches") : none("No goals now", soon);
+        : app.goalsProblem || (goneCount ? "" : "They appear here as soon as the executive formulates them."),
+      box = goals.length ? none("No goal matches") : none("No goals now", hint);
     const showGone = () => {
       withGone = true;
     };
-    if (goals.length) box.append(drawing("Show all goals", () => filter.clear()));
-    else if (gone) box.append(drawing("Show " + plural(gone, "goal") + " of the past", showGone));
+    if (goals.length) box.append(redrawButton("Show all goals", () => filter.clear()));
+    else if (goneCount)
+      box.append(redrawButton("Show " + plural(goneCount, "goal") + " of the past", showGone));
     return box;
   }
   function drawDetail() {

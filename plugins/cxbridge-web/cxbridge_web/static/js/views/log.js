@@ -9,10 +9,10 @@ const LEVELS = { D: "debug", I: "info", W: "warning", E: "error" };
 const shownLevels = new Set(["I", "W", "E"]);
 
 export function open(root, app) {
-  let follow = true;
-  const whole = el("div.log-whole", { hidden: true }),
-    following = checkbox("follow", true, (on) => {
-      follow = on;
+  let isFollowing = true;
+  const wholeLine = el("div.log-whole", { hidden: true }), // the chosen line with all its text
+    followBox = checkbox("follow", true, (on) => {
+      isFollowing = on;
       draw();
     });
   const boxes = Object.entries(LEVELS).map(([level, name]) =>
@@ -26,8 +26,8 @@ export function open(root, app) {
       title: "Log",
       find: "Search the log",
       before: el("fieldset.levels", { "aria-label": "levels" }, boxes),
-      after: following,
-      below: whole,
+      after: followBox,
+      below: wholeLine,
       row: {
         height: "--row-log",
         key: (line) => String(line.number),
@@ -47,29 +47,30 @@ export function open(root, app) {
   list.box.classList.add("mono");
   root.append(page.panel);
 
-  function follows(on) {
-    follow = following.firstChild.checked = on;
+  function setFollowing(on) {
+    isFollowing = followBox.firstChild.checked = on;
   }
-  const scrolled = () => list.atEnd === follow || follows(list.atEnd);
+  const scrolled = () => list.atEnd === isFollowing || setFollowing(list.atEnd);
   life.listen(list.box, "scroll", scrolled, { passive: true });
   function choose({ time, level, component, text }) {
-    follow = false;
-    whole.hidden = false;
-    refill(whole, note([clockText(time, 6), LEVELS[level], component].join("  ")), el.pre(text));
+    isFollowing = false;
+    wholeLine.hidden = false;
+    refill(wholeLine, note([clockText(time, 6), LEVELS[level], component].join("  ")), el.pre(text));
   }
   function draw() {
     const { log } = app.model,
       items = log.filter(
         ({ level, component, text }) => shownLevels.has(level) && page.matches(component + ": " + text),
       ),
-      stay = follow;
+      mustFollow = isFollowing;
     page.show(items, log.length, "Nothing logged yet");
-    if (stay) list.toEnd();
+    if (mustFollow) list.toEnd();
   }
+  /** Choose the last line before a moment of a live run. */
   function toMoment(time) {
     const line = time !== null && (list.items.findLast((each) => each.time <= time) || list.items[0]);
     if (!line || app.recording) return;
-    follows(false);
+    setFollowing(false);
     list.mark(String(line.number), true);
     choose(line);
   }

@@ -12,12 +12,12 @@ import { Lifetime } from "cx/scaffold.js";
 export const tab = { title: "Plot", order: 55 };
 export const moment = "own";
 export const kinds = ["interface", "loop"];
-const TICK_MS = 200;
+const TICK_MS = 200; // the period of a followed run
 const MOST_SHOWN = 60; // completions at a time
 let spanUs = 60e6; // the followed stretch of time; outlives the view
 
 const timeText = (time, step) => clockText(time, step >= 1e6 ? 0 : step >= 1e3 ? 3 : 6);
-/** A sample of the line's colour and pattern. */
+/** A short line in the colour and pattern of a series, for the legend. */
 function keyOf(number) {
   const dashed = dashOf(number).length ? " dashed" : "";
   return el.span({ class: "plot-key series-" + (number + 1) + dashed, "aria-hidden": "true" });
@@ -26,8 +26,8 @@ function keyOf(number) {
 export function open(root, app) {
   const store = plotsOf(app),
     life = new Lifetime();
-  let follows = true,
-    names = [];
+  let follows = true, // the chart ends at the newest moment
+    names = []; // for completion
   const chart = new Chart(
     {
       moved() {
@@ -76,19 +76,22 @@ export function open(root, app) {
     names = await choices(app);
     offer();
   }
+  /** Write the plotted names into the address. */
   function readdress() {
     history.replaceState(history.state, "", plotAddress(store.names));
     app.selection.write();
     draw();
   }
 
+  /** The newest moment of the run, in microseconds. */
   function end() {
     if (app.recording) return app.recording.end;
     const { status, connection } = app,
       last = Math.max(app.live.time, ...store.series.map((each) => each.times[each.count - 1] || 0)),
-      since = status?.clock === "real" ? performance.now() - app.statusAt : 0;
-    return status && connection === "open" ? Math.max(last, status.now_us + since * 1000) : last;
+      statusAgeMs = status?.clock === "real" ? performance.now() - app.statusAt : 0;
+    return status && connection === "open" ? Math.max(last, status.now_us + statusAgeMs * 1000) : last;
   }
+  /** The begin of the recording, or of the live series. */
   function begin() {
     if (app.recording) return app.recording.begin;
     return Math.min(end() - 1e6, ...store.series.filter((each) => each.count).map((each) => each.times[0]));
@@ -117,10 +120,10 @@ export function open(root, app) {
   }
 
   function draw() {
-    const has = store.names.length > 0;
-    empty.hidden = has;
-    chart.box.hidden = legend.hidden = !has;
-    if (!has) drawProposals();
+    const hasSeries = store.names.length > 0;
+    empty.hidden = hasSeries;
+    chart.box.hidden = legend.hidden = !hasSeries;
+    if (!hasSeries) drawProposals();
     chart.show(store.series);
     chart.end = end();
     chart.zero = zeroOfTimes() ?? 0;
@@ -135,18 +138,18 @@ export function open(root, app) {
   if (!app.recording) life.add(app.live.onEvent((event) => proposals.take(event)));
   function drawProposals() {
     const { best } = proposals,
-      all = best.map(({ name }) => name);
-    const plot = (wanted) => () => {
-      for (const name of wanted) store.add(name);
+      bestNames = best.map(({ name }) => name);
+    const plotAll = (wantedNames) => () => {
+      for (const name of wantedNames) store.add(name);
       readdress();
     };
     const row = ({ name, count, least, greatest }) => [
       el.th({ scope: "row" }, name),
       ...[numberText(least), numberText(greatest), count],
-      button("Plot", plot([name]), { "aria-label": "plot " + name }),
+      button("Plot", plotAll([name]), { "aria-label": "plot " + name }),
     ];
     const heads = ["value", "least", "greatest", "changes", el.td()];
-    redraw(empty, all, () => [
+    redraw(empty, bestNames, () => [
       none(
         "Nothing is plotted yet",
         best.length
@@ -154,11 +157,11 @@ export function open(root, app) {
           : "Type the name of a value above, or press “plot” next to a field in Blackboard.",
       ),
       best.length > 0 && dataTable({ id: "proposals" }, heads, best.map(row), [1, 2, 3]),
-      best.length > 1 && button("Plot all " + best.length, plot(all), { class: "primary" }),
+      best.length > 1 && button("Plot all " + best.length, plotAll(bestNames), { class: "primary" }),
     ]);
   }
 
-  const cells = new Map();
+  const cells = new Map(); // name -> the cells of its value, least and greatest
   function drawLegend() {
     const heads = ["value", "of", "at the cursor", "least seen", "greatest seen", el.td()];
     redraw(legend, [store.names, Boolean(app.recording)], () => {
@@ -167,7 +170,7 @@ export function open(root, app) {
     });
   }
   function legendRow({ name, number, source }) {
-    const values = ["value", "least", "greatest"].map((part) => el.td({ class: "n " + part }));
+    const values = ["value", "least", "greatest"].map((figure) => el.td({ class: "n " + figure }));
     cells.set(name, values);
     const remove = () => {
       store.remove(name);
@@ -193,10 +196,10 @@ export function open(root, app) {
 
   const soon = life.framed(draw),
     { recording } = app;
-  let shown = null;
+  let drawnAt = null; // the number of events up to the drawn moment
   const moved = () => {
-    if (shown !== recording.at) soon();
-    shown = recording.at;
+    if (drawnAt !== recording.at) soon();
+    drawnAt = recording.at;
   };
   if (recording) life.follow(recording, moved);
   life.listen(app, "select", soon);
@@ -204,9 +207,9 @@ export function open(root, app) {
   life.every(TICK_MS, () => !app.recording && follows && draw());
   readNames();
   return {
-    go(wanted) {
-      const asked = wanted.filter(Boolean),
-        reason = asked.length && store.show(asked);
+    go(parts) {
+      const wantedNames = parts.filter(Boolean),
+        reason = wantedNames.length && store.show(wantedNames);
       if (reason) app.toast(reason, true);
       readdress();
       if (app.recording) showAll();

@@ -21,21 +21,23 @@ import { nameOfLane } from "cx/timeline/board.js";
 export const tab = { title: "Skills", order: 30 };
 export const moment = "past";
 export const kinds = ["interface"];
-const SOON_MS = 500,
-  SLOW_MS = 1000;
-const USUAL = "Skiller";
-let typed = "",
-  chosenSkiller = ""; // both outlive the view
+const SOON_MS = 500, // the shortest time between two requests for the active skill
+  SLOW_MS = 1000; // and for the list of skills
+const DEFAULT_ID = "Skiller";
+// both outlive the view
+let typedText = "",
+  chosenSkiller = "";
 
 export function open(root, app) {
-  let names = [],
-    chosen = "",
-    active = null,
-    skillers = [],
+  let names = [], // of the skills that the Skiller lists
+    chosen = "", // the name of a skill
+    active = null, // the API's answer about the active skill
+    skillers = [], // the ids of the daemon's Skillers
     hasDebug = true, // the Skiller has a SkillerDebugInterface
-    looked = "",
-    executorsRead = [];
-  const ask = (path) => path + (skiller() === USUAL ? "" : "?skiller=" + part(skiller()));
+    shownSkiller = "",
+    executorAnswer = []; // the API's answer with the interfaces of executors
+  /** The path of a request to the shown Skiller. */
+  const pathFor = (path) => path + (skiller() === DEFAULT_ID ? "" : "?skiller=" + part(skiller()));
   const now = el("div#skill-now.now", { role: "status" }),
     machine = el("div#machine"),
     history = el("div#calls"),
@@ -45,27 +47,27 @@ export function open(root, app) {
     id: "skill-string",
     "aria-label": "skill string",
     placeholder: 'say{text="Hello", wait=true}',
-    value: typed,
+    value: typedText,
     on: { input: () => type(input.value) },
   });
   function type(text) {
-    input.value = typed = text;
+    input.value = typedText = text;
   }
   const callButton = submit("Call"),
-    stop = () => app.attempt(() => remove(ask("skiller/skills/active")), "The Skiller was asked to stop"),
+    stop = () => app.attempt(() => remove(pathFor("skiller/skills/active")), "The Skiller was asked to stop"),
     stopButton = button("Stop", stop, { id: "stop-skill" });
   async function call() {
     const text = input.value.trim();
     if (!text) return input.focus();
     callButton.disabled = true;
-    await app.attempt(() => post(ask("skiller/call"), { skill_string: text }), "Called: " + text);
+    await app.attempt(() => post(pathFor("skiller/call"), { skill_string: text }), "Called: " + text);
     readActive();
     return (callButton.disabled = false);
   }
   const callForm = form("#call.call", call, input, callButton, stopButton, held);
   const select = choice({ "aria-label": "Skiller", id: "skiller" }, (id) => {
     chosenSkiller = id;
-    change();
+    changeSkiller();
     if (chosen) goTo("#/skills");
   });
   const back = el("div.detail-head.only-phone", backLink("#/skills", "skills"));
@@ -93,22 +95,24 @@ export function open(root, app) {
 
   /** The chosen Skiller, else the Skiller with the last call. */
   function skiller() {
-    const all = ids();
-    if (all.includes(chosenSkiller)) return chosenSkiller;
-    const last = app.model.calls.at(-1);
-    return last && all.includes(last.lane) ? last.lane : all.includes(USUAL) || !all.length ? USUAL : all[0];
+    const ids = skillerIds();
+    if (ids.includes(chosenSkiller)) return chosenSkiller;
+    const lastCall = app.model.calls.at(-1);
+    if (lastCall && ids.includes(lastCall.lane)) return lastCall.lane;
+    return ids.includes(DEFAULT_ID) || !ids.length ? DEFAULT_ID : ids[0];
   }
-  function ids() {
+  /** The ids of all Skillers; of a recording, those with an interface or with calls. */
+  function skillerIds() {
     if (!app.recording) return skillers;
     const uids = [...app.model.interfaces.keys()].filter((uid) => uid.startsWith(STATUS)),
       lanes = app.model.calls.map((each) => each.lane),
       all = [...new Set([...uids.map((uid) => uid.slice(STATUS.length)), ...lanes])].sort();
-    // with several agents, AGENT/ID is the same Skiller with its interface
+    // with several agents, the interface AGENT/ID and the lane ID may belong to one Skiller
     return all.filter((id) => !all.some((other) => other.endsWith("/" + id)));
   }
   /** Show another Skiller. */
-  function change() {
-    looked = skiller();
+  function changeSkiller() {
+    shownSkiller = skiller();
     names = [];
     active = null;
     page.problem = "";
@@ -117,34 +121,35 @@ export function open(root, app) {
     draw();
   }
   function drawChoice() {
-    const all = ids(),
+    const ids = skillerIds(),
       isOther = select.offer(
-        all.map((id) => [id, nameOfLane(id)]),
+        ids.map((id) => [id, nameOfLane(id)]),
         skiller(),
       );
-    select.hidden = all.length < 2;
-    if (isOther && skiller() !== looked) change();
+    select.hidden = ids.length < 2;
+    if (isOther && skiller() !== shownSkiller) changeSkiller();
   }
 
   async function readSkillers() {
-    const found = await get("blackboard/interfaces"),
-      idsOf = (type) => found.filter((each) => each.type + "::" === type && each.writer).map(({ id }) => id);
+    const interfaces = await get("blackboard/interfaces"),
+      idsOf = (type) =>
+        interfaces.filter((each) => each.type + "::" === type && each.writer).map(({ id }) => id);
     skillers = idsOf(STATUS).sort();
     hasDebug = !skillers.length || idsOf(DEBUG).includes(skiller());
-    if (found.some((each) => each.type === EXECUTOR))
-      executorsRead = await get("cxbridge/interfaces?type=" + EXECUTOR);
+    if (interfaces.some((each) => each.type === EXECUTOR))
+      executorAnswer = await get("cxbridge/interfaces?type=" + EXECUTOR);
     drawChoice();
   }
   const { life } = page;
   const readNames = page.reader(async () => {
     await readSkillers();
-    names = hasDebug ? (await get(ask("skiller/skills"))).map((each) => each.name) : [];
+    names = hasDebug ? (await get(pathFor("skiller/skills"))).map((each) => each.name) : [];
   }, SLOW_MS);
   const readActive = life.reader(
     async () => {
-      const of = skiller(),
-        answer = hasDebug ? await get(ask("skiller/skills/active")) : await readStatus(of);
-      if (of !== skiller()) return;
+      const id = skiller(),
+        answer = hasDebug ? await get(pathFor("skiller/skills/active")) : await readStatus(id);
+      if (id !== skiller()) return; // another Skiller was chosen during the request
       active = answer;
       draw();
     },
@@ -164,7 +169,7 @@ export function open(root, app) {
   function drawNames() {
     const calls = callsOf(app.model, skiller()),
       // the executors of a Skiller's skill board have the name of its agent, or its own name
-      executors = executorsOf(app.model, executorsRead).filter(({ agent, id }) =>
+      executors = executorsOf(app.model, executorAnswer).filter(({ agent, id }) =>
         [agent, id].includes(nameOfLane(skiller())),
       ),
       all = knownSkills(names, executors, calls),
@@ -184,9 +189,9 @@ export function open(root, app) {
 
   function draw() {
     drawChoice();
-    const value = skillerState(app.model, skiller(), app.recording ? null : active),
-      isRunning = String(value.status).endsWith("RUNNING"),
-      isHeld = Boolean(value.controller) && !app.recording; // a Skiller obeys its controller only
+    const state = skillerState(app.model, skiller(), app.recording ? null : active),
+      isRunning = String(state.status).endsWith("RUNNING"),
+      isHeld = Boolean(state.controller) && !app.recording; // a Skiller obeys its controller only
     app.gate(stopButton, isHeld || !isRunning);
     app.gate(callButton, isHeld);
     held.hidden = app.mayChange && !isHeld;
@@ -194,11 +199,11 @@ export function open(root, app) {
       app.whyNot ||
       "The executive or another client controls this Skiller: calls are refused until it releases it.";
     callForm.hidden = Boolean(app.recording);
-    redraw(now, value, () => [
-      el("div.now-line", skillBadge(value.status), el("code.big", value.text || "no skill called yet")),
-      pairs([["error", value.error]]),
+    redraw(now, state, () => [
+      el("div.now-line", skillBadge(state.status), el("code.big", state.text || "no skill called yet")),
+      pairs([["error", state.error]]),
     ]);
-    drawMachine(value.graph, isRunning);
+    drawMachine(state.graph, isRunning);
     const calls = callsOf(app.model, skiller(), chosen);
     redraw(history, [chosen, calls], () => [el.h3(chosen ? "Calls of " + chosen : "Calls"), callList(calls)]);
     drawNames();
@@ -218,14 +223,14 @@ export function open(root, app) {
     app.onRenew(renew),
     app.onChange(draw),
   );
-  looked = skiller();
+  shownSkiller = skiller();
   if (!app.stream.isWaiting) renew();
   draw();
   return {
     go([name = ""]) {
       chosen = name;
-      const [last] = callsOf(app.model, skiller(), name);
-      if (name && skillOf(typed) !== name) type(last?.text ?? name + "{}");
+      const [lastCall] = callsOf(app.model, skiller(), name);
+      if (name && skillOf(typedText) !== name) type(lastCall?.text ?? name + "{}");
       page.list.mark(name, true);
       draw();
     },

@@ -7,19 +7,20 @@ import { Timeline } from "cx/timeline/timeline.js";
 export const tab = { title: "Timeline", order: 10 };
 export const moment = "own";
 export const kinds = ["planner"];
+// the topics of changes that the timeline shows
 const TOPICS = ["goals", "skills", "log", "interfaces"];
 
 export function open(root, app) {
   let timeline = null,
-    isFirst = true;
+    isFirst = true; // the view has not shown an address yet
   const life = new Lifetime(),
     host = new PageHost(app, () => timeline.later());
-  const chosenEnv = () => {
+  const showEnv = () => {
     timeline.rows.env = app.chosenEnv;
     timeline.relist();
   };
-  timeline = new Timeline(host, [envSelect(app, chosenEnv, { all: true })]);
-  chosenEnv();
+  timeline = new Timeline(host, [envSelect(app, showEnv, { all: true })]);
+  showEnv();
   timeline.box.classList.add("panel");
   root.append(timeline.box);
 
@@ -36,10 +37,10 @@ export function open(root, app) {
     timeline.later();
   });
   return {
-    go(rest) {
+    go(parts) {
       const { goal, action } = app.selection.value,
         // the selection of another view
-        path = isFirst && !rest.length && goal ? { goal, action } : pathOf(rest);
+        path = isFirst && !parts.length && goal ? { goal, action } : pathOf(parts);
       isFirst = false;
       app.select({ goal: path.goal || "", action: path.action || "", skill: path.skill || "" });
       timeline.show(path);

@@ -24,14 +24,17 @@ import { callAt, isOver, Lanes, robotCards, robotsOf } from "cx/world/robots.js"
 export const tab = { title: "World", order: 57, formerly: "map" };
 export const moment = "past";
 export const kinds = ["interface", "navgraph", "fact"];
-const SOON_MS = 1000,
-  TICK_MS = 250,
-  MOST_CHANGES = 40;
-let frame = ""; // frame and choices stay while other views are open
+const SOON_MS = 1000, // the shortest time between two requests
+  TICK_MS = 250, // the period of drawing a live run
+  MOST_CHANGES = 40; // of facts
+// the frame of the map and the choices outlive the view
+let frame = "";
 const shows = { trails: true, frames: true };
 
-const number = (value) => value.toFixed(2);
-const placeText = ({ x, y }) => number(x) + ", " + number(y) + " m";
+/** The text of metres, to the centimetre. */
+const metresText = (value) => value.toFixed(2);
+const placeText = ({ x, y }) => metresText(x) + ", " + metresText(y) + " m";
+/** The text about an item of the map. */
 function describe({ name, kind, properties = {}, ...place }) {
   const more = kind === "node" ? Object.entries(properties).map((pair) => pair.join(" ")) : [];
   return [name + ": " + placeText(place), ...more].join("; ");
@@ -42,33 +45,33 @@ export function open(root, app) {
     store = tracksOf(app),
     changes = changesOf(app),
     { recording } = app;
-  let moved = false, // by hand, so that the map stays
-    fitted = "",
-    chosen = "",
-    shown = [];
-  const where = el("p#map-told.dim.small", { role: "status" });
+  let isMoved = false, // the user has moved the map, which then is not fitted any more
+    fittedSign = "", // identifies the items to which the map was fitted
+    chosen = "", // the name of an item
+    shown = []; // the items of the map and its table
+  const hoverText = el("p#map-told.dim.small", { role: "status" });
   const drawing = new Drawing({
-    hover(found) {
-      where.textContent = found ? describe(found) : "";
+    hover(item) {
+      hoverText.textContent = item ? describe(item) : "";
     },
-    pick(found) {
-      chosen = found ? found.name : "";
+    pick(item) {
+      chosen = item ? item.name : "";
       draw();
     },
     moved() {
-      moved = true;
+      isMoved = true;
     },
   });
   const select = choice({ "aria-label": "frame of the map", id: "map-frame" }, (name) => {
     frame = name;
-    moved = false;
+    isMoved = false;
     draw();
   });
   const lanes = new Lanes((time) => app.select({ time })),
     robots = el("div#robots"),
     facts = el("div#changed-facts", { tabindex: "0", role: "region", "aria-label": "facts that changed" }),
     table = el("div#map-items.map-table"),
-    map = el("div.world-map", drawing.box, table, where),
+    map = el("div.world-map", drawing.box, table, hoverText),
     side = el("div.map-side", robots, el.h3("Facts that changed"), facts),
     body = el("div.map-body", map, side);
   const toggle = (name) =>
@@ -77,7 +80,7 @@ export function open(root, app) {
       draw();
     });
   const showAll = () => {
-    moved = false;
+    isMoved = false;
     drawing.fit();
   };
   const mapTools = el(
@@ -95,54 +98,62 @@ export function open(root, app) {
 
   function draw() {
     const { history, step } = app.model,
-      found = robotsOf(history),
-      at = recording
+      callsByRobot = robotsOf(history),
+      shownMoment = recording
         ? { time: recording.time, step }
         : { time: app.selection.value.time ?? app.now, step: history.steps },
-      from = recording ? recording.begin : (app.zero ?? history.begin ?? at.time),
+      from = recording ? recording.begin : (app.zero ?? history.begin ?? shownMoment.time),
       to = recording ? recording.end : Math.max(app.now, from + 1),
-      known = changes.latest(MOST_CHANGES, draw);
-    lanes.box.hidden = !found.size;
-    lanes.draw(found, history, { from, to, now: at.time });
-    drawMap(found, at);
-    const nobody = () => none("No robot has done anything yet", "A robot appears with its first skill call.");
-    refill(robots, found.size ? robotCards(found, at, { placeOf, known }) : nobody());
-    drawFacts(known);
+      latestChanges = changes.latest(MOST_CHANGES, draw);
+    lanes.box.hidden = !callsByRobot.size;
+    lanes.draw(callsByRobot, history, { from, to, now: shownMoment.time });
+    drawMap(callsByRobot, shownMoment);
+    const noRobot = () =>
+      none("No robot has done anything yet", "A robot appears with its first skill call.");
+    refill(
+      robots,
+      callsByRobot.size
+        ? robotCards(callsByRobot, shownMoment, { placeOf, changes: latestChanges })
+        : noRobot(),
+    );
+    drawFacts(latestChanges);
   }
   /** The robot of a track: the track has the robot's name, or the run has one robot and one pose. */
-  function robotOf(track, found) {
-    const names = [...found.keys()],
+  function robotOf(track, callsByRobot) {
+    const names = [...callsByRobot.keys()],
       named = names.find((name) => track.name.toLowerCase().includes(name.toLowerCase())),
       isOnly = track.kind !== "frame" && names.length === 1 && store.tracks.poses.size === 1;
     return named || (isOnly ? names[0] : "");
   }
+  /** The place of a robot in words; "" for a robot that is not on the map. */
   const placeOf = (name) => {
     const item = shown.find((each) => each.robot === name && each.x !== null);
     return item ? placeText(item) : "";
   };
-  function labelOf(track, robot, found, { step }) {
-    const call = robot && callAt(found.get(robot), step),
-      name = robot && found.size > 1 ? robot : track.name;
+  /** The label of an item on the map: its name, and the running skill of a robot. */
+  function labelOf(track, robot, callsByRobot, { step }) {
+    const call = robot && callAt(callsByRobot.get(robot), step),
+      name = robot && callsByRobot.size > 1 ? robot : track.name;
     return call && !isOver(call, step) ? name + " · " + call.text.split(": ", 1)[0] : name;
   }
 
-  function drawMap(found, at) {
+  function drawMap(callsByRobot, shownMoment) {
     const { tracks } = store,
       graphs = [...tracks.graphs].map(([name, graph]) => ({ name, ...graph })),
-      has = graphs.length > 0 || tracks.poses.size > 0 || tracks.frames.size > 0,
+      hasMap = graphs.length > 0 || tracks.poses.size > 0 || tracks.frames.size > 0,
       time = recording ? recording.time : (app.selection.value.time ?? Infinity);
-    map.hidden = mapTools.hidden = !has;
-    body.classList.toggle("without-map", !has);
+    map.hidden = mapTools.hidden = !hasMap;
+    body.classList.toggle("without-map", !hasMap);
     shown = [];
-    if (!has) return;
+    if (!hasMap) return;
     const names = tracks.frameNames();
     if (!names.includes(frame)) frame = names[0] || "map";
     select.hidden = names.length < 2;
     select.offer(names, frame);
     const itemOf = ({ track, ...place }, number) => {
       const { name, kind } = track,
-        robot = robotOf(track, found),
-        label = labelOf(track, robot, found, at),
+        robot = robotOf(track, callsByRobot),
+        label = labelOf(track, robot, callsByRobot, shownMoment),
         trail = shows.trails && place.x !== null ? tracks.trail(track, frame, time) : [],
         look = { number: number % SERIES_COLOURS, marked: name === chosen };
       return { ...place, name, kind, robot, label, trail, ...look };
@@ -154,7 +165,7 @@ export function open(root, app) {
     const items = shown.filter((item) => item.x !== null);
     drawing.show(graphs, items);
     const sign = JSON.stringify([frame, graphs.map(({ name }) => name), items.map(({ name }) => name)]);
-    if (!moved && sign !== fitted && drawing.fit()) fitted = sign;
+    if (!isMoved && sign !== fittedSign && drawing.fit()) fittedSign = sign;
     drawTable();
   }
 
@@ -196,7 +207,7 @@ export function open(root, app) {
       el.th({ scope: "row" }, key, " ", button(name, choose, { class: "quiet" })),
       x === null
         ? el("td.dim.small", { colspan: 3 }, "in " + of + ", not connected to " + frame)
-        : [number(x), number(y), turn].map((text) => el("td.n", text)),
+        : [metresText(x), metresText(y), turn].map((text) => el("td.n", text)),
     );
   }
 

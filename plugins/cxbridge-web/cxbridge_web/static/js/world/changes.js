@@ -1,15 +1,19 @@
-// The changed facts of the world model, in order: facts of the agent's own templates, domain-fact and wm-fact.
+// The changed facts of the world model, in order: facts of the agent's own templates, domain-fact and
+// wm-fact.
 import { templateOwners } from "cx/clips/source.js";
 import { parseFact, valuesOf } from "cx/clips/text.js";
 import { Store } from "cx/stores.js";
 
-const MOST = 20_000,
+const MOST = 20_000, // changes; the oldest fifth makes room
   SHARED = new Set(["domain-fact", "wm-fact"]), // templates of the core with facts about the world
-  NAMES = new Set(["id", "name", "key"]),
+  NAMES = new Set(["id", "name", "key"]), // slots that name the subject of a fact
   COPY = /^\(wm-fact \(id "?\/domain\//, // a copy of a domain-fact, which is shown itself
-  READ = /Interface$/; // facts about interfaces
+  INTERFACE = /Interface$/; // templates of facts that the feature blackboard makes of interfaces
 
-/** A fact in words, e.g. "at robot1 lab". @param old another fact of the template; equal slots are left out */
+/**
+ * A fact in words, e.g. "at robot1 lab".
+ * @param old another fact of the template; equal slots are left out
+ */
 function sentence(text, old = "") {
   const { template, slots } = (text && parseFact(text)) || {},
     words = (slot) => valuesOf(slots.get(slot)).join(" ");
@@ -17,12 +21,16 @@ function sentence(text, old = "") {
   if (template === "domain-fact") return (words("name") + " " + words("param-values")).trim();
   if (template === "wm-fact") return words("id") + " = " + (words("values") || words("value"));
   const before = parseFact(old)?.slots || new Map(),
-    told = [...slots].filter(([slot, value]) => NAMES.has(slot) || before.get(slot) !== value);
-  return template + " " + told.map((pair) => pair.join(" ")).join(", ");
+    shownSlots = [...slots].filter(([slot, value]) => NAMES.has(slot) || before.get(slot) !== value);
+  return template + " " + shownSlots.map((pair) => pair.join(" ")).join(", ");
 }
 
-/** Add a change; a retraction and an assertion of a template at the same time are one change. */
-function take(list, { env, time_us: time, asserted, template, text }, step) {
+/**
+ * Add a change {env, time, template, step, from, to}; a retraction and an assertion of a template at the same
+ * time are one change.
+ * @param step the number of events up to the change in a recording; 0 in a live run
+ */
+function addChange(list, { env, time_us: time, asserted, template, text }, step) {
   const last = list.at(-1),
     isSame = last && !last.to && last.time === time && last.template === template && last.env === env;
   if (asserted && isSame) {
@@ -33,15 +41,15 @@ function take(list, { env, time_us: time, asserted, template, text }, step) {
 }
 
 class ChangeStore extends Store {
-  owners = new Map(); // environment -> the agent's own templates
+  owners = new Map(); // environment -> {source, own}: the agent's own templates, and who named them
 
   constructor(app) {
     super(app, (events = []) => {
       const list = [];
-      for (const [at, event] of events.entries()) if (event.kind === "fact") take(list, event, at + 1);
+      for (const [at, event] of events.entries()) if (event.kind === "fact") addChange(list, event, at + 1);
       return list;
     });
-    app.live.onEvent((event) => event.kind === "fact" && take(this.live, event, 0));
+    app.live.onEvent((event) => event.kind === "fact" && addChange(this.live, event, 0));
   }
 
   /**
@@ -54,24 +62,25 @@ class ChangeStore extends Store {
       until = selection.value.time ?? Infinity,
       isRecorded = recording && !recording.isPast,
       list = this.now,
-      found = [];
-    for (let at = list.length - 1; at >= 0 && found.length < most; at--) {
-      const { step, time, template, env: of, from, to } = list[at],
-        isOver = isRecorded ? step <= recording.at : time <= until,
-        isOwn = own.has(template) && !READ.test(template),
+      sentences = [];
+    for (let at = list.length - 1; at >= 0 && sentences.length < most; at--) {
+      const { step, time, template, env: changeEnv, from, to } = list[at],
+        hasHappened = isRecorded ? step <= recording.at : time <= until,
+        isOwn = own.has(template) && !INTERFACE.test(template),
         isWorld = SHARED.has(template) ? !COPY.test(to || from) : isOwn;
-      if (isOver && of === env && isWorld)
-        found.push({ time, before: sentence(from, to), after: sentence(to, from) });
+      if (hasHappened && changeEnv === env && isWorld)
+        sentences.push({ time, before: sentence(from, to), after: sentence(to, from) });
     }
-    return found;
+    return sentences;
   }
 
+  /** The agent's own templates, a Set; empty until they are known, and then `later` is called. */
   ownersOf(env, later) {
     const { app } = this,
-      of = app.recording || app,
+      source = app.recording || app,
       known = this.owners.get(env);
-    if (known?.of === of) return known.own;
-    const entry = { of, own: new Set() };
+    if (known?.source === source) return known.own;
+    const entry = { source, own: new Set() };
     this.owners.set(env, entry);
     const learn = ({ own }) => {
       entry.own = own;

@@ -4,8 +4,8 @@ import { OUTCOMES, skillBadge, skillOutcome } from "cx/outcome.js";
 import { pathTo, timelineAddress } from "cx/timeline/host.js";
 import { robotNames } from "cx/timeline/rows.js";
 
-const MOST_BARS = 400,
-  MOST_FACTS = 3;
+const MOST_BARS = 400, // of a lane: the latest calls
+  MOST_FACTS = 3; // of a robot
 
 /** The skill calls by robot: name -> calls, in order. */
 export function robotsOf({ lanes }) {
@@ -17,9 +17,14 @@ export function robotsOf({ lanes }) {
 
 /** The call of a robot at a step, or its last call before; null before the first call. */
 export const callAt = (calls, step) => calls.findLast(({ begin }) => begin.step <= step) || null;
+/** Whether a call has ended at a step. */
 export const isOver = (call, step) => Boolean(call.end) && call.end.step <= step;
 
-/** @param share(time) the place of a time, from 0 to 1 */
+/**
+ * The bar of a call.
+ * @param share(time) the place of a time, from 0 to 1
+ * @param now the end of an open call
+ */
 function bar({ begin, end, status, text, error }, share, now) {
   const outcome = skillOutcome(status),
     { word, icon } = OUTCOMES[outcome],
@@ -32,8 +37,9 @@ function bar({ begin, end, status, text, error }, share, now) {
   return el.span(about, outcome !== "completed" && el.i({ "aria-hidden": "true" }, icon), text);
 }
 
+/** A lane for each robot, with bars for its calls. A press on a lane chooses a moment. */
 export class Lanes {
-  /** @param choose called with the moment of a press */
+  /** @param choose(time) called after a press */
   constructor(choose) {
     this.choose = choose;
     this.cursor = el("i.lane-cursor", { "aria-hidden": "true" });
@@ -68,11 +74,12 @@ export class Lanes {
 /**
  * The state of each robot at a moment.
  * @param placeOf the pose of a robot on the map in words, or ""
- * @param known sentences of the latest facts; sentences with the name of a robot are its state
+ * @param changes the latest changes of facts, see ChangeStore; facts with the name of a robot are its state
  */
-export function robotCards(robots, moment, { placeOf, known }) {
-  const gone = new Set(), // facts that were retracted later
-    present = known.flatMap(({ before, after }) => {
+export function robotCards(robots, moment, { placeOf, changes }) {
+  // from the latest change backwards: a fact that a later change has removed is not present
+  const gone = new Set(),
+    present = changes.flatMap(({ before, after }) => {
       if (before) gone.add(before);
       return after && !gone.has(after) ? [after] : [];
     });
@@ -89,18 +96,19 @@ export function robotCards(robots, moment, { placeOf, known }) {
   });
 }
 
+/** The lines about the present or last call of a robot; `call` is null before its first call. */
 function callLines(name, call, { step, time }) {
   if (!call) return el.p(el.b(name), " ", dim("has done nothing yet"));
   const { text, status, begin, end, error, action } = call,
-    over = isOver(call, step),
-    when = over
+    hasEnded = isOver(call, step),
+    when = hasEnded
       ? "ended at " + clockText(end.time, 3)
       : "for " + durationText(Math.max(0, time - begin.time)),
-    of = action && "action " + action.id + " " + action.name + " of " + action.goal;
+    purpose = action && "action " + action.id + " " + action.name + " of " + action.goal;
   return [
-    el.p(el.b(name), " ", skillBadge(over ? status : "S_RUNNING")),
+    el.p(el.b(name), " ", skillBadge(hasEnded ? status : "S_RUNNING")),
     el.p(el.code(text), " ", dim(when)),
-    over && error && el("p.bad-text", error),
-    action && el("p.small", "for ", link(timelineAddress(pathTo(action)), of)),
+    hasEnded && error && el("p.bad-text", error),
+    action && el("p.small", "for ", link(timelineAddress(pathTo(action)), purpose)),
   ];
 }
