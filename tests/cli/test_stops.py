@@ -55,10 +55,12 @@ def test_stops_at_random_instants(name, boards):
     assert not faults, "\n".join(faults)
 
 
-def test_signal_during_sleep_of_daemon_is_no_fault(tmp_path):
+def test_signal_during_sleep_of_background_daemon_is_no_fault(tmp_path):
+    """A shell without job control starts a background process with SIGINT ignored."""
     more = "\nfawkes/mainapp/desired_loop_time: 1100000\n"
-    process, _ = start(tmp_path, str(write_scenario(tmp_path / "s", agent="(deffacts nothing)", more=more)))
-    process.terminate()
+    scenario = write_scenario(tmp_path / "s", agent="(deffacts nothing)", more=more)
+    process, _ = start(tmp_path, str(scenario), ignore=signal.SIGINT)
+    process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=WAIT_S)
     assert process.returncode == 0, errors
     assert "the agent has quit" not in errors
@@ -67,8 +69,7 @@ def test_signal_during_sleep_of_daemon_is_no_fault(tmp_path):
 def test_signal_during_start_of_executive_is_no_fault(tmp_path):
     """Endless rules are interrupted; the resulting error is not a failure of the start."""
     agent = "(defrule spin => (printout error LOADING crlf) (while TRUE (bind ?x 1)))"
-    scenario = write_scenario(tmp_path / "s", agent=agent)
-    process, _ = start(tmp_path, str(scenario), until="LOADING")
+    process, _ = start(tmp_path, str(write_scenario(tmp_path / "s", agent=agent)), until="LOADING")
     process.terminate()
     _, errors = process.communicate(timeout=WAIT_S)
     assert process.returncode == 0, errors
