@@ -254,10 +254,11 @@ class Executive:
 
     @property
     def is_over(self) -> bool:
-        """Whether no root goal is open, no skill runs and the agenda is empty, or the agent has quit.
+        """Whether the run is over: the agent has quit, or the agent has achieved or given up its goals.
 
-        Waiting MAINTAIN goals do not count as open after another root goal has ended. An agent with only
-        MAINTAIN goals never ends, because the maintained condition may change at any time.
+        The latter means that a root goal has ended, no other root goal is open, no skill runs and the agenda
+        is empty. Waiting MAINTAIN goals do not count as open. An agent with only MAINTAIN goals never ends,
+        because the maintained condition may change at any time.
         """
         self.goals.record_ended_goals()
         return self.env.quit_requested or (
@@ -280,7 +281,8 @@ class Executive:
         """The ids of the open root goals if all of them are waiting MAINTAIN goals; else empty.
 
         A MAINTAIN goal waits if all open goals below it are MAINTAIN goals, their plans have no unfinished
-        action, no planner runs, no skill runs and the agenda is empty, or the agent has quit.
+        action and no planner runs. Moreover, no skill may run and the agenda must be empty, unless the agent
+        has quit.
         """
         roots = self.goals.maintaining_roots
         if not roots or self.is_planning or not (self._is_at_rest or self.env.quit_requested):

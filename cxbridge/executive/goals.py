@@ -12,6 +12,7 @@ from typing import Final
 from msgspec import Struct
 
 from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import NIL
 from cxbridge.history.forest import NO_PARENT
 
 MAX_ENDED_ROOTS = 1000
@@ -135,7 +136,7 @@ class GoalWatch:
     def _record_removal(self, goal: str) -> None:
         state = self.open_goals.pop(goal, None)
         # a FORMULATED goal without an id is not removed: the core has given it an id
-        has_id = state is not None and (goal != NO_PARENT or state.mode != _FIRST_MODE)
+        has_id = state is not None and (goal != NIL or state.mode != _FIRST_MODE)
         if state is not None and has_id and state.is_root and goal not in self._ended_ids:
             self._record_end(state)
         self._ended_ids.discard(goal)
@@ -148,10 +149,10 @@ class GoalWatch:
 
     def all_states(self) -> tuple[GoalState, ...]:
         """Return the last state of each goal in order of appearance."""
-        unnamed = self._last_states.get((NO_PARENT, self._removal_counts[NO_PARENT]))
-        if unnamed is not None and unnamed.mode == _FIRST_MODE and NO_PARENT not in self.open_goals:
+        unnamed = self._last_states.get((NIL, self._removal_counts[NIL]))
+        if unnamed is not None and unnamed.mode == _FIRST_MODE and NIL not in self.open_goals:
             # the core has given the goal an id, under which it has another state
-            del self._last_states[NO_PARENT, self._removal_counts[NO_PARENT]]
+            del self._last_states[NIL, self._removal_counts[NIL]]
         return tuple(self._last_states.values())
 
     @property

@@ -59,7 +59,10 @@ def enum_member_name(name: str) -> str:
 
 
 def attribute_name(name: str, base: type) -> str:
-    """Return the attribute for a name in a definition, with an underscore if ``base`` uses the name."""
+    """Return the attribute for a name in a definition, with an underscore if the name is reserved.
+
+    Reserved are Python's keywords, the attributes of ``base``, and those declared in :class:`Block`.
+    """
     is_taken = keyword.iskeyword(name) or name in Block.__annotations__ or hasattr(base, name)
     return f"{name}_" if is_taken else name
 

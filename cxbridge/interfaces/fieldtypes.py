@@ -28,7 +28,8 @@ class FieldType(Struct, frozen=True):
     :param python_type: the type of values: bool, int, float or str.
     :param code: the character of an element in :mod:`struct`.
     :param c_type: the type of an element in :mod:`ctypes`.
-    :param digits: the number of decimal digits that distinguish all values of a float type.
+    :param digits: the number of decimal digits that distinguish all values of a float type; 0 for other
+        types.
     """
 
     name: str
@@ -44,19 +45,20 @@ class FieldType(Struct, frozen=True):
 
     @property
     def limits(self) -> tuple[int, int]:
-        """The minimum and the maximum of an integer type; a lower case code means signed."""
+        """The minimum and the maximum of an integer type."""
         bits = 8 * self.size
+        # the struct codes of signed integers are in lower case
         return (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) if self.code.islower() else (0, (1 << bits) - 1)
 
     @property
     def allowed_values(self) -> str:
         """The allowed values in words, for error messages."""
-        minimum, maximum = self.limits
-        integers = f"an integer from {minimum} to {maximum}"
-        return {bool: "True or False", str: "a string", float: "a number", int: integers}[self.python_type]
+        if self.python_type is int:
+            return "an integer from {} to {}".format(*self.limits)
+        return {bool: "True or False", str: "a string", float: "a number"}[self.python_type]
 
     def round(self, value: float) -> float:
-        """Round to the nearest value of a float type, or to infinity."""
+        """Return the nearest value of a float type; infinity for a number beyond its range."""
         return float(self.c_type(value).value)
 
 
@@ -90,10 +92,10 @@ def storage_type(type_name: str) -> FieldType:
 
 
 def parse_literal(type_name: str, text: str) -> bool | int | float | str | None:
-    """Parse a literal as strictly as Fawkes' generator, or return None.
+    """Parse a literal as strictly as Fawkes' generator.
 
-    The generator allows no literals of type ``byte``. A ``float`` is rounded to 32 bits, as the value of a
-    field.
+    A ``float`` is rounded to 32 bits, as the value of a field. Return None if the text is not a literal of
+    the type. Enums and ``byte`` have no literals: the generator allows none.
     """
     field_type = TYPES.get(type_name)
     if field_type is None or type_name == "byte":
@@ -102,6 +104,7 @@ def parse_literal(type_name: str, text: str) -> bool | int | float | str | None:
 
 
 def _parse_integer(field_type: FieldType, text: str) -> int | None:
+    """Parse a decimal integer; return None for other texts and for numbers out of range."""
     if not _INTEGER.fullmatch(text):
         return None
     minimum, maximum = field_type.limits
@@ -110,7 +113,7 @@ def _parse_integer(field_type: FieldType, text: str) -> int | None:
 
 
 def _parse_decimal(field_type: FieldType, text: str) -> float | None:
-    """Parse a decimal number in the range of a type, or return None."""
+    """Parse a decimal number; return None for other texts and for numbers out of the type's range."""
     if not _DECIMAL.fullmatch(text):
         return None
     value = field_type.round(float(text))

@@ -49,6 +49,7 @@ class _BlackBoardContext(Struct):
     receivers: dict[int, Interface] = field(default_factory=dict)
     """The interfaces that get the messages, by handle."""
     handles: itertools.count[int] = field(default_factory=lambda: itertools.count(1))
+    """The handles of further messages, from 1: 0 means no message."""
 
     def has_slot(self, name: str) -> bool:
         """Return whether the template ``blackboard-interface`` has a slot."""
@@ -177,8 +178,8 @@ class BlackBoardFeature(Feature):
     def _open(
         self, context: _BlackBoardContext, interface_type: str, identifier: str, *, writing: bool
     ) -> None:
-        opened = context.written_interfaces if writing else context.read_interfaces
-        if any(interface.id == identifier for interface in opened.get(interface_type, ())):
+        interfaces_by_type = context.written_interfaces if writing else context.read_interfaces
+        if any(interface.id == identifier for interface in interfaces_by_type.get(interface_type, ())):
             return
         open_interface = self._board.open_for_writing if writing else self._board.open_for_reading
         try:
@@ -195,7 +196,7 @@ class BlackBoardFeature(Feature):
         if not self._define_type(context, interface):
             interface.close()
             return
-        opened.setdefault(interface_type, []).append(interface)
+        interfaces_by_type.setdefault(interface_type, []).append(interface)
         context.log.info(f"Added interface {interface.uid} for {'writing' if writing else 'reading'}")
         slots: dict[str, Value] = {
             "id": interface.id,
@@ -210,10 +211,10 @@ class BlackBoardFeature(Feature):
 
     @staticmethod
     def _close(context: _BlackBoardContext, interface_type: str, identifier: str) -> None:
-        for opened in (context.read_interfaces, context.written_interfaces):
-            for interface in opened.get(interface_type, []):
+        for interfaces_by_type in (context.read_interfaces, context.written_interfaces):
+            for interface in interfaces_by_type.get(interface_type, []):
                 if interface.id == identifier:
-                    opened[interface_type].remove(interface)
+                    interfaces_by_type[interface_type].remove(interface)
                     interface.close()
                     break
 
@@ -268,8 +269,9 @@ class BlackBoardFeature(Feature):
         return True
 
     def _create_msg(self, context: _BlackBoardContext, uid: str, message_type: str) -> Value:
-        opened = context.read_interfaces.get(uid.partition("::")[0], ())
-        interface = next((interface for interface in opened if interface.uid == uid), None)
+        """Make a message to the writer of an interface; return its handle, or 0 after a failure."""
+        interfaces = context.read_interfaces.get(uid.partition("::")[0], ())
+        interface = next((interface for interface in interfaces if interface.uid == uid), None)
         if interface is None:
             context.log.warn(
                 f"Can't create message {message_type}, the interface {uid} is not opened for reading"
@@ -308,6 +310,7 @@ class BlackBoardFeature(Feature):
 
     @staticmethod
     def _send_msg(context: _BlackBoardContext, address: ExternalAddress) -> Value:
+        """Send a message; return its id in the writer's queue, or 0 after a failure."""
         message = context.messages.pop(address.handle, None)
         if message is None:
             reason = "was it already sent?" if address.handle else "the pointer is wrong."

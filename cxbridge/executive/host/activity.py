@@ -12,7 +12,6 @@ if TYPE_CHECKING:
 
 def executing_rule_name(env: ClipsEnvironment) -> str:
     """Return the rule whose right-hand side is active; empty if no rule is. Callable from any thread."""
-    # the query whether a rule is deletable (see executing_rule) changes nothing, so that it needs no lock
-    # except the lock against the destruction of the environment
+    # executing_rule only reads the environment: the lock that prevents its destruction is enough
     with env.destruction_lock:
         return executing_rule(env.c_env) if env.is_firing else ""

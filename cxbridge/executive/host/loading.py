@@ -58,7 +58,7 @@ _FIND_CONSTRUCT: dict[str, Callable[[CData, bytes], CData]] = {
 class Diagnostic(Struct, frozen=True):
     """A mistake in a CLIPS file.
 
-    :param line: the line reported by CLIPS or by the scanner; None if unknown.
+    :param line: the line that CLIPS or the preparation of the text reports; None if unknown.
     :param construct: the construct that CLIPS has not defined, e.g. ``defrule NAME``; may be empty.
     :param code: CLIPS' code of the message, e.g. ``EXPRNPSR3``.
     :param message: the mistake.
@@ -126,14 +126,14 @@ class ClipsLoader:
         try:
             if not path.is_file() and path.exists() and not path.is_dir():
                 # reading a pipe may block forever
-                self._report(
+                self._report_and_log(
                     Diagnostic(file, None, "", "FILE", "the path is not a regular file"), Level.ERROR
                 )
                 return False
             content = path.read_bytes()
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or error
-            self._report(
+            self._report_and_log(
                 Diagnostic(file, None, "", "FILE", f"the file cannot be read: {reason}"), Level.ERROR
             )
             return False
@@ -141,7 +141,7 @@ class ClipsLoader:
         text = content.decode("utf-8", "surrogateescape")
         excess = None if is_native else find_exceeded_limit(text)
         if excess is not None:
-            self._report(
+            self._report_and_log(
                 Diagnostic(file, excess.line, "", "LIMIT", f"the file is not loaded: {excess.message}"),
                 Level.ERROR,
             )
@@ -168,7 +168,7 @@ class ClipsLoader:
             mistake = "a parenthesis that opens here is never closed: the rest of the file is not loaded"
             unclosed = [item for item in source.constructs if item.line == source.unclosed_line]
             construct_name = f"{unclosed[0].kind} {unclosed[0].name}" if unclosed else ""
-            self._report(
+            self._report_and_log(
                 Diagnostic(file, source.unclosed_line, construct_name, UNCLOSED, mistake), Level.WARN
             )
         return is_loaded
@@ -280,11 +280,11 @@ class ClipsLoader:
             if line is None and broken:
                 line = construct_lines.get((broken[1], broken[2]))
             message_file = file if head["file"] in (read_path, None) else str(head["file"])
-            self._report(
+            self._report_and_log(
                 Diagnostic(message_file, line, construct, head[1], head["text"].strip()), Level.ERROR
             )
 
-    def _report(self, diagnostic: Diagnostic, level: Level) -> None:
+    def _report_and_log(self, diagnostic: Diagnostic, level: Level) -> None:
         self.report(diagnostic, str(diagnostic), self._log, level)
 
     def report(

@@ -20,8 +20,9 @@ from cxbridge.executive.host.shims import OWN_NAMES
 LineSink = Callable[[Level, str], None]
 """Gets the level and text of a line."""
 
-# levels by logical name, from Fawkes' CLIPS environment manager, which drops output to wdialog. The names of
-# colours and their level come from ``cx_clips_env_manager`` of ros2_cx.
+# levels by logical name, from Fawkes' CLIPS environment manager. Only wdialog differs, on purpose: Fawkes
+# drops its lines, and cxbridge logs them for debugging. The names of colours and their level come from
+# ``cx_clips_env_manager`` of ros2_cx.
 _LEVELS = {
     b"stdout": Level.INFO,
     b"t": Level.INFO,

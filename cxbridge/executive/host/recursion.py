@@ -69,7 +69,7 @@ def find_guard_insertion(code: str, start: int, end: int, is_known: Callable[[st
 class _ThreadStack(threading.local):
     """The lowest usable stack address of each thread."""
 
-    floor = 0
+    floor = 0  # not computed yet
 
 
 _thread_stack = _ThreadStack()

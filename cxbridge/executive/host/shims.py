@@ -169,6 +169,7 @@ FUNCTIONS = (
     f"(deffunction sub-string (?i ?j ?text) (cx-sub-string {_I} {_J} ?text))",
     (
         "(deffunction str-compare (?one ?other $?most)"
+        # ?most, an optional argument, is the maximum number of compared characters
         " (if (= 0 (cx-length$ ?most)) then (cx-str-compare ?one ?other)"
         " else (bind ?i (cx-nth$ 1 ?most))"
         f" (if (= 1 (cx-length$ ?most)) then (cx-str-compare ?one ?other {_I})"
@@ -229,15 +230,15 @@ class Clips630Functions:
         self._call_type = 0  # the type of expressions that call a deffunction
         self._parsers: dict[str, CData] = {}
 
-    def build(self, text: str) -> None:
+    def build(self, deffunction: str) -> None:
         """Define a function of :data:`FUNCTIONS`. To be repeated after ``(clear)``."""
-        match = _FUNCTION.match(text)
+        match = _FUNCTION.match(deffunction)
         assert match is not None
         name = match[1]
         function = EXTRA_FUNCTIONS.FindFunction(self._env, encode(name))
         if function != NULL:  # a deffunction cannot have the name of a UDF
             _set_name(self._env, function, name, _HIDDEN_NAME)
-        self._build(text)
+        self._build(deffunction)
         if function != NULL:
             _set_name(self._env, function, _HIDDEN_NAME, name)
         reference = ffi.new("char[64]")  # more than a ``struct expr`` has
@@ -248,37 +249,37 @@ class Clips630Functions:
             # a placeholder: _parse replaces all calls
             self._udfs.define_c(name, EXTRA_FUNCTIONS.LengthFunction, 0, UNBOUNDED, "*")
             self._parsers[name] = make_callback(
-                _PARSER_SIGNATURE, lambda env, top, text: self._parse(name, env, top, text)
+                _PARSER_SIGNATURE, lambda env, call, source: self._parse(name, env, call, source)
             )
             EXTRA_FUNCTIONS.AddFunctionParser(self._env, encode(name), self._parsers[name])
 
-    def _parse(self, name: str, env: CData, top: CData, text: CData) -> CData:
+    def _parse(self, name: str, env: CData, call: CData, source: CData) -> CData:
         """Parse the arguments of a call as for a deffunction.
 
-        :param top: the call's expression.
-        :param text: the logical name of the source text.
+        :param call: the call's expression.
+        :param source: the logical name of the source text.
         :returns: the expression of a call of the deffunction; NULL after a mistake, which CLIPS has reported.
         """
         # the steps of CLIPS' own parser for deffunction calls
-        top = EXTRA_FUNCTIONS.CollectArguments(env, top, text)
+        call = EXTRA_FUNCTIONS.CollectArguments(env, call, source)
         function = lib.FindDeffunction(env, encode(f"MAIN::{name}"))
-        if NULL in (top, function):
+        if NULL in (call, function):
             return NULL
-        _type_of(top)[0], _value_of(top)[0] = self._call_type, function
+        _type_of(call)[0], _value_of(call)[0] = self._call_type, function
         if EXTRA_FUNCTIONS.GetSequenceOperatorRecognition(env):
-            call, expand = (
+            expansion_call, expand = (
                 EXTRA_FUNCTIONS.FindFunction(env, operator) for operator in (b"(expansion-call)", b"expand$")
             )
             has_failed = EXTRA_FUNCTIONS.ReplaceSequenceExpansionOps(
-                env, _arguments_of(top)[0], top, call, expand
+                env, _arguments_of(call)[0], call, expansion_call, expand
             )
         else:
-            count = EXTRA_FUNCTIONS.CountArguments(_arguments_of(top)[0])
-            has_failed = not EXTRA_FUNCTIONS.CheckDeffunctionCall(env, _value_of(top)[0], count)
+            count = EXTRA_FUNCTIONS.CountArguments(_arguments_of(call)[0])
+            has_failed = not EXTRA_FUNCTIONS.CheckDeffunctionCall(env, _value_of(call)[0], count)
         if has_failed:
-            EXTRA_FUNCTIONS.ReturnExpression(env, top)
+            EXTRA_FUNCTIONS.ReturnExpression(env, call)
             return NULL
-        return top
+        return call
 
 
 _HIDDEN_NAME: Final = "cx-6.30-function"  # a UDF's name while a deffunction of its name is defined

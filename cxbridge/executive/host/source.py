@@ -236,8 +236,8 @@ def find_exceeded_limit(text: str) -> ExceededLimit | None:
             continue
         depth += 1
         if depth == 1:
-            kind = CONSTRUCT.match(code, offset)
-            part_count, is_limited = 0, kind is not None and kind[1] not in _UNLIMITED_KINDS
+            head = CONSTRUCT.match(code, offset)  # group 1 is the kind
+            part_count, is_limited = 0, head is not None and head[1] not in _UNLIMITED_KINDS
         elif depth == 2 and is_limited:  # noqa: PLR2004  right below the construct
             part_count += 1
         if message := _describe_excess(text, offset, depth, part_count):

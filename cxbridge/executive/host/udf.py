@@ -117,20 +117,22 @@ class UdfTable:
             self._revoked.discard(name)
             return
         function_cell = [function]
-        call = make_callback(
+        c_function = make_callback(
             "void(Environment *, UDFContext *, UDFValue *)",
             self._make_entry_point(name, function_cell, minimum, maximum, types),
         )
-        self.define_c(name, call, minimum, maximum, types)
+        self.define_c(name, c_function, minimum, maximum, types)
         self._signatures[name], self._function_cells[name] = (minimum, maximum, types), function_cell
 
-    def define_c(self, name: str, call: CData, minimum: int, maximum: int, types: str) -> None:
+    def define_c(self, name: str, c_function: CData, minimum: int, maximum: int, types: str) -> None:
         """Make a C function callable from CLIPS as ``name``."""
         c_name, c_types = ffi.new("char[]", name.encode()), ffi.new("char[]", types.encode())
-        error = lib.AddUDF(self._env, c_name, ffi.NULL, minimum, maximum, c_types, call, c_name, ffi.NULL)
+        error = lib.AddUDF(
+            self._env, c_name, ffi.NULL, minimum, maximum, c_types, c_function, c_name, ffi.NULL
+        )
         if error != lib.AUE_NO_ERROR:
             raise ValueError(f"CLIPS refused the function '{name}' (AddUDF error {error})")
-        self._kept_objects[name] = (c_name, c_types, call)
+        self._kept_objects[name] = (c_name, c_types, c_function)
 
     def _make_entry_point(
         self, name: str, function_cell: list[Function], minimum: int, maximum: int, types: str

@@ -192,7 +192,7 @@ class Watcher:
             else:
                 text = self._fact_texts.pop(index, "") or self.fact_text(fact)
             self._bus.emit(FactChange(now_us, self._name, is_assertion, index, template, text))
-        elif self._fact_texts:
+        elif self._fact_texts:  # the deftemplate may have been watched when the fact was asserted
             self._fact_texts.pop(lib.FactIndex(fact), None)
         if template in followers:
             followers[template].notify(template, fact)

@@ -72,14 +72,14 @@ ROOT_TYPE: Final = "object"
 """The root of all types."""
 
 
-def names_of(typed: TypedList) -> tuple[str, ...]:
+def names_of(typed_list: TypedList) -> tuple[str, ...]:
     """Return the names of a typed list in order, with repetitions."""
-    return tuple(name for group in typed for name in group.names)
+    return tuple(name for group in typed_list for name in group.names)
 
 
-def pairs_of(typed: TypedList) -> Iterator[tuple[str, str]]:
+def pairs_of(typed_list: TypedList) -> Iterator[tuple[str, str]]:
     """Yield name and type. ``either`` yields all names once per type; a missing type is empty."""
-    for group in typed:
+    for group in typed_list:
         for type_ in group.types or ("",):
             for name in group.names:
                 yield name, type_
@@ -170,12 +170,12 @@ class FormulaKind(Struct, frozen=True):
 
     :param words: the first words of the text; if there are several, the first field has the formula's word.
         Empty for atoms, which begin with a predicate.
-    :param feature: the feature of PDDL beyond typed STRIPS, in the words of planners'
+    :param feature: the feature of PDDL beyond typed STRIPS, with its name in
         ``cxbridge_planning.needs.Need``; empty for a formula of STRIPS.
     :param parts: the names of the fields that hold a formula or a tuple of formulas.
     :param terms: the names of the fields that hold a term or a tuple of terms.
-    :param is_condition: whether a state makes the formula true or false; no state does so for effects and for
-        formulas with a time, which are false.
+    :param is_condition: whether a state can make the formula true. Effects and formulas with a time are false
+        in every state.
     """
 
     words: tuple[str, ...]
@@ -194,6 +194,7 @@ class FormulaNode(PlacedNode, frozen=True):
     def head(self) -> str:
         """The first word of the formula's text."""
         words = self.KIND.words
+        # without a single word of its class, a formula has its word in the first field
         return words[0] if len(words) == 1 else str(getattr(self, self.__struct_fields__[0]))
 
     @property
@@ -203,8 +204,8 @@ class FormulaNode(PlacedNode, frozen=True):
 
     @property
     def reduced(self) -> Formula:
-        """An equivalent condition of conjunctions, disjunctions and negations; self without such a one."""
-        return self  # type: ignore[return-value]  # as in walk
+        """An equivalent condition of conjunctions, disjunctions and negations; by default this formula."""
+        return self  # type: ignore[return-value]  # Formula is the union of all subclasses
 
     @property
     def children(self) -> tuple[Formula, ...]:
@@ -219,7 +220,7 @@ class FormulaNode(PlacedNode, frozen=True):
     def walk(self) -> Iterator[Formula]:
         """Yield this formula and all its descendants, parents first."""
         # recursion is safe, because the tokeniser limits the nesting of brackets
-        yield self  # type: ignore[misc]  # Formula is all subclasses
+        yield self  # type: ignore[misc]  # Formula is the union of all subclasses
         for child in self.children:
             yield from child.walk()
 
@@ -235,7 +236,7 @@ class FormulaNode(PlacedNode, frozen=True):
     def _holds(self, state: State, binding: Binding) -> bool:
         if not self.KIND.is_condition:
             return False
-        if self.reduced is self:  # a class without both methods must not pass for a false condition
+        if self.reduced is self:  # a class with neither method must not pass for a false condition
             raise NotImplementedError(f"{type(self).__name__} has neither _holds nor reduced")
         return self.reduced.holds(state, binding)
 
@@ -356,6 +357,7 @@ class Imply(FormulaNode, frozen=True):
         return Or((Not(self.condition), self.consequence), position=self.position)
 
     def deciding_parts(self, _state: State, binding: Binding, *, required: bool) -> Iterable[BlamedPart]:
+        # a false implication is blamed on its consequence alone
         yield BlamedPart(self.consequence, binding, required)
         if not required:
             yield BlamedPart(self.condition, binding, required=True)
@@ -451,7 +453,7 @@ class Declaration(PlacedNode, frozen=True):
 class ActionSchema(PlacedNode, frozen=True):
     """An action with parameters.
 
-    :param durative: whether the action is a ``:durative-action``.
+    :param is_durative: whether the action is a ``:durative-action``.
     :param duration: the constraint on ``?duration``, e.g. ``(= ?duration 5)``.
     :param condition: the precondition; None if the action has none.
     :param effect: the effect; None if the action has none.
@@ -461,7 +463,7 @@ class ActionSchema(PlacedNode, frozen=True):
     parameters: TypedList = ()
     condition: Formula | None = None
     effect: Formula | None = None
-    durative: bool = False
+    is_durative: bool = False
     duration: Formula | None = None
 
 
@@ -498,7 +500,7 @@ class Domain(PddlNode, frozen=True):
     @property
     def is_typed(self) -> bool:
         """Whether the domain uses types, or its requirements permit types."""
-        return self.requires_typing or any(group.types for typed in self.typed_lists for group in typed)
+        return self.requires_typing or any(group.types for groups in self.typed_lists for group in groups)
 
     def changed(self, **fields: Any) -> Domain:
         """Return a changed copy, without the source text."""

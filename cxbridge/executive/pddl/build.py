@@ -76,7 +76,7 @@ MakeValue = Callable[["SyntaxBuilder", Children], Any]
 """Makes the value of a section from the children of its rule."""
 
 MakeNode = Callable[[Children, Position], PddlNode]
-"""Makes a node of the syntax tree from the children of its rule, and its position."""
+"""Makes a node of the syntax tree from the children of its rule and the position of the node."""
 
 
 class SyntaxBuilder:
@@ -233,15 +233,18 @@ class SyntaxBuilder:
         return direction.text.lower(), self._number(term)
 
     def skipped(self, _children: Children, _start: int) -> None:
-        """Skip the expected length of plans and Fawkes' breakups, which cxbridge's planners do not use."""
+        """Skip the expected length of plans, Fawkes' breakups, and negated facts in an initial state.
 
-    def action(self, children: Children, start: int, *, durative: bool = False) -> ActionSchema:
+        No planner of cxbridge uses the first two, and a fact is false without its negation, too.
+        """
+
+    def action(self, children: Children, start: int, *, is_durative: bool = False) -> ActionSchema:
         name, *sections = children
         fields = self._section_values(sections, f"action {name.text}")
-        return ActionSchema(name.text, **fields, durative=durative, position=self.position(start))
+        return ActionSchema(name.text, **fields, is_durative=is_durative, position=self.position(start))
 
     def durative_action(self, children: Children, start: int) -> ActionSchema:
-        return self.action(children, start, durative=True)
+        return self.action(children, start, is_durative=True)
 
     def exists(self, children: Children, start: int) -> Quantified:
         return self._quantified("exists", children, start)

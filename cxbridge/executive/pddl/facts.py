@@ -46,7 +46,7 @@ SlotValue = str | tuple[str, ...]
 EQUALITY_PREDICATE = "EQUALITY"
 """The predicate of ``=``."""
 CONSTANT_PARAMETER_NAME = "c"
-"""The name of a constant parameter."""
+"""The name in ``param-names`` of an argument that is a constant, as in Fawkes."""
 
 
 class FactToAssert(Struct, frozen=True):
@@ -131,6 +131,7 @@ class _FactMaker:
 
     def _predicate_fact(self, predicate: Declaration) -> FactToAssert:
         names, types = self._declared_parameters(predicate.parameters)
+        # as in Fawkes, a parameter without type adds nothing to param-types, which is then shorter
         return FactToAssert(
             "domain-predicate",
             {
@@ -141,7 +142,7 @@ class _FactMaker:
         )
 
     def _declared_parameters(self, parameters: TypedList) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Return names and types of the parameters of a predicate or an action."""
+        """Return names and types of the parameters of a predicate or an action; a missing type is empty."""
         # Fawkes repeats the names for each type of an ``either``, which adds parameters
         if self._fawkes_compat:
             pairs = list(pairs_of(parameters))
@@ -207,14 +208,18 @@ class _FactMaker:
     def _comparison_facts(
         self, formula: TermComparison, parent: str, id_: str, *, is_root: bool
     ) -> Iterator[FactToAssert]:
+        """Yield the facts of a comparison: the facts of an atom, and with functions its text.
+
+        With functions, the arguments of the atom are the variables of the comparison.
+        """
         terms, position = formula.terms, formula.position
         if self._fawkes_compat or not any(isinstance(term, FunctionTerm) for term in terms):
             predicate = EQUALITY_PREDICATE if formula.operator == "=" else formula.operator
             yield from self._atom_facts(predicate, terms, parent, id_, position, is_root=is_root)
             return
-        variables = tuple({term.name: term for term in _find_variables(terms)}.values())
+        variables = tuple({term.name: term for term in _find_variables(terms)}.values())  # each one once
         atom_facts = self._atom_facts(formula.operator, variables, parent, id_, position, is_root=is_root)
-        *formula_facts, predicate_fact = atom_facts
+        *formula_facts, predicate_fact = atom_facts  # pddl-predicate comes last
         yield from (*formula_facts, predicate_fact)
         slots = {"predicate-id": predicate_fact.slots["id"], "text": format_formula(formula)}
         yield FactToAssert("domain-comparison", slots)

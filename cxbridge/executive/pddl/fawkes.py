@@ -43,10 +43,11 @@ _UNKNOWN_HEADS: Final = frozenset(FORMULA_WORDS).difference(
 
 
 def remove_text_after_actions(text: SourceText) -> None:
-    """Remove the text after the last action of the domain, because Fawkes ignores it."""
+    """Remove the text from the first section after an action that is no action, because Fawkes ignores it."""
     tokens, depth, has_action = text.tokens, 0, False
     for index, token in enumerate(tokens):
-        is_action = index and tokens[index - 1].text == "(" and token.text in _ACTIONS
+        is_action_keyword = index > 0 and tokens[index - 1].text == "(" and token.text in _ACTIONS
+        # at depth 1, this is the bracket that closes the domain, or the start of another section
         if has_action and depth == 1 and (token.text != "(" or tokens[index + 1].text not in _ACTIONS):
             text.tokens = [
                 *tokens[:index],
@@ -54,7 +55,7 @@ def remove_text_after_actions(text: SourceText) -> None:
                 Token(END_TERMINAL, "", token.start),
             ]
             return
-        has_action = has_action or bool(is_action and depth == SECTION_DEPTH)
+        has_action = has_action or (is_action_keyword and depth == SECTION_DEPTH)
         depth += {"(": 1, ")": -1}.get(token.text, 0)
 
 
@@ -133,8 +134,8 @@ def _refusal_reason(formula: Group, *, is_effect: bool) -> str:
     if len(formula.items) == 1 and head in _CONNECTIVES:
         return f"Unknown predicate: {head}"
     if _is_timed(formula):
-        first, second = formula.items[0].position, formula.items[1].position
-        if second != (first.line, first.column + len(head) + 1):
+        first_position, second_position = formula.items[0].position, formula.items[1].position
+        if second_position != (first_position.line, first_position.column + len(head) + 1):
             return f"there must be exactly one blank after '{head}'"
     return ""
 

@@ -49,12 +49,12 @@ def _format_declarations(section: str, declarations: Iterable[Declaration]) -> s
 
 def _format_action(action: ActionSchema) -> str:
     lines = [
-        f"(:{'durative-' if action.durative else ''}action {action.name}",
+        f"(:{'durative-' if action.is_durative else ''}action {action.name}",
         f"    :parameters ({format_typed(action.parameters, '?')})",
     ]
     sections = {
         ":duration": action.duration,
-        ":condition" if action.durative else ":precondition": action.condition,
+        ":condition" if action.is_durative else ":precondition": action.condition,
         ":effect": action.effect,
     }
     lines += [f"    {key} {format_formula(value)}" for key, value in sections.items() if value is not None]
@@ -66,10 +66,10 @@ def format_list(*words: str) -> str:
     return f"({' '.join(filter(None, words))})"
 
 
-def format_typed(typed: TypedList, prefix: str = "") -> str:
+def format_typed(typed_list: TypedList, prefix: str = "") -> str:
     """Return a typed list as PDDL; ``prefix`` is ``?`` for variables."""
     words: list[str] = []
-    for group in typed:
+    for group in typed_list:
         words += (f"{prefix}{name}" for name in group.names)
         if group.types:
             words += (
@@ -86,7 +86,7 @@ def format_term(term: Term) -> str:
 
 
 def format_number(value: float) -> str:
-    """Return a number as PDDL, which has no exponents."""
-    # :g is shortest, but rounds to six digits
+    """Return a number as PDDL, which has no exponents; small numbers are rounded to six decimals."""
+    # :g is shortest, but rounds to six digits and may write an exponent
     text = f"{value:g}"
     return text if "e" not in text and float(text) == value else f"{value:f}"

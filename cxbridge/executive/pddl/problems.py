@@ -49,7 +49,7 @@ def problem_of_facts(
             (predicate, tuple(arguments)) for predicate, arguments in facts
         )
     )
-    is_temporal = any(action.durative for action in domain.actions)
+    is_temporal = any(action.is_durative for action in domain.actions)
     problem = Problem(
         name,
         domain.name,

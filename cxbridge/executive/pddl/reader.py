@@ -17,7 +17,7 @@ Build = Callable[[Any, list[Any], int], Any]
 
 
 class UnexpectedToken(Exception):  # noqa: N818  it never leaves this package
-    """A token that the grammar does not permit here.
+    """A token that the grammar does not permit at its place.
 
     :param expected: the permitted terminals.
     """
@@ -55,7 +55,7 @@ class Reader:
             kind, _, start = token
             # a negative step reduces by the rule with the number -1 - step; another step is the next state
             while (step := table[state].get(kind)) is not None and step < 0:
-                size, result, reduce = rules[-1 - step]
+                size, result, reduce = rules[-1 - step]  # the size is never 0: lark removes empty rules
                 rule_start = start_positions[-size]
                 value = reduce(builder, values[-size:], rule_start)
                 del values[-size:], start_positions[-size:], states[-size:]
@@ -84,7 +84,7 @@ def _make_reduction(rule: Rule, find_build: Callable[[str], Build]) -> Build:
         (index,) = value_indices
         return lambda _builder, values, _start: values[index]
     build = find_build(rule.build) if rule.build else _keep_values
-    # the common case has a function without a test of each value, because each rule of a text calls it
+    # rules without lists are most frequent: their function does not test each index, to save time
     if not list_indices:
         return lambda builder, values, start: build(
             builder, [values[index] for index in value_indices], start

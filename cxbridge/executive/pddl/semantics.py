@@ -1,7 +1,8 @@
 """Semantic checks of domains and problems: declarations, types, numbers of arguments.
 
-Error texts are those of Fawkes' parser. Fawkes checks only boolean formulas, quantifiers and atoms. The
-checks here include timed formulas, conditional effects and numbers, unless ``fawkes_compat`` is set.
+An error that Fawkes' parser finds, too, has Fawkes' text and spelling ("missmatch"). Fawkes checks only
+boolean formulas, quantifiers and atoms. The checks here include timed formulas, conditional effects and
+numbers, unless ``fawkes_compat`` is set.
 """
 
 from __future__ import annotations
@@ -87,7 +88,7 @@ class DomainChecker:
             self._check_action(action)
 
     def check_objects(self, objects: TypedList) -> None:
-        """Check the types of a problem's objects. Later errors refer to the problem.
+        """Check the types of a problem's objects. The hints of later errors name the problem's objects.
 
         :raises PddlSemanticError: if a type is not declared.
         """
@@ -101,19 +102,19 @@ class DomainChecker:
         """
         self._check_formula(formula, {})
 
-    def check_number(self, term: Term) -> None:
-        """Check the term of a metric.
+    def check_metric(self, term: Term) -> None:
+        """Check the term of a metric, in which ``total-time`` is permitted, too.
 
         :raises PddlSemanticError: for the first mistake.
         """
         if not (isinstance(term, FunctionTerm) and term.function in (TOTAL_TIME, *ARITHMETIC)):
-            self._check_number(term, {})
+            self._check_term(term, {})
             return
         for argument in term.arguments:
-            self.check_number(argument)
+            self.check_metric(argument)
 
     def _refuse_duplicates(self) -> None:
-        """Refuse duplicate names, whose facts would have the same ids."""
+        """Refuse names that are declared twice, because their facts would have the same ids."""
         domain = self._domain
         # the kind, the name and the position of each declaration
         declarations: list[tuple[str, str, Position]] = [
@@ -177,7 +178,7 @@ class DomainChecker:
         scope = _scope_of(action.parameters)
         if action.duration is not None and not self._fawkes_compat:
             self._check_formula(action.duration, {**scope, "duration": ()})
-        if action.durative:  # a parameter named ?duration hides the predefined variable
+        if action.is_durative:  # here, a parameter named ?duration hides the predefined variable
             scope = {"duration": (), **scope}
         for formula in (action.condition, action.effect):
             if formula is not None:
@@ -209,7 +210,7 @@ class DomainChecker:
                 self._check_types(formula.variables)
             scope = scope | _scope_of(formula.variables)
         for term in formula.terms:
-            self._check_number(term, scope)
+            self._check_term(term, scope)
         for part in formula.children:
             self._check_formula(part, scope)
 
@@ -276,8 +277,8 @@ class DomainChecker:
         # a constant has all its types at once; a variable's object has at least one of its types
         return any(matches) if isinstance(term, Constant) else all(matches)
 
-    def _check_number(self, term: Term, scope: Scope) -> None:
-        """Check a term of a comparison or numeric effect."""
+    def _check_term(self, term: Term, scope: Scope) -> None:
+        """Check a term of a comparison, of a numeric effect or of a metric."""
         if isinstance(term, FunctionTerm):
             function = self._functions.get(term.function)
             if function is None and term.function not in ARITHMETIC:
@@ -294,7 +295,7 @@ class DomainChecker:
                         term.position,
                     )
             for argument in term.arguments:
-                self._check_number(argument, scope)
+                self._check_term(argument, scope)
         elif not (isinstance(term, Constant) and number_of(term.name) is not None):
             self._find_types(term, scope)
 
@@ -334,4 +335,4 @@ def check_problem(domain: Domain, problem: Problem, warn: Warn | None = None) ->
     checker.check_formula(problem.goal)
     if problem.metric is not None:
         _direction, term = problem.metric
-        checker.check_number(term)
+        checker.check_metric(term)

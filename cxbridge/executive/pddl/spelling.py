@@ -68,7 +68,7 @@ class _Speller:
     """Gives the names of a syntax tree the spelling of their declarations."""
 
     def __init__(self, domain: Domain, objects: TypedList) -> None:
-        self._names = _make_spelling_table((domain.name,))
+        self._domain_names = _make_spelling_table((domain.name,))
         self._types = _make_spelling_table((ROOT_TYPE, *names_of(domain.types)))
         self._objects = _make_spelling_table(names_of(objects))
         self._predicates = _make_spelling_table(predicate.name for predicate in domain.predicates)
@@ -95,7 +95,7 @@ class _Speller:
             metric = direction, map_term(term, self._spell_constant_term)
         return replace(
             problem,
-            domain=_declared_form(problem.domain, self._names),
+            domain=_declared_form(problem.domain, self._domain_names),
             objects=self._spell_typed_list(problem.objects, self._objects),
             # atoms that differ in case only become equal here
             init=tuple(dict.fromkeys(self._spell_formula(atom, {}) for atom in problem.init)),
@@ -106,14 +106,14 @@ class _Speller:
             metric=metric,
         )
 
-    def _spell_typed_list(self, typed: TypedList, names: Spellings) -> TypedList:
+    def _spell_typed_list(self, typed_list: TypedList, names: Spellings) -> TypedList:
         return tuple(
             replace(
                 group,
                 names=tuple(_declared_form(name, names) for name in group.names),
                 types=tuple(_declared_form(type_, self._types) for type_ in group.types),
             )
-            for group in typed
+            for group in typed_list
         )
 
     def _spell_declaration(self, declared: Any, names: Spellings) -> Any:
@@ -146,7 +146,7 @@ class _Speller:
                 case _:
                     return part
 
-        # a goal has no parameters, whose variables the caller would give
+        # without an action, the only variables are those of the formula's quantifiers
         variables = variables or _make_spelling_table(_find_quantified_names(formula))
         return formula.map_terms(lambda term: self._spell_term(term, variables)).map(spell)
 

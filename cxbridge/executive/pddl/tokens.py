@@ -43,7 +43,7 @@ class SourceText:
 
     :param file: the file name for errors.
     :ivar tokens: the tokens, with the terminal ``END_TERMINAL`` at the end.
-    :ivar kinds: the terminals of the words in the text.
+    :ivar kinds: the terminals of the words in the text, by word.
     :raises PddlSyntaxError: if brackets exceed :data:`MAX_DEPTH`, or a word :data:`MAX_WORD_LENGTH`.
     """
 
@@ -62,6 +62,7 @@ class SourceText:
     def _read_tokens(self, text: str) -> list[Token]:
         text = blank_comments(text)
         kinds, make_tuple = self.kinds, tuple.__new__  # twice as fast as a call of Token
+        # a group of the pattern has the name of its terminal; other matches are words
         tokens: list[Token] = [
             make_tuple(Token, (match.lastgroup or kinds[match[0]], match[0], match.start()))
             for match in _load_token_pattern().finditer(text)

@@ -63,9 +63,9 @@ class Conditions:
         if parent in ancestors or len(ancestors) > _MAX_DEPTH:
             return atoms
         inner = (*ancestors, parent)
-        return [*atoms, *(self._formula(slots, inner) for slots in self._formulas.get(parent, ()))]
+        return [*atoms, *(self._make_formula(slots, inner) for slots in self._formulas.get(parent, ()))]
 
-    def _formula(self, slots: Slots, ancestors: tuple[str, ...]) -> Formula:
+    def _make_formula(self, slots: Slots, ancestors: tuple[str, ...]) -> Formula:
         parts, kind = self._parts_of(slot_text(slots, "id"), ancestors), slot_text(slots, "type")
         if kind == "negation" and parts:
             return Not(parts[0] if len(parts) == 1 else And(tuple(parts)))

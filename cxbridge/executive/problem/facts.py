@@ -10,26 +10,26 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.executive.pddl.ast import Ground
 
-# the templates of the facts about function values, objects and domain facts
-FUNCTION: Final = "problem-function"
-INSTANCE: Final = "domain-object"
-PREDICATE: Final = "domain-fact"
+# the templates of facts about function values, about objects, and about true atoms of predicates
+FUNCTION_TEMPLATE: Final = "problem-function"
+OBJECT_TEMPLATE: Final = "domain-object"
+PREDICATE_TEMPLATE: Final = "domain-fact"
 
 Slots = Mapping[str, Value]
 
 
 def set_number(env: ClipsEnvironment, ground: Ground, value: float) -> None:
     """Set the value of a ground function: replace its fact, or assert the first."""
-    for index, _, slots in list(env.facts(FUNCTION)):
+    for index, _, slots in list(env.facts(FUNCTION_TEMPLATE)):
         if ground_of_slots(slots) == ground:
             env.retract(index)
-    env.assert_fact(FUNCTION, {**slots_of_ground(ground), "value": float(value)})
+    env.assert_fact(FUNCTION_TEMPLATE, {**slots_of_ground(ground), "value": float(value)})
 
 
 def numbers_in(env: ClipsEnvironment) -> dict[Ground, float]:
     """Return the values of all ground functions in an environment."""
     numbers = {}
-    for _, _, slots in env.facts(FUNCTION):
+    for _, _, slots in env.facts(FUNCTION_TEMPLATE):
         value = slots["value"]
         # rules can store a value of another type: CLIPS does not check the types of slots during a run
         numbers[ground_of_slots(slots)] = float(value) if isinstance(value, int | float) else 0.0

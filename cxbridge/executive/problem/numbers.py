@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Value
-from cxbridge.executive.problem.facts import FUNCTION, numbers_in, set_number
+from cxbridge.executive.problem.facts import FUNCTION_TEMPLATE, numbers_in, set_number
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain, Formula
@@ -25,21 +25,21 @@ _NEEDED_TEMPLATES: Final = ("grounded-pddl-comparison", "domain-numbers-due")
 
 def load_functions(env: ClipsEnvironment) -> None:
     """Load the deftemplate of function values, unless the environment has it."""
-    if not env.has_template(FUNCTION):
+    if not env.has_template(FUNCTION_TEMPLATE):
         env.load(_FUNCTIONS)
 
 
 class PddlNumbers:
     """Computes with the function values of an environment.
 
-    :param domain_of: returns the last domain parsed in the environment.
+    :param get_domain: returns the last domain parsed in the environment; None before the first one.
     :param log_error: gets the errors of numeric effects.
     """
 
     def __init__(
-        self, env: ClipsEnvironment, domain_of: Callable[[], Domain | None], log_error: Callable[[str], None]
+        self, env: ClipsEnvironment, get_domain: Callable[[], Domain | None], log_error: Callable[[str], None]
     ) -> None:
-        self._env, self._domain_of, self._log_error = env, domain_of, log_error
+        self._env, self._get_domain, self._log_error = env, get_domain, log_error
         self._formulas: dict[str, Formula] = {}
         self._has_loaded_rules = False
         load_functions(env)
@@ -74,11 +74,17 @@ class PddlNumbers:
     def change(
         self, operator: str, names: tuple[Value, ...], values: tuple[Value, ...], duration: float
     ) -> None:
-        """Apply the numeric effects of an action, which all refer to the values before the action."""
+        """Apply the numeric effects of an action, which all refer to the values before the action.
+
+        :param operator: the name of the action.
+        :param names: the parameters of the action.
+        :param values: the objects of the parameters.
+        :param duration: the duration of the action in seconds.
+        """
         from cxbridge.executive.pddl.ast import NumericChange  # noqa: PLC0415 - as above
         from cxbridge.executive.problem.truth import KnownState  # noqa: PLC0415
 
-        domain = self._domain_of()
+        domain = self._get_domain()
         action = next(
             (action for action in (domain.actions if domain else ()) if action.name == operator), None
         )

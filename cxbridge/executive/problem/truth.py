@@ -1,6 +1,6 @@
 """The state of facts, numbers and objects in which conditions are evaluated.
 
-:func:`blamed_parts` returns the parts of a condition that make it false.
+:func:`blamed_parts` finds the parts of a condition that keep it from a required truth value.
 """
 
 from __future__ import annotations
@@ -111,6 +111,7 @@ class KnownState:
         )
 
     def _ground(self, name: str, terms: Iterable[Term], binding: Binding) -> Ground:
+        # a number or an unbound variable becomes the text "None", so that no fact matches
         return name, tuple(str(_object(term, binding)) for term in terms)
 
     def bindings(self, variables: TypedList, binding: Binding) -> Iterator[Binding]:
@@ -130,7 +131,9 @@ class KnownState:
                 return _compute(name, [self.number(operand, binding) for operand in terms])
 
     def change_number(self, change: NumericChange, binding: Binding, new_values: dict[Ground, float]) -> None:
-        """Add the effect on a number to the new values. Effects on the same number add up.
+        """Add the effect on a number to the new values.
+
+        Several effects on a number add up: each one starts from the new value, if there is one.
 
         :raises PddlError: if a number has no value.
         """
@@ -171,7 +174,10 @@ def _object(term: Term, binding: Binding) -> str | None:
 
 
 def _compute(sign: str, operands: list[float | None]) -> float | None:
-    """Return the result of an operator; None if an operand has no value, or for a division by zero."""
+    """Return the result of an arithmetic operator, which with a single operand can only be the negation.
+
+    None if an operand has no value, for a division by zero, and for another number of operands.
+    """
     numbers = [operand for operand in operands if operand is not None]
     if len(numbers) != len(operands) or not numbers:
         return None

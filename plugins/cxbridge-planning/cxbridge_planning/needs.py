@@ -69,7 +69,7 @@ def problem_needs(domain: Domain, problem: Problem) -> dict[Need, str]:
         for need in _find_formula_needs(formula, is_effect=is_effect):
             needs.setdefault(need, user)
     for action in domain.actions:
-        if action.durative:
+        if action.is_durative:
             needs.setdefault(Need.TIME, f"action {action.name}")
     # a type without a declared supertype is a direct subtype of the root
     if any(supertype not in ("", ROOT_TYPE) for _, supertype in pairs_of(domain.types)):

@@ -19,7 +19,7 @@ class PlanNames:
     """
 
     def __init__(self, domain: Domain, problem: Problem) -> None:
-        self.has_durative_actions = any(action.durative for action in domain.actions)
+        self.has_durative_actions = any(action.is_durative for action in domain.actions)
         self._action_spellings = _names_by_spelling(action.name for action in domain.actions)
         self._object_spellings = _names_by_spelling((*names_of(domain.constants), *names_of(problem.objects)))
 

@@ -21,7 +21,7 @@ def test_durative_action() -> None:
         :condition (and (at start (ready)) (over all (ready)))
         :conditional-breakup (ready) :temporal-breakup (ready) :effect (at end (not (ready))))"""
     go = parse_domain(domain(text)).actions[0]
-    assert go.durative
+    assert go.is_durative
     assert go.duration == TermComparison("=", Variable("duration"), Constant("5"))
     assert go.effect == Timed("at end", Not(Atom("ready", ())))
 

@@ -64,7 +64,7 @@ def _relax_action(action: ActionSchema) -> ActionSchema:
     changed_predicates = frozenset(find_changed_predicates(action.effect))
     condition = None if action.condition is None else _relax_formula(action.condition, changed_predicates)
     effect = None if action.effect is None else _relax_formula(action.effect)
-    return replace(action, condition=condition, effect=effect, durative=False, duration=None)
+    return replace(action, condition=condition, effect=effect, is_durative=False, duration=None)
 
 
 def _relax_formula(formula: Formula, changed_predicates: Collection[str] = ()) -> Formula:

@@ -18,7 +18,7 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.executive.pddl import parse_formula, problem_of_facts
 from cxbridge.executive.pddl.ast import Domain, Ground, Problem, names_of
-from cxbridge.executive.problem.facts import INSTANCE, PREDICATE
+from cxbridge.executive.problem.facts import OBJECT_TEMPLATE, PREDICATE_TEMPLATE
 from cxbridge.history.plan_steps import PlannedAction
 from cxbridge_planning.call_events import PlannerCallReporter
 from cxbridge_planning.faults import FAULTS, FaultyPlanning
@@ -94,7 +94,7 @@ def make_request(
 
 def objects_in(env: ClipsEnvironment) -> list[tuple[str, str]]:
     """Return the objects of an environment with their types."""
-    return [(str(name), str(type_name)) for name, type_name in env.columns(INSTANCE, "name", "type")]
+    return [(str(name), str(type_name)) for name, type_name in env.columns(OBJECT_TEMPLATE, "name", "type")]
 
 
 def facts_in(env: ClipsEnvironment, domain: Domain) -> list[Ground]:
@@ -102,7 +102,7 @@ def facts_in(env: ClipsEnvironment, domain: Domain) -> list[Ground]:
     predicates = {predicate.name for predicate in domain.predicates}
     return [
         (str(name), tuple(map(str, values)))
-        for name, values in env.columns(PREDICATE, "name", "param-values")
+        for name, values in env.columns(PREDICATE_TEMPLATE, "name", "param-values")
         if name in predicates and isinstance(values, tuple)
     ]
 

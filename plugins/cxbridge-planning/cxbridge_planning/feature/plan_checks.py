@@ -18,7 +18,12 @@ from msgspec.structs import replace
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 from cxbridge.executive.pddl.ast import Domain, Problem, TypedNames, names_of
-from cxbridge.executive.problem.facts import FUNCTION, INSTANCE, PREDICATE, numbers_in
+from cxbridge.executive.problem.facts import (
+    FUNCTION_TEMPLATE,
+    OBJECT_TEMPLATE,
+    PREDICATE_TEMPLATE,
+    numbers_in,
+)
 from cxbridge.history.plan_steps import PlannedAction
 from cxbridge_planning.feature.base import facts_in, objects_in
 from cxbridge_planning.objects import ObjectTable
@@ -28,7 +33,7 @@ from cxbridge_planning.validation.world import WorldState
 
 PLAN_VALID: Final = "plan-valid"
 # templates of the facts that a plan depends on
-_WATCHED_TEMPLATES: Final = (PREDICATE, INSTANCE, FUNCTION, "plan-action")
+_WATCHED_TEMPLATES: Final = (PREDICATE_TEMPLATE, OBJECT_TEMPLATE, FUNCTION_TEMPLATE, "plan-action")
 
 _PENDING_STATES: Final = frozenset({"FORMULATED", "PENDING", "WAITING"})
 # states in which an action's effects are not applied yet, so the facts are inconsistent
@@ -161,7 +166,7 @@ class PlanChecks:
 
     def _find_objects(self, plan: _CheckedPlan) -> ObjectTable:
         """Return the present objects, cached until their facts change."""
-        change_count = self._change_counts[INSTANCE]
+        change_count = self._change_counts[OBJECT_TEMPLATE]
         if plan.objects is None or plan.object_change_count != change_count:
             constants = set(names_of(plan.domain.constants))
             groups = tuple(

@@ -89,7 +89,7 @@ class _Step:
 
     @property
     def duration(self) -> float | None:
-        return self.end - self.start if self.action.durative else None
+        return self.end - self.start if self.action.is_durative else None
 
 
 class _Happening(NamedTuple):
@@ -188,7 +188,7 @@ class _Checker:
             if not is_timed:
                 step.start, step.end = next_start, next_start + (step.planned_action.duration or 1.0)
                 next_start = step.end + 1.0  # a gap, because simultaneous happenings may interfere
-            if step.action.durative:
+            if step.action.is_durative:
                 yield from (_Happening(step.start, step, "start"), _Happening(step.end, step, "end"))
             else:
                 yield _Happening(step.start, step, "")

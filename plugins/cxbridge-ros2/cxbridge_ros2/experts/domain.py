@@ -54,7 +54,7 @@ def _get_constants(expert: ProblemExpert, _codec: NodeCodec, request: Message) -
 def _get_actions(
     expert: ProblemExpert, _codec: NodeCodec, _request: Message, *, is_durative: bool
 ) -> Mapping[str, Any]:
-    return {"actions": [action.name for action in expert.domain.actions if action.durative is is_durative]}
+    return {"actions": [action.name for action in expert.domain.actions if action.is_durative is is_durative]}
 
 
 def _get_action_details(
@@ -66,7 +66,7 @@ def _get_action_details(
         ``durative_action``.
     """
     domain, is_durative = expert.domain, field == "durative_action"
-    actions = {action.name: action for action in domain.actions if action.durative is is_durative}
+    actions = {action.name: action for action in domain.actions if action.is_durative is is_durative}
     action = actions[_find_name(request[field], actions, field.replace("_", " "))]
     parameters, names = _make_parameters(domain, action, request["parameters"])
     formulas = (

@@ -12,9 +12,9 @@ from cxbridge.executive.host.values import Symbol
 from cxbridge.executive.pddl.ast import Ground
 from cxbridge.executive.problem.conditions import Slots, slot_texts
 from cxbridge.executive.problem.facts import (
-    FUNCTION,
-    INSTANCE,
-    PREDICATE,
+    FUNCTION_TEMPLATE,
+    OBJECT_TEMPLATE,
+    PREDICATE_TEMPLATE,
     ground_of_slots,
     numbers_in,
     set_number,
@@ -40,11 +40,14 @@ class FactKnowledge(Knowledge):
 
     @property
     def instances(self) -> dict[str, str]:
-        return {str(name): str(type_name) for name, type_name in self._env.columns(INSTANCE, "name", "type")}
+        return {
+            str(name): str(type_name)
+            for name, type_name in self._env.columns(OBJECT_TEMPLATE, "name", "type")
+        }
 
     @property
     def predicates(self) -> list[Ground]:
-        return [*dict.fromkeys(ground_of_slots(slots) for _, _, slots in self._env.facts(PREDICATE))]
+        return [*dict.fromkeys(ground_of_slots(slots) for _, _, slots in self._env.facts(PREDICATE_TEMPLATE))]
 
     @property
     def functions(self) -> dict[Ground, float]:
@@ -58,10 +61,10 @@ class FactKnowledge(Knowledge):
         )
 
     def put_instance(self, name: str, type_name: str) -> None:
-        self._assert(INSTANCE, {"name": clips_scalar(name), "type": Symbol(type_name)})
+        self._assert(OBJECT_TEMPLATE, {"name": clips_scalar(name), "type": Symbol(type_name)})
 
     def put_predicate(self, ground: Ground) -> None:
-        self._assert(PREDICATE, slots_of_ground(ground))
+        self._assert(PREDICATE_TEMPLATE, slots_of_ground(ground))
 
     def put_function(self, ground: Ground, value: float) -> None:
         set_number(self._env, ground, value)
@@ -77,14 +80,14 @@ class FactKnowledge(Knowledge):
 
     def drop_instance(self, name: str) -> None:
         """Retract an object and its type facts, whose first value is the object."""
-        self._retract(INSTANCE, lambda slots: str(slots["name"]) == name)
+        self._retract(OBJECT_TEMPLATE, lambda slots: str(slots["name"]) == name)
         self._retract(_TYPE_TEMPLATE, lambda slots: slot_texts(slots, "implied")[:1] == [name])
 
     def drop_predicate(self, ground: Ground) -> None:
-        self._retract(PREDICATE, lambda slots: ground_of_slots(slots) == ground)
+        self._retract(PREDICATE_TEMPLATE, lambda slots: ground_of_slots(slots) == ground)
 
     def drop_function(self, ground: Ground) -> None:
-        self._retract(FUNCTION, lambda slots: ground_of_slots(slots) == ground)
+        self._retract(FUNCTION_TEMPLATE, lambda slots: ground_of_slots(slots) == ground)
 
     def _assert(self, template: str, slots: Slots) -> None:
         if not self._env.has_template(template):

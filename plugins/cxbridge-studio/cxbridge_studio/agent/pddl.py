@@ -29,6 +29,7 @@ from cxbridge_studio.agent.names import (
 )
 
 _ACTION_HEADS: Final = frozenset({":action", ":durative-action"})
+# The first words of formulas, terms and types in brackets that are not predicates.
 _NO_PREDICATES: Final = ARITHMETIC.union(FORMULA_WORDS, ("either",))
 # Sections that are typed lists, with the kind of the names that they define.
 _TYPED_SECTIONS: Final = {
@@ -185,6 +186,7 @@ class _SectionReader:
         """Read ``a b - TYPE``, or ``a b - (either TYPE...)``.
 
         :param kind: the kind of the names that the list defines; None if only the types are names.
+        :param owner: the action whose parameters the list defines; empty for other lists.
         """
         is_type = False
         for item in items:

@@ -91,7 +91,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     yield from _check_types(agent, domains)
     yield from _check_parameters(agent, domains)
     yield from _check_executors(agent, domains)
-    yield from _check_formulas(agent, domains)
+    yield from _check_planner_goals(agent, domains)
 
 
 def _check_expressible(domain: Domain) -> Iterator[Finding]:
@@ -138,13 +138,13 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
             yield Finding(UNKNOWN_PREDICATE, place, f"no domain has a predicate '{name}'", hint)
 
 
-def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
+def _check_planner_goals(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     """Yield the predicates and objects in planner goals that nothing declares."""
     predicates = _find_predicates(agent, domains)
     objects = find_objects(agent, domains)
-    for file, call, text in find_planner_goals(agent):
-        place = file.place(call.arguments[1]) if text else file.place(call)
-        for node in (node for top_node in read_nodes(text, close=True) for node in top_node.walk()):
+    for file, call, goal_text in find_planner_goals(agent):
+        place = file.place(call.arguments[1]) if goal_text else file.place(call)
+        for node in (node for top_node in read_nodes(goal_text, close=True) for node in top_node.walk()):
             if not node.head or node.head in _NO_PREDICATES or node.head.startswith("?"):
                 continue
             used_objects = set(map(literal, node.arguments)) - {""}
@@ -224,7 +224,7 @@ def _check_executors(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         find_key_mistakes(agent.config, agent.spec) or any(map(_executes_any_action, agent.own_constructs))
     ):
         return
-    # The actions that rules match or compare: such a rule may execute the action.
+    # The actions that rules match or compare in their conditions: such a rule may execute the action.
     handled_actions = {
         word
         for construct in agent.usage.constructs
