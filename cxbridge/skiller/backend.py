@@ -14,7 +14,7 @@ INSTANCES: Final = "/skiller/instances"
 """The configuration path of several Skillers, by name."""
 
 Mode = Literal["strict", "fawkes"]
-"""Whether to imitate Fawkes' oddities (``fawkes``) or avoid them (``strict``)."""
+"""``fawkes`` imitates Fawkes' oddities, ``strict`` avoids them."""
 
 
 class SkillerBackend(Closing):

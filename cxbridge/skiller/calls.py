@@ -204,9 +204,6 @@ class SkillerCall(Closing):
         :param former_state: the state at the time of sending, which may show the same id of an earlier
             caller.
         """
-        # a client that steals control counts ids separately, perhaps up to the same id, and may request the
-        # same skill: states under another controller do not belong to this call; without any controller this
-        # call has ended, and a stopping Skiller shows the call as failed
         own_serial, is_accepted, reported_status = str(self._interface.serial), False, ""
         error_tracker = ErrorTracker(former_state.values["msgid"], former_state.values["error"])
         while True:
@@ -225,8 +222,11 @@ class SkillerCall(Closing):
             # the field cuts long skill strings, so the call may be longer; no skill string begins with "?"
             is_replaced = values["msgid"] == msgid and not skill_string.startswith(shown_string or "?")
             has_ended = values["msgid"] == msgid and not is_replaced and status in (_FINAL, _FAILED)
+            # each client counts ids separately: a state under another controller belongs to the call of that
+            # client, even if id and skill string are the same
             if (controller := values["exclusive_controller"]) != own_serial:
                 self._has_control = False
+                # without a controller this call is over, too; a stopping Skiller shows it as failed
                 if controller or not has_ended:
                     return SkillResult(CallOutcome.FAILED, self._describe_loss(controller), msgid)
             if values["msgid"] != msgid or is_replaced:
@@ -259,11 +259,9 @@ def _make_result(status: str, error: str, msgid: int) -> SkillResult:
 
 def request_skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] | None:
     """Return the skills of a Skiller, requested as skillgui does; None without reply."""
-    # the Skiller shows the list in SkillerDebugInterface; afterwards the earlier graph is requested again for
-    # its viewers. A Skiller without that interface may belong to an agent on the skill board, whose executors
-    # list their skills
     with Feed(board, OWNER) as feed:
         interface = feed.open("SkillerDebugInterface", skiller)
+        # a Skiller without this interface may belong to an agent on the skill board
         if not interface.has_writer:
             return _find_board_skills(board, skiller)
         change: InterfaceChange | None = feed.read_state(interface)
@@ -273,12 +271,14 @@ def request_skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> li
         _request_graph(interface, "LIST")
         while change is not None and change.values["graph_fsm"] != "LIST":
             change = feed.wait_for_change(deadline)
+        # viewers of the interface get their former graph back
         if former_subject != "LIST":
             _request_graph(interface, former_subject or "ACTIVE")
         return None if change is None else str(change.values["graph"]).split()
 
 
 def _find_board_skills(board: BlackBoard, agent: str) -> list[str] | None:
+    """Return the skills of an agent's executors on the skill board; None if the agent has no executor."""
     names: set[str] = set()
     for interface_info in board.list("SkillExecutorInterface"):
         with board.open_for_reading(interface_info.type, interface_info.id, owner=OWNER) as interface:

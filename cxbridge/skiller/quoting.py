@@ -1,4 +1,4 @@
-"""Insertion of values into Lua texts: lexical context and escaping."""
+"""Insertion of values into Lua code: lexical context and escaping."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import Enum
 
 _ESCAPES = {"\\": "\\\\", '"': '\\"', "'": "\\'", "\n": "\\n", "\r": "\\r", "\0": "\\000"}
 _WORD = re.compile(r"[A-Za-z0-9_.+-]+")
-# a long bracket (of a text or a comment), a comment up to its line end, a quote, or any other character
+# a long bracket (of a string or a comment), a comment up to its line end, a quote, or any other character
 _TOKEN = re.compile(
     r"""(?P<long>(?:--)?\[(?P<level>=*)\[)
       | (?P<comment>--[^\n]*)
@@ -19,7 +19,7 @@ _INSIDE_QUOTES = {quote: re.compile(rf"(?:\\.|[^\\{quote}])*", re.DOTALL) for qu
 
 
 class QuotingContext(Enum):
-    """The lexical context at the end of a Lua text."""
+    """The lexical context at the end of Lua code."""
 
     CODE = "code"
     DOUBLE_QUOTES = '"'
@@ -29,7 +29,7 @@ class QuotingContext(Enum):
 
 
 def escape(value: str, quote: str = '"') -> str:
-    r"""Escape a value for a Lua text between quotes.
+    r"""Escape a value for a Lua string in quotes.
 
     The quote, ``\``, line ends and NUL are escaped.
     """
@@ -47,29 +47,30 @@ def makes_comment(prefix: str, suffix: str) -> bool:
     return prefix.endswith("-") and suffix.startswith("-") and context_at_end(prefix) is QuotingContext.CODE
 
 
-def context_at_end(text: str) -> QuotingContext:
-    """Return the lexical context at the end of a Lua text."""
+def context_at_end(code: str) -> QuotingContext:
+    """Return the lexical context at the end of Lua code."""
     position = 0
-    while position < len(text):
-        token = _TOKEN.match(text, position)
+    while position < len(code):
+        token = _TOKEN.match(code, position)
         assert token is not None  # the last alternative matches any character
         position = token.end()
         if token["quote"]:
-            inside = _INSIDE_QUOTES[token["quote"]].match(text, position)
+            inside = _INSIDE_QUOTES[token["quote"]].match(code, position)
             assert inside is not None  # the pattern matches an empty text, too
             position = inside.end()
-            # the text ends within the quotes, where a value will be inserted
-            if position == len(text):
+            # the code ends within the quotes, where a value will be inserted
+            if position == len(code):
                 return QuotingContext(token["quote"])
-            if text[position] == "\\":
+            # a backslash without the character that it escapes
+            if code[position] == "\\":
                 return QuotingContext.ESCAPE
             position += 1
         elif token["long"]:
-            closing = text.find(f"]{token['level']}]", position)
+            closing = code.find(f"]{token['level']}]", position)
             if closing < 0:
                 return QuotingContext.OTHER
             position = closing + len(token["level"]) + 2
-        # a comment ends at its line end, so only a comment at the end of the text is the context
-        elif token["comment"] and position == len(text):
+        # a comment ends at its line end, so only a comment at the end of the code is the context
+        elif token["comment"] and position == len(code):
             return QuotingContext.OTHER
     return QuotingContext.CODE

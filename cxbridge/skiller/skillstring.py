@@ -1,12 +1,12 @@
-"""Skill strings as data: a reader of Lua texts that consist of calls with literal arguments.
+"""Skill strings as data: a reader of Lua code that consists of calls with literal arguments.
 
 Receivers of foreign skill strings evaluate nothing; only the Lua Skiller in mode ``fawkes`` does. The grammar
-is the part of Lua 5.1 without evaluation: ``f{...}``, ``f(...)``, ``f"text"``, ``f[[text]]``; texts with all
-escapes and long brackets, signed numbers, ``true``, ``false``, ``nil``, tables of these, comments. The tests
-compare each result with Lua's.
+is the part of Lua 5.1 without evaluation: ``f{...}``, ``f(...)``, ``f"text"``, ``f[[text]]``; strings with
+all escapes and long brackets, signed numbers, ``true``, ``false``, ``nil``, tables of these, comments. The
+tests compare each result with Lua's.
 
 The scanner is hand-written, because the first skill string must not delay a loop: importing lark and making
-its parser takes 150 ms, each text 140 us.
+its parser takes 150 ms, reading a skill string 140 us.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from cxbridge.errors import SkillError
 from cxbridge.skiller.lua.host import from_lua, to_lua
 
 Value = str | float | int | bool | None | dict[Any, Any]
-"""An argument: text, number, boolean, nil, or a table. Values without key count from 1."""
+"""An argument: string, number, boolean, nil, or a table. Values without key count from 1."""
 
 MAX_DEPTH: Final = 50
 """The maximum nesting of tables."""
 
 ONLY_FAWKES: Final = "only /skiller/mode: fawkes evaluates Lua"
-"""The end of error messages about texts that need evaluation."""
+"""The end of error messages about skill strings that need evaluation."""
 
 
 class LuaCall(NamedTuple):
-    """A call in a Lua text, with its place.
+    """A call in a skill string, with its place.
 
     :param name: the called skill.
     :param values: the arguments.
@@ -46,10 +46,10 @@ class LuaCall(NamedTuple):
 
 
 class _Token(NamedTuple):
-    """A token of a Lua text.
+    """A token of a skill string.
 
-    :param kind: ``name``, ``number``, ``text``, ``symbol``, or ``end`` at the end of the Lua text.
-    :param value: the value of a number or a text.
+    :param kind: ``name``, ``number``, ``string``, ``symbol``, or ``end`` at the end of the skill string.
+    :param value: the value of a number or a string.
     """
 
     kind: str
@@ -65,7 +65,7 @@ _SCANNER: Final = re.compile(
       | (?P<comment>--[^\r\n]*)
       | (?P<name>[A-Za-z_][A-Za-z0-9_]*)
       | (?P<number>\.?[0-9][0-9.]*(?:[eE][+-]?)?[A-Za-z0-9_]*)
-      | (?P<text>"(?:[^"\\\r\n]|\\(?:\r\n|\n\r|.))*"|'(?:[^'\\\r\n]|\\(?:\r\n|\n\r|.))*')
+      | (?P<string>"(?:[^"\\\r\n]|\\(?:\r\n|\n\r|.))*"|'(?:[^'\\\r\n]|\\(?:\r\n|\n\r|.))*')
       | (?P<symbol>.)""",
     re.VERBOSE | re.DOTALL,
 )
@@ -83,9 +83,9 @@ _MAX_EXCERPT_LENGTH: Final = 20  # the maximum number of characters of a token i
 
 
 def read_calls(text: str) -> list[LuaCall]:
-    """Return the calls in a Lua text; empty for a blank text.
+    """Return the calls in a skill string; empty for a blank text.
 
-    :raises SkillError: for any other text, with line and column.
+    :raises SkillError: if the text is not a list of calls, with line and column.
     """
     return _LuaCallReader(text).parse_calls()
 
@@ -130,7 +130,7 @@ def _to_skill_string_call(call: LuaCall) -> SkillStringCall:
 
 
 class _LuaCallReader:
-    """Reads the calls in a Lua text, token by token."""
+    """Reads the calls in a skill string, token by token."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -171,9 +171,9 @@ class _LuaCallReader:
             if kind == "long":
                 value = self._read_long_bracket(start, match["level"])
                 if not text.startswith("-"):
-                    return _Token("text", text, start, value)
-            elif kind == "text":
-                return _Token("text", text, start, self._unquote(text, start))
+                    return _Token("string", text, start, value)
+            elif kind == "string":
+                return _Token("string", text, start, self._unquote(text, start))
             elif kind == "number":
                 return _Token("number", text, start, self._parse_number(text, start))
             elif kind not in ("blank", "comment"):
@@ -243,7 +243,7 @@ class _LuaCallReader:
         return LuaCall(name.text, values, *_line_and_column(self._text, name.position))
 
     def _parse_arguments(self, name: _Token) -> tuple[Value, ...]:
-        if self._next_token.kind == "text":
+        if self._next_token.kind == "string":
             return (self._take_token().value,)
         if self._is_symbol("{"):
             return (self._parse_table(),)
@@ -266,7 +266,7 @@ class _LuaCallReader:
         if self._is_symbol("{"):
             return self._parse_table()
         token = self._take_token()
-        if token.kind in ("text", "number"):
+        if token.kind in ("string", "number"):
             return token.value
         if token.kind == "name" and token.text in _CONSTANTS:
             return _CONSTANTS[token.text]

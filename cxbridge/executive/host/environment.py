@@ -401,6 +401,7 @@ class ClipsEnvironment:
             firing_count += chunk_firing_count
             if self.api.is_halted():  # an error has ended a right-hand side, and the run with it
                 self.api.clear_halt()
+                # an error without a firing would occur again and again
                 if chunk_firing_count == 0 or self._is_ended_by_host or not self.has_activations(1):
                     break
             elif chunk_firing_count < chunk_size or self._is_ended_by_halt:

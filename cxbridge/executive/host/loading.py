@@ -313,6 +313,7 @@ class ClipsLoader:
             if exists and name not in self._declared_functions:
                 self._log.error(f"Redefining {construct.kind}: {name}")
             defined.add((construct.kind, name))
+            # a function that is declared and then defined is not redefined; a further definition is
             if construct.kind == "deffunction":
                 (
                     self._declared_functions.add

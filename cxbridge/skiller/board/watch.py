@@ -47,7 +47,8 @@ class ExecutorWatch(Listener, Observer):
     """All executors on a blackboard.
 
     The blackboard reports events in any thread; :meth:`take_changes` handles them in the caller's thread.
-    When the end of an executor is reported, all its messages are in the receivers' queues.
+    An executor sends its messages before it ends. Therefore, when its end is reported, all its messages to
+    the skill board are in the board's queue.
 
     :param owner: the owner of the opened interfaces.
     """
@@ -57,6 +58,7 @@ class ExecutorWatch(Listener, Observer):
         self._log = log
         self._owner = owner
         self._events: deque[tuple[str, str]] = deque()  # "there", "wrote" or "gone", and the executor
+        # the classes of the interfaces are made from XML at run time, so they have no static types
         self._instances: dict[str, Any] = {}
         self._executor_infos: dict[str, ExecutorInfo] = {}
         self._infos_by_agent: dict[str, dict[str, ExecutorInfo]] = {}  # of each agent, by executor

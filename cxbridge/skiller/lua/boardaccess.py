@@ -26,9 +26,8 @@ class InterfacePool:
     def __init__(self, board: BlackBoard, owner: str) -> None:
         self.board = board
         self.owner = owner
-        self._shared: dict[
-            _InterfaceKey, list[Interface]
-        ] = {}  # the shared instance, once for each of its users
+        # the shared instance, once for each of its users
+        self._shared: dict[_InterfaceKey, list[Interface]] = {}
 
     def open(self, type_name: str, interface_id: str, *, writing: bool) -> Interface:
         """Open a private instance.
@@ -223,10 +222,8 @@ class BoardAccess:
         message = instance.create_message(message_type)
         for name, value in values.items():
             if not is_plain(value):
-                for (
-                    index,
-                    element,
-                ) in value.items():  # a table, counted from 1; other Lua values have no items
+                # a table, whose indexes begin with 1; for other Lua values, items() raises an error
+                for index, element in value.items():
                     _assign(message, name, element, index - 1)
             else:
                 _assign(message, name, value, None)

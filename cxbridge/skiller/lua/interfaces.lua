@@ -197,8 +197,9 @@ local function open_shared(type_name, id, for_writing)
     return opened[uid]
 end
 
---- Open the interfaces of a skill, and set its variables to them.
-function interfaces.inject(module, visible)
+--- Open the interfaces that depends_interfaces of a module names.
+-- @param variables the table that gets the interfaces, by the names of the variables in the module
+function interfaces.inject(module, variables)
     local wanted = module.depends_interfaces or {}
     assert(type(wanted) == "table", "Type of dependencies not table")
     for _, entry in ipairs(wanted) do
@@ -208,7 +209,7 @@ function interfaces.inject(module, visible)
             assert(entry[field], string.format("Interface dependency '%s' of %s does not have a(n) %s field",
                                                entry.v, module.name, field))
         end
-        visible[entry.v] = open_shared(entry.type, entry.id, entry.writing)
+        variables[entry.v] = open_shared(entry.type, entry.id, entry.writing)
     end
 end
 

@@ -4,11 +4,14 @@ local core = ...
 local interfaces = core.include("interfaces")
 
 local predlib = {}
+-- By the name of the module: the module, its predicates by name, and its dependencies: the interfaces that
+-- depends_interfaces names, by their variables.
 local libraries = {}
 
 local function find(library, module, name)
-    local dependency = library.visible[name]
+    local dependency = library.dependencies[name]
     if dependency ~= nil then return dependency end
+    -- As in Fawkes, a library without dependencies has nil in depends_interfaces; the name is not an unknown predicate.
     if type(name) == "string" and name:match("^depends_") then return nil end
     local predicate = library.predicates[name]
     assert(predicate, string.format("Predicate %s is not available in module %s", tostring(name), module._NAME))
@@ -26,10 +29,11 @@ local function define(library, module, name, value)
     if type(value) ~= "function" or name == "setup" then
         rawset(module, name, value)
         if name == "depends_interfaces" then
-            interfaces.inject({name = module._NAME, depends_interfaces = value}, library.visible)
+            interfaces.inject({name = module._NAME, depends_interfaces = value}, library.dependencies)
         end
         return
     end
+    -- the text of Fawkes, which has it for an empty name, too
     assert(type(name) == "string" and name ~= "", "Invalid predicate name, not a string")
     assert(not library.predicates[name], "Predicate " .. name .. " has already been defined")
     library.predicates[name] = value
@@ -39,7 +43,7 @@ end
 function predlib.module_init(module)
     assert(module._NAME, "predlib.module_init() can only be called for modules")
     assert(not libraries[module._NAME], "predlib " .. module._NAME .. " has already been registered")
-    local library = {module = module, predicates = {}, visible = {}}
+    local library = {module = module, predicates = {}, dependencies = {}}
     libraries[module._NAME] = library
     rawset(module, "setup", function(parameters)
         if not rawget(module, "predparams") then rawset(module, "predparams", {}) end
@@ -47,7 +51,7 @@ function predlib.module_init(module)
     end)
     setmetatable(module, {
         predicates = library.predicates,
-        dependencies = library.visible,
+        dependencies = library.dependencies,
         __index = function(_, name) return find(library, module, name) end,
         __newindex = function(_, name, value) define(library, module, name, value) end,
     })

@@ -10,9 +10,9 @@ local interfaces, time, skillenv = core.include("interfaces"), core.include("tim
 local DEEPEST = 50
 
 -- The object of a proxy, and the proxy of an object
-local originals, stand_ins = setmetatable({}, {__mode = "k"}), setmetatable({}, {__mode = "kv"})
+local originals, proxies = setmetatable({}, {__mode = "k"}), setmetatable({}, {__mode = "kv"})
 
-local stand_in_for, call_original
+local proxy_for, call_original
 
 --- The arguments of a call: copies of plain data, and the objects of proxies.
 local function to_original(value, depth)
@@ -38,37 +38,37 @@ end
 
 local function to_originals(...) return convert_all(to_original, select("#", ...), ...) end
 
-local function to_stand_ins(...) return convert_all(stand_in_for, select("#", ...), ...) end
+local function to_proxies(...) return convert_all(proxy_for, select("#", ...), ...) end
 
 local function forward(operation)
-    return function(a, b) return stand_in_for(operation(to_original(a, 0), to_original(b, 0))) end
+    return function(a, b) return proxy_for(operation(to_original(a, 0), to_original(b, 0))) end
 end
 
 local metatable = {
-    __index = function(stand_in, key) return stand_in_for(originals[stand_in][key]) end,
+    __index = function(proxy, key) return proxy_for(originals[proxy][key]) end,
     __newindex = function(_, key) error("cannot change " .. tostring(key) .. " from a skill string", 2) end,
-    __call = function(stand_in, ...) return call_original(originals[stand_in], ...) end,
-    __tostring = function(stand_in) return tostring(originals[stand_in]) end,
+    __call = function(proxy, ...) return call_original(originals[proxy], ...) end,
+    __tostring = function(proxy) return tostring(originals[proxy]) end,
     __sub = forward(function(a, b) return a - b end), __add = forward(function(a, b) return a + b end),
     __eq = forward(function(a, b) return a == b end), __lt = forward(function(a, b) return a < b end),
     __le = forward(function(a, b) return a <= b end),
     __metatable = "locked",
 }
 
-function call_original(callee, ...) return to_stand_ins(callee(to_originals(...))) end
+function call_original(callee, ...) return to_proxies(callee(to_originals(...))) end
 
-function stand_in_for(value)
+function proxy_for(value)
     local kind = type(value)
     if kind ~= "table" and kind ~= "function" and kind ~= "userdata" or originals[value] ~= nil then return value end
-    if stand_ins[value] then return stand_ins[value] end
-    local stand_in
+    if proxies[value] then return proxies[value] end
+    local proxy
     if kind == "function" then
-        stand_in = function(...) return call_original(value, ...) end
+        proxy = function(...) return call_original(value, ...) end
     else
-        stand_in = setmetatable({}, metatable)
+        proxy = setmetatable({}, metatable)
     end
-    originals[stand_in], stand_ins[value] = value, stand_in
-    return stand_in
+    originals[proxy], proxies[value] = value, proxy
+    return proxy
 end
 
 -- Skills: their names, documentation and calls
@@ -78,7 +78,7 @@ local names = setmetatable({}, {__mode = "k"})
 local function callable(name)
     local shown = {name = name, documentation = skillenv.get_skill_module(name).documentation}
     local made = setmetatable({}, {
-        __call = function(_, ...) return to_stand_ins(skillenv.call_skill(name, to_originals(...))) end,
+        __call = function(_, ...) return to_proxies(skillenv.call_skill(name, to_originals(...))) end,
         __index = function(_, key) return shown[key] end,
         __newindex = function(_, key) error("cannot change " .. tostring(key) .. " of a skill from a skill string", 2) end,
         __metatable = "locked",
@@ -104,9 +104,9 @@ local readonly = library.readonly
 
 local function make_common()
     local common = {
-        logger = stand_in_for(log.logger), config = stand_in_for(core.include("config")),
-        clock = stand_in_for(time.Clock), blackboard = stand_in_for(interfaces.blackboard),
-        tf = stand_in_for(core.include("transforms")), navgraph = stand_in_for(core.include("features").navgraph),
+        logger = proxy_for(log.logger), config = proxy_for(core.include("config")),
+        clock = proxy_for(time.Clock), blackboard = proxy_for(interfaces.blackboard),
+        tf = proxy_for(core.include("transforms")), navgraph = proxy_for(core.include("features").navgraph),
         math = readonly(library.math), string = readonly(library.string), table = readonly(library.table),
         os = readonly(library.sandbox_os),
         sinfo = show_info, skill_info = show_info,

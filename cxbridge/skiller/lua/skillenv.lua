@@ -16,42 +16,42 @@ local exports = {
 }
 
 -- The names of the skills that the skill string has called in this loop, in order: by their results, and all
-local counts, active
+local names_by_result, active
 
 --- Clear the calls of this loop.
 function skillenv.reset_status()
-    counts = {running = {}, final = {}, failed = {}}
+    names_by_result = {running = {}, final = {}, failed = {}}
     active = {}
 end
 skillenv.reset_status()
 
-local list_of = {
+local RESULT_NAMES = {
     [status.S_RUNNING] = "running", [status.S_FINAL] = "final", [status.S_FAILED] = "failed",
 }
 
 local function note_result(name, result)
     if type(result) ~= "number" then
         log.info("Skill %s did not return a valid final result.", name)
-    elseif not list_of[result] then
+    elseif not RESULT_NAMES[result] then
         log.info("Skill %s returned an invalid skill status (%s)", name, tostring(result))
     else
-        table.insert(counts[list_of[result]], name)
+        table.insert(names_by_result[RESULT_NAMES[result]], name)
     end
 end
 
-function skillenv.get_status() return #counts.running, #counts.final, #counts.failed end
+function skillenv.get_status() return #names_by_result.running, #names_by_result.final, #names_by_result.failed end
 
 function skillenv.get_overall_status()
-    if #counts.failed > 0 then return status.S_FAILED end
-    if #counts.running > 0 then return status.S_RUNNING end
-    return #counts.final > 0 and status.S_FINAL or status.S_INACTIVE
+    if #names_by_result.failed > 0 then return status.S_FAILED end
+    if #names_by_result.running > 0 then return status.S_RUNNING end
+    return #names_by_result.final > 0 and status.S_FINAL or status.S_INACTIVE
 end
 
 --- The names of the skills called in this loop, in order.
 function skillenv.get_active_skills() return unpack(active) end
 
 --- The names of the failed skills of this loop.
-function skillenv.get_failed_skills() return unpack(counts.failed) end
+function skillenv.get_failed_skills() return unpack(names_by_result.failed) end
 
 function skillenv.get_skill_module(skill)
     if type(skill) == "string" then return by_name[skill] end
@@ -102,7 +102,7 @@ end
 
 --- Reset the skills of the last loop.
 function skillenv.reset_all()
-    local before = counts
+    local before = names_by_result
     skillenv.reset_status()
     for _, list in ipairs {before.running, before.final, before.failed} do skillenv.reset_skills(list) end
 end

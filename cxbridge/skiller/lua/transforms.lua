@@ -8,6 +8,7 @@ local tf = {}
 
 local function microseconds(time) return time and time.us or 0 end
 
+-- Set the fields of a StampedTransform. As in Fawkes, the names of frames lose a slash at the start.
 local function fill(out, target, source, x, y, z, qx, qy, qz, qw, stamp)
     out.origin = geometry.Vector3:new(x, y, z)
     out.rotation = geometry.Quaternion:new(qx, qy, qz, qw)

@@ -43,6 +43,7 @@ class Move(SkillExecutor):
         self.base = Base(start_node.x, start_node.y, _read_orientation(start_node) or 0.0, speed, turn_speed)
         self._last_us = self.clock.now_us()
         self._update_count = 0
+        # the class of the interface is made from XML at run time, so it has no static type
         self._pose: Any = None
 
     def start(self) -> None:

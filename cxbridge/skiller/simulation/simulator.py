@@ -47,9 +47,8 @@ class SkillerSimulator(InterfaceSkiller):
         self._deciders = deciders or (StaticEstimator(seconds=1.0),)
         self._outcome: Outcome | None = None
         self._outcomes: list[tuple[str, Outcome]] = []  # skill and outcome of each call
-        self._effects: list[
-            tuple[float, Effect]
-        ] = []  # with their seconds from the start, the earliest first
+        # effects with their seconds from the start, the earliest first
+        self._effects: list[tuple[float, Effect]] = []
         self._start_us = self._end_us = 0
 
     @property
