@@ -201,19 +201,25 @@ def test_logical_names_of_6_30_and_colours_of_ros_2_print(env, log):
 
 
 def test_duplicate_with_many_values_for_single_slot_is_an_error(env, log, clp):
-    file = clp(
-        "(deftemplate t (slot a) (multislot m))"
-        "(defrule r ?f <- (t (a 1)) => (duplicate ?f (a (create$ 1 2))))"
-        "(defrule s ?f <- (t (a 2)) => (assert (same (duplicate ?f (a 2)) (duplicate ?f (a 3) (m x y)))))"
+    assert env.load(
+        clp(
+            "(deftemplate t (slot a) (multislot m))"
+            "(defrule r ?f <- (t (a 1)) => (duplicate ?f (a (create$ 1 2))))"
+            "(defrule s ?f <- (t (a 2)) => (assert (same (duplicate ?f (a 2)) (duplicate ?f (a 3) (m x y)))))"
+        )
     )
-    assert env.load(file)
     env.assert_string("(t (a 1))")
     env.assert_string("(t (a 2))")
     env.run()
     assert "single field slot 'a'" in " ".join(log.texts(Level.ERROR))
     assert [slots for _, name, slots in env.facts("t")][-1] == {"a": 3, "m": ("x", "y")}
-    [(_, _, same)] = env.facts("same")
-    assert same["implied"][0] == "FALSE"
+    assert [slots["implied"][0] for _, _, slots in env.facts("same")] == ["FALSE"]
+
+
+def test_modify_sees_slots_of_redefined_template(env, clp):
+    before = "(deftemplate t (slot a))\n(modify (assert (t (a 1))) (a 2))\n(clear)\n"
+    assert env.batch(clp(before + "(deftemplate t (slot b))\n(modify (assert (t (b 1))) (b 2))\n"))
+    assert [slots for _, _, slots in env.facts("t")] == [{"b": 2}]
 
 
 @pytest.mark.parametrize("firings", [19, 20, 21, 100, 1000])

@@ -61,8 +61,7 @@ def test_rules_of_modules_use_functions(env, log):
 def test_functions_survive_clear(env):
     env.eval("(clear)")
     env.build(ALONE)
-    assert env.eval("(nth$ 2 (create$ a b))") == "b"
-    assert env.eval('(length "abc")') == 3
+    assert (env.eval("(nth$ 2 (create$ a b))"), env.eval('(length "abc")')) == ("b", 3)
 
 
 def test_sequence_operator_spreads_arguments(env):

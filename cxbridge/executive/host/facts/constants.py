@@ -91,6 +91,11 @@ def _split_tokens(text: str) -> Iterator[str]:
 
 
 def _to_safe_texts(tokens: list[str], text: str) -> list[str]:
+    """Return the texts of constants, with the strings quoted anew.
+
+    :param text: the text of the client, for errors.
+    :raises ClipsError: if a token is not a constant.
+    """
     constants = []
     for token in tokens:
         if token[0] == '"':

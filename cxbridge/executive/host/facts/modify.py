@@ -13,8 +13,8 @@ from typing import ClassVar
 
 from clips._clips import lib
 
+from cxbridge.clipstext.facts import IMPLIED
 from cxbridge.executive.host.capi import NULL, CData, ClipsApi, decode, encode
-from cxbridge.executive.host.facts.copying import template_of
 from cxbridge.executive.host.facts.making import FactMaker
 from cxbridge.executive.host.values import FALSE, FactAddress, Value, clips_value, show
 
@@ -33,8 +33,6 @@ class Modify:
 
     def __init__(self, env: CData, api: ClipsApi, maker: FactMaker, log_error: Callable[[str], None]) -> None:
         self._env, self._api, self._maker, self._log_error = env, api, maker, log_error
-        # for each deftemplate, whether a slot is a multislot; None for ordered facts
-        self._slots: dict[str, dict[str, bool] | None] = {}
 
     def __call__(self, fact: Value, *changes: Value) -> Value:
         """Return the new fact; FALSE if there is none, because of an error or an equal fact.
@@ -45,24 +43,22 @@ class Modify:
         if changed_fact is None:
             return FALSE
         deftemplate = lib.FactDeftemplate(changed_fact)
-        template = decode(lib.DeftemplateName(deftemplate))
-        if template not in self._slots:
-            slots = template_of(deftemplate).slots
-            self._slots[template] = None if slots is None else dict(slots)
-        is_multislot = self._slots[template]
-        if is_multislot is None:
-            return FALSE  # silently, as in 6.30
+        if lib.DeftemplateSlotExistP(deftemplate, encode(IMPLIED)):
+            return FALSE  # an ordered fact: silently, as in 6.30
         slot_values: list[tuple[bytes, CData]] = []
         for slot, values in zip(changes[::2], changes[1::2], strict=True):
-            if slot not in is_multislot or (not is_multislot[slot] and len(values) != 1):
+            c_name = encode(slot)
+            exists = lib.DeftemplateSlotExistP(deftemplate, c_name)
+            is_multislot = exists and lib.DeftemplateSlotMultiP(deftemplate, c_name)
+            if not exists or (not is_multislot and len(values) != 1):
+                template = decode(lib.DeftemplateName(deftemplate))
                 self._fail(
                     f"The single field slot '{slot}' can only contain a single field value."
-                    if slot in is_multislot
+                    if exists
                     else f"Invalid slot '{slot}' not defined in corresponding deftemplate '{template}'."
                 )
                 return FALSE
-            slot_value = clips_value(self._env, values if is_multislot[slot] else values[0])
-            slot_values.append((encode(slot), slot_value))
+            slot_values.append((c_name, clips_value(self._env, values if is_multislot else values[0])))
         new_fact = self._maker.make_copy(changed_fact, slot_values)
         if not self.retracts:
             asserted = self._maker.assert_fact(new_fact)
