@@ -139,9 +139,7 @@ class ClipsApi:
             retractions (called before); with an ``Activation *`` for firings; None removes the hook.
         """
         getattr(EXTRA_FUNCTIONS, f"Remove{event}Function")(self._env, owner)
-        if (
-            hook is not None
-        ):  # 0 and NULL: the order among hooks does not matter, and the hook needs no context
+        if hook is not None:  # with priority 0 and without a context
             getattr(EXTRA_FUNCTIONS, f"Add{event}Function")(self._env, owner, hook, 0, NULL)
 
     def fact_text(self, fact: CData) -> str:

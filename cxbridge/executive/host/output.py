@@ -21,7 +21,7 @@ LineSink = Callable[[Level, str], None]
 """Gets the level and text of a line."""
 
 # levels by logical name, from Fawkes' CLIPS environment manager. Only wdialog differs, on purpose: Fawkes
-# drops its lines, and cxbridge logs them for debugging. The names of colours and their level come from
+# drops its lines, and cxbridge logs them at debug level. The names of colours and their level come from
 # ``cx_clips_env_manager`` of ros2_cx.
 _LEVELS = {
     b"stdout": Level.INFO,

@@ -43,7 +43,7 @@ _UNKNOWN_HEADS: Final = frozenset(FORMULA_WORDS).difference(
 
 
 def remove_text_after_actions(text: SourceText) -> None:
-    """Remove the text from the first section after an action that is no action, because Fawkes ignores it."""
+    """Remove the text after the first row of consecutive actions, because Fawkes ignores it."""
     tokens, depth, has_action = text.tokens, 0, False
     for index, token in enumerate(tokens):
         is_action_keyword = index > 0 and tokens[index - 1].text == "(" and token.text in _ACTIONS

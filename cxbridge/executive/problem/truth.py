@@ -111,7 +111,7 @@ class KnownState:
         )
 
     def _ground(self, name: str, terms: Iterable[Term], binding: Binding) -> Ground:
-        # a number or an unbound variable becomes the text "None", so that no fact matches
+        # a number or an unbound variable becomes the name "None", which no object of a usual domain has
         return name, tuple(str(_object(term, binding)) for term in terms)
 
     def bindings(self, variables: TypedList, binding: Binding) -> Iterator[Binding]:

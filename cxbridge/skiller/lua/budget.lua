@@ -51,17 +51,17 @@ local function place()
     -- levels 1 to 3 are this function, exhaust and the hook, level 4 is the interrupted function
     local level = 4
     while true do
-        local at = level < DEEP and getinfo(level, "Sl")
-        if not at then return getinfo(4, "Sl") or getinfo(3, "Sl") end
-        if at.currentline >= 0 and not match(at.short_src, "^cxbridge/") then return at end
+        local frame = level < DEEP and getinfo(level, "Sl")
+        if not frame then return getinfo(4, "Sl") or getinfo(3, "Sl") end
+        if frame.currentline >= 0 and not match(frame.short_src, "^cxbridge/") then return frame end
         level = level + 1
     end
 end
 
 local function exhaust()
-    local at = place()
-    exhausted = format("%s:%d: endless loop? The limit of computation in one loop is used up", at.short_src,
-                       at.currentline)
+    local frame = place()
+    exhausted = format("%s:%d: endless loop? The limit of computation in one loop is used up", frame.short_src,
+                       frame.currentline)
     sethook(refuse, "", 1)
     error(exhausted, 0)
 end
@@ -121,8 +121,8 @@ local function traceback(message, level)
     if not getinfo(DEEP, "l") then return core.traceback(message, level) end
     local lines = {(message and message .. "\n" or "") .. "stack traceback:"}
     for i = level, level + TOP do
-        local at = getinfo(i, "Sl")
-        if at then lines[#lines + 1] = format("\t%s:%d: in a function", at.short_src, at.currentline) end
+        local frame = getinfo(i, "Sl")
+        if frame then lines[#lines + 1] = format("\t%s:%d: in a function", frame.short_src, frame.currentline) end
     end
     lines[#lines + 1] = "\t..."
     return table.concat(lines, "\n")

@@ -78,13 +78,13 @@ local function add_cluster(drawing, name, label, filling)
     return cluster
 end
 
-local function comment(node)
+local function add_comment(node)
     local text = node.attr.comment
     if text then node.attr.label = (node.attr.label or node.name) .. "\\n(" .. text .. ")" end
 end
 
-local function write_attributes(out, indent, what, attr)
-    if next(attr) then out[#out + 1] = indent .. "\t" .. what .. attributes(attr) .. ";" end
+local function write_attributes(out, indent, element, attr)
+    if next(attr) then out[#out + 1] = indent .. "\t" .. element .. attributes(attr) .. ";" end
 end
 
 local function write(drawing, out, indent)
@@ -94,7 +94,7 @@ local function write(drawing, out, indent)
     write_attributes(out, indent, "node", drawing.node)
     write_attributes(out, indent, "edge", drawing.edge)
     for _, node in ipairs(drawing.nodes) do
-        comment(node)
+        add_comment(node)
         out[#out + 1] = inner .. node_name(node.name) .. attributes(node.attr) .. ";"
     end
     for _, cluster in ipairs(drawing.inner) do write(cluster, out, inner) end

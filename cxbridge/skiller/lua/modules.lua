@@ -51,17 +51,17 @@ end
 
 -- Make a module a global: a.b.c becomes the field c of the table in the field b of the global a.
 local function place_global(name, module)
-    local at = world
+    local parent = world
     for part in name:gmatch("([^.]+)%.") do
-        if type(rawget(at, part)) ~= "table" then rawset(at, part, {}) end
-        at = rawget(at, part)
+        if type(rawget(parent, part)) ~= "table" then rawset(parent, part, {}) end
+        parent = rawget(parent, part)
     end
     local last = name:match("([^.]+)$")
-    if rawget(at, last) == nil then rawset(at, last, module) end
+    if rawget(parent, last) == nil then rawset(parent, last, module) end
 end
 
 -- The main functions of skill files, and the modules that module() has made of the files.
-local files, made = setmetatable({}, {__mode = "k"}), setmetatable({}, {__mode = "k"})
+local main_functions, made_modules = setmetatable({}, {__mode = "k"}), setmetatable({}, {__mode = "k"})
 
 local function load_file(name)
     local text, label = core.include("checked")(host.find_module(name))
@@ -69,7 +69,7 @@ local function load_file(name)
     local chunk, problem = core.loadstring(text, "@" .. label)
     if not chunk then error(problem, 0) end
     core.setfenv(chunk, world)
-    files[chunk] = true
+    main_functions[chunk] = true
     return chunk
 end
 
@@ -96,7 +96,7 @@ function world.module(name, ...)
     assert(type(name) == "string", "bad argument to 'module' (a module's name expected)")
     -- Only main functions of files get a new environment, because a skill could call this function from an engine function.
     local file = core.getinfo(2, "f").func
-    assert(files[file], "module() is for the main part of a skill file")
+    assert(main_functions[file], "module() is for the main part of a skill file")
     local module = loaded[name]
     if type(module) ~= "table" or module == LOADING then
         module = {}
@@ -104,27 +104,27 @@ function world.module(name, ...)
         loaded[name] = module
         place_global(name, module)
     end
-    made[module] = true
+    made_modules[module] = true
     core.setfenv(file, module)
     for _, option in ipairs {...} do option(module) end
 end
 
 --- The module of the file of the function at a level of the stack; nil if the file is not a module.
 function core.calling_module(level)
-    local at = core.getinfo(level + 1, "f")
-    local environment = at and at.func and core.getfenv(at.func)
-    return environment and made[environment] and environment or nil
+    local frame = core.getinfo(level + 1, "f")
+    local environment = frame and frame.func and core.getfenv(frame.func)
+    return environment and made_modules[environment] and environment or nil
 end
 
 --- The innermost line of a skill file on the stack, as "LABEL:LINE: "; empty without a skill file.
 function core.place_in_skill()
-    local level, at = 2, core.getinfo(2, "Sl")
-    while at and level < 40 do  -- a limit, because the stack of a recursive skill may be deep
-        if at.currentline > 0 and at.source:sub(1, 1) == "@" and at.source:sub(1, 10) ~= "@cxbridge/" then
-            return at.source:sub(2) .. ":" .. at.currentline .. ": "
+    local level, frame = 2, core.getinfo(2, "Sl")
+    while frame and level < 40 do  -- a limit, because the stack of a recursive skill may be deep
+        if frame.currentline > 0 and frame.source:sub(1, 1) == "@" and frame.source:sub(1, 10) ~= "@cxbridge/" then
+            return frame.source:sub(2) .. ":" .. frame.currentline .. ": "
         end
         level = level + 1
-        at = core.getinfo(level, "Sl")
+        frame = core.getinfo(level, "Sl")
     end
     return ""
 end

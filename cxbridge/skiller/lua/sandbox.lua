@@ -9,7 +9,7 @@ local interfaces, time, skillenv = core.include("interfaces"), core.include("tim
 -- The maximum depth of tables in each other, in an argument
 local DEEPEST = 50
 
--- The object of a proxy, and the proxy of an object
+-- The object of a proxy, and the proxy of an object. The tables are weak: a proxy lives only as long as it is used.
 local originals, proxies = setmetatable({}, {__mode = "k"}), setmetatable({}, {__mode = "kv"})
 
 local proxy_for, call_original

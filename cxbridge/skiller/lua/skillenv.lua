@@ -145,9 +145,9 @@ end
 local function execute_fsm(fsm, ...)
     take_arguments(fsm.vars, ...)
     fsm:loop()
-    local at = fsm.current.name
-    if at == fsm.exit_state then return status.S_FINAL end
-    if at == fsm.fail_state or (fsm.error or "") ~= "" then return status.S_FAILED end
+    local state_name = fsm.current.name
+    if state_name == fsm.exit_state then return status.S_FINAL end
+    if state_name == fsm.fail_state or (fsm.error or "") ~= "" then return status.S_FAILED end
     return status.S_RUNNING
 end
 
