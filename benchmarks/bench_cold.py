@@ -44,7 +44,7 @@ def main() -> None:
         ]
     ours, theirs = (statistics.median(seconds) for seconds in zip(*pairs, strict=True))
     print(f"  {ours:.3f} s against {theirs:.3f} s of processor time (medians of {PAIRS})")
-    report("a cold, recorded run / a fixed piece of work", ours / theirs, limit=2.5)
+    report("a cold, recorded run / a fixed piece of work", ours / theirs, limit=1.8)
 
 
 if __name__ == "__main__":

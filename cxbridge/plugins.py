@@ -6,7 +6,7 @@ import json
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import lru_cache
 from importlib import import_module
@@ -273,8 +273,11 @@ def is_installed(target: str) -> bool:
 
 
 def installed_plugins() -> tuple[Plugin, ...]:
-    """Return the plug-ins of the installed packages, sorted by name; unusable ones have an ``error``."""
-    return _read_plugins(tuple(_plugin_folders()))
+    """Return the plug-ins of the installed packages, sorted by name; unusable ones have an ``error``.
+
+    A running program does not notice a package that is installed later, as Python does not for modules.
+    """
+    return _find_plugins(tuple(sys.path))
 
 
 def package_hint(name: str) -> str:
@@ -287,6 +290,11 @@ def absent_package_hint(name: str) -> str:
     """Return the hint of :func:`package_hint`; empty if the package is installed."""
     installed = {plugin.package.partition(" ")[0] for plugin in installed_plugins()}
     return "" if find_package_of(name) in installed else package_hint(name)
+
+
+@lru_cache(maxsize=16)  # a run asks some 30 times, and the search calls the operating system for each folder
+def _find_plugins(search_path: tuple[str, ...]) -> tuple[Plugin, ...]:
+    return _read_plugins(tuple(_plugin_folders(search_path)))
 
 
 @lru_cache(maxsize=16)
@@ -377,9 +385,9 @@ def _rows_by_table(
     )
 
 
-def _plugin_folders() -> Iterator[tuple[str, int]]:
+def _plugin_folders(search_path: Iterable[str]) -> Iterator[tuple[str, int]]:
     """Yield the folders of ``sys.path`` with plug-ins, and their times of change in nanoseconds."""
-    for folder in sys.path:
+    for folder in search_path:
         with suppress(OSError):  # sys.path may name absent folders
             changed_ns = os.stat(folder or ".").st_mtime_ns  # noqa: PTH116 - each run pays, and pathlib is slow
             path = os.path.abspath(folder)  # noqa: PTH100 - as above
