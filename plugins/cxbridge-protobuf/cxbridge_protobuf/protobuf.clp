@@ -1,6 +1,8 @@
-;;; Templates of received messages. See docs/evidence/protocol-protobuf.md.
+;;; Templates of received messages, and the rules that delete them. The names are Fawkes'. See
+;;; docs/evidence/protocol-protobuf.md.
 
-(deftemplate protobuf-msg "A received message. A rule that keeps the message makes another reference (pb-ref)."
+(deftemplate protobuf-msg
+  "A received message. A rule that keeps the message makes another reference (pb-ref)."
   (slot type (type STRING))                             ; full name
   (slot comp-id (type INTEGER)) (slot msg-type (type INTEGER)) ; the type's numbers in frames
   (slot rcvd-via (type SYMBOL) (allowed-values STREAM BROADCAST))
@@ -9,13 +11,15 @@
   (slot client-type (type SYMBOL) (allowed-values SERVER CLIENT PEER))
   (slot client-id (type INTEGER)) (slot ptr (type EXTERNAL-ADDRESS)))
 
-(deftemplate protobuf-receive-failed "A client of the agent has received an unknown or invalid message."
+(deftemplate protobuf-receive-failed
+  "A client of the agent has received an unknown or invalid message."
   (slot comp-id (type INTEGER)) (slot msg-type (type INTEGER))
   (slot rcvd-via (type SYMBOL) (allowed-values STREAM BROADCAST))
   (multislot rcvd-from (cardinality 2 2))
   (slot client-id (type INTEGER)) (slot message (type STRING)))
 
-(deftemplate protobuf-server-receive-failed "The server of the agent has received an unknown or invalid message."
+(deftemplate protobuf-server-receive-failed
+  "The server of the agent has received an unknown or invalid message."
   (slot comp-id (type INTEGER)) (slot msg-type (type INTEGER))
   (slot rcvd-via (type SYMBOL) (allowed-values STREAM BROADCAST))
   (multislot rcvd-from (cardinality 2 2))

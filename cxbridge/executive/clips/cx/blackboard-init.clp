@@ -1,7 +1,7 @@
 ;;; Commands that read the blackboard at each time fact.
 
 (blackboard-enable-time-read)
-(unwatch rules blackboard-read)
+(unwatch rules blackboard-read)  ; which fires at each time fact
 
 ;; Interface types whose templates must exist before rules on them are loaded.
 (do-for-all-facts ((?spec confval) (?types confval))

@@ -16,10 +16,11 @@
 ; The locks of this robot are renewed periodically, and locks of robots that have
 ; stopped expire (/config/coordination/mutex: renew-interval, max-age-sec).
 ;
-; Needs cx-identity.clp, worldmodel.clp and the feature robot_memory.
+; Needs cx-identity.clp, worldmodel.clp and the feature robot_memory. The rules have Fawkes' names, as do
+; the templates, and the functions that are not internal.
 
 (defglobal
-  ; the collection of mutexes, equal to the name that the robot memory has below
+  ; the collection of mutexes; must be the collection that is configured for the robot memory below
   ; /plugins/robot-memory/coordination
   ?*MUTEX-COLLECTION* = "robmem_coordination.mutex"
 )
@@ -60,24 +61,24 @@
 
 ; *** Requests ***
 
-(deffunction mutex-error (?m ?request ?response $?message)
-  "Internal. Respond to a request at once, with a message."
-  (modify ?m (request ?request) (response ?response)
-             (error-msg (str-cat (expand$ ?message))))
+(deffunction mutex-error (?mutex ?request ?response $?message-parts)
+  "Internal. Respond to a request at once. The message is the concatenation of ?message-parts."
+  (modify ?mutex (request ?request) (response ?response)
+             (error-msg (str-cat (expand$ ?message-parts))))
 )
 
-(deffunction mutex-busy-error (?m ?name ?request ?pending)
-  "Internal. Respond to a request during another pending request."
-  (mutex-error ?m ?request ERROR
+(deffunction mutex-busy-error (?mutex ?name ?request ?pending)
+  "Internal. Respond to ?request, made while the request ?pending is pending."
+  (mutex-error ?mutex ?request ERROR
                "Mutex " ?name " already has pending " ?pending " request. "
                "This may lead to unpredictable behavior on both sides!")
 )
 
-(deffunction mutex-try-lock-async (?name $?args)
+(deffunction mutex-try-lock-async (?name $?opt-auto-renew)
   "Request the lock of the mutex ?name, which is created if it does not exist. The
-   request is rejected if the mutex is locked, even by this robot. With an optional
-   FALSE, the lock is not renewed."
-  (bind ?auto-renew (if (> (length$ ?args) 0) then (nth$ 1 ?args) else TRUE))
+   request is rejected if the mutex is locked, even by this robot. The lock is renewed
+   periodically, unless FALSE follows the name."
+  (bind ?auto-renew (if (> (length$ ?opt-auto-renew) 0) then (nth$ 1 ?opt-auto-renew) else TRUE))
   (if (not (any-factp ((?m mutex)) (eq ?name ?m:name))) then
     (assert (mutex (name ?name) (request LOCK) (auto-renew ?auto-renew)))
     (return))
@@ -94,7 +95,7 @@
 
 (deffunction mutex-unlock-async (?name)
   "Request the release of the mutex ?name, after a running renewal. The lock of
-   another robot stays."
+   another robot stays. An unknown mutex counts as unlocked."
   (if (not (any-factp ((?m mutex)) (eq ?name ?m:name))) then
     (assert (mutex (name ?name) (request UNLOCK) (response UNLOCKED)))
     (return))
@@ -107,13 +108,14 @@
       (modify ?m (pending-requests ?m:pending-requests UNLOCK))
       (return))
     (if (neq ?m:request NONE)
+     ; Fawkes' message names UNLOCK, whatever request is pending
      then (mutex-busy-error ?m ?name UNLOCK UNLOCK)
      else (modify ?m (request UNLOCK) (response NONE) (error-msg "")))
   )
 )
 
 (deffunction mutex-renew-lock-async (?name)
-  "Renew this robot's lock of the mutex ?name."
+  "Renew this robot's lock of the mutex ?name. An unknown mutex has no lock to renew."
   (do-for-fact ((?m mutex)) (eq ?name ?m:name)
     (if (neq ?m:state LOCKED) then
       (mutex-error ?m RENEW-LOCK ERROR "Mutex " ?name " not LOCKED. Cannot renew.")
@@ -129,7 +131,7 @@
 )
 
 (deffunction mutex-start-expire-task (?task ?max-age-sec)
-  "Internal. Release all older locks, unless the task is running already."
+  "Internal. Release all locks older than ?max-age-sec, unless such a task exists already."
   (if (any-factp ((?running mutex-expire-task)) TRUE)
    then (printout error "Mutex lock expiration already running" crlf)
    else (assert (mutex-expire-task (task ?task) (max-age-sec (float ?max-age-sec)))))
@@ -157,7 +159,7 @@
 
 (deffunction mutex-register-trigger ()
   "Register the trigger for the collection of mutexes; the reply is a feedback fact."
-  (bind ?everything (bson-create))
+  (bind ?everything (bson-create))  ; an empty query matches all documents
   (robmem-trigger-register ?*MUTEX-COLLECTION* ?everything "mutex-trigger")
   (bson-destroy ?everything)
 )
@@ -194,15 +196,15 @@
   (robmem-trigger-destroy ?trigger)
 )
 
-(deffunction mutex-trigger-set (?m ?response ?state ?locked-by ?lock-time)
+(deffunction mutex-trigger-set (?mutex ?response ?state ?locked-by ?lock-time)
   "Internal. Set the state of a mutex from the robot memory."
-  (modify ?m (response ?response) (state ?state)
+  (modify ?mutex (response ?response) (state ?state)
              (locked-by ?locked-by) (lock-time ?lock-time))
 )
 
 (deffunction mutex-trigger-update (?obj)
-  "Set a mutex to the state in the event ?obj, and respond to its pending request.
-   Release a lock of this robot that it has not requested."
+  "Set a mutex to the state in the event ?obj (the document of a change), and respond to
+   its pending request. Release a lock of this robot that this robot has not requested."
   (if (not (bson-has-field ?obj "fullDocument._id")) then (return))
   (bind ?name (sym-cat (bson-get ?obj "fullDocument._id")))
   (bind ?state (if (bson-get ?obj "fullDocument.locked") then LOCKED else OPEN))
@@ -231,8 +233,8 @@
 )
 
 (deffunction mutex-trigger-delete (?obj)
-  "Open the mutex of a deleted document, if the event names the mutex, which events
-   of change streams do not."
+  "Open the mutex of a deleted document if the event ?obj has the document. Events of
+   MongoDB's change streams do not have deleted documents, so that the mutex stays."
   (if (not (bson-has-field ?obj "fullDocument._id")) then (return))
   (bind ?name (sym-cat (bson-get ?obj "fullDocument._id")))
   (do-for-fact ((?m mutex)) (eq ?name ?m:name)
@@ -241,7 +243,7 @@
 )
 
 (defrule mutex-trigger-event
-  "Handle the oldest event."
+  "Handle the oldest event, after this robot has a name to compare with the owners of locks."
   (wm-fact (key cx identity))
   ?event <- (robmem-trigger (name "mutex-trigger") (rcvd-at $?time) (ptr ?obj))
   (not (robmem-trigger (name "mutex-trigger") (rcvd-at $?other&:(time> ?time ?other))))
@@ -290,7 +292,7 @@
 )
 
 (defrule mutex-lock-op-failed
-  "Another robot has acquired the lock, and the event with its name has not arrived."
+  "Another robot has acquired the lock, and the event with its name has not arrived yet."
   ?answer <- (mutex-op-feedback try-lock-async FAIL ?name)
   ?m <- (mutex (name ?name) (request LOCK) (response PENDING))
   =>
@@ -300,7 +302,7 @@
 )
 
 (defrule mutex-lock-op-cleanup
-  "A response for which no request waits."
+  "Drop a response for which no request waits. The event of the mutex reports the success."
   ?answer <- (mutex-op-feedback try-lock-async ? ?name)
   (not (mutex (name ?name) (request LOCK) (response PENDING)))
   =>
@@ -348,7 +350,7 @@
 
 (defrule mutex-renew-lock-invalid-not-locked
   ?m <- (mutex (state OPEN) (request RENEW-LOCK) (response NONE)
-               (pending-requests $?todo&:(not (member$ AUTO-RENEW-PROC ?todo))))
+               (pending-requests $?pending&:(not (member$ AUTO-RENEW-PROC ?pending))))
   =>
   (mutex-error ?m RENEW-LOCK ERROR "Mutex is not locked")
 )
@@ -356,7 +358,7 @@
 (defrule mutex-renew-lock-invalid-foreign-lock
   ?m <- (mutex (state LOCKED) (locked-by ?owner&:(neq ?owner (cx-identity)))
                (request RENEW-LOCK) (response NONE)
-               (pending-requests $?todo&:(not (member$ AUTO-RENEW-PROC ?todo))))
+               (pending-requests $?pending&:(not (member$ AUTO-RENEW-PROC ?pending))))
   =>
   (mutex-error ?m RENEW-LOCK ERROR
                "Mutex locked by " ?owner " (not '" (cx-identity) "')")
@@ -371,7 +373,8 @@
 )
 
 (defrule mutex-renew-lock-op-cleanup
-  "The event reports the success; a late failure belongs to a finished renewal."
+  "Drop a success, because the event of the mutex reports it, and a late failure, which belongs to a
+   finished renewal."
   ?answer <- (mutex-op-feedback renew-lock-async ?result ?name)
   (not (and (test (eq ?result FAIL))
             (mutex (name ?name) (request RENEW-LOCK) (response PENDING))))
@@ -381,13 +384,14 @@
 
 ; *** RENEW-LOCK, periodically ***
 
-(deffunction mutex-renew-finished (?m ?pending-requests)
+(deffunction mutex-renew-finished (?mutex ?pending-requests)
   "Internal. Continue with the requests made during the renewal."
-  (modify ?m (request NONE) (response NONE) (pending-requests ?pending-requests))
+  (modify ?mutex (request NONE) (response NONE) (pending-requests ?pending-requests))
 )
 
 (defrule mutex-lock-auto-renew
-  "Lock times are system times in milliseconds."
+  "Checked at each tick (the time fact). Lock times are system times in whole milliseconds, as the robot
+   memory stores them, so the present system time counts, not the time fact, which may be simulated."
   ?m <- (mutex (name ?name) (state LOCKED) (locked-by ?owner&:(eq ?owner (cx-identity)))
                (request NONE) (pending-requests) (lock-time $?locked))
   (wm-fact (id "/config/coordination/mutex/renew-interval")
@@ -401,39 +405,40 @@
 
 (defrule mutex-lock-auto-renew-done
   ?m <- (mutex (name ?name) (state LOCKED) (request RENEW-LOCK) (response ACQUIRED)
-               (pending-requests AUTO-RENEW-PROC $?todo))
+               (pending-requests AUTO-RENEW-PROC $?pending))
   =>
   (printout debug "Automatic renewal of lock for mutex " ?name " completed" crlf)
-  (mutex-renew-finished ?m ?todo)
+  (mutex-renew-finished ?m ?pending)
 )
 
 (defrule mutex-lock-auto-renew-failed
   ?m <- (mutex (name ?name) (state LOCKED) (locked-by ?owner)
                (request RENEW-LOCK) (response REJECTED)
-               (pending-requests AUTO-RENEW-PROC $?todo))
+               (pending-requests AUTO-RENEW-PROC $?pending))
   =>
   (printout error "Renewing lock for mutex " ?name " failed. LOST LOCK!" crlf)
+  ; this robot must not count as the owner any more
   (if (eq ?owner (cx-identity)) then (bind ?owner "lost"))
-  (modify ?m (locked-by ?owner) (request NONE) (response NONE) (pending-requests ?todo))
+  (modify ?m (locked-by ?owner) (request NONE) (response NONE) (pending-requests ?pending))
 )
 
 (defrule mutex-lock-auto-renew-lock-open
   ?m <- (mutex (name ?name) (state OPEN) (request RENEW-LOCK)
-               (pending-requests AUTO-RENEW-PROC $?todo))
+               (pending-requests AUTO-RENEW-PROC $?pending))
   =>
   (printout error "Received response to renewal request for " ?name
                   " but lock has expired in the meantime. " crlf)
-  (mutex-renew-finished ?m ?todo)
+  (mutex-renew-finished ?m ?pending)
 )
 
 (defrule mutex-lock-auto-renew-locked-by-other-entity
   ?m <- (mutex (name ?name) (state LOCKED) (locked-by ?owner&:(neq ?owner (cx-identity)))
                (request RENEW-LOCK) (response ~REJECTED)
-               (pending-requests AUTO-RENEW-PROC $?todo))
+               (pending-requests AUTO-RENEW-PROC $?pending))
   =>
   (printout error "Received response to renewal request for " ?name
                   " but lock is locked by " ?owner ". " crlf)
-  (mutex-renew-finished ?m ?todo)
+  (mutex-renew-finished ?m ?pending)
 )
 
 (defrule mutex-run-pending-request
@@ -447,10 +452,10 @@
 ; *** Expiry ***
 
 (defrule mutex-expire-locks-start
-  ?task <- (mutex-expire-task (task ?what) (max-age-sec ?age) (state NONE))
+  ?task <- (mutex-expire-task (task ?kind) (max-age-sec ?age) (state NONE))
   (mutex-global-data)
   =>
-  (printout debug ?what " locks " crlf)
+  (printout debug ?kind " locks " crlf)
   (modify ?task (state PENDING))
   (robmem-mutex-expire-locks-async ?age)
 )

@@ -2,6 +2,7 @@
 
 (deffunction cx-identity-set (?identity)
   "Set the name of this executive, or replace it."
+  ; do-for-fact returns FALSE if there is no such fact
   (if (not (do-for-fact ((?wf wm-fact)) (eq ?wf:id "/cx/identity")
              (modify ?wf (type STRING) (value ?identity))
              TRUE))

@@ -2,19 +2,21 @@
 ;
 ; EXECUTION-SUCCEEDED -> [SENSED-EFFECTS-WAIT ->] SENSED-EFFECTS-HOLD -> EFFECTS-APPLIED -> FINAL,
 ; and EXECUTION-FAILED -> FAILED, all before rules at salience 0 fire, except for the wait. The
-; first step decides which conditional effects apply, before a fact changes.
+; decision which conditional effects apply (domain-grounding.clp) comes before the first step, so that
+; no effect of the action changes a condition.
 ;
 ; A plan is matched by (id ?p&:(eq ?p ?plan)) instead of (id ?plan), with a new variable in each
 ; condition, so that CLIPS hashes the join by the goal alone. Two hashed variables would be slower,
 ; because ids that are numbered together share few buckets (docs/evidence/core.md).
 
 (deftemplate domain-fact-removal
-  "A negative effect, whose domain-fact is retracted before other rules fire."
+  "A negative effect: the key of the domain-fact (domain-atom-key) that is retracted before other
+   rules fire."
   (slot key) (multislot values))
 
 (deftemplate domain-numbers
-  "The number of changes of function values (revision), and the latest problem-function. The fact
-   exists if the domain has functions (domain-numbers.clp)."
+  "The number of changes of function values (revision), and the index of the newest problem-function.
+   The fact exists if the domain has functions (domain-numbers.clp)."
   (slot revision (default 0)) (slot newest (default 0)))
 
 (deftemplate domain-numbers-due
@@ -26,7 +28,8 @@
   (slot key) (multislot values) (slot type) (slot pending))
 
 (deffunction domain-effects-met
-  "The effects that are not conditional, or whose condition is satisfied."
+  "The effects (fact addresses of domain-effects) that are not conditional, or whose condition is
+   satisfied. ?conditional and ?met are names of effects."
   (?effects ?conditional ?met)
   (if (= (length$ ?conditional) 0) then (return ?effects))
   (bind ?applicable (create$))
@@ -36,13 +39,16 @@
       (bind ?applicable (create$ ?applicable ?effect))))
   (return ?applicable))
 
-(deffunction domain-effect-values (?effect ?action)
+(deffunction domain-effect-values
+  "The values of an effect's terms for an action; both are fact addresses."
+  (?effect ?action)
   (return (domain-ground-effect
     (fact-slot-value ?effect param-names) (fact-slot-value ?effect param-constants)
     (fact-slot-value ?action param-names) (fact-slot-value ?action param-values))))
 
 (deffunction domain-action-await-effects
-  "Assert the sensed effects as pending."
+  "Assert the sensed effects as pending, and let the action wait for them; without sensed effects,
+   the action has nothing to wait for."
   (?action ?effects)
   (progn$ (?effect ?effects)
     (assert (domain-pending-sensed-fact
@@ -56,19 +62,20 @@
 (deffunction domain-action-apply-effects
   "Apply the effects. A positive effect has precedence over a negative effect on the same atom."
   (?action ?effects)
-  (bind ?made (create$))
+  (bind ?asserted-keys (create$))
   (progn$ (?effect ?effects)
     (if (eq (fact-slot-value ?effect type) POSITIVE) then
       (bind ?name (fact-slot-value ?effect predicate))
       (bind ?values (domain-effect-values ?effect ?action))
-      (bind ?made (create$ ?made (domain-atom-key ?name ?values)))
+      (bind ?asserted-keys (create$ ?asserted-keys (domain-atom-key ?name ?values)))
       (assert (domain-fact (name ?name) (param-values ?values)))))
   (progn$ (?effect ?effects)
     (if (eq (fact-slot-value ?effect type) NEGATIVE) then
       (bind ?values (domain-effect-values ?effect ?action))
       (bind ?key (domain-atom-key (fact-slot-value ?effect predicate) ?values))
-      (if (not (member$ ?key ?made)) then
+      (if (not (member$ ?key ?asserted-keys)) then
         (assert (domain-fact-removal (key ?key) (values ?values))))))
+  ; the domain has functions
   (if (any-factp ((?n domain-numbers)) TRUE) then
     (assert (domain-numbers-due
       (operator (fact-slot-value ?action action-name)) (duration (fact-slot-value ?action duration))
@@ -76,6 +83,7 @@
   (modify ?action (state EFFECTS-APPLIED)))
 
 (defrule domain-effects-remove-fact
+  "FIRST: no rule fires between the positive and the negative effects of an action."
   (declare (salience ?*SALIENCE-FIRST*))
   ?removal <- (domain-fact-removal (key ?key) (values $?values))
   (domain-true-atom (key ?key) (values $?values) (fact ?fact))
@@ -83,6 +91,7 @@
   (retract ?removal ?fact))
 
 (defrule domain-effects-remove-no-fact
+  "The atom is false already."
   (declare (salience ?*SALIENCE-FIRST*))
   ?removal <- (domain-fact-removal (key ?key) (values $?values))
   (not (domain-true-atom (key ?key) (values $?values)))
@@ -90,6 +99,8 @@
   (retract ?removal))
 
 (defrule domain-effects-check-for-sensed
+  "The first step, for an operator without conditional effects. As in Fawkes, an action without goal or
+   plan stays EXECUTION-SUCCEEDED."
   (declare (salience ?*SALIENCE-DOMAIN-APPLY*))
   ?action <- (plan-action (state EXECUTION-SUCCEEDED) (action-name ?operator)
                           (goal-id ?goal) (plan-id ?plan))
@@ -100,6 +111,7 @@
   (domain-action-await-effects ?action ?effects))
 
 (defrule domain-effects-check-for-sensed-conditional
+  "The first step, for an operator with conditional effects."
   (declare (salience ?*SALIENCE-DOMAIN-APPLY*))
   ?action <- (plan-action (state EXECUTION-SUCCEEDED) (action-name ?operator)
                           (goal-id ?goal) (plan-id ?plan) (precondition ?id))
@@ -112,6 +124,7 @@
   (domain-action-await-effects ?action (domain-effects-met ?effects ?conditional ?met)))
 
 (defrule domain-effects-apply
+  "Apply the effects on predicates that are not sensed, for an operator without conditional effects."
   (declare (salience ?*SALIENCE-DOMAIN-APPLY*))
   ?action <- (plan-action (state SENSED-EFFECTS-HOLD) (action-name ?operator)
                           (goal-id ?goal) (plan-id ?plan))
@@ -122,6 +135,7 @@
   (domain-action-apply-effects ?action ?effects))
 
 (defrule domain-effects-apply-conditional
+  "The same for an operator with conditional effects."
   (declare (salience ?*SALIENCE-DOMAIN-APPLY*))
   ?action <- (plan-action (state SENSED-EFFECTS-HOLD) (action-name ?operator)
                           (goal-id ?goal) (plan-id ?plan) (precondition ?id))
@@ -163,6 +177,7 @@
   (modify ?action (state SENSED-EFFECTS-HOLD)))
 
 (defrule domain-effect-wait-sensed-done
+  "All sensed effects of the action have been observed."
   (declare (salience ?*SALIENCE-DOMAIN-APPLY*))
   ?action <- (plan-action (state SENSED-EFFECTS-WAIT)
                           (id ?id) (plan-id ?plan) (goal-id ?goal))

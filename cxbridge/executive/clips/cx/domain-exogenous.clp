@@ -5,14 +5,15 @@
 
 (deffunction remove-precondition
   "Remove a pddl-predicate or pddl-formula (a fact) from its condition, with each negation, atom
-   and disjunction that becomes empty. A condition that becomes empty is replaced by one that
-   is always satisfied."
+   and disjunction that becomes empty. An empty conjunction replaces a condition of which nothing is
+   left, and is always satisfied."
   (?precond-fact)
   (bind ?id (fact-slot-value ?precond-fact id))
   (bind ?part-of (fact-slot-value ?precond-fact part-of))
   (bind ?parent FALSE)
   (do-for-fact ((?f pddl-formula)) (eq ?f:id ?part-of) (bind ?parent ?f))
   (retract ?precond-fact)
+  ; the fact was the root of the condition
   (if (not ?parent) then
     (assert (pddl-formula (id ?id) (part-of ?part-of) (type conjunction)))
     (return))
@@ -22,8 +23,8 @@
     (remove-precondition ?parent)))
 
 (defrule domain-remove-precond-on-sensed-nonval-effect-of-exog-action
-  "An effect of an exogenous action may occur before the action is selected, so its precondition
-   does not require the opposite."
+  "A sensed effect of an exogenous action may occur before the plan reaches the action. Therefore the
+   precondition must not depend on the atom of the effect."
   (domain-operator (name ?operator) (exogenous TRUE))
   (domain-effect (part-of ?operator) (predicate ?predicate)
                  (param-names $?names) (param-constants $?constants))
@@ -35,7 +36,8 @@
   (remove-precondition ?atom))
 
 (deftemplate domain-exogenous-value
-  "A disjunction of the values that the precondition of an exogenous operator accepts."
+  "A disjunction of the values that the precondition of an exogenous operator accepts; marks that the
+   precondition was replaced already."
   (slot formula))
 
 (deffunction domain-term-equal
@@ -65,20 +67,21 @@
                  (param-names $?names) (param-constants $?constants))
   (domain-predicate (name ?predicate) (sensed TRUE) (value-predicate TRUE))
   ?atom <- (pddl-predicate (predicate ?predicate) (id ?id) (part-of ?parent)
-                           (param-names $?its-names) (param-constants $?its-constants))
+                           (param-names $?atom-names) (param-constants $?atom-constants))
   (pddl-formula-node (id ?id) (root ?operator))
   (not (domain-exogenous-value (formula ?parent)))
-  (test (domain-is-other-value ?names ?constants ?its-names ?its-constants))
+  (test (domain-is-other-value ?names ?constants ?atom-names ?atom-constants))
   =>
   (if (domain-is-formula-negative ?parent) then (return))
+  ; the disjunction takes the id of the atom, whose id gets the suffix 1; the alternatives get 2, 3 ...
   (assert (domain-exogenous-value (formula ?id)))
   (assert (pddl-formula (id ?id) (part-of ?parent) (type disjunction)))
   (modify ?atom (id (sym-cat ?id 1)) (part-of ?id))
-  (bind ?alternatives 1)
+  (bind ?count 1)
   (do-for-all-facts ((?e domain-effect))
       (and (eq ?e:part-of ?operator) (eq ?e:predicate ?predicate) (eq ?e:type POSITIVE)
-           (domain-is-other-value ?e:param-names ?e:param-constants ?its-names ?its-constants))
-    (bind ?alternatives (+ ?alternatives 1))
-    (assert (pddl-predicate (id (sym-cat ?id ?alternatives)) (part-of ?id)
+           (domain-is-other-value ?e:param-names ?e:param-constants ?atom-names ?atom-constants))
+    (bind ?count (+ ?count 1))
+    (assert (pddl-predicate (id (sym-cat ?id ?count)) (part-of ?id)
       (predicate ?predicate) (param-names ?e:param-names)
       (param-constants ?e:param-constants)))))

@@ -7,7 +7,8 @@
 ;   domain-grounding.clp  grounded preconditions of plan-actions, and their truth
 ;   domain-effects.clp    effects of successful actions
 ;   domain-exogenous.clp  preconditions of exogenous operators
-; They need plan.clp, goal.clp and saliences.clp.
+; They need plan.clp, goal.clp and saliences.clp. Templates, and rules and functions that do the same
+; as in Fawkes, have Fawkes' names (docs/evidence/core.md).
 ;
 ; The work after the change of a fact depends only on the facts that refer to it, not on the number
 ; of goals, plans and facts.
@@ -25,11 +26,12 @@
 (deftemplate domain-predicate
   "The declaration of a predicate."
   (slot name (default ?NONE) (type SYMBOL))
-  ; the arguments
+  ; the names and types of the parameters, in the same order
   (multislot param-names (type SYMBOL)) (multislot param-types (type SYMBOL))
-  ; sensed: observers of the world change the facts, not the effects of actions
+  ; sensed: only observations of the world change the facts of the predicate; an action that has such
+  ; an effect does not apply the effect, but may wait for its observation
   (slot sensed (default FALSE) (type SYMBOL) (allowed-values TRUE FALSE))
-  ; value predicate: a partial function, the last argument is the value of the others
+  ; value predicate: a partial function, whose value for the other arguments is the last argument
   (slot value-predicate (default FALSE) (type SYMBOL) (allowed-values TRUE FALSE)))
 
 (deftemplate domain-fact
@@ -37,14 +39,14 @@
   (slot name (default ?NONE) (type SYMBOL)) (multislot param-values))
 
 (deftemplate domain-pending-sensed-fact
-  "An effect on a sensed predicate for which an action waits."
+  "An effect on a sensed predicate, until the effect is observed or its action is retracted."
   (slot name (default ?NONE) (type SYMBOL)) (multislot param-values)
   (slot type (default POSITIVE) (type SYMBOL) (allowed-values POSITIVE NEGATIVE))
-  ; the waiting action
+  ; the action that has the effect
   (slot action-id (type INTEGER)) (slot plan-id (type SYMBOL)) (slot goal-id (type SYMBOL)))
 
 (deftemplate domain-operator
-  "An operator; its parameters' types, precondition and effects are facts of their own."
+  "An operator. Separate facts have the types of its parameters, its precondition and its effects."
   (slot name (type SYMBOL)) (multislot param-names)
   ; exogenous: another agent performs the action, and the plan expects it
   (slot exogenous (default FALSE) (type SYMBOL) (allowed-values TRUE FALSE))
@@ -61,12 +63,14 @@
   (slot part-of (type SYMBOL)) (slot name (default-dynamic (gensym*)) (type SYMBOL))
   (slot predicate (type SYMBOL))
   (slot type (default POSITIVE) (type SYMBOL) (allowed-values POSITIVE NEGATIVE))
-  ; a constant other than nil replaces the parameter at the same position
+  ; a constant other than nil replaces the parameter at the same position; without constants, all
+  ; names are parameters
   (multislot param-names (default)) (multislot param-constants (default))
+  ; a slot of Fawkes, without use here
   (multislot param-values (default)))
 
 (deftemplate domain-error
-  "An error in the domain, which is logged once and has no other effect."
+  "An error in the domain, which is logged and has no other effect."
   (slot error-type (type SYMBOL)) (slot error-msg (type STRING)))
 
 (deftemplate pddl-formula
@@ -106,7 +110,7 @@
 ; --- functions
 
 (deffunction domain-wipe
-  "Retract the domain and all its groundings."
+  "Retract the domain and all its groundings; rules retract the facts that are derived from these."
   ()
   (progn$ (?template (create$ domain-fact domain-object domain-object-type domain-predicate
                               domain-effect domain-operator domain-operator-parameter
@@ -115,8 +119,8 @@
     (delayed-do-for-all-facts ((?f ?template)) TRUE (retract ?f))))
 
 (deffunction domain-fact-args
-  "The arguments in the form of a world model key: args? name value name value ..., or ();
-   FALSE if the numbers of names and values differ."
+  "The arguments in the form of a world model key: args? name value name value ...; () without
+   arguments; FALSE and an error message if the numbers of names and values differ."
   (?param-names ?param-values)
   (if (<> (length$ ?param-names) (length$ ?param-values)) then
     (printout error "Domain fact arguments: " (length$ ?param-names) " names ("
@@ -130,7 +134,7 @@
   (return ?args))
 
 (deffunction domain-fact-key
-  "The world model key of a fact: its name and its arguments (domain-fact-args)."
+  "The world model key of a fact: its name and its arguments; FALSE as for domain-fact-args."
   (?name ?param-names ?param-values)
   (bind ?args (domain-fact-args ?param-names ?param-values))
   (if (eq ?args FALSE) then (return FALSE))
@@ -161,7 +165,7 @@
   (return ?values))
 
 (deffunction domain-check-grounding-match
-  "Whether a predicate has these values in a grounding."
+  "Whether the terms of a predicate have the values ?domain-values in a grounding."
   (?param-names ?domain-values ?predicate-constants ?grounded-params ?grounded-values)
   (return (eq ?domain-values
               (domain-build-ground-parameter-list
@@ -176,8 +180,8 @@
   (return (eq (nth$ 1 ?values) (nth$ 2 ?values))))
 
 (deffunction domain-ground-effect
-  "The values of an effect's terms: the constant, or else the value of the action's parameter,
-   or else the name of the term."
+  "The values of an effect's terms: the constant, or else the value of the action's parameter. A
+   name that is not a parameter of the action stays, as in Fawkes."
   (?effect-param-names ?effect-param-constants ?action-param-names ?action-param-values)
   (bind ?values (create$))
   (progn$ (?name ?effect-param-names)
@@ -189,7 +193,8 @@
   (return ?values))
 
 (deffunction domain-get-operator-for-pddl-predicate
-  "The operator whose precondition contains a formula; FALSE if there is none."
+  "The operator whose precondition contains a formula or predicate with the part-of ?part-of; FALSE
+   without such an operator."
   (?part-of)
   (do-for-fact ((?f pddl-formula)) (eq ?f:id ?part-of)
     (return (domain-get-operator-for-pddl-predicate ?f:part-of)))
@@ -197,39 +202,42 @@
     then ?part-of else FALSE)))
 
 (deffunction domain-is-formula-negative
-  "Whether an odd number of negations contains a formula, itself included."
-  (?precond-id)
-  (do-for-fact ((?f pddl-formula)) (eq ?f:id ?precond-id)
+  "Whether a formula is within an odd number of negations. The formula itself counts, too, if it is
+   a negation."
+  (?formula-id)
+  (do-for-fact ((?f pddl-formula)) (eq ?f:id ?formula-id)
     (return (neq (eq ?f:type negation) (domain-is-formula-negative ?f:part-of))))
   (return FALSE))
 
 (deffunction domain-is-precond-negative
-  "The former name of domain-is-formula-negative."
-  (?precond-name)
-  (return (domain-is-formula-negative ?precond-name)))
+  "The former name of domain-is-formula-negative, which Fawkes has kept for agents."
+  (?formula-id)
+  (return (domain-is-formula-negative ?formula-id)))
 
 (deffunction intersect
   "The elements of the first list that are also in the second list, in the order of the first."
-  (?s1 ?s2)
-  (bind ?both (create$))
-  (progn$ (?element ?s1)
-    (if (member$ ?element ?s2) then (bind ?both (create$ ?both ?element))))
-  (return ?both))
+  (?first ?second)
+  (bind ?common (create$))
+  (progn$ (?element ?first)
+    (if (member$ ?element ?second) then (bind ?common (create$ ?common ?element))))
+  (return ?common))
 
 ; --- types of objects
 
 (defrule domain-add-type-object
+  "The type object, from which all types descend, needs no declaration."
   (not (domain-object-type (name object)))
   =>
   (assert (domain-object-type (name object))))
 
 (defrule domain-translate-obj-slot-type-to-ordered-fact
-  "Assert ordered facts for the types of an object, with their super-types."
+  "Note the declared type of an object as a type to which the object belongs."
   (domain-object (type ?type) (name ?object))
   =>
   (assert (domain-obj-is-of-type ?object ?type)))
 
 (defrule domain-get-transitive-types
+  "An object of a type also belongs to the super-type. The type object has no super-type."
   (domain-obj-is-of-type ?object ?type&~object)
   (domain-object-type (name ?type) (super-type ?super))
   =>
@@ -237,8 +245,10 @@
 
 ; --- errors
 
-(deffunction domain-report (?type $?message)
-  (assert (domain-error (error-type ?type) (error-msg (str-cat (expand$ ?message))))))
+(deffunction domain-report
+  "Assert a domain-error, whose message is the concatenation of ?message-parts."
+  (?type $?message-parts)
+  (assert (domain-error (error-type ?type) (error-msg (str-cat (expand$ ?message-parts))))))
 
 (defrule domain-print-error
   (domain-error (error-msg ?message) (error-type ?type))
@@ -253,6 +263,7 @@
     "Type " ?type " of object " ?object " does not exist."))
 
 (defrule domain-check-super-type-exists
+  "The super-type object needs no declaration."
   (domain-object-type (super-type ?super&~object) (name ?type))
   (not (domain-object-type (name ?super)))
   =>
@@ -266,6 +277,7 @@
   (domain-report operator-of-action-does-not-exist
     "Operator of action " ?operator " does not exist"))
 
+; "prediacte" is Fawkes' spelling, which agents may use to watch the rule
 (defrule domain-check-pddl-predicate-has-domain-prediacte
   (pddl-predicate (predicate nil) (id ?id))
   =>
@@ -273,6 +285,8 @@
     "pddl-predicate " ?id " must have a predicate"))
 
 (defrule domain-check-effects-on-value-predicates-must-occur-in-pairs
+  "An effect that sets the value for some arguments must come with an effect that removes the former
+   value for the same arguments, and vice versa. The last argument is the value."
   (domain-effect (part-of ?operator) (predicate ?predicate) (name ?name)
                  (type ?type) (param-names $?args ?))
   (domain-predicate (value-predicate TRUE) (name ?predicate))

@@ -1,4 +1,5 @@
-;;; A spec in one file, to try skills by hand: loads the files that exectest.clp needs.
+;;; A spec in one file, to try skills by hand: loads exectest.clp with the files that it needs, after the
+;;; feature skills. The rule has Fawkes' name.
 
 (defrule spec-init
   (executive-init)

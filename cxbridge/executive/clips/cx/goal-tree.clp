@@ -5,27 +5,28 @@
 ;;;     (assert (goal (class PICK)))
 ;;;     (goal-tree-assert-retry PLACE-AGAIN 3 (assert (goal (class PLACE)))))
 
-(deffunction goal-tree-update-child (?f ?parent-id ?priority)
+(deffunction goal-tree-update-child (?goal ?parent-id ?priority)
   "Set the parent and the priority of a goal. A goal without an id gets <class>-genN."
-  (bind ?id (fact-slot-value ?f id))
+  (bind ?id (fact-slot-value ?goal id))
   (if (eq ?id nil) then
-    (bind ?id (sym-cat (fact-slot-value ?f class) - (gensym*))))
-  (cx-modify-goal ?f (id ?id) (parent ?parent-id) (priority ?priority)))
+    (bind ?id (sym-cat (fact-slot-value ?goal class) - (gensym*))))
+  (cx-modify-goal ?goal (id ?id) (parent ?parent-id) (priority ?priority)))
 
 (deffunction goal-tree-own-copies (?children)
   "The children, with a copy for each repetition. Equal goals without an id are one fact, but
-   a caller that lists the fact twice wants two goals."
-  (bind ?own (create$))
+   a caller that lists the fact twice wants two goals. Goals with an id are not copied."
+  (bind ?goals (create$))
   (progn$ (?child ?children)
     (bind ?goal ?child)
-    (if (and (member$ ?child ?own) (eq nil (fact-slot-value ?child id))) then
+    (if (and (member$ ?child ?goals) (eq nil (fact-slot-value ?child id))) then
       (bind ?goal (duplicate ?child (id (sym-cat (fact-slot-value ?child class) - (gensym*))))))
-    (bind ?own ?own ?goal))
-  ?own)
+    (bind ?goals ?goals ?goal))  ; bind makes a list of several values
+  ?goals)
 
 (deffunction goal-tree-assert (?prefix ?class ?sub-type ?params ?first-priority ?children)
-  "Assert the goal <prefix>-<class>-genN with its children, and return the goal. The first child
-   gets first-priority, each further child one less, but at least zero."
+  "Assert the goal <prefix>-<class>-genN, update its children, and return the goal. The first child
+   gets ?first-priority, each further child one less, but at least zero. So all children have the same
+   priority if ?first-priority is 0."
   (bind ?id (sym-cat ?prefix - ?class - (gensym*)))
   (bind ?goal
     (assert (goal (id ?id) (class ?class) (sub-type ?sub-type) (params ?params))))

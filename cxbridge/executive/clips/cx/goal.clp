@@ -58,7 +58,7 @@
   (cx-modify-goal ?goal (id (sym-cat ?class - (gensym*)))))
 
 (deffunction goal-param-positive (?params ?name)
-  "TRUE if the parameters are the name and a positive number."
+  "TRUE if the parameters are the name and a number above zero, and nothing else."
   (if (or (<> 2 (length$ ?params)) (neq ?name (nth$ 1 ?params))) then (return FALSE))
   (bind ?value (nth$ 2 ?params))
   (if (numberp ?value) then (> ?value 0) else FALSE))
@@ -70,17 +70,23 @@
   (printout error "Goal " ?id " (" ?class ") failed: " ?message " " (create$ ?code ?details) crlf))
 
 ;; ---- the retraction of goals and their plans
+;;
+;; (goal-tree-retract ID) requests the retraction of a goal with its descendants and all their plans,
+;; (goal-plan-retract GOAL-ID PLAN-ID) that of a plan with its actions. Leaves are retracted first.
+;; The parent nil means no parent, hence ?id&~nil; a goal may be its own parent, hence ?child&~?id.
 
 (deffunction goal-retract-goal-tree (?id)
   "Retract the goal, its descendants and all their plans, at once. For rules of users: the
    function searches all goals once for each level of the tree, and all plans once. The rules
    of the core assert (goal-tree-retract ID) instead."
+  ; nil would be the parent of all root goals
   (bind ?level (if (eq ?id nil) then (create$) else (create$ ?id)))
   (bind ?tree (create$))
   (while (> (length$ ?level) 0)
     (bind ?tree (create$ ?tree ?level))
     (bind ?below (create$))
     (do-for-all-facts ((?g goal)) (member$ ?g:parent ?level)
+      ; the parents may form a cycle
       (if (not (member$ ?g:id ?tree)) then (bind ?below (create$ ?below ?g:id))))
     (bind ?level ?below))
   (delayed-do-for-all-facts ((?action plan-action)) (member$ ?action:goal-id ?tree)
@@ -118,8 +124,9 @@
   =>
   (retract ?goal ?request))
 
-(defrule goal-tree-retract-ring
-  "No goal of a cycle is a leaf. After all leaves are gone, retract any goal of the cycle; the rest is a tree."
+(defrule goal-tree-retract-cycle
+  "No goal of a cycle of parents is a leaf. After all leaves are gone (FIRST-LATE), retract any goal of
+   the cycle; the other goals are a tree then."
   (declare (salience ?*SALIENCE-FIRST-LATE*))
   ?request <- (goal-tree-retract ?id)
   (goal-tree-retract ?child&~?id)
@@ -128,7 +135,7 @@
   =>
   (retract ?goal ?request))
 
-(defrule goal-tree-retract-nothing
+(defrule goal-tree-retract-without-goal
   "Another rule has retracted the goal."
   (declare (salience ?*SALIENCE-FIRST*))
   ?request <- (goal-tree-retract ?id)
@@ -137,7 +144,8 @@
   (retract ?request))
 
 (defrule goal-cleanup-plans
-  "Before other rules react to RETRACTED, because a goal that is tried again must have no old plan."
+  "Retract the plans of a RETRACTED goal before other rules react to its mode, because a goal that is
+   tried again must have no former plan."
   (declare (salience ?*SALIENCE-HIGH*))
   (confval (path "/clips-executive/automatic-goal-retraction") (type BOOL) (value TRUE))
   (goal (id ?id) (mode RETRACTED))
@@ -167,7 +175,8 @@
   =>
   (retract ?action))
 
-(defrule goal-plan-retract-done
+(defrule goal-plan-retract-plan
+  "All actions of the plan are retracted."
   (declare (salience ?*SALIENCE-FIRST*))
   ?request <- (goal-plan-retract ?id ?plan-id)
   (not (plan-action (goal-id ?id) (plan-id ?plan-id)))
@@ -177,13 +186,16 @@
 
 ;; ---- meta facts: the data of an application about a goal, in a fact with a slot goal-id
 
-;; Internal: the fact address for goal.meta-fact. The check whether the fact of an address
-;; exists is cheap; the search for an index walks through all facts.
+;; Rules that keep goals and meta facts consistent have the salience HIGH, so that rules at salience 0
+;; see consistent data.
+
 (deftemplate goal-meta-link
+  "Internal. The fact address for the index goal.meta-fact; FALSE without such a fact. The check whether
+   the fact of an address exists is cheap, but the search for an index walks through all facts."
   (slot goal-id) (slot index) (slot fact))
 
 (deffunction goal-meta-template-known (?template)
-  "TRUE if the template exists (FALSE for nil)."
+  "TRUE if the template exists; FALSE for nil."
   (and (neq ?template nil)
        (neq FALSE (member$ ?template (get-deftemplate-list)))))
 
@@ -218,7 +230,7 @@
   (printout error "Goal " ?id " uses meta fact '" ?template "' without slot 'goal-id'" crlf))
 
 (defrule goal-meta-fact-init-fact-id
-  "The goal has a fact of the template already."
+  "The goal has a fact of its template already: refer to the fact."
   (declare (salience ?*SALIENCE-HIGH*))
   ?goal <- (goal (id ?id) (meta-fact 0) (meta-template ?template&~nil))
   (test (and (goal-meta-template-usable ?template) (> (goal-meta-find ?template ?id) 0)))
@@ -226,7 +238,7 @@
   (cx-modify-goal ?goal (meta-fact (goal-meta-find ?template ?id))))
 
 (defrule goal-assert-default-meta
-  "The goal has no fact of the template: assert one with defaults."
+  "The goal has no fact of its template: assert a fact with defaults."
   (declare (salience ?*SALIENCE-HIGH*))
   ?goal <- (goal (id ?id) (meta-fact 0) (mode FORMULATED) (verbosity ?verbosity)
                  (meta-template ?template&~nil))
@@ -273,7 +285,7 @@
   (modify ?fact (goal-id ?id)))
 
 (defrule goal-meta-ambiguous-meta-facts
-  "Checked once for each link between a goal and a fact."
+  "A goal has several facts of one template. Reported once for each link between a goal and a fact."
   (declare (salience ?*SALIENCE-HIGH*))
   (goal-meta-link (goal-id ?id) (fact ?fact&~FALSE))
   (test (and (fact-existp ?fact)
@@ -283,7 +295,8 @@
   (printout error "Goal " ?id " has ambiguous meta facts" crlf))
 
 (defrule goal-meta-fact-update
-  "The fact is gone. If it was modified, the goal gets the newer fact."
+  "The fact is gone. If a rule of the agent has modified the fact, which makes a new fact, the goal
+   refers to the new fact."
   (declare (salience ?*SALIENCE-HIGH*))
   (goal-meta-link (goal-id ?id) (index ?index) (fact ?fact))
   ?goal <- (goal (id ?id) (meta-fact ?index) (meta-template ?template&~nil))

@@ -5,7 +5,7 @@
 ;;;   (executive-init-stage)  STAGE-1 -> STAGE-2 -> STAGE-3, or FAILED
 ;;;   (executive-initialized) all requests of all stages are COMPLETED
 ;;;
-;;; The states of a request:
+;;; Rules, templates and globals have Fawkes' names. The states of a request:
 ;;;   PENDING -> FEATURE-REQUESTED -> FEATURE-DONE -> [WAIT-FOR ->] COMPLETED, or ERROR
 
 (defglobal
@@ -20,7 +20,8 @@
   ?*CX-USER-INIT-OFFSET* = 10)
 
 (deffunction cx-stage2-files ()
-  "The files of the core; after each file the files that continue it."
+  "The files of the core. The global keeps Fawkes' value; the files into which the core has split some
+   of Fawkes' files follow these."
   (bind ?files (create$))
   (progn$ (?file ?*CX-STAGE2-FILES*)
     (bind ?files (create$ ?files ?file))
@@ -36,7 +37,7 @@
 
 (deftemplate executive-init-request "A feature to request and files to load."
   (slot stage (type SYMBOL))
-  (slot name               ; the feature, or any text without a feature
+  (slot name               ; the feature; any name if the slot feature is FALSE
     (type SYMBOL))
   (slot order              ; in the stage: begins when all smaller ones are COMPLETED
     (type INTEGER))
@@ -81,7 +82,8 @@
   (cx-debug-unwatch rules (expand$ ?rules)))
 
 (deffunction cx-debug-check-unwatched (?item ?kind ?known)
-  "Log the configured names that no file has defined."
+  "Log the configured names that no file has defined. ?item is a watch item, ?kind the type of its
+   constructs, ?known their names."
   (do-for-fact ((?conf confval))
       (and (eq ?conf:path (str-cat "/clips-executive/debug/unwatch-" ?item)) (eq ?conf:is-list TRUE))
     (progn$ (?name ?conf:list-value)
@@ -101,6 +103,7 @@
   (declare (salience ?*SALIENCE-INIT*))
   (executive-init)
   (confval (path "/clips-executive/debug/enable") (type BOOL) (value TRUE))
+  ; without a spec the executive does not start (executive-init-start)
   (confval (path "/clips-executive/spec") (type STRING))
   =>
   (printout t "CLIPS debugging enabled, watching facts and rules" crlf)
@@ -130,8 +133,8 @@
   (bind ?begin (+ 1 (str-length ?prefix)))
   (bind ?indexes (create$))
   (do-for-all-facts ((?conf confval)) (str-prefix ?prefix ?conf:path)
-    (bind ?rest (sub-string ?begin (str-length ?conf:path) ?conf:path))
-    (bind ?index (string-to-field (nth$ 1 (str-split ?rest "/"))))
+    (bind ?relative-path (sub-string ?begin (str-length ?conf:path) ?conf:path))
+    (bind ?index (string-to-field (nth$ 1 (str-split ?relative-path "/"))))
     (if (not (integerp ?index)) then
       (printout error "Init entry " ?conf:path " has no number after " ?prefix ", ignoring it" crlf)
      else
@@ -149,6 +152,7 @@
   "All files of an entry: the value of file, then the list files."
   (bind ?files (create$))
   (bind ?file (cx-init-entry-value (str-cat ?entry "file") nil))
+  ; create$ and expand$ because the value is a list if the configuration has a list for file by mistake
   (if (neq ?file nil) then (bind ?files (create$ (str-cat (expand$ (create$ ?file))))))
   (bind ?list (cx-init-entry-value (str-cat ?entry "files") (create$)))
   (if (multifieldp ?list) then (return (create$ ?files ?list)))
@@ -156,7 +160,7 @@
   ?files)
 
 (deffunction cx-assert-init-requests (?spec ?stage ?feature-default)
-  "One request for each configured entry of the stage."
+  "Assert a request for each configured entry of the stage."
   (progn$ (?index (cx-init-indexes ?spec (lowcase ?stage)))
     (bind ?entry (str-cat (cx-init-prefix ?spec ?stage) ?index "/"))
     (bind ?order (+ ?index-index ?*CX-USER-INIT-OFFSET*))
@@ -250,13 +254,13 @@
   (modify ?request (state FEATURE-DONE)))
 
 (deffunction cx-init-load (?file)
-  "Load a file, or execute its commands if the name starts with BATCH| or BATCH*|.
-   After a failure, log an error and assert a path-info fact."
+  "Load a file, or execute its commands if the name starts with BATCH| or BATCH*|. Another prefix before
+   a bar is dropped, as in Fawkes. The functions called log errors, and assert a path-info fact."
   (bind ?bar (str-index "|" ?file))
   (if (not ?bar) then (return (path-load ?file)))
-  (bind ?how (sub-string 1 (- ?bar 1) ?file))
+  (bind ?mode (sub-string 1 (- ?bar 1) ?file))
   (bind ?name (sub-string (+ ?bar 1) (str-length ?file) ?file))
-  (if (or (eq ?how "BATCH") (eq ?how "BATCH*"))
+  (if (or (eq ?mode "BATCH") (eq ?mode "BATCH*"))
    then (path-batch* ?name)
    else (path-load ?name)))
 

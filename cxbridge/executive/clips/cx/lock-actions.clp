@@ -1,9 +1,9 @@
 ; Executors of the actions lock and unlock (parameter `name`: a mutex),
 ; flush-locks and expire-locks (no parameters).
 ;
-; Needs plan.clp, coordination-mutex.clp.
+; Needs plan.clp, coordination-mutex.clp. The rules have Fawkes' names.
 
-(deffunction lock-action-release-mutex (?mutex)
+(deffunction lock-action-reset-mutex (?mutex)
   "Internal. Reset the mutex after the response to the request of an action."
   (modify ?mutex (request NONE) (response NONE) (error-msg ""))
 )
@@ -31,7 +31,7 @@
   ?mutex <- (mutex (name ?m&:(eq ?m (plan-action-arg name ?names ?values)))
                    (request LOCK) (response ACQUIRED))
   =>
-  (lock-action-release-mutex ?mutex)
+  (lock-action-reset-mutex ?mutex)
   (modify ?action (state EXECUTION-SUCCEEDED))
 )
 
@@ -41,11 +41,11 @@
   ?mutex <- (mutex (name ?m&:(eq ?m (plan-action-arg name ?names ?values)))
                    (request LOCK) (response REJECTED|ERROR) (error-msg ?message))
   =>
-  (lock-action-release-mutex ?mutex)
+  (lock-action-reset-mutex ?mutex)
   (modify ?action (state EXECUTION-FAILED) (error-msg ?message))
 )
 
-; *** unlock ***
+; *** unlock: the action stays RUNNING if the request fails, as in Fawkes ***
 
 (defrule lock-actions-unlock-start
   ?action <- (plan-action (action-name unlock) (state PENDING) (executable TRUE)
@@ -61,7 +61,7 @@
   ?mutex <- (mutex (name ?m&:(eq ?m (plan-action-arg name ?names ?values)))
                    (state OPEN) (request UNLOCK))
   =>
-  (lock-action-release-mutex ?mutex)
+  (lock-action-reset-mutex ?mutex)
   (modify ?action (state EXECUTION-SUCCEEDED))
 )
 

@@ -2,9 +2,10 @@
 ; the planner, waits until both have writers, and loads pddl.clp. For STAGE-3, with
 ; wait-for pddl-planner-initialized.
 ;
-; Needs the features blackboard and robot_memory.
+; Needs the features blackboard and robot_memory. The rules have Fawkes' names.
 
 (defglobal
+  ; the collection from which problems are generated
   ?*PDDL-ROBMEM-COLLECTION* = "robmem.clipswm"
   ?*PDDL-INIT-CONTROL-RETRY-INTERVAL-SEC* = 1
 )
@@ -22,7 +23,7 @@
 
 (deffunction pddl-robmem-flush ()
   "Remove all documents of the collection from which problems are generated."
-  (bind ?everything (bson-create))
+  (bind ?everything (bson-create))  ; an empty query matches all documents
   (robmem-remove ?*PDDL-ROBMEM-COLLECTION* ?everything)
   (bson-destroy ?everything)
 )
@@ -38,6 +39,7 @@
 )
 
 (defrule pddl-init-update-blackboard-info
+  "Assert blackboard-interface-info facts again after a time, while a writer is awaited."
   ?control <- (pddl-init-control (has-writer FALSE) (last-try $?last))
   (time $?now&:(timeout ?now ?last ?*PDDL-INIT-CONTROL-RETRY-INTERVAL-SEC*))
   =>
@@ -66,6 +68,7 @@
 )
 
 (defrule pddl-init-pddl-interface
+  "Both interfaces have writers: load the rules of planning, and report that planning is ready."
   (registered-trigger "robmem.pddl-plan" ?)
   ?planner <- (pddl-init-control (interface-id "pddl-planner") (has-writer TRUE))
   ?generator <- (pddl-init-control (interface-id "pddl-gen") (has-writer TRUE))

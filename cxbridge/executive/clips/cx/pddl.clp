@@ -2,7 +2,8 @@
 ; requests a problem, generated from the robot memory, and then the planner. The
 ; plan arrives in the robot memory, in the collection robmem.pddl-plan.
 ;
-; Loaded by pddl-init.clp. Needs goal.clp, plan.clp and the feature robot_memory.
+; Loaded by pddl-init.clp. Needs goal.clp, plan.clp and the feature robot_memory. All rules except
+; pddl-fetch-plan have Fawkes' names.
 
 (deftemplate pddl-plan
   "A requested plan, until the goal is expanded, fails, or leaves the mode
@@ -105,18 +106,19 @@
 
 (deffunction pddl-is-plan (?doc ?prefix)
   "Internal. TRUE if each action in the document of a plan has a name and arguments.
-   bson-get-array returns a list with FALSE for a value that is not a list."
-  (bind ?fine TRUE)
+   The fields of the plan are below ?prefix. bson-get-array returns a list with FALSE
+   for a value that is not a list."
+  (bind ?is-plan TRUE)
   (progn$ (?action (bson-get-array ?doc (str-cat ?prefix "actions")))
     (if (external-addressp ?action) then
       (if (or (not (stringp (bson-get ?action "name")))
               (member$ FALSE (bson-get-array ?action "args"))) then
-        (bind ?fine FALSE))
+        (bind ?is-plan FALSE))
       (bson-destroy ?action)
      else
-      (bind ?fine FALSE))
+      (bind ?is-plan FALSE))
   )
-  (return ?fine)
+  (return ?is-plan)
 )
 
 (deffunction pddl-refuse-plan (?plan ?goal)
@@ -152,12 +154,14 @@
 )
 
 (deffunction pddl-event-has-plan (?event)
-  "Internal. TRUE if the changed document has a plan; documents also report missing plans."
+  "Internal. TRUE if the document in the event has a plan. Documents with plan 0 report that
+   the planner found no plan."
   (return (and (bson-has-field ?event "fullDocument.plan")
                (eq 1 (bson-get ?event "fullDocument.plan"))))
 )
 
 (defrule pddl-cleanup-trigger-no-plan
+  "Destroy the event of a document without a plan."
   ?event <- (robmem-trigger (name "new-plan") (ptr ?obj&:(not (pddl-event-has-plan ?obj))))
   =>
   (retract ?event)
@@ -165,7 +169,8 @@
 )
 
 (defrule pddl-expand-goal
-  "The event of the new plan arrives in the loop in which the planner has finished."
+  "The event of the new plan arrives in the loop in which the planner has finished. The
+   pddl-plan is matched twice: first for its goal, then for the message id in the event."
   (pddl-plan (goal-id ?goal-id) (status PLANNED))
   ?goal <- (goal (id ?goal-id) (mode SELECTED))
   (robmem-trigger (name "new-plan") (ptr ?obj&:(pddl-event-has-plan ?obj)))

@@ -1,8 +1,8 @@
 ; plan.clp - plans and their actions
 ;
-; A plan is a set of actions which together achieve a goal. The state of an action is driven
-; by action selection (FORMULATED to PENDING), by an executor (up to EXECUTION-SUCCEEDED or
-; EXECUTION-FAILED), and by domain.clp (from there to FINAL or FAILED).
+; A plan is a set of actions which together achieve a goal. Action selection changes the state of an
+; action from FORMULATED to PENDING, an executor up to EXECUTION-SUCCEEDED or EXECUTION-FAILED, and
+; domain-effects.clp from there to FINAL or FAILED.
 
 (deftemplate plan
   "A way to achieve a goal; the goal's committed-to names the plan that is executed."
@@ -10,7 +10,7 @@
   ; how actions are selected: SEQUENTIAL or TEMPORAL; nil: no rule selects actions
   (slot type (type SYMBOL))
   (slot cost (type FLOAT))
-  ; when execution began: seconds and microseconds, (0 0) before
+  ; when the execution of a TEMPORAL plan began, in seconds and microseconds; 0 0 before
   (multislot start-time (default 0 0) (type INTEGER) (cardinality 2 2))
   ; no further action of a suspended plan is selected
   (slot suspended (default FALSE) (type SYMBOL) (allowed-values TRUE FALSE))
@@ -22,9 +22,9 @@
   (slot id (type INTEGER)) (slot plan-id (type SYMBOL)) (slot goal-id (type SYMBOL))
   ; the operator, and the names and values of its arguments
   (slot action-name (type SYMBOL)) (multislot param-names) (multislot param-values)
-  ; in seconds: the planned duration, and the dispatch time after the start of the plan
+  ; in seconds: the planned duration, and the dispatch time after the start of a TEMPORAL plan
   (slot duration (type FLOAT)) (slot dispatch-time (default -1.0) (type FLOAT))
-  ; the states in their order; after EXECUTION-FAILED follows FAILED instead of FINAL
+  ; the states in their order; FAILED follows EXECUTION-FAILED
   (slot state (type SYMBOL)
     (allowed-values
       FORMULATED PENDING WAITING RUNNING
@@ -40,7 +40,7 @@
   (slot error-msg (type STRING)))
 
 (deffunction plan-action-arg
-  "The value of a parameter; without such a parameter the default, or else FALSE."
+  "The value of a parameter. Without such a parameter the first of $?default; FALSE without a default."
   (?param-name ?param-names ?param-values $?default)
   (bind ?position (member$ ?param-name ?param-names))
   (if ?position then (return (nth$ ?position ?param-values)))
@@ -48,7 +48,7 @@
   (return (nth$ 1 ?default)))
 
 (deffunction plan-retract-all-for-goal
-  "Retract the plans of a goal together with their actions."
+  "Retract the plans of a goal together with their actions. Actions without a plan stay."
   (?goal-id)
   (bind ?plans (create$))
   (do-for-all-facts ((?p plan)) (eq ?p:goal-id ?goal-id)

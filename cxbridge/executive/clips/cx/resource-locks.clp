@@ -1,11 +1,12 @@
 ; Locks for the resources of goals: each resource is a mutex named resource-NAME.
 ;
-; A COMMITTED goal acquires all of its required-resources or none. Its
-; acquired-resources list the acquired resources, with all of which the goal may be
-; dispatched. If another robot or another goal has a resource, the goal is REJECTED.
-; Resources are released when the goal is RETRACTED, not earlier.
+; A COMMITTED goal acquires all of its required-resources, or is REJECTED if another
+; robot or another goal has one of them. The slot acquired-resources lists the resources
+; that the goal has acquired so far; the rules of goals dispatch a goal when the slot
+; lists all of them. A goal keeps its resources until it is RETRACTED.
 ;
-; Needs goal.clp, coordination-mutex.clp.
+; Needs goal.clp, coordination-mutex.clp. The rules that acquire, reject and release have
+; Fawkes' names.
 
 (deftemplate resource-request
   "A resource that the goal acquires or has acquired."
@@ -14,8 +15,9 @@
 )
 
 (deftemplate resource-need
-  "Internal. A goal, a resource that it requires, and the mutex of the resource, for
-   joins of rules, which cannot compute the name of the mutex."
+  "Internal. A goal, a resource that it requires, and the mutex of the resource. Rules
+   join this fact with mutexes, because CLIPS looks up a join on a field in a hash table,
+   but computes a name such as that of a mutex for each pair of facts."
   (slot goal (type SYMBOL))
   (slot resource (type SYMBOL))
   (slot mutex (type SYMBOL))
@@ -39,9 +41,10 @@
   (return (sym-cat (sub-string (+ ?prefix 1) (str-length ?mutex) ?mutex)))
 )
 
-; *** Notes ***
+; *** Internal facts for joins ***
+; The salience HIGH lets all of these facts exist before the rules below fire.
 
-(defrule resource-locks-note-need
+(defrule resource-locks-assert-need
   (declare (salience ?*SALIENCE-HIGH*))
   (goal (id ?goal) (required-resources $? ?resource $?))
   (not (resource-need (goal ?goal) (resource ?resource)))
@@ -50,7 +53,7 @@
                          (mutex (resource-to-mutex ?resource))))
 )
 
-(defrule resource-locks-forget-need
+(defrule resource-locks-retract-need
   (declare (salience ?*SALIENCE-HIGH*))
   ?need <- (resource-need (goal ?goal) (resource ?resource))
   (not (goal (id ?goal) (required-resources $? ?resource $?)))
@@ -58,7 +61,7 @@
   (retract ?need)
 )
 
-(defrule resource-locks-note-mutex
+(defrule resource-locks-assert-mutex
   (declare (salience ?*SALIENCE-HIGH*))
   (resource-request (resource ?resource))
   =>
@@ -116,7 +119,8 @@
 )
 
 (defrule resource-locks-fast-reject-goal-locked-for-another-goal
-  "Another goal has the resource, and this goal has no resources."
+  "Another goal has the resource, this goal has no resources, and no request for the lock
+   is pending."
   ?g <- (goal (id ?goal) (mode COMMITTED) (verbosity ?verbosity) (acquired-resources))
   (resource-need (goal ?goal) (resource ?resource) (mutex ?name))
   (resource-request (resource ?resource) (goal ?other&~?goal))

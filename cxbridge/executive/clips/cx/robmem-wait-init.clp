@@ -1,5 +1,6 @@
 ; Waits until both replica sets of the robot memory run. For STAGE-1, as
-; BATCH|robmem-wait-init.clp with wait-for robmem-initialized.
+; BATCH|robmem-wait-init.clp (a batch, because of the commands below) with wait-for
+; robmem-initialized. The rules have Fawkes' names.
 
 (blackboard-open-reading "MongoDBManagedReplicaSetInterface" "robot-memory-local")
 (blackboard-open-reading "MongoDBManagedReplicaSetInterface" "robot-memory-distributed")
@@ -27,7 +28,8 @@
 )
 
 (defrule robmem-wait-init-all-ok
-  "Assert the signal only once, because the waiting rule retracts a single signal."
+  "Assert the awaited signal only once (robmem-wait-init-finished), because the rule that
+   waits for the signal retracts a single signal."
   ?local <- (executive-init-signal (id robmem-initialized-local))
   ?distributed <- (executive-init-signal (id robmem-initialized-distributed))
   =>

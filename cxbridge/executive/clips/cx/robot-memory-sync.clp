@@ -1,6 +1,6 @@
 ; Copies the domain to the robot memory, for the PDDL problem generator: adds objects,
-; and adds and removes facts. The rules have a salience above 0, so that the copy is complete
-; before rules at salience 0 fire.
+; and adds and removes facts. The rules have Fawkes' names, and Fawkes' salience, which is
+; above 0, so that the copy is complete before rules at salience 0 fire.
 ;
 ; Needs domain.clp and the feature robot_memory.
 
@@ -13,10 +13,10 @@
 (deffunction robot-memory-sync-clean-domain-facts ()
   "Remove the domain-facts of earlier runs from the robot memory."
   (printout warn "Clearing domain facts from robot memory" crlf)
-  (bind ?facts (bson-create))
-  (bson-append ?facts "relation" domain-fact)
-  (robmem-remove "robmem.clipswm" ?facts)
-  (bson-destroy ?facts)
+  (bind ?query (bson-create))
+  (bson-append ?query "relation" domain-fact)
+  (robmem-remove "robmem.clipswm" ?query)
+  (bson-destroy ?query)
 )
 
 (deffunction robot-memory-sync-write (?fact)
@@ -43,6 +43,7 @@
 )
 
 (defrule robot-memory-sync-retract-fact
+  "The document has the relation domain-fact, and the slots of the former fact."
   (declare (salience 100))
   ?mapped <- (robot-memory-sync-mapped (name ?name) (param-values $?values))
   (not (domain-fact (name ?name) (param-values $?values)))

@@ -9,8 +9,8 @@
 )
 
 (deffunction rm-field-name (?slot)
-  "Internal. The field of a document for a slot. Only the first dash becomes an
-   underscore."
+  "Internal. The field of a document for a slot. As in Fawkes, only the first dash
+   becomes an underscore."
   (bind ?dash (str-index "-" ?slot))
   (if (not ?dash) then (return (str-cat ?slot)))
   (return (str-cat (sub-string 1 (- ?dash 1) ?slot) "_"
@@ -18,8 +18,8 @@
 )
 
 (deffunction rm-structured-fact-to-bson (?fact $?relation)
-  "A document with the slots of a fact, and ?relation or else its template as
-   `relation`. The caller destroys the document."
+  "A document with the slots of a fact. The field `relation` is the optional ?relation,
+   or else the fact's template. The caller destroys the document."
   (bind ?template (fact-relation ?fact))
   (bind ?doc (bson-create))
   (bson-append ?doc "relation" (if (= 0 (length$ ?relation))
@@ -43,13 +43,15 @@
 )
 
 (deffunction rm-has-slots (?relation)
-  "Internal. TRUE if the relation is a template with slots."
+  "Internal. TRUE if the relation is a template with slots. The template of ordered facts
+   has the only slot `implied`."
   (return (and (member$ ?relation (get-deftemplate-list MAIN))
                (neq (create$ implied) (create$ (deftemplate-slot-names ?relation)))))
 )
 
 (deffunction rm-slot-text (?template ?doc ?field)
-  "Internal. A slot as text in a fact; empty if the template has no such slot."
+  "Internal. The slot of a document's field as text in a fact; empty if the template has
+   no such slot."
   (bind ?slot (sym-cat ?field))
   (if (not (deftemplate-slot-existp ?template ?slot)) then (return ""))
   (if (not (deftemplate-slot-multip ?template ?slot)) then
@@ -82,7 +84,7 @@
 
 (defrule rm-cleanup-trigger-facts
   "Destroy an event that no rule has handled."
-  (declare (salience -4000))  ; after the rules that handle events
+  (declare (salience -4000))  ; Fawkes' salience, after the rules that handle events
   ?event <- (robmem-trigger (ptr ?doc))
   =>
   (bson-destroy ?doc)

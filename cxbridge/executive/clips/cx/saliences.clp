@@ -1,11 +1,13 @@
-;;; The saliences of all rules. A rule uses a name from this file instead of a number.
+;;; Fawkes' saliences, with their names, and FIRST-LATE, which is ours. The rules of the robot memory
+;;; have Fawkes' numbers instead.
 ;;;
 ;;; Saliences order whole areas, in one direction: first the facts of the world model
 ;;; become consistent (WM-...), then the domain model follows (DOMAIN-...), and only then
 ;;; do rules at salience 0 make decisions. Two rules that alternate use a fact as signal,
 ;;; not a salience.
 
-(defglobal  ; errors that are reported before other rules build on them; the retraction of goals
+(defglobal  ; reports of errors in goals; chains of rules that must end before any other rule fires:
+            ; the retraction of goal trees and of facts, and goals that change together
   ?*SALIENCE-FIRST* = 10000     ?*SALIENCE-FIRST-LATE* = 9900)
 
 (defglobal  ; the start: configuration, then the requests
@@ -19,8 +21,8 @@
   ?*SALIENCE-DOMAIN-GROUND* = 4200
   ?*SALIENCE-DOMAIN-CHECK* = 4100 ?*SALIENCE-DOMAIN-APPLY* = 4000)
 
-(defglobal  ; before and after rules at the default salience, which is 0
+(defglobal  ; before and after rules at the default salience, which is 0 (MODERATE: for rules of agents)
   ?*SALIENCE-HIGH* = 1000 ?*SALIENCE-MODERATE* = 500 ?*SALIENCE-LOW* = -1000)
 
-(defglobal  ; cleaning up at the end of a run
+(defglobal  ; clean-up after all other rules; for rules of agents
   ?*SALIENCE-LAST* = -10000)

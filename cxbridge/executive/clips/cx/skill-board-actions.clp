@@ -16,6 +16,7 @@
   (slot id (type INTEGER)))  ; of the skill-board-action
 
 (defrule skill-board-mapping-init
+  "Assert a mapping for each value below action-mapping."
   (confval (path "/clips-executive/spec") (type STRING) (value ?spec))
   (confval (type STRING)
            (path ?path&:(str-prefix (str-cat "/clips-executive/specs/" ?spec "/action-mapping/") ?path)))
@@ -30,8 +31,9 @@
                           (param-names $?params) (param-values $?values))
   (skill-board-mapping (name ?name))
   =>
-  (bind ?text (map-action-skill ?name ?params ?values))
-  (bind ?id (if (eq ?text "") then 0 else (skill-board-call ?text ?agent)))
+  (bind ?skill-string (map-action-skill ?name ?params ?values))
+  ; 0: no executor can be asked, or the action has no skill string
+  (bind ?id (if (eq ?skill-string "") then 0 else (skill-board-call ?skill-string ?agent)))
   (if (eq ?id 0)
    then
     (modify ?action (state EXECUTION-FAILED)
@@ -51,24 +53,24 @@
 
 (defrule skill-board-succeeded
   ?call <- (skill-board-call (goal-id ?goal) (plan-id ?plan) (action-id ?action-id) (id ?id))
-  ?done <- (skill-board-action (id ?id) (state SUCCEEDED))
+  ?board-action <- (skill-board-action (id ?id) (state SUCCEEDED))
   ?action <- (plan-action (goal-id ?goal) (plan-id ?plan) (id ?action-id) (state WAITING|RUNNING)
                           (action-name ?name))
   =>
   (printout t "Execution of " ?name " completed successfully" crlf)
   (modify ?action (state EXECUTION-SUCCEEDED))
-  (retract ?call ?done))
+  (retract ?call ?board-action))
 
 (defrule skill-board-failed
   ?call <- (skill-board-call (goal-id ?goal) (plan-id ?plan) (action-id ?action-id) (id ?id))
-  ?done <- (skill-board-action (id ?id) (state ?state&FAILED|CANCELLED) (error ?error))
+  ?board-action <- (skill-board-action (id ?id) (state ?state&FAILED|CANCELLED) (error ?error))
   ?action <- (plan-action (goal-id ?goal) (plan-id ?plan) (id ?action-id) (state WAITING|RUNNING)
                           (action-name ?name))
   =>
   (bind ?reason (if (eq ?error "") then (lowcase (str-cat ?state)) else ?error))
   (printout warn "Execution of " ?name " FAILED (" ?reason ")" crlf)
   (modify ?action (state EXECUTION-FAILED) (error-msg ?reason))
-  (retract ?call ?done))
+  (retract ?call ?board-action))
 
 (defrule skill-board-cancel-without-action
   "The action was retracted during its execution."
@@ -79,9 +81,10 @@
   (printout warn "Cancelling " ?skill ", the action does not exist any more" crlf)
   (skill-board-cancel ?id))
 
-(defrule skill-board-forget-without-action
+(defrule skill-board-retract-call-without-action
+  "The action was retracted, and its skill has ended."
   ?call <- (skill-board-call (goal-id ?goal) (plan-id ?plan) (action-id ?action-id) (id ?id))
-  ?done <- (skill-board-action (id ?id) (state SUCCEEDED|FAILED|CANCELLED))
+  ?board-action <- (skill-board-action (id ?id) (state SUCCEEDED|FAILED|CANCELLED))
   (not (plan-action (goal-id ?goal) (plan-id ?plan) (id ?action-id)))
   =>
-  (retract ?call ?done))
+  (retract ?call ?board-action))

@@ -1,5 +1,6 @@
 ;;; Plan actions that are executed by skills: all actions with a mapping in the
-;;; configuration of the spec (action-mapping). A skiller executes one at a time.
+;;; configuration of the spec (action-mapping). A skiller executes one action at a time. The rules have
+;;; Fawkes' names.
 ;;;
 ;;;   PENDING -> WAITING (called) -> RUNNING -> EXECUTION-SUCCEEDED or EXECUTION-FAILED
 
@@ -19,6 +20,7 @@
     (type STRING)))
 
 (defrule skill-action-init
+  "Assert a mapping for each value below action-mapping."
   (confval (path "/clips-executive/spec") (type STRING) (value ?spec))
   (confval (type STRING) (value ?template)
            (path ?path&:(str-prefix (str-cat "/clips-executive/specs/" ?spec "/action-mapping/") ?path)))
@@ -74,7 +76,9 @@
   (retract ?skill ?call))
 
 (defrule skill-action-failed-inactive-interface
-  "The skiller runs no skill, or (the second branch) another skill than the called one."
+  "The Skiller has become inactive without reporting the end of the skill. First branch: its interface
+   shows no skill while the action is RUNNING. Second branch: the interface has shown the skill itself
+   as S_INACTIVE, whatever the interface shows now. (\"SKillerInterface\" is Fawkes' spelling.)"
   ?call <- (skill-action-execinfo (goal-id ?goal) (plan-id ?plan) (action-id ?id) (skill-id ?skill-id)
                                   (skiller ?skiller))
   ?skill <- (skill (id ?skill-id) (status ?status))

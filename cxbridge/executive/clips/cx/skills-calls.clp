@@ -6,7 +6,8 @@
 ;;; follows the interface: S_IDLE (sent) -> S_RUNNING -> S_FINAL or S_FAILED. The calling
 ;;; rule retracts the fact. Other clients of the skiller count their messages in the same
 ;;; way, so a message id in the interface belongs to this agent only while no other client
-;;; has control. Without control the agent cannot follow its skills.
+;;; has control. Without control the agent cannot follow its skills. All rules except skill-stolen
+;;; have Fawkes' names.
 
 (defglobal
   ?*SKILL-INIT-TIMEOUT-SEC* = 5                    ; from the message to S_RUNNING
@@ -63,22 +64,22 @@
   (bind ?skiller (if (eq ?opt-skiller (create$)) then "Skiller" else (nth$ 1 ?opt-skiller)))
   (if (> (length$ ?opt-skiller) 1) then
     (printout warn "skill-call: ignore unexpected params " (rest$ ?opt-skiller) crlf))
-  (bind ?text (map-action-skill ?name ?param-names ?param-values))
-  (printout logwarn "sks='" ?text "'" crlf)
-  (if (eq ?text "") then
+  (bind ?skill-string (map-action-skill ?name ?param-names ?param-values))
+  (printout logwarn "sks='" ?skill-string "'" crlf)
+  (if (eq ?skill-string "") then
     (bind ?id (sym-cat ?name (gensym*)))
     (assert (skill (id ?id) (name (sym-cat ?name)) (skiller ?skiller) (status S_FAILED)
                    (start-time (now))
                    (error-msg (str-cat "Failed to convert action '" ?name "' to skill string"))))
     (return ?id))
   (bind ?message (skill-message ?skiller "ExecSkillMessage"))
-  (blackboard-set-msg-field ?message "skill_string" ?text)
-  (printout logwarn "Calling skill '" ?text "'" crlf)
+  (blackboard-set-msg-field ?message "skill_string" ?skill-string)
+  (printout logwarn "Calling skill '" ?skill-string "'" crlf)
   (bind ?msgid (blackboard-send-msg ?message))
   ;; message ids are unique for each skiller only
   (bind ?id (if (eq ?skiller "Skiller") then (sym-cat ?name - ?msgid)
                                         else (sym-cat ?name - ?skiller - ?msgid)))
-  (assert (skill (id ?id) (name (sym-cat ?name)) (skiller ?skiller) (skill-string ?text)
+  (assert (skill (id ?id) (name (sym-cat ?name)) (skiller ?skiller) (skill-string ?skill-string)
                  (msgid ?msgid) (start-time (now))
                  (status (if (eq ?msgid 0) then S_FAILED else S_IDLE))))
   ?id)
@@ -96,8 +97,9 @@
 
 (deffunction skill-fail-without-control (?skill ?controller)
   "Fail a call whose skiller is under the control of another client, or of none."
-  (bind ?who (if (eq ?controller "") then "nobody" else ?controller))
-  (bind ?error (str-cat "Lost exclusive control of " (fact-slot-value ?skill skiller) " to " ?who))
+  (bind ?controller-name (if (eq ?controller "") then "nobody" else ?controller))
+  (bind ?error (str-cat "Lost exclusive control of " (fact-slot-value ?skill skiller)
+                       " to " ?controller-name))
   (printout warn "Skill " (fact-slot-value ?skill name) " was "
                  (fact-slot-value ?skill status) ": " ?error ", assuming failure" crlf)
   (modify ?skill (status S_FAILED) (error-msg ?error)))
@@ -113,31 +115,33 @@
 
 (defrule skill-control-acquired
   ?control <- (skiller-control (skiller ?skiller) (acquired FALSE) (acquiring TRUE))
-  (blackboard-interface (type "SkillerInterface") (id ?skiller) (serial ?us))
-  (SkillerInterface (id ?skiller) (exclusive_controller ?us))
+  (blackboard-interface (type "SkillerInterface") (id ?skiller) (serial ?own-serial))
+  (SkillerInterface (id ?skiller) (exclusive_controller ?own-serial))
   =>
   (printout t "Acquired exclusive skiller control" crlf)
   (modify ?control (acquiring FALSE) (acquired TRUE)))
 
 (defrule skill-control-lost
   "A running skill continues, but the interface may show the skill of another client. So the
-   calls fail before a rule reads the status, and the agent requests control again. If no
-   client has control, a shown end of a call with the same skill string is that of the call."
+   calls fail before another rule reads the status (salience HIGH), and the agent requests control
+   again. If no client has control, the interface still shows the last skill: a call with the same
+   message id and skill string has ended, and skill-status-update reads how."
   (declare (salience ?*SALIENCE-HIGH*))
   ?control <- (skiller-control (skiller ?skiller) (acquired TRUE))
-  (blackboard-interface (type "SkillerInterface") (id ?skiller) (serial ?us))
-  (SkillerInterface (id ?skiller) (exclusive_controller ?other&~?us)
-                    (skill_string ?text) (msgid ?msgid) (status ?status))
+  (blackboard-interface (type "SkillerInterface") (id ?skiller) (serial ?own-serial))
+  (SkillerInterface (id ?skiller) (exclusive_controller ?controller&~?own-serial)
+                    (skill_string ?skill-string) (msgid ?msgid) (status ?status))
   =>
   (printout t "Lost exclusive skiller control" crlf)
   (modify ?control (acquired FALSE))
-  (bind ?ended (and (eq ?other "") (member$ ?status (create$ S_FINAL S_FAILED))))
+  (bind ?ended (and (eq ?controller "") (member$ ?status (create$ S_FINAL S_FAILED))))
   (do-for-all-facts ((?skill skill))
       (and (eq ?skill:skiller ?skiller) (member$ ?skill:status (create$ S_IDLE S_RUNNING))
-           (not (and ?ended (= ?skill:msgid ?msgid) (eq ?skill:skill-string ?text))))
-    (skill-fail-without-control ?skill ?other)))
+           (not (and ?ended (= ?skill:msgid ?msgid) (eq ?skill:skill-string ?skill-string))))
+    (skill-fail-without-control ?skill ?controller)))
 
 (defrule skill-control-release
+  "At the end of the program, with Fawkes' salience."
   (declare (salience ?*SALIENCE-HIGH*))
   (executive-finalize)
   ?control <- (skiller-control (skiller ?skiller) (acquired TRUE))
@@ -155,22 +159,22 @@
   "The interface shows the status of this call if it shows the id of its message, and no other
    client has control. A finished call keeps its status."
   ?skill <- (skill (name ?name) (msgid ?msgid) (skiller ?skiller) (status ?old&S_IDLE|S_RUNNING))
-  (blackboard-interface (type "SkillerInterface") (id ?skiller) (serial ?us))
+  (blackboard-interface (type "SkillerInterface") (id ?skiller) (serial ?own-serial))
   ?update <- (SkillerInterface (id ?skiller) (msgid ?msgid) (status ?new&~?old) (error ?error)
-                               (exclusive_controller ?us|""))
+                               (exclusive_controller ?own-serial|""))
   =>
   (printout t "Skill " ?name " is " ?new ", was: " ?old crlf)
   (modify ?skill (status ?new) (error-msg ?error))
-  (retract ?update))
+  (retract ?update))  ; as in Fawkes
 
 (defrule skill-stolen
   "Another client has taken control, so the agent cannot follow a skill that it called without control."
   ?skill <- (skill (skiller ?skiller) (status S_RUNNING))
   (not (skiller-control (skiller ?skiller) (acquired TRUE)))
-  (blackboard-interface (type "SkillerInterface") (id ?skiller) (serial ?us))
-  (SkillerInterface (id ?skiller) (exclusive_controller ?other&~?us&~""))
+  (blackboard-interface (type "SkillerInterface") (id ?skiller) (serial ?own-serial))
+  (SkillerInterface (id ?skiller) (exclusive_controller ?controller&~?own-serial&~""))
   =>
-  (skill-fail-without-control ?skill ?other))
+  (skill-fail-without-control ?skill ?controller))
 
 (defrule skill-start-timeout
   "The skiller has not started the skill in time."

@@ -2,8 +2,8 @@
 ;;; the agent below /config/agent.
 
 (deffunction wm-config-assert (?from ?to)
-  "Assert a wm-fact for each configured value below the path ?from/. In the id, ?to replaces
-   this path."
+  "Assert a wm-fact for each configured value below the path ?from. In the id, ?to replaces this
+   path."
   (bind ?begin (+ 1 (str-length ?from)))
   (do-for-all-facts ((?conf confval)) (str-prefix (str-cat ?from "/") ?conf:path)
     (assert (wm-fact (id (str-cat ?to (sub-string ?begin (str-length ?conf:path) ?conf:path)))

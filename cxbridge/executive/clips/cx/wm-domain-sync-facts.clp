@@ -8,7 +8,7 @@
   (slot wm-fact-id (type STRING))
   ; --- the path of the key to which the predicate is mapped
   (multislot root (type SYMBOL))
-  ; --- the domain-fact's parameter values, and the same as a text
+  ; --- the domain-fact's parameter values, and the same as a text (wm-sync-text)
   (multislot param-values)
   (slot text (type STRING))
   ; --- the value of the wm-fact at the last synchronisation
@@ -39,21 +39,24 @@
    the key names exactly these, or else in the order of the key. FALSE and an error
    message if the key has a list."
   (bind ?values (wm-sync-key-arg-values ?key))
-  (bind ?n (length$ ?param-names))
-  (bind ?given (length$ (wm-key-args ?key)))
-  (if (or (not (multifieldp ?values)) (< ?n 2) (<> ?given (+ 1 (* 2 ?n)))) then
+  (bind ?param-count (length$ ?param-names))
+  (bind ?arg-elements (length$ (wm-key-args ?key)))
+  ; Nothing to order: a list, fewer than two parameters, or not exactly one name and value for each
+  ; parameter after args?.
+  (if (or (not (multifieldp ?values)) (< ?param-count 2) (<> ?arg-elements (+ 1 (* 2 ?param-count)))) then
     (return ?values))
   (bind ?ordered (create$))
   (progn$ (?name ?param-names)
-    (bind ?l (wm-key-arg-idx ?key ?name))
-    (if (not ?l) then (return ?values))
-    (bind ?ordered (create$ ?ordered (nth$ (+ ?l 1) ?key)))
+    (bind ?name-idx (wm-key-arg-idx ?key ?name))
+    (if (not ?name-idx) then (return ?values))
+    (bind ?ordered (create$ ?ordered (nth$ (+ ?name-idx 1) ?key)))
   )
   (return ?ordered)
 )
 
 (deffunction wm-sync-note-wm-fact (?id ?key ?root ?name ?param-names)
-  "Internal. Assert that the wm-fact ?id corresponds to a fact of predicate ?name."
+  "Internal. Assert that the wm-fact ?id, with the path ?root in its key, corresponds to a
+   domain-fact of the predicate ?name."
   (bind ?values (wm-sync-key-param-values ?key ?param-names))
   (if (multifieldp ?values) then
     (assert (wm-sync-pair (domain-fact-name ?name) (wm-fact-id ?id) (root ?root)

@@ -2,8 +2,8 @@
 ;
 ; A wm-sync-object marks each object of the list, so that joins find the missing ones.
 ; Additions and removals are collected first, and the list is written once. A list that
-; differs from the wm-sync-object-list was changed by another rule, and the domain-objects
-; follow this list.
+; differs from the wm-sync-object-list was changed by a rule of the agent, and the
+; domain-objects follow the list of the wm-fact.
 ;
 ; Each modify makes CLIPS join the fact with all its matches again. So the modified facts
 ; of this file are not joined with all objects of a type; the rules join these with
@@ -66,6 +66,7 @@
 )
 
 (defrule wm-sync-domain-object-type-remapped-added
+  "Fawkes' salience: a remapped type gets its list before the other types."
   (declare (salience ?*SALIENCE-WM-SYNC-DEL*))
   (domain-object-type (name ?type))
   (wm-sync-remap-object-type (domain-object-type ?type) (wm-fact-key $?key))
@@ -145,9 +146,9 @@
       (and (eq ?type ?object:type) (not (member$ ?object:name ?names)))
     (retract ?object)
   )
-  (delayed-do-for-all-facts ((?noted wm-sync-object))
-      (and (eq ?type ?noted:type) (not (member$ ?noted:name ?names)))
-    (retract ?noted)
+  (delayed-do-for-all-facts ((?listed wm-sync-object))
+      (and (eq ?type ?listed:type) (not (member$ ?listed:name ?names)))
+    (retract ?listed)
   )
   (progn$ (?name ?names)
     (assert (domain-object (name ?name) (type ?type))

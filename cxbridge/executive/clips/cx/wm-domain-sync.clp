@@ -20,7 +20,8 @@
 ; Saliences: names are indexed at WM-IDKEY, facts are deleted at WM-SYNC-DEL and
 ; added at WM-SYNC-ADD.
 ;
-; Needs saliences.clp, domain.clp, worldmodel.clp.
+; Needs saliences.clp, domain.clp, worldmodel.clp. Templates, rules and functions that are not internal
+; have Fawkes' names.
 
 ; *** Templates of facts ***
 
@@ -98,6 +99,8 @@
 )
 
 ; *** Keys and parameters ***
+; The rules need only wm-sync-key-arg-values and wm-sync-remapped-path-match; the other functions are for
+; agents, as in Fawkes.
 
 (deffunction wm-sync-key-arg-values ($?key)
   "The argument values of a key in the order of the key; FALSE and an error message
@@ -105,10 +108,11 @@
   (bind ?mark (member$ args? ?key))
   (bind ?values (create$))
   (if ?mark then
-    (loop-for-count (?i 1 (div (- (length$ ?key) ?mark) 2)) do
-      (bind ?l (+ ?mark (* 2 ?i)))
-      (bind ?value (nth$ ?l ?key))
-      (if (and (eq ?value [) (< ?l (length$ ?key))) then
+    (loop-for-count (?pair 1 (div (- (length$ ?key) ?mark) 2)) do
+      (bind ?value-idx (+ ?mark (* 2 ?pair)))
+      (bind ?value (nth$ ?value-idx ?key))
+      ; as in Fawkes, an opening bracket at the end of the key is a plain value
+      (if (and (eq ?value [) (< ?value-idx (length$ ?key))) then
         (printout error "Domain predicates may not contain argument value list "
                         ?key crlf)
         (return FALSE))
@@ -117,15 +121,16 @@
 )
 
 (deffunction wm-sync-next-arg (?idx $?key)
-  "The index of the argument name after the one at ?idx; the first one if ?idx is 0.
-   Returns 0 at the end, and -1 and an error message if the first argument is a list."
-  (bind ?L (length$ ?key))
+  "The index of the argument name after the name at ?idx; that of the first name if
+   ?idx is 0. 0 at the end; -1 and an error message if the first argument is a list
+   (as in Fawkes, later arguments are not checked)."
+  (bind ?length (length$ ?key))
   (bind ?next (+ ?idx 2))
   (if (= ?idx 0) then
     (bind ?mark (member$ args? ?key))
     (if (not ?mark) then (return 0))
     (bind ?next (+ ?mark 1)))
-  (if (>= ?next ?L) then (return 0))
+  (if (>= ?next ?length) then (return 0))
   (if (and (= ?idx 0) (eq [ (nth$ (+ ?next 1) ?key))) then
     (printout error "Domain facts may not contain argument value list " ?key crlf)
     (return -1))
@@ -136,15 +141,15 @@
   "TRUE if the arguments of the key are the parameters with their values, in any
    order."
   (bind ?matched 0)
-  (bind ?l (wm-sync-next-arg 0 ?key))
-  (while (> ?l 0) do
-    (bind ?at (member$ (nth$ ?l ?key) ?param-names))
-    (if (or (not ?at) (neq (nth$ ?at ?param-values) (nth$ (+ ?l 1) ?key))) then
+  (bind ?name-idx (wm-sync-next-arg 0 ?key))
+  (while (> ?name-idx 0) do
+    (bind ?position (member$ (nth$ ?name-idx ?key) ?param-names))
+    (if (or (not ?position) (neq (nth$ ?position ?param-values) (nth$ (+ ?name-idx 1) ?key))) then
       (return FALSE))
     (bind ?matched (+ ?matched 1))
-    (bind ?l (wm-sync-next-arg ?l ?key))
+    (bind ?name-idx (wm-sync-next-arg ?name-idx ?key))
   )
-  (return (and (= ?l 0) (>= ?matched (length$ ?param-names))))
+  (return (and (= ?name-idx 0) (>= ?matched (length$ ?param-names))))
 )
 
 (deffunction wm-sync-remapped-path-match (?key ?key-path)
@@ -153,17 +158,18 @@
 )
 
 (deffunction wm-sync-remapped-pathargs-match (?key ?key-path ?param-names ?param-values)
-  "TRUE if the path and the arguments of the key match."
+  "TRUE if ?key-path is the path of the key, and the arguments match (wm-sync-args-match)."
   (return (and (wm-sync-remapped-path-match ?key ?key-path)
                (wm-sync-args-match ?key ?param-names ?param-values)))
 )
 
 ; *** Remapping from the configuration ***
-; Before the first addition, so that no fact is synchronised without its remapping.
+; The salience is above that of the first addition, so that no fact is synchronised without its remapping.
 
-(deffunction wm-sync-config-prefix (?spec ?what)
-  "Internal. The configuration path of a spec's remapping of ?what."
-  (return (str-cat "/clips-executive/specs/" ?spec "/wm-remap/" ?what "/"))
+(deffunction wm-sync-config-prefix (?spec ?section)
+  "Internal. The configuration path of a spec's remapping of ?section: facts, objects, or one of
+   these with a further path element."
+  (return (str-cat "/clips-executive/specs/" ?spec "/wm-remap/" ?section "/"))
 )
 
 (deffunction wm-sync-config-name (?path ?prefix)

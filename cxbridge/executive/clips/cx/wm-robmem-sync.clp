@@ -14,7 +14,9 @@
 ; than the last change of the fact, which its wm-robmem-sync-map-entry has even after
 ; the retraction of the fact.
 ;
-; Needs time.clp, worldmodel.clp and the feature robot_memory.
+; Needs time.clp, worldmodel.clp and the feature robot_memory. Rules and functions have
+; Fawkes' names, except internal functions, wm-robmem-sync-fact-modified-in-place and
+; wm-robmem-sync-content-cleanup.
 
 (defglobal
   ?*WM-ROBMEM-SYNC-COLLECTION* = "syncedrobmem.worldmodel"
@@ -78,6 +80,7 @@
 
 (deffunction wm-robmem-sync-note-entry (?id ?key ?idx ?time)
   "Internal. Store the index and the time of a change."
+  ; do-for-fact returns FALSE if there is no such fact
   (if (not (do-for-fact ((?entry wm-robmem-sync-map-entry)) (eq ?id ?entry:wm-fact-id)
              (modify ?entry (wm-fact-idx ?idx) (update-timestamp ?time))
              TRUE))
@@ -129,7 +132,10 @@
 )
 
 (deffunction wm-robmem-sync-fits (?type ?value)
-  "Internal. TRUE for a single value. FALSE may mean a missing field."
+  "Internal. TRUE if ?value, as bson-get returns it, is a single value of a wm-fact of the
+   ?type. bson-get returns FALSE for a missing field, so FALSE is a value of the type BOOL only."
+  ; an external address is a document or a list, which the receiver destroys; INVALID_VALUE_TYPE stands
+  ; for a value that CLIPS cannot have
   (if (external-addressp ?value) then (bson-destroy ?value) (return FALSE))
   (return (and (neq ?value INVALID_VALUE_TYPE) (or (neq ?value FALSE) (eq ?type BOOL))))
 )
@@ -147,10 +153,10 @@
                    (wm-robmem-sync-fits (sym-cat ?type)
                                         (bson-get ?doc (str-cat ?prefix "value"))))))
     (case TRUE then
-      (bind ?fine (bson-has-field ?doc (str-cat ?prefix "values")))
+      (bind ?is-fact (bson-has-field ?doc (str-cat ?prefix "values")))
       (progn$ (?value (bson-get-array ?doc (str-cat ?prefix "values")))
-        (if (not (wm-robmem-sync-fits (sym-cat ?type) ?value)) then (bind ?fine FALSE)))
-      (return ?fine))
+        (if (not (wm-robmem-sync-fits (sym-cat ?type) ?value)) then (bind ?is-fact FALSE)))
+      (return ?is-fact))
   )
   (return FALSE)
 )
@@ -204,7 +210,7 @@
 
 (deffunction wm-robmem-flush ()
   "Remove all documents of the collection."
-  (bind ?everything (bson-create))
+  (bind ?everything (bson-create))  ; an empty query matches all documents
   (robmem-remove ?*WM-ROBMEM-SYNC-COLLECTION* ?everything)
   (bson-destroy ?everything)
 )
@@ -229,6 +235,8 @@
     (printout warn "*** /cx/identity is not set in world model, "
                    "will not sync until it is set! ***" crlf))
 )
+
+; The feedback of all triggers has "mutex" in its name, as in Fawkes.
 
 (defrule wm-robmem-register-trigger-done
   ?answer <- (mutex-trigger-register-feedback SUCCESS "wm-robmem-sync-trigger" ?trigger)
@@ -330,6 +338,7 @@
 )
 
 (defrule wm-robmem-sync-content-cleanup
+  "LOW: the rules at salience 0 have handled the removal of the fact."
   (declare (salience ?*SALIENCE-LOW*))
   ?content <- (wm-robmem-sync-content (wm-fact-id ?id))
   (not (wm-fact (id ?id)))
@@ -360,8 +369,9 @@
 )
 
 (deffunction wm-robmem-sync-update (?obj)
-  "Accept a document that another robot has written; if the fact and its time are
-   known, only a later document. The prefix of the fact is not checked."
+  "Accept the document of an event, which another robot has written. If the fact and its
+   time are known, accept only a later document. As in Fawkes, the fact is accepted even if
+   this robot does not share facts with its prefix."
   (if (not (bson-has-field ?obj "fullDocument._id")) then (return))
   (bind ?id (bson-get ?obj "fullDocument._id"))
   (if (not (and (stringp ?id) (wm-robmem-sync-is-fact ?obj "fullDocument."))) then
@@ -370,7 +380,7 @@
   (bind ?time (wm-robmem-sync-event-time ?obj))
   (bind ?known (wm-robmem-sync-time-of-entry ?id))
   (bind ?have-fact (any-factp ((?wf wm-fact)) (eq ?id ?wf:id)))
-  (bind ?case (if ?have-fact
+  (bind ?known-facts (if ?have-fact
                then (if ?known then "known fact" else "no sync map entry, yet")
                else (if ?known then "no fact but sync map entry"
                                else "neither fact nor sync map entry")))
@@ -378,7 +388,7 @@
     (printout warn "wm-robmem-sync-update: received update for " ?id
                    " with older data than our own" crlf)
     (return))
-  (printout debug "wm-robmem-sync-update: updating (" ?case ") " ?id crlf)
+  (printout debug "wm-robmem-sync-update: updating (" ?known-facts ") " ?id crlf)
   (bind ?key (wm-id-to-key ?id))
   (do-for-fact ((?entry wm-robmem-sync-map-entry)) (eq ?id ?entry:wm-fact-id)
     (bind ?key ?entry:wm-fact-key)
@@ -395,6 +405,7 @@
   (bind ?time (wm-robmem-sync-event-time ?obj))
   (bind ?known (wm-robmem-sync-time-of-entry ?id))
   (if (and ?known (not (time> ?time ?known))) then
+    ; "timetamp" is Fawkes' spelling
     (printout warn "wm-robmem-sync-delete: received delete for " ?id
                    " with older timetamp than our own" crlf)
     (return))

@@ -2,11 +2,10 @@
 ; share goals with other robots.
 ;
 ; The wm-fact gets the key `template fact TEMPLATE args? SLOT VALUE ...` from the
-; slots that identify the fact, and the other slots as its list of values. A slot
-; has the form of its name and value, a multislot that of its name and, in brackets,
-; the type and the value of each element.
+; slots that identify the fact, and the other slots as its list of values. A slot is
+; written as NAME VALUE, a multislot as NAME [ TYPE VALUE TYPE VALUE ... ].
 ;
-; Needs worldmodel.clp.
+; Needs worldmodel.clp. Functions that are not internal have Fawkes' names.
 
 ; *** Fields ***
 
@@ -23,8 +22,8 @@
 )
 
 (deffunction type-cast (?value ?type)
-  "The value as INTEGER, FLOAT, STRING or SYMBOL. For another type prints a message,
-   and returns the value unchanged."
+  "The value as INTEGER, FLOAT, STRING or SYMBOL. For another ?type print a message, and
+   return the value unchanged."
   (if (eq ?type (type ?value)) then (return ?value))
   (if (and (lexemep ?value) (or (eq ?type INTEGER) (eq ?type FLOAT))) then
     (bind ?value (string-to-field ?value)))
@@ -34,6 +33,7 @@
     (case INTEGER then (return (integer ?value)))
     (case FLOAT then (return (float ?value)))
   )
+  ; "cast" and the name in the message of template-fact-str-from-wm are Fawkes' texts
   (printout t "cast: unsupported type cast: " ?type
               " Expected INTEGER|STRING|FLOAT|SYMBOL" crlf)
   (return ?value)
@@ -60,13 +60,13 @@
   (return ?remaining)
 )
 
-(deffunction slots-to-multifield (?fact-id ?slots)
-  "The names and values of the slots of a fact. Omits, with a message, slots with
-   several permitted types, because these could not be read again."
-  (bind ?template (fact-relation ?fact-id))
+(deffunction slots-to-multifield (?fact ?slots)
+  "The names and values of ?slots of a fact, in the form that the header describes. Omits, with a
+   message, slots with several permitted types, because these could not be read again."
+  (bind ?template (fact-relation ?fact))
   (bind ?fields (create$))
   (progn$ (?slot ?slots)
-    (bind ?value (fact-slot-value ?fact-id ?slot))
+    (bind ?value (fact-slot-value ?fact ?slot))
     (if (deftemplate-slot-multip ?template ?slot)
      then
       (bind ?fields (create$ ?fields ?slot [ (values-to-type-pairs ?value) ]))
@@ -80,19 +80,19 @@
   (return ?fields)
 )
 
-(deffunction template-fact-slots-to-key-vals (?fact-id ?arg-slots)
-  "As slots-to-multifield; ?arg-slots may be a single name."
-  (return (slots-to-multifield ?fact-id (create$ ?arg-slots)))
+(deffunction template-fact-slots-to-key-vals (?fact ?arg-slots)
+  "As slots-to-multifield; ?arg-slots may also be a single name."
+  (return (slots-to-multifield ?fact (create$ ?arg-slots)))
 )
 
-(deffunction assert-template-wm-fact (?fact-id ?id-slots ?other-slots)
+(deffunction assert-template-wm-fact (?fact ?id-slots ?other-slots)
   "Assert and return the wm-fact of a fact, with ?id-slots in its key and
    ?other-slots as its values."
   (return (assert
     (wm-fact (type SYMBOL) (is-list TRUE)
-             (key template fact (fact-relation ?fact-id) args?
-                  (template-fact-slots-to-key-vals ?fact-id ?id-slots))
-             (values (template-fact-slots-to-key-vals ?fact-id ?other-slots)))))
+             (key template fact (fact-relation ?fact) args?
+                  (template-fact-slots-to-key-vals ?fact ?id-slots))
+             (values (template-fact-slots-to-key-vals ?fact ?other-slots)))))
 )
 
 ; *** World model facts to template facts ***
@@ -106,29 +106,31 @@
     (return ""))
   (bind ?template (nth$ 3 ?key))
   (bind ?args (wm-key-args ?key))
+  ; A key without identifying slots may end before args?. Then the template, element 3 of the key, takes
+  ; the place of args?, because rest$ below drops the first element.
   (if (eq ?args (create$)) then (bind ?args (subseq$ ?key 3 (length$ ?key))))
   (bind ?fields (create$ (rest$ ?args) ?values))
   (bind ?text (str-cat "(" ?template))
-  (bind ?i 1)
-  (while (<= ?i (length$ ?fields)) do
-    (bind ?slot (nth$ ?i ?fields))
+  (bind ?idx 1)
+  (while (<= ?idx (length$ ?fields)) do
+    (bind ?slot (nth$ ?idx ?fields))
     (bind ?text (str-cat ?text " (" ?slot))
-    (bind ?i (+ ?i 1))
+    (bind ?idx (+ ?idx 1))
     (if (deftemplate-slot-multip ?template ?slot)
      then
       ; after the opening bracket: types and values in turn
-      (bind ?i (+ ?i 1))
-      (while (and (< ?i (length$ ?fields)) (neq ] (nth$ ?i ?fields))) do
-        (bind ?text (str-cat ?text " " (template-field-text (nth$ (+ ?i 1) ?fields)
-                                                            (nth$ ?i ?fields))))
-        (bind ?i (+ ?i 2))
+      (bind ?idx (+ ?idx 1))
+      (while (and (< ?idx (length$ ?fields)) (neq ] (nth$ ?idx ?fields))) do
+        (bind ?text (str-cat ?text " " (template-field-text (nth$ (+ ?idx 1) ?fields)
+                                                            (nth$ ?idx ?fields))))
+        (bind ?idx (+ ?idx 2))
       )
      else
       (bind ?type (nth$ 1 (deftemplate-slot-types ?template ?slot)))
-      (bind ?text (str-cat ?text " " (template-field-text (nth$ ?i ?fields) ?type)))
+      (bind ?text (str-cat ?text " " (template-field-text (nth$ ?idx ?fields) ?type)))
     )
     (bind ?text (str-cat ?text ")"))
-    (bind ?i (+ ?i 1))
+    (bind ?idx (+ ?idx 1))
   )
   (return (str-cat ?text ")"))
 )

@@ -9,7 +9,8 @@
 ; other name before other rules match the fact. The names of an existing fact must
 ; not be modified: retract the fact and assert a new one.
 ;
-; Needs saliences.clp.
+; Needs saliences.clp. All functions and rules have Fawkes' names, except the internal ones and those
+; with "odd-id" and "conflict-erase", which are ours.
 
 (deftemplate wm-fact
   "A fact of the world model."
@@ -37,7 +38,7 @@
 ; *** IDs to keys ***
 
 (deffunction wm-split-string-sym (?str ?sep)
-  "The non-empty parts of ?str between the separators ?sep, as symbols."
+  "The non-empty parts of ?str between the separators ?sep (one character), as symbols."
   (bind ?parts (create$))
   (bind ?rest ?str)
   (bind ?at (str-index ?sep ?rest))
@@ -55,7 +56,7 @@
   "Internal. The key elements for a `name=value` of an ID."
   (bind ?sides (wm-split-string-sym ?param "="))
   (switch (length$ ?sides)
-    (case 1 then (return (create$ ?sides [ ])))
+    (case 1 then (return (create$ ?sides [ ])))  ; no value: an empty list
     (case 2 then
       (bind ?value (nth$ 2 ?sides))
       (if (str-index "," ?value)
@@ -80,21 +81,22 @@
 )
 
 ; *** Arguments of keys ***
-; ?l is the index of an argument's name; the value follows the name.
+; The value of an argument follows its name; a list is written as name [ element ... ].
 
-(deffunction wm-key-arg-is-multifield (?key ?l)
-  "TRUE if the value of the argument at ?l is a list in brackets."
-  (return (and (< ?l (length$ ?key)) (eq [ (nth$ (+ ?l 1) ?key))))
+(deffunction wm-key-arg-is-multifield (?key ?name-idx)
+  "TRUE if the value of the argument at ?name-idx is a list in brackets."
+  (return (and (< ?name-idx (length$ ?key)) (eq [ (nth$ (+ ?name-idx 1) ?key))))
 )
 
-(deffunction wm-key-multifield-arg-end (?key ?l)
-  "The index of the closing bracket of the list of the argument at ?l; without a
+(deffunction wm-key-multifield-arg-end (?key ?name-idx)
+  "The index of the closing bracket of the list of the argument at ?name-idx; without a
    closing bracket, the index of the key's last element."
-  (bind ?last (length$ ?key))
-  (loop-for-count (?i (+ ?l 2) ?last) do
+  (bind ?length (length$ ?key))
+  (loop-for-count (?i (+ ?name-idx 2) ?length) do
     (if (eq ] (nth$ ?i ?key)) then (return ?i))
   )
-  (return (max ?last (+ ?l 2)))
+  ; the list begins at the end of the key: its first element would follow
+  (return (max ?length (+ ?name-idx 2)))
 )
 
 (deffunction wm-key-arg-idx (?key ?arg)
@@ -102,12 +104,12 @@
    Example: (wm-key-arg-idx (create$ wm foo args? bar x) bar) -> 4"
   (bind ?mark (member$ args? ?key))
   (if (not ?mark) then (return FALSE))
-  (bind ?l (+ ?mark 1))
-  (while (< ?l (length$ ?key)) do
-    (if (eq ?arg (nth$ ?l ?key)) then (return ?l))
-    (if (wm-key-arg-is-multifield ?key ?l)
-     then (bind ?l (+ (wm-key-multifield-arg-end ?key ?l) 1))
-     else (bind ?l (+ ?l 2)))
+  (bind ?name-idx (+ ?mark 1))
+  (while (< ?name-idx (length$ ?key)) do
+    (if (eq ?arg (nth$ ?name-idx ?key)) then (return ?name-idx))
+    (if (wm-key-arg-is-multifield ?key ?name-idx)
+     then (bind ?name-idx (+ (wm-key-multifield-arg-end ?key ?name-idx) 1))
+     else (bind ?name-idx (+ ?name-idx 2)))
   )
   (return FALSE)
 )
@@ -115,10 +117,10 @@
 (deffunction wm-key-arg (?key ?arg)
   "The value of the argument named ?arg: a field, or a multifield for a list; nil
    if the key has no such argument."
-  (bind ?l (wm-key-arg-idx ?key ?arg))
-  (if (not ?l) then (return nil))
-  (if (not (wm-key-arg-is-multifield ?key ?l)) then (return (nth$ (+ ?l 1) ?key)))
-  (return (subseq$ ?key (+ ?l 2) (- (wm-key-multifield-arg-end ?key ?l) 1)))
+  (bind ?name-idx (wm-key-arg-idx ?key ?arg))
+  (if (not ?name-idx) then (return nil))
+  (if (not (wm-key-arg-is-multifield ?key ?name-idx)) then (return (nth$ (+ ?name-idx 1) ?key)))
+  (return (subseq$ ?key (+ ?name-idx 2) (- (wm-key-multifield-arg-end ?key ?name-idx) 1)))
 )
 
 (deffunction wm-key-prefix (?key $?prefix)
@@ -156,29 +158,31 @@
 )
 
 (deffunction wm-key-spell-id (?key ?report)
-  "Internal. The ID for ?key. Omits a name without a value, with a warning if
-   ?report is TRUE."
+  "Internal. The ID for ?key. Omits a name without a value at the end, with a warning
+   if ?report is TRUE."
   (bind ?mark (member$ args? ?key))
-  (bind ?L (length$ ?key))
+  (bind ?length (length$ ?key))
   (bind ?id "")
-  (loop-for-count (?i 1 (if ?mark then (- ?mark 1) else ?L)) do
+  (loop-for-count (?i 1 (if ?mark then (- ?mark 1) else ?length)) do
     (bind ?id (str-cat ?id "/" (nth$ ?i ?key)))
   )
   (if (not ?mark) then (return ?id))
   (bind ?id (str-cat ?id "?"))
-  (bind ?l (+ ?mark 1))
-  (while (< ?l ?L) do
-    (bind ?end (+ ?l 1))
-    (bind ?value (nth$ ?end ?key))
-    (if (and (eq ?value [) (< ?end ?L)) then
-      (bind ?end (wm-key-multifield-arg-end ?key ?l))
-      (bind ?value (wm-key-list-to-text ?key (+ ?l 2) (- ?end 1))))
-    (bind ?id (str-cat ?id (nth$ ?l ?key) "=" ?value
-                       (if (< (+ ?end 1) ?L) then "&" else "")))
-    (bind ?l (+ ?end 1))
+  (bind ?name-idx (+ ?mark 1))
+  (while (< ?name-idx ?length) do
+    (bind ?value-end (+ ?name-idx 1))
+    (bind ?value (nth$ ?value-end ?key))
+    ; as in Fawkes, an opening bracket at the end of the key is a plain value
+    (if (and (eq ?value [) (< ?value-end ?length)) then
+      (bind ?value-end (wm-key-multifield-arg-end ?key ?name-idx))
+      (bind ?value (wm-key-list-to-text ?key (+ ?name-idx 2) (- ?value-end 1))))
+    (bind ?id (str-cat ?id (nth$ ?name-idx ?key) "=" ?value
+                       (if (< (+ ?value-end 1) ?length) then "&" else "")))
+    (bind ?name-idx (+ ?value-end 1))
   )
-  (if (and ?report (= ?l ?L)) then
-    (printout warn "Missing value for argument " (nth$ ?l ?key) " in " ?key crlf))
+  ; an element is left, to which no value belongs
+  (if (and ?report (= ?name-idx ?length)) then
+    (printout warn "Missing value for argument " (nth$ ?name-idx ?key) " in " ?key crlf))
   (return ?id)
 )
 
@@ -207,7 +211,7 @@
 )
 
 (defrule wm-fact-note-odd-id
-  "Mark the facts whose ID is not the ID of their key."
+  "Mark the facts whose ID is not the ID of their key. Facts without a key have not got it yet."
   (declare (salience ?*SALIENCE-WM-IDKEY*))
   (logical (wm-fact (id ?id&~"")
                     (key $?key&:(neq ?id (wm-key-spell-id ?key FALSE)))))
@@ -242,21 +246,21 @@
   (wm-key-conflict-erase ?newer ?older ?key)
 )
 
-(deffunction wm-key-conflict-erase-older (?w1 ?w2 ?key)
+(deffunction wm-key-conflict-erase-older (?one ?other ?key)
   "Internal. As wm-key-conflict-erase, for two facts in any order."
-  (if (> (fact-index ?w1) (fact-index ?w2))
-   then (wm-key-conflict-erase ?w1 ?w2 ?key)
-   else (wm-key-conflict-erase ?w2 ?w1 ?key))
+  (if (> (fact-index ?one) (fact-index ?other))
+   then (wm-key-conflict-erase ?one ?other ?key)
+   else (wm-key-conflict-erase ?other ?one ?key))
 )
 
 (defrule wm-key-conflict-odd-id
   "Two facts with the same key, of which one has another spelling of the ID."
   (declare (salience ?*SALIENCE-HIGH*))
   (wm-fact-odd-id (id ?odd) (canonical-id ?id))
-  ?w1 <- (wm-fact (id ?id&~?odd) (key $?key))
-  ?w2 <- (wm-fact (id ?odd) (key $?key))
+  ?canonical <- (wm-fact (id ?id&~?odd) (key $?key))
+  ?odd-fact <- (wm-fact (id ?odd) (key $?key))
   =>
-  (wm-key-conflict-erase-older ?w1 ?w2 ?key)
+  (wm-key-conflict-erase-older ?canonical ?odd-fact ?key)
 )
 
 (defrule wm-key-conflict-odd-ids
@@ -264,8 +268,8 @@
   (declare (salience ?*SALIENCE-HIGH*))
   (wm-fact-odd-id (id ?odd1) (canonical-id ?id))
   (wm-fact-odd-id (id ?odd2&~?odd1) (canonical-id ?id))
-  ?w1 <- (wm-fact (id ?odd1) (key $?key))
-  ?w2 <- (wm-fact (id ?odd2) (key $?key))
+  ?one <- (wm-fact (id ?odd1) (key $?key))
+  ?other <- (wm-fact (id ?odd2) (key $?key))
   =>
-  (wm-key-conflict-erase-older ?w1 ?w2 ?key)
+  (wm-key-conflict-erase-older ?one ?other ?key)
 )

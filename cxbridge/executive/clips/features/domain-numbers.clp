@@ -4,13 +4,14 @@
 ; and effects: domain-comparison-holds and domain-numbers-change.
 
 (defrule domain-numbers-begin
+  "The domain has functions."
   (declare (salience ?*SALIENCE-DOMAIN-GROUND*))
   (not (domain-numbers))
   =>
   (assert (domain-numbers)))
 
 (defrule domain-numbers-changed
-  "Comparisons wait for all new values."
+  "Count a new value. The salience is above that of comparisons, so that these wait for all new values."
   (declare (salience (+ ?*SALIENCE-DOMAIN-CHECK* 10)))
   ?value <- (problem-function)
   ?numbers <- (domain-numbers (revision ?revision) (newest ?newest&:(< ?newest (fact-index ?value))))
@@ -18,6 +19,7 @@
   (modify ?numbers (revision (+ ?revision 1)) (newest (fact-index ?value))))
 
 (defrule domain-check-comparison
+  "Evaluate a comparison once after each change of function values (revision)."
   (declare (salience ?*SALIENCE-DOMAIN-CHECK*))
   ?leaf <- (grounded-pddl-comparison (predicate-id ?id) (names $?names) (values $?values)
                                      (tree ?grounded) (place ?place)
@@ -30,6 +32,7 @@
   (if (neq ?holds ?before) then (grounded-pddl-tree-set ?grounded ?place ?holds)))
 
 (defrule domain-numbers-apply
+  "FIRST, as for the other effects: no rule fires between the effects of an action."
   (declare (salience ?*SALIENCE-FIRST*))
   ?due <- (domain-numbers-due (operator ?operator) (duration ?duration)
                               (names $?names) (values $?values))

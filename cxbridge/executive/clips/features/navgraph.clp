@@ -1,5 +1,6 @@
 ;;; The navigation graph as facts, and functions on them. See docs/features.md#navgraph.
-;;; Positions are multifields (x y) in metres; properties are multifields (name value name value ...).
+;;; Positions are multifields (x y) in metres; properties are multifields (name value name value ...) of
+;;; strings.
 
 (deftemplate navgraph "The navigation graph of the node and edge facts." (slot name (type STRING)))
 
@@ -17,7 +18,7 @@
 
 (deffunction navgraph-pos-y (?pos) (nth$ 2 ?pos))
 
-(deffunction navgraph-pos-distance (?pos1 ?pos2)
+(deffunction navgraph-pos-distance "In a straight line, in metres." (?pos1 ?pos2)
   (bind ?dx (- (nth$ 1 ?pos1) (nth$ 1 ?pos2)))
   (bind ?dy (- (nth$ 2 ?pos1) (nth$ 2 ?pos2)))
   (sqrt (+ (* ?dx ?dx) (* ?dy ?dy))))
@@ -25,7 +26,9 @@
 (deffunction navgraph-closer "Whether B is closer to A than C is." (?pos-A ?pos-B ?pos-C)
   (< (navgraph-pos-distance ?pos-A ?pos-B) (navgraph-pos-distance ?pos-A ?pos-C)))
 
-(deffunction navgraph-closest-to "The name of the node closest to a position but not there; FALSE if none." (?pos)
+(deffunction navgraph-closest-to
+  "The name of the node closest to a position, except a node at the position; FALSE if there is none."
+  (?pos)
   (bind ?name FALSE)
   (bind ?least 0.0)
   (do-for-all-facts ((?node navgraph-node)) (neq ?node:pos ?pos)
@@ -35,29 +38,31 @@
       (bind ?least ?distance)))
   ?name)
 
-(deffunction navgraph-closest-by-name "The name of the node closest to a node; FALSE if none." (?name)
+(deffunction navgraph-closest-by-name
+  "The name of the node closest to another node; FALSE if there is none."
+  (?name)
   (do-for-fact ((?node navgraph-node)) (eq ?node:name ?name)
     (return (navgraph-closest-to ?node:pos)))
   FALSE)
 
-(deffunction navgraph-property "The value of a property; FALSE without this property." (?props ?prop)
-  (loop-for-count (?pair (div (length$ ?props) 2))
-    (if (eq (nth$ (- (* 2 ?pair) 1) ?props) ?prop) then (return (nth$ (* 2 ?pair) ?props))))
+(deffunction navgraph-property "The value of a property; FALSE without this property." (?properties ?name)
+  (loop-for-count (?pair (div (length$ ?properties) 2))
+    (if (eq (nth$ (- (* 2 ?pair) 1) ?properties) ?name) then (return (nth$ (* 2 ?pair) ?properties))))
   FALSE)
 
-(deffunction navgraph-has-property (?props ?prop)
-  (neq (navgraph-property ?props ?prop) FALSE))
+(deffunction navgraph-has-property (?properties ?name)
+  (neq (navgraph-property ?properties ?name) FALSE))
 
-(deffunction navgraph-property-as-float (?props ?prop)
-  (bind ?value (navgraph-property ?props ?prop))
+(deffunction navgraph-property-as-float "0.0 without this property." (?properties ?name)
+  (bind ?value (navgraph-property ?properties ?name))
   (if ?value then (float (string-to-field ?value)) else 0.0))
 
-(deffunction navgraph-property-as-int (?props ?prop)
-  (bind ?value (navgraph-property ?props ?prop))
+(deffunction navgraph-property-as-int "0 without this property." (?properties ?name)
+  (bind ?value (navgraph-property ?properties ?name))
   (if ?value then (integer (string-to-field ?value)) else 0))
 
-(deffunction navgraph-property-as-bool "Only the text true is true." (?props ?prop)
-  (eq (navgraph-property ?props ?prop) "true"))
+(deffunction navgraph-property-as-bool "Only the text true is true." (?properties ?name)
+  (eq (navgraph-property ?properties ?name) "true"))
 
 (deffunction navgraph-cleanup "Retract all facts about the graph." ()
   (delayed-do-for-all-facts ((?fact navgraph-node)) TRUE (retract ?fact))

@@ -8,10 +8,9 @@
   ?*FF-PATH-SUBST-WHAT* = (create$)  ; patterns such as @BASEDIR@ ...
   ?*FF-PATH-SUBST-BY* = (create$))   ; ... and their replacements
 
-;; A fact for each requested file, loaded or not.
-(deftemplate path-info "The outcome of a request to load a file."
+(deftemplate path-info "The outcome of a request to load a file, also of a request that failed."
   (slot file (type STRING))        ; as requested
-  (slot path (type STRING))        ; the path of the found file
+  (slot path (type STRING))        ; the path of the file; "" if the file was not found
   (slot loaded (type SYMBOL)
     (allowed-values TRUE FALSE) (default FALSE))
   (slot error-msg (type STRING)))
@@ -26,7 +25,7 @@
     (path-set-global ?name (create$))))
 
 (deffunction path-subst (?path)
-  "The path after the substitutions in their order, of the first occurrence each."
+  "The path after all substitutions, in their order. Each replaces the first occurrence of its pattern."
   (loop-for-count (?i (length$ ?*FF-PATH-SUBST-WHAT*))
     (bind ?path (str-replace ?path (nth$ ?i ?*FF-PATH-SUBST-WHAT*) (nth$ ?i ?*FF-PATH-SUBST-BY*))))
   ?path)
@@ -40,12 +39,12 @@
   (path-set-global FF-PATH-SUBST-WHAT (create$ ?*FF-PATH-SUBST-WHAT* ?what))
   (path-set-global FF-PATH-SUBST-BY (create$ ?*FF-PATH-SUBST-BY* ?by)))
 
-(deffunction path-add ($?path)
+(deffunction path-add ($?folders)
   "Add folders to the end of the search path. Each folder ends with a slash."
-  (bind ?folders ?*FILE-SEARCH-PATH*)
-  (progn$ (?folder ?path)
-    (bind ?folders (create$ ?folders (path-subst ?folder))))
-  (path-set-global FILE-SEARCH-PATH ?folders))
+  (bind ?search-path ?*FILE-SEARCH-PATH*)
+  (progn$ (?folder ?folders)
+    (bind ?search-path (create$ ?search-path (path-subst ?folder))))
+  (path-set-global FILE-SEARCH-PATH ?search-path))
 
 (deffunction path-resolve (?file)
   "The first <folder><file> that is a readable file, or FALSE."
@@ -67,10 +66,10 @@
 (deffunction path-apply (?loader ?verb ?file)
   "Find the file, call the loader (load, load*, batch or batch*) with it, and assert a
    path-info fact. Returns the value of the loader; FALSE if the file is missing."
-  (bind ?found (path-resolve ?file))
-  (if ?found then
-    (bind ?loaded (funcall ?loader ?found))
-    (assert (path-info (file ?file) (path ?found) (loaded ?loaded)))
+  (bind ?path (path-resolve ?file))
+  (if ?path then
+    (bind ?loaded (funcall ?loader ?path))
+    (assert (path-info (file ?file) (path ?path) (loaded ?loaded)))
     (return ?loaded))
   (bind ?problem (str-cat "Cannot " ?verb " file " ?file " (file not found in " (path-string) ")"))
   (printout error ?problem crlf)

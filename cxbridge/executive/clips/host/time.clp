@@ -3,7 +3,7 @@
 ;;; The host asserts a (time SEC USEC) fact before each run of the rules, if it is configured
 ;;; to; the rule time-retract retracts the fact after all other rules.
 
-(defglobal ?*PRIORITY-TIME-RETRACT* = -10000)
+(defglobal ?*PRIORITY-TIME-RETRACT* = -10000)  ; after all other rules
 
 (deffunction time-diff (?t1 ?t2)
   "t1 - t2 as (SEC USEC) with 0 <= USEC < 1000000; SEC carries the sign."

@@ -19,7 +19,7 @@
   (create$ ?list ?items))
 
 (deffunction randomize$ (?list)
-  "The list in random order, by 200 random swaps (so that a seed decides the order)."
+  "The list in random order, by 200 random swaps, as in Fawkes: the same seed gives the same order."
   (bind ?size (length$ ?list))
   (if (< ?size 2) then (return ?list))
   (loop-for-count 200
@@ -56,8 +56,8 @@
    name, which the host removes, replaces all occurrences.)"
   (bind ?at (str-index ?search ?s))
   (if (not ?at) then (return ?s))
-  (bind ?rest (+ ?at (str-length ?search)))
-  (str-cat (sub-string 1 (- ?at 1) ?s) ?replace (sub-string ?rest (str-length ?s) ?s)))
+  (bind ?rest-begin (+ ?at (str-length ?search)))
+  (str-cat (sub-string 1 (- ?at 1) ?s) ?replace (sub-string ?rest-begin (str-length ?s) ?s)))
 
 (deffunction string> (?a ?b)
   "TRUE if a comes after b, for (sort string> ...)."

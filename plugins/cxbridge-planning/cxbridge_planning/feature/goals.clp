@@ -11,14 +11,15 @@
 
 (defrule planner-goal-failed
   "Fail the goal of a call without plan."
-  ?call <- (planner-call (goal-id ?goal-id) (status ?status&NO-PLAN|FAILED|TIMEOUT|INVALID) (message ?why))
+  ?call <- (planner-call (goal-id ?goal-id) (status ?status&NO-PLAN|FAILED|TIMEOUT|INVALID)
+                         (message ?message))
   ?goal <- (goal (id ?goal-id) (mode SELECTED))
   =>
-  (printout error "No plan for goal '" ?goal-id "': " ?why crlf)
+  (printout error "No plan for goal '" ?goal-id "': " ?message crlf)
   (retract ?call)
-  (cx-modify-goal ?goal (mode FINISHED) (outcome FAILED) (error PLANNING ?status) (message ?why)))
+  (cx-modify-goal ?goal (mode FINISHED) (outcome FAILED) (error PLANNING ?status) (message ?message)))
 
-(defrule planner-goal-changed-its-mind
+(defrule planner-call-without-selected-goal
   "Cancel the call of a goal that has left the mode SELECTED."
   ?call <- (planner-call (id ?id) (goal-id ?goal-id&~nil) (status ?status))
   (not (goal (id ?goal-id) (mode SELECTED)))
@@ -26,16 +27,16 @@
   (if (eq ?status RUNNING) then (planner-cancel ?id))
   (retract ?call))
 
-(defrule planner-plan-checked-before-the-next-action
-  "After each action, check the rest of the plan before the next action is selected."
+(defrule planner-plan-check-after-action
+  "After each action, check the rest of the plan. The salience is above that of action selection."
   (declare (salience ?*SALIENCE-HIGH*))
   (plan-valid (plan-id ?plan))
   (plan-action (plan-id ?plan) (state FINAL))
   =>
   (planner-check ?plan))
 
-(defrule planner-plan-gone
-  "Retract the check of a plan that was retracted."
+(defrule planner-plan-valid-without-plan
+  "Retract the plan-valid fact of a plan that was retracted."
   ?valid <- (plan-valid (plan-id ?plan))
   (not (plan (id ?plan)))
   =>

@@ -1,8 +1,7 @@
 ; sequential.clp - select the actions of a SEQUENTIAL plan, one after the other
 ;
-; The conditions begin with the goal, as in Fawkes, so that rules that react to the same change
-; of a goal have the same order in the agenda. Only the next action of a plan is compared with
-; the other actions.
+; The conditions are in Fawkes' order, so that rules that react to the same change of a goal have the
+; same order in the agenda. Only the next action of a plan is compared with the other actions.
 ;
 ; A plan is matched by (id ?p&:(eq ?p ?plan)) instead of (id ?plan), with a new variable in each
 ; condition, so that CLIPS hashes the join by the goal alone. Two hashed variables would be slower,

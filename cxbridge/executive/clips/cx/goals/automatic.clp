@@ -1,5 +1,5 @@
-;;; The class AUTOMATIC-SUBGOAL: the rules of this file expand and evaluate these goals,
-;;; because their sub-goals are asserted together with them.
+;;; Goals of the class AUTOMATIC-SUBGOAL: the rules of this file expand and evaluate them, so that
+;;; agents need no rules for goals whose sub-goals are asserted together with them.
 
 (defrule automatic-subgoal-expand
   ?goal <- (goal (mode SELECTED) (class AUTOMATIC-SUBGOAL))

@@ -6,21 +6,26 @@
 ;;;   no sub-goal, more than one, other params -> FAILED
 ;;;
 ;;; A sub-goal with sub-goals tries these again, too, unless its expander makes new sub-goals.
-;;; (Fawkes does not, so that such a goal waits forever: clips-executive/exact-retry.)
+;;; Fawkes does not, so that such a goal waits forever, or fails without another try; with
+;;; clips-executive/exact-retry it is so here, too.
+;;;
+;;; The rules retry-goal-... have Fawkes' names. Those that end in -resources-clear wait until the
+;;; sub-goal has released its resources.
 
 (deffunction retry-tries (?meta)
-  "The number of tries in the meta data; FALSE if there is none."
-  (bind ?at (member$ num-tries ?meta))
-  (if (or (not ?at) (>= ?at (length$ ?meta))) then (return FALSE))
-  (bind ?tries (nth$ (+ ?at 1) ?meta))
+  "The number after num-tries in the meta data; FALSE without a number."
+  (bind ?position (member$ num-tries ?meta))
+  (if (or (not ?position) (>= ?position (length$ ?meta))) then (return FALSE))
+  (bind ?tries (nth$ (+ ?position 1) ?meta))
   (if (integerp ?tries) then ?tries else FALSE))
 
-(deffunction retry-count (?meta ?tries)
-  "The meta data with a new number of tries and all other entries."
-  (bind ?at (+ 1 (member$ num-tries ?meta)))
-  (replace$ ?meta ?at ?at ?tries))
+(deffunction retry-meta-with-tries (?meta ?tries)
+  "The meta data with a new number of tries; the other entries stay."
+  (bind ?position (+ 1 (member$ num-tries ?meta)))
+  (replace$ ?meta ?position ?position ?tries))
 
 (deffunction retry-give-up (?goal ?error ?message)
+  "Finish the goal as FAILED."
   (cx-modify-goal ?goal (mode FINISHED) (outcome FAILED) (error ?error) (message ?message)))
 
 (defrule retry-goal-failed-no-subgoal
@@ -59,15 +64,15 @@
 
 (defrule retry-goal-commit
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode EXPANDED)
-                   (params max-tries ?most&:(numberp ?most))
-                   (meta $?meta&:(retry-tries ?meta)&:(< (retry-tries ?meta) ?most)))
+                   (params max-tries ?max-tries&:(numberp ?max-tries))
+                   (meta $?meta&:(retry-tries ?meta)&:(< (retry-tries ?meta) ?max-tries)))
   (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode FORMULATED))
   (not (goal (id ~?sub) (parent ?id) (type ACHIEVE)))
   =>
   (bind ?try (+ 1 (retry-tries ?meta)))
   (if (> ?try 1) then
-    (printout warn "Committing to RETRY " ?id " -> " ?sub " (try " ?try "/" ?most ")" crlf))
-  (cx-modify-goal ?parent (mode COMMITTED) (committed-to ?sub) (meta (retry-count ?meta ?try))))
+    (printout warn "Committing to RETRY " ?id " -> " ?sub " (try " ?try "/" ?max-tries ")" crlf))
+  (cx-modify-goal ?parent (mode COMMITTED) (committed-to ?sub) (meta (retry-meta-with-tries ?meta ?try))))
 
 (defrule retry-goal-dispatch
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode COMMITTED)
@@ -87,12 +92,12 @@
 (defrule retry-goal-subgoal-failed-or-rejected-resources-clear
   "Begin the next try, in which the sub-goal keeps its meta data, or finish the goal."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode DISPATCHED)
-                   (committed-to ?sub) (params max-tries ?most) (meta $?meta&:(retry-tries ?meta)))
+                   (committed-to ?sub) (params max-tries ?max-tries) (meta $?meta&:(retry-tries ?meta)))
   ?child <- (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED)
                   (outcome ?outcome&FAILED|REJECTED))
   =>
   (bind ?tries (retry-tries ?meta))
-  (if (< ?tries ?most)
+  (if (< ?tries ?max-tries)
    then
     (cx-modify-goal ?child (mode FORMULATED) (outcome UNKNOWN))
     (cx-modify-goal ?parent (mode EXPANDED) (committed-to nil))
@@ -101,7 +106,7 @@
     (cx-modify-goal ?parent (mode FINISHED) (outcome ?outcome) (committed-to nil)
                     (error (sym-cat SUB-GOAL- ?outcome))
                     (message (str-cat "RETRY goal '" ?id "' sub-goal '" ?sub "' " ?outcome
-                                      " in try " ?tries "/" ?most)))))
+                                      " in try " ?tries "/" ?max-tries)))))
 
 (defrule retry-goal-subgoal-completed-resources-clear
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode DISPATCHED) (committed-to ?sub))
@@ -110,8 +115,16 @@
   (cx-modify-goal ?parent (mode FINISHED) (outcome COMPLETED)))
 
 ;; ---- the sub-goals of a goal that is tried again
+;;
+;; (goal-tried-again ID): the goal begins another try, while its sub-goals are RETRACTED from the last
+;; try. If its expander has made no new sub-goals when the goal needs them, (goals-below-again ID)
+;; requests that the former sub-goals become FORMULATED again, which begin another try, too.
+;;
+;; Saliences: HIGH is above the rules of the sub-types, which would find no FORMULATED sub-goal. FIRST
+;; lets all sub-goals change before any other rule fires.
 
 (defrule retry-again-as-fawkes
+  "With exact-retry, the former sub-goals stay RETRACTED."
   (declare (salience ?*SALIENCE-FIRST*))
   (confval (path "/clips-executive/exact-retry") (type BOOL) (value TRUE))
   ?again <- (goal-tried-again ?)
@@ -119,15 +132,17 @@
   (retract ?again))
 
 (defrule retry-again-counts-anew
+  "A RETRY goal that begins another try itself begins with the first of its own tries."
   (declare (salience ?*SALIENCE-HIGH*))
   (goal-tried-again ?id)
   ?goal <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode SELECTED|EXPANDED)
                  (meta $?meta&:(retry-tries ?meta)&:(> (retry-tries ?meta) 0)))
   =>
-  (cx-modify-goal ?goal (meta (retry-count ?meta 0))))
+  (cx-modify-goal ?goal (meta (retry-meta-with-tries ?meta 0))))
 
-(defrule retry-again-below
-  "The expander has made no new sub-goals by the time at which they are needed."
+(defrule retry-again-without-new-sub-goals
+  "The goal needs sub-goals, and has only former ones: when it is EXPANDED, or already when it is SELECTED
+   if it is a RETRY or TIMEOUT goal, which a FORMULATED sub-goal expands."
   (declare (salience ?*SALIENCE-HIGH*))
   ?again <- (goal-tried-again ?id)
   (or (goal (id ?id) (sub-type ~nil) (type ACHIEVE) (mode EXPANDED))
@@ -138,7 +153,7 @@
   (retract ?again)
   (assert (goals-below-again ?id)))
 
-(defrule retry-again-sub-goal
+(defrule retry-again-formulate-sub-goal
   (declare (salience ?*SALIENCE-FIRST*))
   (goals-below-again ?id)
   ?goal <- (goal (id ?sub) (parent ?id) (type ACHIEVE) (mode RETRACTED))

@@ -3,8 +3,12 @@
 ;;; sub-goals by priority, the highest first
 ;;;   COMPLETED -> the next one, or COMPLETED after the last
 ;;;   FAILED -> FAILED   REJECTED -> REJECTED   no sub-goals -> FAILED
+;;;
+;;; The rules have Fawkes' names. Those that end in -resources-clear wait until the sub-goal has
+;;; released its resources.
 
 (defrule run-all-goal-expand-failed
+  "The goal has no sub-goals."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ALL-OF-SUBGOALS) (mode EXPANDED))
   (not (goal (type ACHIEVE) (parent ?id)))
   =>
@@ -34,6 +38,7 @@
   (cx-modify-goal ?child (mode RETRACTED)))
 
 (defrule run-all-goal-subgoal-rejected-resources-clear
+  "The error does not name the sub-goal, as in Fawkes."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ALL-OF-SUBGOALS)
                    (mode DISPATCHED) (committed-to ?sub))
   (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome REJECTED))
@@ -50,6 +55,7 @@
                   (message (str-cat "Sub-goal '" ?sub "' of RUN-ALL goal '" ?id "' has failed"))))
 
 (defrule run-all-goal-subgoal-completed-one-resources-clear
+  "Further sub-goals are left."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ALL-OF-SUBGOALS)
                    (mode DISPATCHED) (committed-to ?sub))
   (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED))
@@ -58,6 +64,7 @@
   (cx-modify-goal ?parent (mode EXPANDED) (committed-to nil)))
 
 (defrule run-all-goal-subgoal-completed-all-resources-clear
+  "The last sub-goal has completed."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ALL-OF-SUBGOALS)
                    (mode DISPATCHED) (committed-to ?sub))
   (goal (id ?sub) (parent ?id) (acquired-resources) (type ACHIEVE) (mode RETRACTED) (outcome COMPLETED))

@@ -3,8 +3,12 @@
 ;;; sub-goals by priority, the highest first
 ;;;   COMPLETED -> COMPLETED   FAILED -> FAILED   REJECTED -> the next one
 ;;;   no sub-goals -> FAILED   all REJECTED -> REJECTED
+;;;
+;;; The rules have Fawkes' names. Those that end in -resources-clear wait until the sub-goal has
+;;; released its resources.
 
 (defrule run-one-goal-expand-failed
+  "The goal has no sub-goals. As in Fawkes, the goal gets no error code."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ONE-OF-SUBGOALS) (mode EXPANDED))
   (not (goal (type ACHIEVE) (parent ?id)))
   =>
@@ -12,6 +16,7 @@
                   (message (str-cat "No sub-goal for RUN-ONE goal '" ?id "'"))))
 
 (defrule run-one-goal-reject
+  "All sub-goals were rejected."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-ONE-OF-SUBGOALS) (mode EXPANDED))
   (exists (goal (parent ?id) (type ACHIEVE)))
   (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))

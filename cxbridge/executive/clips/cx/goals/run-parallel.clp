@@ -6,9 +6,12 @@
 ;;; FAILED and REJECTED; with continue-on REJECTED: FAILED; with continue-on FAILED: none.
 ;;; The outcome is FAILED if a sub-goal FAILED, else REJECTED if a sub-goal was REJECTED,
 ;;; else COMPLETED. The parent is not committed to a sub-goal.
+;;;
+;;; The rules about due sub-goals are ours; all others have Fawkes' names.
 
 (deffunction run-parallel-stop-execution (?params ?sub-goal-outcome)
-  "TRUE if no further sub-goal may begin after this outcome."
+  "TRUE if no further sub-goal may begin after this outcome. The option continue-on may be anywhere in
+   the parameters, followed by the tolerated outcome."
   (if (not (member$ ?sub-goal-outcome (create$ FAILED REJECTED))) then (return FALSE))
   (progn$ (?key ?params)
     (if (and (eq ?key continue-on) (< ?key-index (length$ ?params))) then
@@ -17,6 +20,7 @@
   TRUE)
 
 (defrule run-parallel-goal-expand-failed
+  "The goal has no sub-goals."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode EXPANDED))
   (not (goal (type ACHIEVE) (parent ?id)))
   =>
@@ -37,7 +41,7 @@
   (cx-modify-goal ?parent (mode DISPATCHED)))
 
 (defrule run-parallel-subgoals-select
-  "All FORMULATED sub-goals of the highest priority are due."
+  "All FORMULATED sub-goals of the highest priority are due; the rules below select them."
   (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode DISPATCHED)
         (params $?params))
   (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
@@ -48,11 +52,15 @@
   =>
   (assert (run-parallel-due ?id ?priority)))
 
-;; The agenda runs activations of the newest goal first. Fawkes selects the oldest goal first, so
-;; that the newest of the goals that wait for the same skiller gets it; MAINTAIN goals are no
-;; exception. Two rules, one after the other, give the order of Fawkes.
+;; Fawkes selects the due sub-goals in the order of their facts, the oldest first, and MAINTAIN goals, too.
+;; The order decides which of the goals that wait for the same skiller gets it. The agenda runs
+;; activations of the newest fact first. So run-parallel-subgoal-note-due asserts a run-parallel-next
+;; for each sub-goal, from the newest sub-goal to the oldest, and run-parallel-subgoal-select-due takes
+;; the newest of these facts first, which is that of the oldest sub-goal. The saliences FIRST, FIRST - 1
+;; and FIRST - 2 keep the three steps apart: note all, select all, forget the request.
 
 (defrule run-parallel-subgoal-note-due
+  "The first step."
   (declare (salience ?*SALIENCE-FIRST*))
   (run-parallel-due ?id ?priority)
   (goal (id ?sub) (parent ?id) (mode FORMULATED) (priority ?priority))
@@ -60,7 +68,7 @@
   (assert (run-parallel-next ?id ?sub)))
 
 (defrule run-parallel-subgoal-select-due
-  "Before other rules react to the first selected sub-goal."
+  "The second step, for all sub-goals before other rules react to the first selected sub-goal."
   (declare (salience (- ?*SALIENCE-FIRST* 1)))
   ?next <- (run-parallel-next ?id ?sub)
   ?child <- (goal (id ?sub) (parent ?id) (mode FORMULATED))
@@ -68,7 +76,8 @@
   (retract ?next)
   (cx-modify-goal ?child (mode SELECTED)))
 
-(defrule run-parallel-subgoal-not-there
+(defrule run-parallel-subgoal-not-formulated
+  "The sub-goal was retracted or changed before its selection."
   (declare (salience (- ?*SALIENCE-FIRST* 1)))
   ?next <- (run-parallel-next ?id ?sub)
   (not (goal (id ?sub) (parent ?id) (mode FORMULATED)))
@@ -76,14 +85,16 @@
   (retract ?next))
 
 (defrule run-parallel-subgoals-selected
+  "The third step."
   (declare (salience (- ?*SALIENCE-FIRST* 2)))
   ?due <- (run-parallel-due ?id ?priority)
   =>
   (retract ?due))
 
 (defrule run-parallel-subgoal-reject-other-subgoal-rejected
-  "The sub-goal of the lowest priority first. The condition on the goal with the bad outcome comes
-   last, so that it decides the place of the activation in the agenda."
+  "Reject the sub-goal of the lowest priority first. The condition on the goal with the bad outcome
+   comes last, as in Fawkes, because the last condition decides the place of the activation in the
+   agenda."
   (goal (id ?id) (type ACHIEVE) (sub-type RUN-SUBGOALS-IN-PARALLEL) (mode DISPATCHED)
         (params $?params))
   ?child <- (goal (parent ?id) (type ACHIEVE) (mode FORMULATED) (priority ?priority))
@@ -100,13 +111,14 @@
   =>
   (cx-modify-goal ?child (mode RETRACTED)))
 
-(deffunction run-parallel-blame (?goal ?id ?outcome ?what)
-  "Finish the parent with this outcome if a sub-goal has the outcome, and return whether one has. The
-   error names the first such sub-goal in the order of facts: the one that was RETRACTED first,
+(deffunction run-parallel-blame (?goal ?id ?outcome ?verb-phrase)
+  "Finish the parent with this outcome if a sub-goal has the outcome, and return whether a sub-goal has
+   it. The error names the first such sub-goal in the order of facts: the one that was RETRACTED first,
    because each modification makes a new fact."
   (do-for-fact ((?sub goal)) (and (eq ?sub:parent ?id) (eq ?sub:outcome ?outcome))
     (cx-modify-goal ?goal (mode FINISHED) (outcome ?outcome) (error (sym-cat SUB-GOAL- ?outcome) ?sub:id)
-                       (message (str-cat "Sub-goal '" ?sub:id "' of RUN-PARALLEL goal '" ?id "' " ?what)))
+                       (message
+                         (str-cat "Sub-goal '" ?sub:id "' of RUN-PARALLEL goal '" ?id "' " ?verb-phrase)))
     (return TRUE))
   FALSE)
 

@@ -4,8 +4,12 @@
 ;;;   the goal gets the outcome of the sub-goal
 ;;;   after SECONDS, a sub-goal that is not FINISHED and holds no resources is FAILED
 ;;;   no sub-goal, more than one, other params -> FAILED
+;;;
+;;; The rules have Fawkes' names. Those that end in -resources-clear wait until the sub-goal has
+;;; released its resources.
 
 (deffunction timeout-give-up (?goal ?error ?message)
+  "Finish the goal as FAILED."
   (cx-modify-goal ?goal (mode FINISHED) (outcome FAILED) (error ?error) (message ?message)))
 
 (defrule timeout-goal-failed-no-subgoal
@@ -55,7 +59,8 @@
   (cx-modify-goal ?child (mode SELECTED)))
 
 (defrule timeout-goal-subgoal-timeout
-  "The timeout has passed. The order of the conditions orders several timeouts of one tick."
+  "The timeout has passed: fail the sub-goal. The conditions are in Fawkes' order, which decides which of
+   several timeouts in one tick comes first."
   (time $?now)
   (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode DISPATCHED) (committed-to ?sub)
         (params timeout ?seconds) (meta start-time $?start&:(timeout ?now ?start ?seconds)))
@@ -72,7 +77,8 @@
   (cx-modify-goal ?child (mode RETRACTED)))
 
 (defrule timeout-goal-subgoal-failed-or-rejected-resources-clear
-  "The goal gets the error of the sub-goal."
+  "The goal gets the outcome and the error code of the sub-goal; without an error code, Fawkes' code
+   SUBGOAL-FAILED or SUBGOAL-REJECTED, which other sub-types spell SUB-GOAL-."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode DISPATCHED)
                    (committed-to ?sub))
   (goal (id ?sub) (parent ?id) (acquired-resources) (error $?errors) (type ACHIEVE) (mode RETRACTED)

@@ -4,8 +4,12 @@
 ;;;   COMPLETED -> COMPLETED   FAILED, REJECTED -> the next one
 ;;;   after the last: FAILED if a sub-goal FAILED, else REJECTED
 ;;;   no sub-goals -> FAILED
+;;;
+;;; The rules have Fawkes' names. Those that end in -resources-clear wait until the sub-goal has
+;;; released its resources.
 
 (defrule try-all-goal-expand-failed
+  "The goal has no sub-goals."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TRY-ALL-OF-SUBGOALS) (mode EXPANDED))
   (not (goal (type ACHIEVE) (parent ?id)))
   =>
@@ -13,6 +17,7 @@
                   (message (str-cat "No sub-goal for TRY-ALL goal '" ?id "'"))))
 
 (defrule try-all-goal-reject
+  "All sub-goals were rejected."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TRY-ALL-OF-SUBGOALS) (mode EXPANDED))
   (exists (goal (parent ?id) (type ACHIEVE)))
   (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))
@@ -23,6 +28,7 @@
                   (error SUB-GOALS-REJECTED)))
 
 (defrule try-all-goal-failed
+  "No sub-goal has completed, and at least one has failed."
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TRY-ALL-OF-SUBGOALS) (mode EXPANDED))
   (exists (goal (parent ?id) (type ACHIEVE) (outcome FAILED)))
   (not (goal (parent ?id) (type ACHIEVE) (mode ~RETRACTED)))

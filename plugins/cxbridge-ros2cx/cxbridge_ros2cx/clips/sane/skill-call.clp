@@ -1,4 +1,4 @@
-;;; Calls of skills for an agent.
+;;; skill-call as in the executive of the thesis, but with the id of the agent that executes the skill.
 
 (deffunction skill-words (?values)
   "The values as a text, separated by blanks."

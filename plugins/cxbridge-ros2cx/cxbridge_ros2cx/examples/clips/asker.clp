@@ -1,7 +1,7 @@
 ; Publishes a question on /question, then switches the light on.
 
-; at the end of a run, (executive-finalize) keeps this rule from firing again after the rule `close`
-(defrule open
+; at the end of a run, (executive-finalize) keeps this rule from firing again after `close-connections`
+(defrule open-connections
   (not (ros-msgs-publisher))
   (not (executive-finalize))
   =>
@@ -9,7 +9,7 @@
   (ros-msgs-create-subscription "answer" "std_msgs/msg/String")
   (ros-msgs-create-client "light" "std_srvs/srv/SetBool"))
 
-(defrule ask
+(defrule publish-question
   (time ?)
   (ros-msgs-publisher (topic "question"))
   (not (asked))
@@ -20,7 +20,7 @@
   (ros-msgs-publish ?question "question")
   (ros-msgs-destroy-message ?question))
 
-(defrule hear
+(defrule print-answer-and-switch-light-on
   ?fact <- (ros-msgs-message (topic "answer") (msg-ptr ?answer))
   =>
   (printout info (ros-msgs-get-field ?answer "data") crlf)
@@ -31,7 +31,7 @@
   (ros-msgs-async-send-request ?request "light")
   (ros-msgs-destroy-message ?request))
 
-(defrule see
+(defrule print-response-of-light
   ?fact <- (ros-msgs-response (service "light") (msg-ptr ?response))
   =>
   (printout info (ros-msgs-get-field ?response "message") crlf)
@@ -39,7 +39,7 @@
   (retract ?fact)
   (cx-shutdown))
 
-(defrule close
+(defrule close-connections
   (executive-finalize)
   (ros-msgs-publisher (topic ?topic))
   =>

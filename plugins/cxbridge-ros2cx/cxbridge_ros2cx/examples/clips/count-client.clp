@@ -2,15 +2,15 @@
 
 (deffacts goals (goal 3) (goal 100))
 
-; at the end of a run, (executive-finalize) keeps this rule from firing again after the rule `close`
-(defrule open
+; at the end of a run, (executive-finalize) keeps this rule from firing again after the rule `destroy-client`
+(defrule create-client
   (not (cxbridge-examples-count-client))
   (not (executive-finalize))
   =>
   (cxbridge-examples-count-create-client "count"))
 
 ; sends the goal with the lowest number; (sent GOAL) keeps the goal's message until its result
-(defrule send
+(defrule send-next-goal
   (time ?)
   (cxbridge-examples-count-client (server ?server))
   ?next <- (goal ?to)
@@ -28,7 +28,7 @@
   (cxbridge-examples-count-goal-destroy (nth$ 1 (fact-slot-value ?sent implied)))
   (retract ?sent))
 
-(defrule watch
+(defrule cancel-goal-at-5
   ?fact <- (cxbridge-examples-count-goal-feedback (server ?server) (client-goal-handle-ptr ?handle)
              (feedback-ptr ?feedback))
   =>
@@ -37,7 +37,7 @@
   (cxbridge-examples-count-feedback-destroy ?feedback)
   (retract ?fact))
 
-(defrule result
+(defrule print-result
   ?fact <- (cxbridge-examples-count-wrapped-result (code ?code) (result-ptr ?result))
   ?response <- (cxbridge-examples-count-goal-response (client-goal-handle-ptr ?handle))
   ?sent <- (sent ?)
@@ -48,14 +48,14 @@
   (retract ?fact ?response)
   (destroy-sent-goal ?sent))
 
-(defrule end
+(defrule shut-down-without-goals
   (not (goal ?))
   (not (sent ?))
   (time ?)
   =>
   (cx-shutdown))
 
-(defrule close
+(defrule destroy-client
   (executive-finalize)
   (cxbridge-examples-count-client (server ?server))
   =>

@@ -8,14 +8,14 @@
   (if (< (cxbridge-examples-count-goal-get-field ?goal "to") 0) then (return 1))
   (return 2))
 
-; at the end of a run, (executive-finalize) keeps this rule from firing again after the rule `close`
-(defrule open
+; at the end of a run, (executive-finalize) keeps this rule from firing again after the rule `destroy-server`
+(defrule create-server
   (not (cxbridge-examples-count-server))
   (not (executive-finalize))
   =>
   (cxbridge-examples-count-create-server "count"))
 
-(defrule begin
+(defrule begin-counting
   ?fact <- (cxbridge-examples-count-accepted-goal (server-goal-handle-ptr ?handle))
   =>
   (retract ?fact)
@@ -23,7 +23,7 @@
   (assert (counting (handle ?handle) (to (cxbridge-examples-count-goal-get-field ?goal "to"))))
   (cxbridge-examples-count-goal-destroy ?goal))
 
-(deffunction finish (?counting)
+(deffunction finish-counting (?counting)
   (bind ?handle (fact-slot-value ?counting handle))
   (bind ?result (cxbridge-examples-count-result-create))
   (cxbridge-examples-count-result-set-field ?result "counted" (fact-slot-value ?counting counted))
@@ -34,13 +34,13 @@
   (cxbridge-examples-count-server-goal-handle-destroy ?handle)
   (retract ?counting))
 
-(defrule count
+(defrule count-or-finish
   (time ?now)
   ?counting <- (counting (handle ?handle) (to ?to) (counted $?counted) (last ?last&:(> ?now ?last)))
   =>
   (bind ?next (+ 1 (length$ ?counted)))
   (if (or (> ?next ?to) (cxbridge-examples-count-server-goal-handle-is-canceling ?handle))
-    then (finish ?counting)
+    then (finish-counting ?counting)
     else
     (bind ?feedback (cxbridge-examples-count-feedback-create))
     (cxbridge-examples-count-feedback-set-field ?feedback "now" ?next)
@@ -48,7 +48,7 @@
     (cxbridge-examples-count-feedback-destroy ?feedback)
     (modify ?counting (counted ?counted ?next) (last ?now))))
 
-(defrule close
+(defrule destroy-server
   (executive-finalize)
   (cxbridge-examples-count-server (name ?server))
   =>

@@ -7,7 +7,7 @@
   (printout info "hello" crlf)
   (assert (greeted)))
 
-(defrule count
+(defrule count-ticks
   (time ?)
   =>
   (bind ?*ticks* (+ ?*ticks* 1)))

@@ -1,7 +1,8 @@
-; Requests a plan of pddl_manager for a problem file, with the robot in the cellar as goal, and prints the plan.
+; Requests a plan of pddl_manager for a problem file, with the robot in the cellar as goal, and prints
+; the plan.
 
 ; sends a request, in whose ?fields names and values alternate
-(deffunction ask (?service ?type $?fields)
+(deffunction send-request (?service ?type $?fields)
   (bind ?name (str-cat "/pddl_manager/" ?service))
   (bind ?request (ros-msgs-create-request (str-cat "cx_pddl_interfaces/srv/" ?type)))
   (while (> (length$ ?fields) 0)
@@ -10,8 +11,8 @@
   (ros-msgs-async-send-request ?request ?name)
   (ros-msgs-destroy-message ?request))
 
-; at the end of a run, (executive-finalize) keeps this rule from firing again after the rule `close`
-(defrule open
+; at the end of a run, (executive-finalize) keeps this rule from firing again after the rule `destroy-clients`
+(defrule create-clients
   (not (ros-msgs-client))
   (not (executive-finalize))
   =>
@@ -19,20 +20,22 @@
   (ros-msgs-create-client "/pddl_manager/set_goals" "cx_pddl_interfaces/srv/SetGoals")
   (cx-pddl-interfaces-plan-temporal-create-client "/pddl_manager/temp_plan"))
 
-(defrule add
+(defrule add-problem
   (time ?)
   (ros-msgs-client (service "/pddl_manager/add_pddl_instance"))
   (not (added))
   =>
   (assert (added))
-  (ask "add_pddl_instance" "AddPddlInstance" name home domain_file "domain.pddl" problem_file "problem.pddl"
+  (send-request "add_pddl_instance" "AddPddlInstance"
+    name home domain_file "domain.pddl" problem_file "problem.pddl"
     directory (str-cat (ament-index-get-package-share-directory "cxbridge_examples") "/pddl")))
 
-(defrule want
+(defrule set-goal
   ?fact <- (ros-msgs-response (service "/pddl_manager/add_pddl_instance") (msg-ptr ?response))
   =>
   (retract ?fact)
-  (printout info "read: " (ros-msgs-get-field ?response "success") (ros-msgs-get-field ?response "error") crlf)
+  (printout info "read: "
+    (ros-msgs-get-field ?response "success") (ros-msgs-get-field ?response "error") crlf)
   (ros-msgs-destroy-message ?response)
   (bind ?fluent (ros-msgs-create-message "cx_pddl_interfaces/msg/Fluent"))
   (ros-msgs-set-field ?fluent "pddl_instance" "home")
@@ -45,7 +48,7 @@
   (ros-msgs-destroy-message ?fluent)
   (ros-msgs-destroy-message ?request))
 
-(defrule plan
+(defrule request-plan
   ?fact <- (ros-msgs-response (service "/pddl_manager/set_goals") (msg-ptr ?response))
   =>
   (retract ?fact)
@@ -55,7 +58,7 @@
   (cx-pddl-interfaces-plan-temporal-goal-set-field ?goal "goal_instance" "base")
   (cx-pddl-interfaces-plan-temporal-send-goal ?goal "/pddl_manager/temp_plan"))
 
-(defrule show
+(defrule print-plan
   ?fact <- (cx-pddl-interfaces-plan-temporal-wrapped-result (result-ptr ?result))
   =>
   (retract ?fact)
@@ -65,7 +68,7 @@
   (cx-pddl-interfaces-plan-temporal-result-destroy ?result)
   (cx-shutdown))
 
-(defrule close
+(defrule destroy-clients
   (executive-finalize)
   (ros-msgs-client (service ?service))
   =>
