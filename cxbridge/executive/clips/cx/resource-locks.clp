@@ -37,8 +37,8 @@
 (deffunction mutex-to-resource (?mutex)
   "The resource of a mutex; FALSE for other mutexes."
   (if (neq 1 (str-index "resource-" ?mutex)) then (return FALSE))
-  (bind ?prefix (str-length "resource-"))
-  (return (sym-cat (sub-string (+ ?prefix 1) (str-length ?mutex) ?mutex)))
+  (bind ?prefix-length (str-length "resource-"))
+  (return (sym-cat (sub-string (+ ?prefix-length 1) (str-length ?mutex) ?mutex)))
 )
 
 ; *** Internal facts for joins ***

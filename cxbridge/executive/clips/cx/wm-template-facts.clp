@@ -33,7 +33,7 @@
     (case INTEGER then (return (integer ?value)))
     (case FLOAT then (return (float ?value)))
   )
-  ; "cast" and the name in the message of template-fact-str-from-wm are Fawkes' texts
+  ; Fawkes' text, with "cast" instead of the function's name
   (printout t "cast: unsupported type cast: " ?type
               " Expected INTEGER|STRING|FLOAT|SYMBOL" crlf)
   (return ?value)
@@ -101,13 +101,14 @@
   "The text of the fact of a wm-fact, for assert-string. Prints a message and returns
    an empty text if the key is not that of a template fact."
   (if (not (wm-key-prefix ?key template fact)) then
+    ; Fawkes' text, with a longer name than the function's
     (printout t "template-fact-str-from-wm-key: supplied wm-fact key " ?key
                 " does not encode a template fact, abort." crlf)
     (return ""))
   (bind ?template (nth$ 3 ?key))
   (bind ?args (wm-key-args ?key))
-  ; A key without identifying slots may end before args?. Then the template, element 3 of the key, takes
-  ; the place of args?, because rest$ below drops the first element.
+  ; As in Fawkes, the slots may follow the template, element 3 of the key, without args?. The list then
+  ; begins with the template in the place of args?, because rest$ below drops the first element.
   (if (eq ?args (create$)) then (bind ?args (subseq$ ?key 3 (length$ ?key))))
   (bind ?fields (create$ (rest$ ?args) ?values))
   (bind ?text (str-cat "(" ?template))
