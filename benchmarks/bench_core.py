@@ -5,8 +5,8 @@ from FORMULATED to FINAL; its precondition is grounded and checked, its effects 
 the same executor rule and the same driver for both cores, both in cxbridge's CLIPS host:
 
 * ``shared``: the 20 facts are all there is; what an action changes, it changes for all goals.
-* ``own``: beside them, a place for each goal's robot. Its change makes the next action executable, and the
-  one before no longer. The original core looks through all places for that; it is measured at G = 50 only.
+* ``own``: also a place for each goal's robot. Its change makes the next action executable, and the previous
+  one not executable. The original core looks through all places for that; it is measured at G = 50 only.
 
 Times are seconds of the process; making the environment and loading files is not part of them, asserting
 goals, plans and actions is. The built-in core's figure is the best of some rounds: machines are noisy.
@@ -27,6 +27,7 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol, Value
 
 GOALS = (50, 100, 200, 400)
+"""The numbers of goals, G."""
 ROUNDS = 5
 SPEED_UP = 10.0
 """The minimum ratio of the original core's time to the built-in core's, at the greatest G."""
@@ -34,10 +35,10 @@ GROWTH = 2.3
 """The maximum ratio of the times after and before G doubles."""
 
 ACTIONS = 10
-"""Actions of a plan."""
+"""The number of actions of a plan."""
 
 LINKS = 20
-"""Domain facts that all goals share."""
+"""The number of domain facts that all goals share."""
 
 DOMAIN = """
 (domain-predicate (name linked) (param-names from to))
@@ -75,22 +76,22 @@ class Work:
     goals: int
 
 
-def seconds(work: Work) -> float:
-    """Do the work once, and return its seconds.
+def measure_seconds(work: Work) -> float:
+    """Do the work once, and return the processor time in seconds.
 
     :raises AssertionError: when an action has not become FINAL: the figure would mean nothing.
     """
     env = make_environment(work.core, "action-selection/sequential")
     env.build(EXECUTOR)
-    own = work.variant == "own"
-    for fact in (DOMAIN + (OWN_PLACES if own else "")).split("\n"):
+    has_own_places = work.variant == "own"
+    for fact in (DOMAIN + (OWN_PLACES if has_own_places else "")).split("\n"):
         assert not fact or env.assert_string(fact) is not None, fact
     for link in range(LINKS):
         env.assert_fact("domain-fact", {"name": Symbol("linked"), "param-values": places(link)})
     env.run()
     start = time.process_time()
     for number in range(work.goals):
-        assert_goal(env, number, own=own)
+        assert_goal(env, number, has_own_places=has_own_places)
     env.run()
     taken = time.process_time() - start
     states = [str(slots["state"]) for _, _, slots in env.facts("plan-action")]
@@ -106,10 +107,10 @@ def places(number: int) -> tuple[Symbol, Symbol]:
     return Symbol(f"place-{number}"), Symbol(f"place-{number + 1}")
 
 
-def assert_goal(env: ClipsEnvironment, number: int, *, own: bool) -> None:
+def assert_goal(env: ClipsEnvironment, number: int, *, has_own_places: bool) -> None:
     """Assert a dispatched goal with its plan, its actions and, if it has one, the place of its robot."""
     goal, plan, robot = Symbol(f"goal-{number}"), Symbol(f"plan-{number}"), Symbol(f"robot-{number}")
-    if own:
+    if has_own_places:
         env.assert_fact("domain-fact", {"name": Symbol("at"), "param-values": (robot, places(0)[0])})
     env.assert_fact("goal", {"id": goal, "mode": Symbol("DISPATCHED"), "committed-to": plan})
     env.assert_fact("plan", {"id": plan, "goal-id": goal, "type": Symbol("SEQUENTIAL")})
@@ -130,29 +131,32 @@ def measure_builtin(variant: str) -> dict[int, float]:
     best = dict.fromkeys(GOALS, float("inf"))
     for _ in range(ROUNDS):
         for goals in GOALS:
-            best[goals] = min(best[goals], seconds(Work("builtin", variant, goals)))
+            best[goals] = min(best[goals], measure_seconds(Work("builtin", variant, goals)))
     for goals, taken in best.items():
         print(f"  {variant:>6}, built-in core, G = {goals:3}: {taken:7.3f} s")
     return best
 
 
 def main() -> int:
-    """Measure and print; return whether a limit was exceeded."""
-    within = True
+    """Measure and print.
+
+    :return: 1 when a limit was exceeded, otherwise 0.
+    """
+    is_within_limits = True
     builtin = {variant: measure_builtin(variant) for variant in ("shared", "own")}
     for variant, taken in builtin.items():
         for smaller, greater in itertools.pairwise(GOALS):
             growth = taken[greater] / taken[smaller]
             report(f"{variant}: G = {greater} / G = {smaller}", growth, GROWTH)
-            within = within and growth <= GROWTH
+            is_within_limits = is_within_limits and growth <= GROWTH
     if not has_fawkes():
-        return int(not within)
+        return int(not is_within_limits)
     for variant, goals in (("own", GOALS[0]), *(("shared", goals) for goals in GOALS)):
-        original = seconds(Work("fawkes", variant, goals))
+        original = measure_seconds(Work("fawkes", variant, goals))
         ratio = original / builtin[variant][goals]
         print(f"  {variant:>6}, original core, G = {goals:3}: {original:7.3f} s, {ratio:.0f} times as long")
     print(f"original / built-in at G = {goals}: {ratio:.1f} (at least {SPEED_UP:g})")
-    return int(not within or ratio < SPEED_UP)
+    return int(not is_within_limits or ratio < SPEED_UP)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Exploration by fork against a process for each run, by processor time, and the memory of a forked run.
 
-Both visit each run, without merging, so that they do the same. The memory is what a forked run has of its
-own: its private pages that were written to, at the moment at which it ends.
+Both visit each run, without merging, so that they do the same. The memory of
+a forked run is that of its private pages that were written to; the largest of all observed runs counts.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ ROOT = Path(__file__).resolve().parent.parent
 SCENARIO = "test-scenario"
 PAIRS = 5
 COMMAND = [sys.executable, "-m", "cxbridge", "explore", SCENARIO, "--faults", "2", "--no-merge", "--json"]
-WAYS = 6
-"""The number of failures of each skill, for 25 runs, because the loading is a part of each run's cost."""
+FAILURES = 6
+"""The number of failures of each skill: enough for 25 runs, which share the cost of the loading."""
 
 
-def own_kilobytes(pid: int) -> int:
-    """Return the private memory of a process."""
+def private_kilobytes(pid: int) -> int:
+    """Return the private memory of a process that was written to, in kilobytes."""
     lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("Private_Dirty:"))
 
 
 def write_world(folder: Path) -> Path:
     """Write a world in which each skill fails in several ways."""
-    ways = "".join(f"    - {{error: way {number}}}\n" for number in range(WAYS))
+    failures = "".join(f"    - {{error: way {number}}}\n" for number in range(FAILURES))
     file = folder / "world.yaml"
-    file.write_text(f"otherwise:\n  fails:\n{ways}")
+    file.write_text(f"otherwise:\n  fails:\n{failures}")
     return file
 
 
@@ -48,10 +48,10 @@ def largest_run(command: list[str]) -> int:
             for folder in Path("/proc").glob("[0-9]*"):
                 try:
                     fields = (folder / "stat").read_bytes().rpartition(b")")[2].split()
-                    # the runs are copies of the process that has loaded the scenario, a child of the command
+                    # fields 3 and 1 are session and parent: a run is a copy of the process with the scenario
                     is_run = int(fields[3]) == process.pid and int(fields[1]) != process.pid
                     if is_run and int(folder.name) != process.pid:
-                        most = max(most, own_kilobytes(int(folder.name)))
+                        most = max(most, private_kilobytes(int(folder.name)))
                 except (OSError, StopIteration):
                     continue
             time.sleep(0.005)
@@ -61,17 +61,18 @@ def largest_run(command: list[str]) -> int:
 def main() -> None:
     """Measure and print."""
     with tempfile.TemporaryDirectory() as folder:
-        measure([*COMMAND, "--world", str(write_world(Path(folder)))])
+        measure_exploration([*COMMAND, "--world", str(write_world(Path(folder)))])
 
 
-def measure(command: list[str]) -> None:
+def measure_exploration(command: list[str]) -> None:
     """Measure an exploration, and print."""
     run = [sys.executable, "-m", "cxbridge", "run", SCENARIO, "--skiller", "simulator"]
     rows = []
     for _ in range(PAIRS):
-        done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
-        found = json.loads(done.stdout)
-        rows.append((found["cpu_seconds"] / found["runs"], processor_seconds(run, dict(os.environ))))
+        process = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+        exploration = json.loads(process.stdout)
+        explored_seconds = exploration["cpu_seconds"] / exploration["runs"]
+        rows.append((explored_seconds, processor_seconds(run, dict(os.environ))))
     explored, alone = (statistics.median(column) for column in zip(*rows, strict=True))
     print(f"  {1000 * explored:.0f} ms of processor time a run, {1000 * alone:.0f} ms alone")
     print(f"  {1 / explored:.0f} runs a second a core")

@@ -2,12 +2,12 @@
 
     python benchmarks/bench_fawkesnet.py [--seconds N] [--json]
 
-Three processes on the loopback, as of Fawkes' own measurements: a writing client, the server, a reading
-client. *c2c* is from the writer's write() to the reader's listener, of TestInterface (a block of 64 bytes);
-*open* a loop of opening for reading and closing, *list* that of listing. The bare sockets send the same
-bytes: one frame in, to the server; the two frames of a changed write out, to writer and reader. Fawkes'
-figures are those of Fawkes 649cec084, as shipped (two writes a frame, Nagle's algorithm on) and with
-TCP_NODELAY forced.
+Three processes communicate over the loopback, as in the measurements of Fawkes: a writing client, the server,
+a reading client. *c2c* is the time from the writer's write() to the reader's listener, for TestInterface (a
+block of 64 bytes); *open* is the time of an opening for reading and a closing, *list* that of a listing. The
+bare sockets send the same bytes: one frame to the server, and the two frames of a changed write from the
+server to writer and reader. The figures of Fawkes are those of Fawkes 649cec084, as shipped (two writes per
+frame, with Nagle's algorithm) and with TCP_NODELAY.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ from cxbridge.interfaces import default_registry
 from cxbridge_fawkes.network.client import FawkesBlackBoard
 from cxbridge_fawkes.network.server import FawkesServer
 
-BLOCK = 64
+BLOCK = 64  # bytes of a block of TestInterface
 HEAD = 28  # bytes of a data message before its block
-SPACINGS = (0.1, 0.001)
-FLAT_OUT = 20_000
+SPACINGS_S = (0.1, 0.001)
+FAST_WRITES = 20_000  # writes without a pause
 FAWKES = {  # p50 in microseconds: as shipped, with TCP_NODELAY
     "c2c, 100 ms apart": (42_700, 631),
     "c2c, 1 ms apart": (354, 334),
@@ -44,6 +44,7 @@ FAWKES = {  # p50 in microseconds: as shipped, with TCP_NODELAY
     "updates/s": (4_619, 4_581),
 }
 Report = dict[str, float]
+"""Figures by name: times in microseconds, rates per second, shares."""
 
 
 def percentiles(seconds: list[float]) -> tuple[float, float]:
@@ -56,6 +57,7 @@ def percentiles(seconds: list[float]) -> tuple[float, float]:
 
 
 def serve(pipe: Connection) -> None:
+    """Serve until the pipe receives an object."""
     clock = RealClock()
     with FawkesServer(LocalBlackBoard(default_registry(), clock), port=0) as server:
         pipe.send(server.port)
@@ -77,11 +79,13 @@ class Notes(Listener):
 
 
 def connect(port: int) -> FawkesBlackBoard:
+    """Connect to a local port."""
     url = f"fawkes://127.0.0.1:{port}"
     return FawkesBlackBoard(url, default_registry(), RealClock(), timeout=60)  # a Fawkes takes long to sync
 
 
 def write(port: int, pipe: Connection) -> None:
+    """Do the jobs (count, spacing) of the pipe until None; send the time of each number."""
     with connect(port) as board:
         writer: Any = board.open_for_writing("TestInterface", "bench")
         number = 0
@@ -102,8 +106,8 @@ def write(port: int, pipe: Connection) -> None:
 
 def measure_cxbridge(seconds: float) -> Report:
     """Return the times of cxbridge's client and server."""
-    pipe, far = mp.Pipe()
-    server = mp.Process(target=serve, args=(far,), daemon=True)
+    pipe, child_end = mp.Pipe()
+    server = mp.Process(target=serve, args=(child_end,), daemon=True)
     server.start()
     result = measure_clients(pipe.recv(), seconds)
     pipe.send(None)
@@ -122,18 +126,18 @@ def measure_clients(port: int, seconds: float) -> Report:
         writer = mp.Process(target=write, args=(port, work), daemon=True)
         writer.start()
         jobs.recv()
-        for spacing in SPACINGS:
+        for spacing in SPACINGS_S:
             sent = ask(jobs, (int(min(seconds, 2000 * spacing) / spacing), spacing))
             board.flush()
             # a late call of a listener reads the data of a later write
             latencies = [notes.seen[number] - when for number, when in sent if number in notes.seen]
             note(result, f"c2c, {spacing * 1000:g} ms apart", latencies)
         notes.events.clear()
-        sent = ask(jobs, (FLAT_OUT, 0))
+        sent = ask(jobs, (FAST_WRITES, 0))
         board.flush()
         result["updates/s"] = len(notes.events) / (notes.events[-1] - sent[0][1])
-        result["events"] = len(notes.events) / FLAT_OUT
-        result["values seen"] = sum(number in notes.seen for number, _ in sent) / FLAT_OUT
+        result["events"] = len(notes.events) / FAST_WRITES
+        result["values seen"] = sum(number in notes.seen for number, _ in sent) / FAST_WRITES
         jobs.send(None)
         writer.join()
         note(result, "open", timed(lambda: board.open_for_reading("TestInterface", "bench").close(), seconds))
@@ -142,11 +146,13 @@ def measure_clients(port: int, seconds: float) -> Report:
 
 
 def ask(pipe: Connection, job: object) -> Any:
+    """Send a job, and return its result."""
     pipe.send(job)
     return pipe.recv()
 
 
 def timed(work: Callable[[], object], seconds: float) -> list[float]:
+    """Repeat the work for at most two seconds; return the seconds of each time."""
     times = []
     end = time.perf_counter() + min(seconds, 2)
     while (started := time.perf_counter()) < end:
@@ -156,6 +162,7 @@ def timed(work: Callable[[], object], seconds: float) -> list[float]:
 
 
 def note(result: Report, figure: str, seconds: list[float]) -> None:
+    """Set the percentiles of a figure."""
     result[figure], result[f"{figure} p99"] = percentiles(seconds)
 
 
@@ -166,10 +173,10 @@ def relay(pipe: Connection) -> None:
     """Read frames of the first connection and send two to both connections; echo the third connection."""
     listener = socket.create_server(("127.0.0.1", 0))
     pipe.send(listener.getsockname()[1])
-    socks = [listener.accept()[0] for _ in range(2)]
+    connections = [listener.accept()[0] for _ in range(2)]
     selector = selectors.DefaultSelector()
     size = HEAD + BLOCK
-    for sock in socks:
+    for sock in connections:
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         selector.register(sock, selectors.EVENT_READ)
     pending = b""
@@ -179,19 +186,20 @@ def relay(pipe: Connection) -> None:
             data = ready.recv(65536)
             if not data:
                 return
-            if ready is not socks[0]:
+            if ready is not connections[0]:
                 ready.sendall(data)
                 continue
             pending += data
             whole = len(pending) // size * size
             for start in range(0, whole, size):
                 frame = pending[start : start + size]
-                for other in socks:
+                for other in connections:
                     other.sendall(frame + frame)
             pending = pending[whole:]
 
 
 def send_bare(port: int, pipe: Connection) -> None:
+    """Do the jobs of :func:`write` with a bare socket."""
     sock = socket.create_connection(("127.0.0.1", port))
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     number = 0
@@ -212,28 +220,30 @@ def send_bare(port: int, pipe: Connection) -> None:
 
 
 def drain(sock: socket.socket, size: int) -> None:
+    """Receive so many bytes, and drop them."""
     while size:
         size -= len(sock.recv(min(size, 65536)))
 
 
 def receive_bare(sock: socket.socket, count: int, seen: dict[int, float]) -> None:
+    """Receive the two frames of each write, and note the time of the first of them."""
     size = HEAD + BLOCK
-    pending, rest = b"", 2 * count
-    while rest:
+    pending, remaining = b"", 2 * count
+    while remaining:
         pending += sock.recv(65536)
         now = time.perf_counter()
         whole = len(pending) // size * size
         for start in range(0, whole, size):
             seen.setdefault(struct.unpack_from("=I", pending, start)[0], now)
-        rest -= whole // size
+        remaining -= whole // size
         pending = pending[whole:]
 
 
 def measure_bare(seconds: float) -> Report:
     """Return the times of bare sockets of the same topology."""
     result: Report = {}
-    (pipe, far), (jobs, work) = mp.Pipe(), mp.Pipe()
-    server = mp.Process(target=relay, args=(far,), daemon=True)
+    (pipe, child_end), (jobs, work) = mp.Pipe(), mp.Pipe()
+    server = mp.Process(target=relay, args=(child_end,), daemon=True)
     server.start()
     port = pipe.recv()
     writer = mp.Process(target=send_bare, args=(port, work), daemon=True)
@@ -241,8 +251,8 @@ def measure_bare(seconds: float) -> Report:
     jobs.recv()
     with socket.create_connection(("127.0.0.1", port)) as sock:
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        for spacing in (*SPACINGS, 0):
-            count = int(min(seconds, 2000 * spacing) / spacing) if spacing else FLAT_OUT
+        for spacing in (*SPACINGS_S, 0):
+            count = int(min(seconds, 2000 * spacing) / spacing) if spacing else FAST_WRITES
             seen: dict[int, float] = {}
             jobs.send((count, spacing))
             receive_bare(sock, count, seen)
@@ -255,9 +265,9 @@ def measure_bare(seconds: float) -> Report:
 
         def round_trip() -> None:
             sock.sendall(bytes(136))
-            rest = 136
-            while rest:
-                rest -= len(sock.recv(rest))
+            remaining = 136
+            while remaining:
+                remaining -= len(sock.recv(remaining))
 
         note(result, "open", timed(round_trip, seconds))
         note(result, "list", timed(round_trip, seconds))
@@ -271,7 +281,7 @@ def measure_bare(seconds: float) -> Report:
 # -- the report
 
 
-def against_fawkes(ours: Report, real: Report) -> None:
+def print_against_fawkes(ours: Report, real: Report) -> None:
     """Print the times of the same clients with a real Fawkes as their server."""
     print("the same clients with the Fawkes that runs here:")
     for figure in FAWKES:
@@ -291,7 +301,7 @@ def main(arguments: Sequence[str] = ()) -> int:
     options = parser.parse_args(arguments)
     ours, bare = measure_cxbridge(options.seconds), measure_bare(options.seconds)
     if options.fawkes:
-        against_fawkes(ours, measure_clients(options.fawkes, options.seconds))
+        print_against_fawkes(ours, measure_clients(options.fawkes, options.seconds))
     if options.json:
         print(json.dumps({"cxbridge": ours, "bare sockets": bare, "fawkes": FAWKES}, indent=1))
     else:
@@ -299,11 +309,11 @@ def main(arguments: Sequence[str] = ()) -> int:
         for figure, (shipped, nodelay) in FAWKES.items():
             factor = ours[figure] / shipped if figure == "updates/s" else shipped / ours[figure]
             ours_text, bare_text = (
-                f"{one[figure]:9.0f} {one.get(f'{figure} p99', 0) or '':>8.5}" for one in (ours, bare)
+                f"{times[figure]:9.0f} {times.get(f'{figure} p99', 0) or '':>8.5}" for times in (ours, bare)
             )
             print(f"{figure:20} {ours_text:>18} {bare_text:>18} {shipped:9} {nodelay:9}  {factor:.1f} times")
         print(
-            f"p50 and p99 in us; of {FLAT_OUT} updates flat out {ours['events']:.0%} were told, "
+            f"p50 and p99 in us; of {FAST_WRITES} updates without a pause {ours['events']:.0%} were told, "
             f"{ours['values seen']:.0%} of the values were read by the listener: it reads the newest"
         )
     slow = [figure for figure in ("c2c, 100 ms apart", "open") if FAWKES[figure][0] / ours[figure] < 50]

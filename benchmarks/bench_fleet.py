@@ -1,8 +1,7 @@
 """A fleet in one executive: 50 robots, 10,000 unmatched facts, 1,000 goals on the skill board.
 
-Each goal has a plan of one action, which an executor of its robot executes; all of it is in this process, on
-a virtual clock. Measured are the loops of the main loop (rules, skill board, executors), in CPU time of this
-process.
+Each goal has a plan of one action, which an executor of its robot executes. Everything runs in this process,
+on a virtual clock. A figure is the CPU time of a pass of the main loop: rules, skill board, executors.
 
     python -m benchmarks fleet      prints the figures; TOO SLOW below 30 loops a second
 """
@@ -80,34 +79,34 @@ class Worker(SkillExecutor):
 class Fleet:
     """The size of the scenario.
 
-    :param executors: of each robot.
-    :param facts: that no rule matches.
-    :param lua: whether robots have a Lua Skiller each, instead of executors on the skill board.
+    :param executors: the number of executors of each robot.
+    :param facts: the number of facts that no rule matches.
+    :param has_lua_skillers: whether each robot has a Lua Skiller instead of executors on the skill board.
     """
 
     robots: int = ROBOTS
     executors: int = EXECUTORS
     goals: int = GOALS
     facts: int = FACTS
-    lua: bool = False
+    has_lua_skillers: bool = False
 
 
 def write(folder: Path, fleet: Fleet) -> Path:
     """Write the scenario."""
     lines = []
     config = CONFIG
-    if fleet.lua:
+    if fleet.has_lua_skillers:
         config = CONFIG.partition("skill-board:")[0].replace(", {name: skill-board}", "")
         config = config.replace("skill-board-actions.clp", "skills-actions.clp")
         config = config.replace("work{n=?(n)i}", "wait{seconds=0.8}") + "skiller:\n  instances:\n"
         lines = [f"    robot{robot}: {{}}\n" for robot in range(fleet.robots)]
-    for robot in range(0 if fleet.lua else fleet.robots):
+    for robot in range(0 if fleet.has_lua_skillers else fleet.robots):
         lines.append(f"    robot{robot}: {{executors: {{")
-        each = (f'w{n}: {{class: "worker.py:Worker"}}' for n in range(fleet.executors))
-        lines.append(", ".join(each) + "}}\n")
+        settings = (f'w{n}: {{class: "worker.py:Worker"}}' for n in range(fleet.executors))
+        lines.append(", ".join(settings) + "}}\n")
     (folder / "scenario.yaml").write_text(config + "".join(lines))
     text = AGENT
-    if fleet.lua:
+    if fleet.has_lua_skillers:
         text += CONTROL.replace("@LAST@", str(fleet.robots - 1))
     for name in ("facts", "goals", "robots"):
         text = text.replace(f"@{name.upper()}@", str(getattr(fleet, name)))
@@ -142,15 +141,13 @@ def main() -> None:
     """Measure and print."""
     loops = measure(Fleet())
     # without the first loop, which makes all facts and goals at once, unlike agents
-    first, rest = loops[0], sorted(loops[1:])
-    rate = 1e3 * len(rest) / sum(rest)
+    first, later = loops[0], sorted(loops[1:])
+    rate = 1e3 * len(later) / sum(later)
     verdict = "ok" if rate >= LIMIT_LOOPS else "TOO SLOW"
     print(f"{ROBOTS} robots, {FACTS} facts, {GOALS} goals: {rate:.0f} loops a second {verdict}")
-    median, most = statistics.median(rest), rest[len(rest) * 99 // 100]
-    print(f"a loop: median {median:.1f} ms, 99 of 100 below {most:.1f} ms, slowest {rest[-1]:.1f} ms")
-    print(
-        f"{len(rest)} loops in {sum(rest) / 1e3:.2f} s; the loop before, that makes the facts: {first:.0f} ms"
-    )
+    median, most = statistics.median(later), later[len(later) * 99 // 100]
+    print(f"a loop: median {median:.1f} ms, 99 of 100 below {most:.1f} ms, slowest {later[-1]:.1f} ms")
+    print(f"{len(later)} loops in {sum(later) / 1e3:.2f} s; the first, which makes the facts: {first:.0f} ms")
 
 
 if __name__ == "__main__":

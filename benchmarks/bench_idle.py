@@ -1,11 +1,11 @@
 """An idle daemon with Skiller and executive: its memory, and its share of a core against bare clipspy.
 
-The daemon works off the test scenario first, which takes it twelve seconds. Its time on the processor is the
-kernel's own account of all its threads, to the nanosecond; the main loop goes on 30 times a second. What a
-wake-up costs depends on the machine more than on what is done: caches are cold after 33 ms. So two rivals go
-on in the same minute, 30 times a second as well: a process that does nothing, and one that gives a time fact
-to bare clipspy with two rules, as :mod:`benchmarks.bench_tick` has it. With ROS2CX_2021_DIR the executive of
-the thesis is measured beside them, at its 1 Hz and at 30 Hz.
+The daemon works off the test scenario first, which takes twelve seconds. The processor time is the kernel's
+account of all threads of the process, to the nanosecond. The main loop runs 30 times a second. The cost of a
+wake-up depends on the machine more than on the work: caches are cold after 33 ms. Therefore two rivals run in
+the same minute, also 30 times a second: a process that does nothing, and a process that asserts a time fact
+in bare clipspy with two rules, like :mod:`benchmarks.bench_tick`. With ROS2CX_2021_DIR the executive of
+the thesis is measured too, at its own 1 Hz and at 30 Hz.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from pathlib import Path
 from benchmarks.harness import report
 
 SETTLE_S = 40
+"""How long the daemons work off their scenarios."""
 MEASURE_S = 60
 
 NOTHING = "a process that does nothing, 30 times a second"
@@ -29,7 +30,7 @@ CLIPS = "bare clipspy with two rules, 30 times a second"
 
 
 def processor_seconds(pid: int) -> float:
-    """Return the processor time of all threads of a process."""
+    """Return the processor time of all threads of a process, in seconds."""
     files = Path(f"/proc/{pid}/task").glob("*/schedstat")
     return sum(int(file.read_text().split()[0]) for file in files) / 1e9
 
@@ -41,7 +42,7 @@ def wakeups(pid: int) -> int:
 
 
 def memory_mb(pid: int) -> float:
-    """Return the resident memory of a process."""
+    """Return the resident memory of a process, in MB."""
     return int(Path(f"/proc/{pid}/status").read_text().split("VmRSS:")[1].split()[0]) / 1024
 
 

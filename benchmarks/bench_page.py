@@ -1,8 +1,8 @@
 """The page with 1,000 goals, 10,000 facts and 100,000 events: long tasks of the browser in each view.
 
 Run with ``python -m benchmarks.bench_page [ROUNDS]``; needs playwright and an installed Chromium. A long
-task is one of the page's main thread that computes for more than 100 ms. The row ``nothing`` is an empty
-page: what this machine does to any task. The first picture of a recording of the same events (20 MB) is the
+task keeps the page's main thread busy for more than 100 ms. The row ``nothing`` is the idle page: its tasks
+show the delays that the machine adds. The first picture of a recording of the same events (20 MB) is the
 time from the request for the page to the frame with the timeline, in a browser that has seen no file of it.
 """
 
@@ -80,43 +80,43 @@ def events(count: int, begin: int) -> list[dict[str, Any]]:
     return made
 
 
-def tasks(trace: bytes) -> list[float]:
+def task_times(trace: bytes) -> list[float]:
     """Return the processor times of the main thread's tasks, in ms."""
-    found = json.loads(trace)["traceEvents"]
+    trace_events = json.loads(trace)["traceEvents"]
     mains = {
         (event["pid"], event["tid"])
-        for event in found
+        for event in trace_events
         if event["name"] == "thread_name" and event["args"]["name"] == "CrRendererMain"
     }
     return [
         event.get("tdur", event.get("dur", 0)) / 1000
-        for event in found
+        for event in trace_events
         if event["name"] == "RunTask" and (event["pid"], event["tid"]) in mains
     ]
 
 
-def look(browser: Any, page: Any, act: Callable[[], None]) -> float:
-    """Return the longest task during an action and shortly afterwards."""
+def trace_longest_task(browser: Any, page: Any, act: Callable[[], None]) -> float:
+    """Return the time of the longest task during an action and shortly afterwards, in ms."""
     browser.start_tracing(page=page, categories=["disabled-by-default-devtools.timeline"])
     act()
     page.wait_for_timeout(1500)
-    return max(tasks(browser.stop_tracing()), default=0.0)
+    return max(task_times(browser.stop_tracing()), default=0.0)
 
 
 def measure(browser: Any) -> dict[str, float]:
-    """Return the longest task of each view during events, and of an idle page."""
-    daemon, begin, each = FakeDaemon(), 0, EVENTS // len(VIEWS)
+    """Return the time of the longest task of each view during events, and of an idle page, in ms."""
+    daemon, begin, view_count = FakeDaemon(), 0, EVENTS // len(VIEWS)
     fill(daemon)
     with serve_daemon(daemon) as site:
         page = browser.new_page(viewport={"width": 1600, "height": 900})
-        found = {"nothing": look(browser, page, lambda: page.wait_for_timeout(1500))}
+        longest = {"nothing": trace_longest_task(browser, page, lambda: page.wait_for_timeout(1500))}
 
         def show(view: str) -> None:
             nonlocal begin
             page.goto(f"{site.url}#/{view}")
             for _ in range(10):
-                daemon.send_events(*events(each // 10, begin))
-                begin += each // 10
+                daemon.send_events(*events(view_count // 10, begin))
+                begin += view_count // 10
                 page.wait_for_timeout(150)
 
         def search() -> None:
@@ -126,10 +126,10 @@ def measure(browser: Any) -> dict[str, float]:
                 page.wait_for_timeout(200)
 
         for view in VIEWS:
-            found[view] = look(browser, page, partial(show, view))
-        found["search"] = look(browser, page, search)
+            longest[view] = trace_longest_task(browser, page, partial(show, view))
+        longest["search"] = trace_longest_task(browser, page, search)
         page.close()
-    return found
+    return longest
 
 
 def record(path: Path) -> None:
@@ -173,9 +173,9 @@ def main(rounds: int = 3) -> int:
     picture = median(pictures)
     print(f"first picture of a recording of {megabytes:.0f} MB: {picture:.0f} ms, worst {max(pictures):.0f}")
     print(f"{'view':24}  median  worst  (ms of the processor, {rounds} rounds)")
-    medians = {view: median(each[view] for each in measured) for view in measured[0]}
+    medians = {view: median(times[view] for times in measured) for view in measured[0]}
     for view, length in medians.items():
-        print(f"{view:24}  {length:6.0f}  {max(each[view] for each in measured):5.0f}")
+        print(f"{view:24}  {length:6.0f}  {max(times[view] for times in measured):5.0f}")
     return sum(length > LIMIT_MS for length in medians.values()) + (picture > PICTURE_LIMIT_MS)
 
 

@@ -1,8 +1,8 @@
 """Planning through the service against the bare engine, for blocks worlds of 4 to 10 blocks.
 
-Ours is from the text of a problem to the plan: reading, the way to the planner's process and back, binding or
-translation, search. Bare is the engine called in this process on files: pyperplan with the same search and
-heuristic, Fast Downward through unified-planning (extra ``planners``; left out when it is not installed).
+The service is measured from the text of a problem to the plan: reading, transfer to the planner's process and
+back, binding or translation, search. The bare engine is called in this process, with files: pyperplan with
+the same search and heuristic, Fast Downward through unified-planning (omitted when it is not installed).
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def problem(blocks: int) -> str:
       (:init (empty) (clear {before[0]}) (table {before[-1]}) {on}) (:goal (and {goal})))"""
 
 
-def seconds(function, *arguments):
+def call_timed(function, *arguments):
     """Return the seconds of a call, and its result."""
     start = time.perf_counter()
     result = function(*arguments)
@@ -83,17 +83,18 @@ def compare(service, engine, bare, folder) -> None:
         bare(files)
         alone, extra = [], []
         for _ in range(ROUNDS):
-            rival, plan = seconds(bare, files)
+            rival_seconds, plan = call_timed(bare, files)
             start = time.perf_counter()
             result = service.plan(PlanRequest(domain, parse_problem(text, domain), engine))
-            ours = time.perf_counter() - start
+            our_seconds = time.perf_counter() - start
             assert plan, "the engine alone finds no plan"
             assert result.actions, result.message
-            alone.append(rival)
-            extra.append(ours - rival)
-        whole, more = 1000 * statistics.median(alone), 1000 * statistics.median(extra)
-        print(f"  {engine} alone: {whole:.1f} ms; ours: {more:+.1f} ms, {100 * more / whole:+.0f} %")
-        report(f"{engine}, {blocks} blocks, more than alone, ms", more, limit=max(20, 0.1 * whole))
+            alone.append(rival_seconds)
+            extra.append(our_seconds - rival_seconds)
+        alone_ms, extra_ms = 1000 * statistics.median(alone), 1000 * statistics.median(extra)
+        share = extra_ms / alone_ms
+        print(f"  {engine} alone: {alone_ms:.1f} ms; ours: {extra_ms:+.1f} ms, {100 * share:+.0f} %")
+        report(f"{engine}, {blocks} blocks, more than alone, ms", extra_ms, limit=max(20, 0.1 * alone_ms))
 
 
 def main() -> None:

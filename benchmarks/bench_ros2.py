@@ -33,42 +33,42 @@ def measure_cxbridge() -> dict[str, float]:
     from ros2_tests.peer import PACKAGES
 
     with DdsNode("bench", Definitions([PACKAGES], environment={})) as node:
-        got: list[object] = []
+        received: list[object] = []
 
-        def trip(begin: Callable[[int], object]) -> float:
+        def median_trip_us(begin: Callable[[int], object]) -> float:
             times = []
             for number in range(COUNT):
-                before, started = len(got), time.perf_counter()
+                before, started = len(received), time.perf_counter()
                 begin(number)
-                while len(got) == before and time.perf_counter() - started < 5:
+                while len(received) == before and time.perf_counter() - started < 5:
                     node.poll(0.5)
                 times.append(time.perf_counter() - started)
             return statistics.median(times) * 1e6
 
-        node.subscribe("/back", "std_msgs/msg/String", got.append)
-        there = node.create_publisher("/there", "std_msgs/msg/String")
+        node.subscribe("/back", "std_msgs/msg/String", received.append)
+        publisher = node.create_publisher("/there", "std_msgs/msg/String")
         add = node.create_client("/add", "example_interfaces/srv/AddTwoInts")
-        count = ActionClient(node, "/fibonacci", "example_interfaces/action/Fibonacci")
+        fibonacci = ActionClient(node, "/fibonacci", "example_interfaces/action/Fibonacci")
         limit = time.monotonic() + 20
         while (
-            not (there.count_subscriptions() and add.has_server and count.has_server)
+            not (publisher.count_subscriptions() and add.has_server and fibonacci.has_server)
             and time.monotonic() < limit
         ):
             node.poll(0.1)
-        time.sleep(1.0)
+        time.sleep(1.0)  # the other direction of the topic is matched as well
         node.poll()
         return {
-            "topic": trip(lambda number: there.publish({"data": f"message {number}"})),
-            "service": trip(lambda number: add.call({"a": number, "b": 1}, got.append)),
-            "goal": statistics.median(goals(node, count)) * 1e6,
+            "topic": median_trip_us(lambda number: publisher.publish({"data": f"message {number}"})),
+            "service": median_trip_us(lambda number: add.call({"a": number, "b": 1}, received.append)),
+            "goal": statistics.median(goals(node, fibonacci)) * 1e6,
         }
 
 
-def goals(node: Node, count: ActionClient) -> Iterator[float]:
+def goals(node: Node, fibonacci: ActionClient) -> Iterator[float]:
     """Yield the seconds of each goal until its result."""
     for _ in range(COUNT):
         started = time.perf_counter()
-        sent = count.send({"order": 1})
+        sent = fibonacci.send({"order": 1})
         while not sent.is_over and time.perf_counter() - started < 5:
             node.poll(0.5)
         yield time.perf_counter() - started
@@ -79,8 +79,8 @@ def measure_rclpy() -> dict[str, float]:
     from ros2_tests.conftest import HERE, make_ros_python_command
 
     command = make_ros_python_command(str(HERE / "with_rclpy/user.py"), str(COUNT))
-    found = json.loads(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
-    return {"topic": found["trip"] * 1e6, "service": found["call"] * 1e6, "goal": found["goal"] * 1e6}
+    seconds = json.loads(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
+    return {"topic": seconds["trip"] * 1e6, "service": seconds["call"] * 1e6, "goal": seconds["goal"] * 1e6}
 
 
 def main() -> None:
@@ -98,10 +98,10 @@ def main() -> None:
         peer.kill()
         peer.wait()
     for traffic in ("topic", "service", "goal"):
-        mine = statistics.median(first[traffic] for first, _ in rounds)
-        rival = statistics.median(second[traffic] for _, second in rounds)
+        ours_us = statistics.median(first[traffic] for first, _ in rounds)
+        rival_us = statistics.median(second[traffic] for _, second in rounds)
         ratio = statistics.median(first[traffic] / second[traffic] for first, second in rounds)
-        print(f"{traffic}: cxbridge {mine:.0f} us, rclpy with itself {rival:.0f} us, ratio {ratio:.2f}")
+        print(f"{traffic}: cxbridge {ours_us:.0f} us, rclpy with itself {rival_us:.0f} us, ratio {ratio:.2f}")
 
 
 if __name__ == "__main__":

@@ -66,26 +66,27 @@ def parameters(folder: Path, program: str, environments: int = 1, rate: int = 10
     return folder / "agent.yaml"
 
 
-def cold(folder: Path) -> None:
+def measure_cold_start(folder: Path) -> None:
     """Measure hello_world as a process, in turn with the smallest scenario of cxbridge."""
-    root = Path(__file__).resolve().parent.parent
-    hello = root / "plugins/cxbridge-ros2cx/cxbridge_ros2cx/examples/params/hello.yaml"
+    repository = Path(__file__).resolve().parent.parent
+    hello = repository / "plugins/cxbridge-ros2cx/cxbridge_ros2cx/examples/params/hello.yaml"
     program = [sys.executable, "-m", "cxbridge", "run"]
-    ours = [*program, str(hello), "--timeout", "2"]
+    hello_run = [*program, str(hello), "--timeout", "2"]
     smallest = [*program, "waypoints"]
     environment = {**os.environ, "PYTHONPYCACHEPREFIX": str(folder / "bytecode")}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
-    for each in (ours, smallest):
-        processor_seconds(each, environment)
+    for command in (hello_run, smallest):
+        processor_seconds(command, environment)  # writes the bytecode
     pairs = [
-        (processor_seconds(ours, environment), processor_seconds(smallest, environment)) for _ in range(PAIRS)
+        (processor_seconds(hello_run, environment), processor_seconds(smallest, environment))
+        for _ in range(PAIRS)
     ]
     first, second = (statistics.median(seconds) for seconds in zip(*pairs, strict=True))
     print(f"  {first:.3f} s against {second:.3f} s of processor time (medians of {PAIRS})")
     report("hello_world cold / our smallest scenario", first / second, limit=1.2)
 
 
-def idle(folder: Path) -> None:
+def measure_idle_tick(folder: Path) -> None:
     """Measure a tick of an agent that is finished."""
     with Run(options_from_keywords(parameters(folder, CLOCK, rate=TICKS_A_SECOND), timeout=1e9)) as run:
         run.start()
@@ -98,24 +99,24 @@ def idle(folder: Path) -> None:
         report("idle tick / bare clipspy", paired_ratio(tick, bare(), BATCH), limit=1.3)
 
 
-def several(folder: Path) -> None:
+def measure_environments(folder: Path) -> None:
     """Measure a second of twenty environments."""
     file = parameters(folder, HELLO, ENVIRONMENTS, TICKS_A_SECOND)
     with Run(options_from_keywords(file, timeout=1e9)) as run:
         run.start()
         clock, node, period_us = run.clock, run.executive, run.loop.period_us
-        begun = time.process_time()
+        start = time.process_time()
         for _ in range(TICKS_A_SECOND * 10):
             clock.sleep_until(clock.now_us() + period_us)
             node.loop()
-        seconds = (time.process_time() - begun) / 10
+        seconds = (time.process_time() - start) / 10
     print(f"  {seconds * 1000:.1f} ms of processor time a second")
     report(f"a second of {ENVIRONMENTS} environments / a second", seconds, limit=1.0)
 
 
-def turtle(folder: Path) -> None:
+def measure_turtle(folder: Path) -> None:
     """Measure a minute in which a turtle drives from corner to corner."""
-    reached = [0]
+    pose_count = [0]
 
     def attach(run):
         assert isinstance(run.executive, CxNode)
@@ -131,20 +132,20 @@ def turtle(folder: Path) -> None:
             pose[2] += moving[1] * passed
             pose[0] += moving[0] * passed * math.cos(pose[2])
             pose[1] += moving[0] * passed * math.sin(pose[2])
-            reached[0] += 1
+            pose_count[0] += 1
             topic.publish({"x": pose[0], "y": pose[1], "theta": pose[2]})
 
         node.subscribe("/cmd_vel", "geometry_msgs/msg/Twist", command)
         run.loop.add(Hook.PRE_LOOP, step)
 
-    begun = time.process_time()
+    start = time.process_time()
     result = run_scenario(options_from_keywords(parameters(folder, DRIVER), timeout=TURTLE_S), attach=attach)
-    seconds = time.process_time() - begun
-    print(f"  {seconds:.2f} s of processor time, {reached[0]} poses, {result.firings} rules")
+    seconds = time.process_time() - start
+    print(f"  {seconds:.2f} s of processor time, {pose_count[0]} poses, {result.firings} rules")
     report(f"{TURTLE_S:g} s of the turtle / 2 s", seconds / 2.0, limit=1.0)
 
 
-def learning(checkout: Path) -> None:
+def measure_learning(checkout: Path) -> None:
     """Measure steps of the agent of blocks, with its resets."""
     import gymnasium
 
@@ -154,13 +155,13 @@ def learning(checkout: Path) -> None:
     env = gymnasium.make(cxbridge_ros2cx.rl.ENVIRONMENT_ID, parameters=agent, ros2cx=checkout).unwrapped
     chance = random.Random(1)
     _, info = env.reset()
-    begun = time.process_time()
+    start = time.process_time()
     for _ in range(STEPS):
-        action = chance.choice([number for number, can in enumerate(info["action_mask"]) if can])
+        action = chance.choice([number for number, mask in enumerate(info["action_mask"]) if mask])
         *_, is_over, _, info = env.step(action)
         if is_over:
             _, info = env.reset()
-    seconds = time.process_time() - begun
+    seconds = time.process_time() - start
     env.close()
     print(f"  {STEPS / seconds:.0f} steps in a second of processor time")
     report("a step / 1 ms", seconds / STEPS * 1000, limit=1.0)
@@ -170,12 +171,12 @@ def main() -> None:
     """Measure and print."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        cold(folder)
-        idle(folder)
-        several(folder)
-        turtle(folder)
+        measure_cold_start(folder)
+        measure_idle_tick(folder)
+        measure_environments(folder)
+        measure_turtle(folder)
     if "ROS2CX_DIR" in os.environ:
-        learning(Path(os.environ["ROS2CX_DIR"]))
+        measure_learning(Path(os.environ["ROS2CX_DIR"]))
     else:
         print("learning is not measured: ROS2CX_DIR names no checkout")
 

@@ -1,8 +1,8 @@
 """A loop of the skill board with 1,000 running actions over 100 agents, all in this process.
 
-Each agent has ten executors; each executes an action and tells its progress in every step, as often as the
-protocol passes it on (five times a second). Measured is the loop of the service: masters, executors, Skillers
-of the agents; in CPU time of this process, since these machines are shared.
+Each agent has ten executors. Each of them executes an action and reports progress in every step; the protocol
+passes the progress on five times a second. A figure is the time of a loop of the service (masters, executors,
+Skillers of the agents), in CPU time of this process, because these machines are shared.
 
     python -m benchmarks skill_board      prints the medians; TOO SLOW above 33 ms, 50 ms for the begin
 """
@@ -28,6 +28,7 @@ LOOPS = 150
 PERIOD_US = 33_333
 LIMIT_MS = 33.0
 BEGINS = 7
+"""The number of rounds for the time of the begin."""
 BEGIN_LIMIT_MS = 50.0
 
 
@@ -36,7 +37,7 @@ class Busy(SkillExecutor):
 
     skills = ("work",)
 
-    def execute(self, call: SkillCall) -> Steps:  # noqa: ARG002
+    def execute(self, call: SkillCall) -> Steps:  # noqa: ARG002 - the interface
         done = 0.0
         while True:
             done += 1e-4

@@ -39,7 +39,7 @@ def bare():
     builder = lib.CreateFactBuilder(env, b"time")
     numbers = lib.CreateMultifieldBuilder(env, 2)
 
-    def tick(_keeps_alive=environment):
+    def tick(_environment=environment):  # keeps it alive
         lib.MBReset(numbers)
         for number in divmod(time.time_ns() // 1000, 1_000_000):
             lib.MBAppend(numbers, clips.values.clips_value(env, number))
@@ -52,7 +52,7 @@ def bare():
     return tick
 
 
-def ours(assembly):
+def make_executive_tick(assembly):
     """Return a function that makes a tick of an executive whose agent is finished."""
     assembly.start()
     assembly.loop.run(lambda: assembly.is_over)
@@ -68,29 +68,29 @@ def ours(assembly):
 def soak(tick):
     """Run many ticks; return the median tick at the begin and at the end, and the growth of the memory."""
 
-    def thousand():
+    def thousand_ticks_us():
         started = time.perf_counter()
         for _ in range(1000):
             tick()
         return (time.perf_counter() - started) * 1000
 
     for _ in range(5):
-        thousand()
+        thousand_ticks_us()
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    times = [thousand() for _ in range(SOAK_TICKS // 1000)]
-    grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
-    return statistics.median(times[:20]), statistics.median(times[-20:]), grown
+    times = [thousand_ticks_us() for _ in range(SOAK_TICKS // 1000)]
+    growth_kib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+    return statistics.median(times[:20]), statistics.median(times[-20:]), growth_kib
 
 
 def main():
     """Measure and print."""
     with Run(RunOptions(scenario=SCENARIO)) as assembly:
-        tick = ours(assembly)
+        tick = make_executive_tick(assembly)
         report("idle tick / bare clipspy with builders", paired_ratio(tick, bare(), BATCH), limit=1.3)
-        first, last, grown = soak(tick)
+        first, last, growth_kib = soak(tick)
         print(f"soak of {SOAK_TICKS} ticks: {first:.1f} us a tick at the begin, {last:.1f} at the end")
         report("last tick / first tick", last / first, limit=1.1)
-        print(f"memory grew by {grown} KiB (limit 1024)")
+        print(f"memory grew by {growth_kib} KiB (limit 1024)")
 
 
 if __name__ == "__main__":

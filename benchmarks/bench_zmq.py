@@ -32,8 +32,8 @@ from cxbridge.interfaces import InterfaceRegistry
 
 TYPE, ID = "SkillerInterface", "bench"
 SIZE = 1216  # bytes of SkillerInterface's block
-READERS, RATE, SECONDS = 10, 1000, 3.0
-BURST = 30_000
+READERS, RATE_HZ, SECONDS = 10, 1000, 3.0
+BURST = 30_000  # writes without a pause
 REPORTED_PAUSE_S = 0.05
 TRIPS = 1500
 
@@ -44,7 +44,7 @@ def percentile(values: list[float], share: float) -> float:
 
 
 def send_result(result: Any) -> None:
-    """Print a result for the parent."""
+    """Print a result for the parent as a line of JSON."""
     print(json.dumps(result), flush=True)
 
 
@@ -52,9 +52,9 @@ def pace(rate: float, seconds: float, work: Callable[[], object]) -> None:
     """Call ``work`` at a rate."""
     start = time.monotonic()
     for count in range(int(rate * seconds)):
-        left = start + count / rate - time.monotonic()
-        if left > 0:
-            time.sleep(left)
+        wait_s = start + count / rate - time.monotonic()
+        if wait_s > 0:
+            time.sleep(wait_s)
         work()
 
 
@@ -67,12 +67,14 @@ def wait_for_parent() -> None:
 
 
 def ours_daemon(url: str, _: str) -> None:
+    """Serve the blackboard."""
     with ZmqBlackBoardServer(LocalBlackBoard(InterfaceRegistry(), RealClock()), [url]) as server:
         send_result(server.endpoints)
         wait_for_parent()
 
 
 def connect(url: str) -> ZmqBlackBoard:
+    """Connect to the blackboard."""
     return ZmqBlackBoard(url, InterfaceRegistry(), RealClock())
 
 
@@ -89,6 +91,7 @@ class _Arrivals(Listener):
 
 
 def ours_reader(url: str, _: str) -> None:
+    """Send the delays in microseconds of all updates until the parent sends a line."""
     with connect(url) as board:
         arrivals = _Arrivals()
         reader = board.open_for_reading(TYPE, ID)
@@ -108,6 +111,7 @@ def ours_reader(url: str, _: str) -> None:
 
 
 def ours_writer(url: str, mode: str) -> None:
+    """Write the current time at a rate, or without pauses in the mode ``burst``."""
     with connect(url) as board:
         writer: Any = board.open_for_writing(TYPE, ID)
 
@@ -122,7 +126,7 @@ def ours_writer(url: str, mode: str) -> None:
             for _ in range(BURST):
                 write()
         else:
-            pace(RATE, SECONDS, write)
+            pace(RATE_HZ, SECONDS, write)
         board.flush()
         send_result({"first": first})
         wait_for_parent()
@@ -136,6 +140,7 @@ class _Replies(Listener):
 
 
 def ours_worker(url: str, _: str) -> None:
+    """Reply to each message with an update."""
     with connect(url) as board:
         board.register_listener(_Replies(), board.open_for_writing(TYPE, ID), EventKind.MESSAGE_RECEIVED)
         send_result("ready")
@@ -152,18 +157,19 @@ class _UpdateEvent(Listener):
 
 
 def ours_asker(url: str, _: str) -> None:
+    """Send the microseconds from each message to the update."""
     with connect(url) as board:
         reader: Any = board.open_for_reading(TYPE, ID)
-        waits = _UpdateEvent()
-        board.register_listener(waits, reader, EventKind.DATA_REFRESHED)
+        update = _UpdateEvent()
+        board.register_listener(update, reader, EventKind.DATA_REFRESHED)
         trips = []
         for count in range(TRIPS):
-            waits.arrived.clear()
+            update.arrived.clear()
             message = reader.create_message("ExecSkillMessage")
             message.skill_string = str(count)
             start = time.monotonic_ns()
             reader.msgq_enqueue(message)
-            assert waits.arrived.wait(5)
+            assert update.arrived.wait(5)
             trips.append((time.monotonic_ns() - start) / 1e3)
         send_result(trips)
         wait_for_parent()
@@ -191,8 +197,9 @@ def _pub_of(url: str) -> str:
 
 
 def bare_daemon(url: str, _: str) -> None:
+    """Pass writes to the PUB, and questions to the worker."""
     router, pub = _socket(zmq.ROUTER, url, bind=True), _socket(zmq.PUB, _pub_of(url), bind=True)
-    bound = [one.last_endpoint.decode() for one in (router, pub)]
+    bound = [socket.last_endpoint.decode() for socket in (router, pub)]
     send_result([" ".join(bound)])
     peers: set[bytes] = set()
     poller: Any = zmq.Poller()
@@ -213,6 +220,7 @@ def bare_daemon(url: str, _: str) -> None:
 
 
 def bare_reader(url: str, _: str) -> None:
+    """Do the work of :func:`ours_reader`."""
     sub = _socket(zmq.SUB, url.rpartition(" ")[2])
     delays, last = [], 0.0
     send_result("ready")
@@ -234,6 +242,7 @@ def bare_reader(url: str, _: str) -> None:
 
 
 def bare_writer(url: str, mode: str) -> None:
+    """Do the work of :func:`ours_writer`."""
     dealer = _socket(zmq.DEALER, url.partition(" ")[0])
 
     def write() -> None:
@@ -246,13 +255,14 @@ def bare_writer(url: str, mode: str) -> None:
         for _ in range(BURST):
             write()
     else:
-        pace(RATE, SECONDS, write)
-    time.sleep(0.5)
+        pace(RATE_HZ, SECONDS, write)
+    time.sleep(0.5)  # until the last write is sent
     send_result({"first": first})
     wait_for_parent()
 
 
 def bare_worker(url: str, _: str) -> None:
+    """Do the work of :func:`ours_worker`."""
     dealer = _socket(zmq.DEALER, url.partition(" ")[0])
     dealer.send_multipart([b"worker", b""])
     send_result("ready")
@@ -264,8 +274,9 @@ def bare_worker(url: str, _: str) -> None:
 
 
 def bare_asker(url: str, _: str) -> None:
+    """Do the work of :func:`ours_asker`."""
     dealer, sub = _socket(zmq.DEALER, url.partition(" ")[0]), _socket(zmq.SUB, url.rpartition(" ")[2])
-    time.sleep(0.5)
+    time.sleep(0.5)  # until the daemon knows the subscription
     trips = []
     for count in range(TRIPS):
         start = time.monotonic_ns()
@@ -316,32 +327,36 @@ class Processes:
         self.url = self.receive(daemon)[0]
 
     def start(self, role: str, mode: str = "") -> subprocess.Popen[str]:
+        """Start a child with a role."""
         command = [sys.executable, "-m", "benchmarks.bench_zmq", f"{self._kind}_{role}", self.url, mode]
         child = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         self._children.append(child)
         return child
 
     def receive(self, child: subprocess.Popen[str]) -> Any:
+        """Return the next result of a child."""
         assert child.stdout is not None
         return json.loads(child.stdout.readline())
 
     def resume(self, child: subprocess.Popen[str]) -> None:
+        """Send the line for which a child waits."""
         assert child.stdin is not None
         child.stdin.write("\n")
         child.stdin.flush()
 
     def cpu_seconds(self) -> float:
-        """Return the processor time of the daemon."""
-        with open(f"/proc/{self._children[0].pid}/stat") as stat:  # noqa: PTH123
+        """Return the processor time of the daemon, in seconds."""
+        with Path(f"/proc/{self._children[0].pid}/stat").open() as stat:
             fields = stat.read().rpartition(")")[2].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def memory_mb(self) -> float:
-        """Return the resident memory of the daemon."""
-        with open(f"/proc/{self._children[0].pid}/statm") as statm:  # noqa: PTH123
+        """Return the resident memory of the daemon, in MB."""
+        with Path(f"/proc/{self._children[0].pid}/statm").open() as statm:
             return int(statm.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
 
     def end(self) -> None:
+        """End all children."""
         for child in reversed(self._children):
             child.communicate("\n\n\n")
 
@@ -408,11 +423,11 @@ def main(rounds: int = 2) -> None:
             pairs = []
             for _ in range(rounds):
                 pair = [updates(rival, transport, folder, READERS, "paced")[0] for rival in ("ours", "bare")]
-                pairs.append([(percentile(d, 0.5), percentile(d, 0.99)) for d in pair])
+                pairs.append([(percentile(delays, 0.5), percentile(delays, 0.99)) for delays in pair])
             for ours, bare in pairs:
                 print(
-                    f"{transport} {READERS} readers {RATE} Hz: p50 {ours[0]:.0f}, p99 {ours[1]:.0f} us; bare "
-                    f"p50 {bare[0]:.0f} us, p99 {bare[1]:.0f} us"
+                    f"{transport} {READERS} readers {RATE_HZ} Hz: p50 {ours[0]:.0f}, p99 {ours[1]:.0f} us; "
+                    f"bare p50 {bare[0]:.0f} us, p99 {bare[1]:.0f} us"
                 )
             ratio = statistics.median(ours[0] / bare[0] for ours, bare in pairs)
             print(f"{transport} ratio of the p50: {ratio:.2f} (limit 2)")

@@ -37,11 +37,11 @@ def core_folders(core: str) -> tuple[Path, Path]:
     return plugins / "clips" / "clips", plugins / "clips-executive" / "clips"
 
 
-def make_environment(core: str, *more: str) -> ClipsEnvironment:
-    """Make an environment with a core's domain files and ``more`` of its files, named without ``.clp``."""
+def make_environment(core: str, *extra: str) -> ClipsEnvironment:
+    """Make an environment with a core's domain files and ``extra`` of its files, named without ``.clp``."""
     env = ClipsEnvironment("executive", EventBus(VirtualClock()))
     host, files = core_folders(core)
-    for path in [host / name for name in HOST_FILES] + [files / name for name in DOMAIN_FILES[core] + more]:
+    for path in [host / name for name in HOST_FILES] + [files / name for name in DOMAIN_FILES[core] + extra]:
         if not env.batch(path.with_name(path.name + ".clp")):
             sys.exit(f"{path}.clp cannot be read")
     return env

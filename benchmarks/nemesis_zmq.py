@@ -4,15 +4,15 @@
 
     python -m benchmarks.nemesis_zmq [SECONDS]
 
-A daemon, writers that contend for one interface, readers that check what they read and send messages. Every
-so often one of them gets SIGKILL and is started again, or SIGSTOP for a while. The claims:
+There are a daemon, writers that contend for one interface, and readers that check the blocks and send
+messages. From time to time a random process is killed and started again, or stopped for at most a second. The
+claims:
 
 - *single writer*: at the daemon each block comes from the process that is the writer at that moment;
-- *untorn, monotone*: a block is whole, and a reader never sees an older one of a writer after a newer one;
-- *acknowledged is delivered*: a message whose sender saw it acknowledged was taken by a writer, once, in
-  order;
-- *no stale writer*: when all writers stand still the interface soon has none, and can be opened;
-- *it goes on*: after all that a write reaches a reader within two seconds.
+- *untorn, monotone*: a block is whole, and a reader never reads an older block of a writer after a newer one;
+- *acknowledged means delivered*: a writer has received each acknowledged message, once and in order;
+- *no stale writer*: the daemon soon releases a stopped writer, and the interface can be opened again;
+- *still working*: at the end a write reaches a reader within two seconds.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ from cxbridge.clock import RealClock
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.interfaces.instance import Interface, Message
 
-HEARTBEAT = 0.1
+HEARTBEAT_S = 0.1
 TYPE, ID = "SkillerInterface", "contested"
-PATTERN = 900  # bytes of payload, the number repeated
+PAYLOAD_LENGTH = 900  # characters of a payload without its checksum
 
 
 class Journal:
@@ -49,13 +49,14 @@ class Journal:
         self._fd = os.open(folder / f"{role}.{os.getpid()}.log", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
 
     def note(self, *words: object) -> None:
+        """Write a line."""
         os.write(self._fd, (" ".join(str(word) for word in words) + "\n").encode())
 
 
 def payload(pid: int, number: int) -> str:
     """Return ``pid:number:``, repeated, and its checksum, so that mixed texts are detected."""
     unit = f"{pid}:{number}:"
-    text = (unit * (PATTERN // len(unit) + 1))[:PATTERN]
+    text = (unit * (PAYLOAD_LENGTH // len(unit) + 1))[:PAYLOAD_LENGTH]
     return f"{text}|{zlib.crc32(text.encode()):08x}"
 
 
@@ -100,7 +101,7 @@ def daemon(url: str, journal: Journal) -> None:
     board = LocalBlackBoard(InterfaceRegistry(), RealClock())
     reader = board.open_for_reading(TYPE, ID, owner="referee")
     board.register_listener(_WriteRecorder(journal), reader, EventKind.DATA_REFRESHED)
-    with ZmqBlackBoardServer(board, [url], heartbeat=HEARTBEAT):
+    with ZmqBlackBoardServer(board, [url], heartbeat=HEARTBEAT_S):
         journal.note("serving")
         signal.pause()
 
@@ -138,11 +139,11 @@ class _MessageRecorder(Listener):
 def writer(url: str, journal: Journal) -> None:
     """Write whenever the process can open the writer."""
     board = connect(url, "writer")
-    taker = _MessageRecorder(journal)
+    recorder = _MessageRecorder(journal)
     number = 0
     while True:
         try:
-            listen = listening(taker, EventKind.MESSAGE_RECEIVED)
+            listen = listening(recorder, EventKind.MESSAGE_RECEIVED)
             instance = board.open_for_writing(TYPE, ID, owner=str(os.getpid()), listen=listen)
         except BlackBoardError:
             journal.note("refused")
@@ -154,9 +155,9 @@ def writer(url: str, journal: Journal) -> None:
                 number += 1
                 instance.set("skill_string", payload(os.getpid(), number))
                 instance.write()
-                taker.empty(instance)
+                recorder.empty(instance)
                 time.sleep(0.001)
-            taker.empty(instance)
+            recorder.empty(instance)
             instance.close()
         except BlackBoardError:
             time.sleep(0.02)
@@ -202,51 +203,57 @@ ROLES: dict[str, Callable[[str, Journal], None]] = {"daemon": daemon, "writer": 
 
 
 class Processes:
-    """The processes by role."""
+    """The processes, by their roles with numbers."""
 
-    def __init__(self, url: str, folder: Path, parts: list[str]) -> None:
+    def __init__(self, url: str, folder: Path, roles: list[str]) -> None:
         self._url, self._folder = url, folder
-        self.processes = {f"{part}{index}": self._start(part) for index, part in enumerate(parts)}
+        self.processes = {f"{role}{index}": self._start(role) for index, role in enumerate(roles)}
 
-    def _start(self, part: str) -> subprocess.Popen[bytes]:
+    def _start(self, role: str) -> subprocess.Popen[bytes]:
         log = (self._folder / "stderr.txt").open("ab")
         with log:
-            command = [sys.executable, "-m", "benchmarks.nemesis_zmq", part, self._url, str(self._folder)]
+            command = [sys.executable, "-m", "benchmarks.nemesis_zmq", role, self._url, str(self._folder)]
             return subprocess.Popen(command, stderr=log)
 
     def kill(self, name: str) -> None:
+        """Kill a process, and wait for its end."""
         process = self.processes[name]
         process.kill()
         process.wait()
 
     def restart(self, name: str) -> None:
+        """Kill a process, and start one with the same role."""
         self.kill(name)
         self.processes[name] = self._start(name.rstrip("0123456789"))
 
     def freeze(self, name: str, seconds: float) -> None:
+        """Stop a process for some seconds."""
         process = self.processes[name]
         process.send_signal(signal.SIGSTOP)
         time.sleep(seconds)
         process.send_signal(signal.SIGCONT)
 
-    def stop_all_but(self, part: str) -> None:
+    def stop_all_but(self, role: str) -> None:
+        """Stop the processes of all other roles."""
         for name, process in self.processes.items():
-            if not name.startswith(part):
+            if not name.startswith(role):
                 process.send_signal(signal.SIGSTOP)
 
-    def kill_all_but(self, part: str) -> None:
+    def kill_all_but(self, role: str) -> None:
+        """Kill the processes of all other roles."""
         for name in self.processes:
-            if not name.startswith(part):
+            if not name.startswith(role):
                 self.kill(name)
 
     def end(self) -> None:
+        """Kill all processes."""
         for name in self.processes:
             self.kill(name)
 
 
 def disturb(processes: Processes, seconds: float, rng: random.Random, pause: float) -> Counter[str]:
     """Kill and stop processes at random; return the number of each operation."""
-    done: Counter[str] = Counter()
+    operations: Counter[str] = Counter()
     until = time.monotonic() + seconds
     while time.monotonic() < until:
         time.sleep(rng.uniform(0.3, 1.0) * pause)
@@ -255,11 +262,11 @@ def disturb(processes: Processes, seconds: float, rng: random.Random, pause: flo
         )
         if rng.random() < 0.5:
             processes.restart(name)
-            done[f"SIGKILL {name.rstrip('0123456789')}"] += 1
+            operations[f"SIGKILL {name.rstrip('0123456789')}"] += 1
         else:
             processes.freeze(name, rng.choice([0.1, 0.2, 0.5, 1.0]))
-            done[f"SIGSTOP {name.rstrip('0123456789')}"] += 1
-    return done
+            operations[f"SIGSTOP {name.rstrip('0123456789')}"] += 1
+    return operations
 
 
 def check_end(url: str, processes: Processes) -> list[str]:
@@ -278,10 +285,10 @@ def check_end(url: str, processes: Processes) -> list[str]:
         processes.stop_all_but("daemon")
         stopped = time.monotonic()
         while has_writer():
-            if time.monotonic() - stopped > 20 * HEARTBEAT:
+            if time.monotonic() - stopped > 20 * HEARTBEAT_S:
                 return ["a stopped writer was not released"]
             time.sleep(0.001)
-        released = (time.monotonic() - stopped) / HEARTBEAT
+        released = (time.monotonic() - stopped) / HEARTBEAT_S
         print(f"the last writer was released {released:.1f} heartbeats after its stop")
         processes.kill_all_but("daemon")
         with board.open_for_reading(TYPE, ID) as seen, connect(url, "last") as other:
@@ -305,7 +312,7 @@ class History:
         self.counts: Counter[str] = Counter()
         self.taken: set[tuple[str, str]] = set()
         self.acknowledged: set[tuple[str, str]] = set()
-        """By sender and number."""
+        """The acknowledged messages as (sender, number), like those of ``taken``."""
 
     def add(self, journal: Path) -> None:
         """Read a journal."""
@@ -337,7 +344,8 @@ class History:
 def check_history(folder: Path) -> tuple[list[str], Counter[str]]:
     """Check the journals; return the faults, and the numbers of checked records.
 
-    A writer listens from before it is open, and notes a message before it acknowledges it: none is excused.
+    A writer listens before it is open, and notes a message before the acknowledgement. So no acknowledged
+    message may be missing.
     """
     history = History()
     for journal in sorted(folder.glob("*.log")):
@@ -357,26 +365,26 @@ def run(
         try:
             with connect(url, "start"):
                 pass
-            done = disturb(processes, seconds, random.Random(seed), pause)
+            operations = disturb(processes, seconds, random.Random(seed), pause)
             time.sleep(1.0)
             faults = check_end(url, processes)
         finally:
             processes.end()
-        more, counts = check_history(folder)
-        print(", ".join(f"{event} {count}" for event, count in sorted((done + counts).items())))
+        history_faults, counts = check_history(folder)
+        print(", ".join(f"{event} {count}" for event, count in sorted((operations + counts).items())))
         errors = (folder / "stderr.txt").read_text()
         if errors:
             faults.append(f"somebody failed:\n{errors[-3000:]}")
         if not (counts["acknowledged"] and counts["reads"]):
             faults.append("nothing was acknowledged or read: this proves nothing")
-        return faults + more
+        return faults + history_faults
 
 
 def main() -> None:
     """Run for the seconds of the command line (60), or run a role as a child process."""
     if len(sys.argv) > 2:
-        part, url, folder = sys.argv[1:4]
-        ROLES[part](url, Journal(Path(folder), part))
+        role, url, folder = sys.argv[1:4]
+        ROLES[role](url, Journal(Path(folder), role))
         return
     faults = run(float(sys.argv[1]) if len(sys.argv) > 1 else 60.0)
     for fault in faults:

@@ -3,8 +3,9 @@
 ``python -m benchmarks.planner_pairs FOLDER... [--most 1] [--draw 80] [--engines] [--validate PROGRAM]``
 
 A pair is a problem and the domain beside it: ``domain.pddl``, or the domain of that name in the folder, the
-folder above or ``domains``. PROGRAM is VAL's ``Validate``. A line of JSON for each pair, then the table of
-docs/planning.md: pairs by what they need, how many are read and planned, by which engine, in which time.
+folder above or ``domains``. PROGRAM is VAL's ``Validate``. It prints a line of JSON for each pair, then the
+table of docs/planning.md: for each kind of needs the numbers of pairs, of read and of planned ones, the
+engines and the median time.
 With ``--draw`` the pairs are drawn at random, each time the same ones of the same folders.
 """
 
@@ -30,6 +31,8 @@ from cxbridge_planning.needs import Need, problem_needs
 from cxbridge_planning.registry import AUTO, choose_planners
 
 _SEED = 33
+_HEAD = 5000
+"""The number of characters of a file that may contain its names."""
 _DIGITS = re.compile(r"\d+")
 _NAME = re.compile(r"\(\s*(domain|problem|:domain)\s+([^\s()]+)", re.IGNORECASE)
 
@@ -39,7 +42,7 @@ def pairs(folders: list[Path], most: int) -> Iterator[tuple[Path, Path]]:
     for folder in folders:
         found: Counter[Path] = Counter()
         for path in sorted(folder.rglob("*.pddl"), key=_natural):
-            names = _names(path)
+            names = _read_names(path)
             domain = _domain_of(path, names.get(":domain", "")) if "problem" in names else None
             if domain is not None and found[path.parent] < most:
                 found[path.parent] += 1
@@ -47,26 +50,29 @@ def pairs(folders: list[Path], most: int) -> Iterator[tuple[Path, Path]]:
 
 
 def _natural(path: Path) -> tuple[str, list[int], str]:
+    """Return a key that sorts the files of a folder by their numbers."""
     return str(path.parent), list(map(int, _DIGITS.findall(path.name))), path.name
 
 
-def _names(path: Path) -> dict[str, str]:
+def _read_names(path: Path) -> dict[str, str]:
+    """Return the names in a PDDL file by keyword: ``domain``, ``problem``, ``:domain``."""
     text = path.read_text(errors="replace")
-    return {key.lower(): name.lower() for key, name in _NAME.findall(re.sub(r";.*", "", text)[:5000])}
+    return {key.lower(): name.lower() for key, name in _NAME.findall(re.sub(r";.*", "", text)[:_HEAD])}
 
 
 def _domain_of(problem: Path, name: str) -> Path | None:
+    """Return the file of a problem's domain, given the name of the domain."""
     number = _DIGITS.findall(problem.stem)
     places = [problem.parent, problem.parent.parent, problem.parent.parent / "domains"]
     candidates = [path for place in places if place.is_dir() for path in sorted(place.glob("*.pddl"))]
-    fitting = [path for path in candidates if _names(path).get("domain") == name and path != problem]
+    fitting = [path for path in candidates if _read_names(path).get("domain") == name and path != problem]
     # instance-5 of domain-5, p05-airport2-p1 of p05-domain
     numbered = [path for path in fitting if (own := _DIGITS.findall(path.stem)) and number[: len(own)] == own]
     plain = [path for path in fitting if path.name == "domain.pddl"]
     return next(iter(numbered or plain or fitting), None)
 
 
-def kind_of(needs: dict[Need, str]) -> str:
+def classify(needs: dict[Need, str]) -> str:
     """Return the row of the table for a problem."""
     if Need.TIME in needs:
         return "durative actions, numbers" if Need.NUMBERS in needs else "durative actions"
@@ -85,7 +91,7 @@ def measure(
     try:
         domain = load_domain(domain_file)
         problem = load_problem(problem_file, domain)
-        row["kind"] = kind_of(problem_needs(domain, problem))
+        row["kind"] = classify(problem_needs(domain, problem))
         names = [planner.name for planner in choose_planners(AUTO, domain, problem).planners]
     except (CxbridgeError, RecursionError) as error:
         return {**row, "error": str(error)}
@@ -154,16 +160,16 @@ def main() -> None:
     parser.add_argument("--engines", action="store_true", help="try each engine when auto has no plan")
     parser.add_argument("--validate", default="", help="VAL's program Validate")
     parser.add_argument("-o", "--output", type=Path)
-    asked = parser.parse_args()
+    options = parser.parse_args()
     rows = []
-    chosen = list(pairs(asked.folders, asked.most))
-    if 0 < asked.draw < len(chosen):
-        chosen = random.Random(_SEED).sample(chosen, asked.draw)
+    chosen = list(pairs(options.folders, options.most))
+    if 0 < options.draw < len(chosen):
+        chosen = random.Random(_SEED).sample(chosen, options.draw)
     for domain, problem in chosen:
-        rows.append(measure(domain, problem, asked.timeout, asked.validate, engines=asked.engines))
+        rows.append(measure(domain, problem, options.timeout, options.validate, engines=options.engines))
         print(json.dumps(rows[-1]), flush=True)
-        if asked.output:
-            asked.output.write_text("\n".join(map(json.dumps, rows)) + "\n")
+        if options.output:
+            options.output.write_text("\n".join(map(json.dumps, rows)) + "\n")
     print("\n".join(table(rows)))
 
 

@@ -8,14 +8,15 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+# users install atheris themselves, so mypy may find it or not
 import atheris  # type: ignore[import-not-found, import-untyped, unused-ignore]
 
 
 def main() -> None:
     """Fuzz until an interrupt or a failure."""
     with atheris.instrument_imports(include=["cxbridge", "cxbridge_fawkes", "rosbags"]):
-        from fuzz.ros2 import ros2_cdr  # noqa: PLC0415
-        from fuzz.seeds import write_seeds  # noqa: PLC0415 - atheris instruments these imports
+        from fuzz.ros2 import ros2_cdr  # noqa: PLC0415 - atheris instruments these imports
+        from fuzz.seeds import write_seeds  # noqa: PLC0415
         from fuzz.skills import timed_skill_strings  # noqa: PLC0415
         from fuzz.targets import TARGETS  # noqa: PLC0415
     targets = TARGETS | {"skill-strings": timed_skill_strings, "ros2-cdr": ros2_cdr}

@@ -7,25 +7,25 @@ from collections.abc import Iterator
 from typing import Final
 
 from cxbridge_fawkes.network.errors import FrameTooLongError, MalformedMessageError
-from cxbridge_fawkes.network.messages import blackboard as bb
+from cxbridge_fawkes.network.messages import blackboard as blackboard_messages
 from cxbridge_fawkes.network.messages import codec as fawkes
 from cxbridge_fawkes.network.messages.codec import client_payload_limit, server_payload_limit
 from cxbridge_fawkes.network.messages.frames import HEADER, FawkesFrame, FrameDecoder, Limit
 
-_BLOCK: Final = 4096  # bytes of the largest block that the client may send to the fuzzed server
+_MAX_BLOCK_SIZE: Final = 4096  # bytes of the largest block that the client may send to the fuzzed server
 
 
 def fawkes_seeds() -> Iterator[bytes]:
-    """Yield frames of each kind with payloads of usual sizes, and two invalid streams."""
+    """Yield inputs of :func:`fawkes_stream`: frames of each kind, and two streams with an invalid frame."""
     from tests.support import TEST_FOLDERS  # noqa: PLC0415 - tests may be absent
 
-    sys.path += TEST_FOLDERS
+    sys.path += TEST_FOLDERS  # the folder of the next import
     from fawkes_tests.network.samples import SAMPLES  # noqa: PLC0415
 
     for message in SAMPLES.values():
         yield b"\0" + message.to_bytes()
         yield b"\x07" + message.to_bytes() * 2
-    yield b"\x01" + bb.ListAll().to_bytes() + b"\0\2\0\1\xff\xff\xff\xff"
+    yield b"\x01" + blackboard_messages.ListAll().to_bytes() + b"\0\2\0\1\xff\xff\xff\xff"
     yield b"\x03" + b"\0\x63\0\1\0\0\0\1x"
 
 
@@ -36,27 +36,28 @@ def fawkes_stream(data: bytes) -> None:
     """
     if not data:
         return
-    step, stream = 1 + (data[0] >> 1), data[1:]
+    piece_size, stream = 1 + (data[0] >> 1), data[1:]
     limit: Limit = client_payload_limit
     if data[0] & 1:
         limit = _limit_of_server
-    whole = list(_frames(stream, len(stream) or 1, limit))
-    assert list(_frames(stream, step, limit)) == whole, "the pieces of a stream make other frames"
-    for frame in whole:
+    frames = list(_split(stream, len(stream) or 1, limit))
+    assert list(_split(stream, piece_size, limit)) == frames, "the pieces of a stream make other frames"
+    for frame in frames:
         if isinstance(frame, FawkesFrame):
             _decode_fawkes(frame)
 
 
 def _limit_of_server(component: int, kind: int) -> int:
-    return server_payload_limit(component, kind, _BLOCK)
+    """Return the greatest length of the payload of a message to a server."""
+    return server_payload_limit(component, kind, _MAX_BLOCK_SIZE)
 
 
-def _frames(stream: bytes, step: int, limit: Limit) -> Iterator[FawkesFrame | str]:
-    """Yield the frames of a stream, then the end of the stream."""
+def _split(stream: bytes, piece_size: int, limit: Limit) -> Iterator[FawkesFrame | str]:
+    """Yield the frames of a stream, then a text: the error, or the number of left bytes."""
     decoder = FrameDecoder(limit)
     try:
-        for start in range(0, len(stream), step):
-            yield from decoder.feed(stream[start : start + step])
+        for start in range(0, len(stream), piece_size):
+            yield from decoder.feed(stream[start : start + piece_size])
             _check_pending(decoder, stream, limit)
     except FrameTooLongError as error:
         yield str(error)

@@ -1,4 +1,7 @@
-"""Lua 5.1 as an oracle: the calls of a skill string. Only for texts that are known to be data."""
+"""Lua 5.1 as an oracle for the calls of a skill string.
+
+Lua executes the text, so the text must contain only calls with constant arguments.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from typing import Any
 
 from cxbridge.skiller.lua.host import to_lua
 
+# Executes a text whose functions only record their names and arguments, and returns the calls.
 _COLLECT = """
 local text = ...
 local calls = {}
@@ -30,6 +34,7 @@ return calls
 
 @cache
 def _lua() -> Any:
+    """Return the Lua function that returns the calls of a text."""
     from lupa.lua51 import LuaRuntime  # noqa: PLC0415 - only skill strings need Lua
 
     lua: Any = LuaRuntime(encoding="latin-1", max_memory=64 * 1024 * 1024)
@@ -46,6 +51,7 @@ def lua_calls(text: str) -> list[tuple[str, Any]]:
 
 
 def _plain(value: Any) -> Any:
+    """Return a value of Lua with tables as dictionaries."""
     if hasattr(value, "items"):
         return {key: _plain(item) for key, item in value.items()}
     return value

@@ -17,7 +17,7 @@ from typing import Any, Final
 import cxbridge
 from fuzz.targets import TARGETS
 
-_LOOKED_INTO: Final = str(Path(cxbridge.__file__).parent)
+_TRACED_FOLDER: Final = str(Path(cxbridge.__file__).parent)
 
 Feature = tuple[CodeType, int, int, int]
 """A piece of code, two successive lines in the code, and the magnitude of their count."""
@@ -27,26 +27,27 @@ def features_of(target: Callable[[bytes], None], data: bytes) -> set[Feature]:
     """Return the features that an input reaches."""
     paths: Counter[tuple[CodeType, int, int]] = Counter()
 
-    def enter(frame: FrameType, event: str, _: Any) -> Any:
+    def trace_call(frame: FrameType, event: str, _: Any) -> Any:
         code = frame.f_code
-        if event != "call" or not code.co_filename.startswith(_LOOKED_INTO):
+        if event != "call" or not code.co_filename.startswith(_TRACED_FOLDER):
             return None
-        before = 0
+        previous_line = 0
 
-        def step(frame: FrameType, event: str, _: Any) -> Any:
-            nonlocal before
+        def trace_line(frame: FrameType, event: str, _: Any) -> Any:
+            nonlocal previous_line
             if event == "line":
-                paths[code, before, frame.f_lineno] += 1
-                before = frame.f_lineno
-            return step
+                paths[code, previous_line, frame.f_lineno] += 1
+                previous_line = frame.f_lineno
+            return trace_line
 
-        return step
+        return trace_line
 
-    sys.settrace(enter)
+    sys.settrace(trace_call)
     try:
         target(data)
     finally:
         sys.settrace(None)
+    # counts from 32 on have the same magnitude
     return {(*path, min(count.bit_length(), 6)) for path, count in paths.items()}
 
 

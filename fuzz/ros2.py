@@ -36,34 +36,34 @@ def ros2_cdr(data: bytes) -> None:
 
     :param data: the index of a type, and CDR with its header.
     """
-    codec, names = _codec_and_types()
+    codec, types = _codec_and_types()
     if not data:
         return
-    name = names[data[0] % len(names)]
+    type_name = types[data[0] % len(types)]
     try:
-        message = codec.decode(name, data[1:])
+        message = codec.decode(type_name, data[1:])
     except Ros2Error:
         return
     try:
-        written = codec.encode(name, message)
+        encoded = codec.encode(type_name, message)
     except Ros2Error as error:
         if "NUL" in error.message:
             return  # foreign strings may contain NUL, encoded strings must not
-        raise AssertionError(f"{name}: {error}") from error
-    assert codec.encode(name, codec.decode(name, written)) == written, name
+        raise AssertionError(f"{type_name}: {error}") from error
+    assert codec.encode(type_name, codec.decode(type_name, encoded)) == encoded, type_name
 
 
 def cdr_seeds() -> Iterator[bytes]:
     """Yield a message of each type, empty and with items in its first list."""
-    codec, names = _codec_and_types()
-    for number, name in enumerate(names):
-        yield bytes([number]) + codec.encode(name, {})
-    filled: dict[str, dict[str, Any]] = {
+    codec, types = _codec_and_types()
+    for index, type_name in enumerate(types):
+        yield bytes([index]) + codec.encode(type_name, {})
+    filled_messages: dict[str, dict[str, Any]] = {
         "std_msgs/msg/String": {"data": "äö"},
         "sensor_msgs/msg/JointState": {"name": ["a", "b"], "position": [1.0, -2.0]},
         "tf2_msgs/msg/TFMessage": {"transforms": [{"child_frame_id": "base"}, {}]},
         "rcl_interfaces/msg/ParameterEvent": {"new_parameters": [{"name": "x", "value": {"type": 4}}]},
         "cx_msgs/msg/SkillExecution": {"action": "move", "action_parameters": ["r", "a"]},
     }
-    for text, message in filled.items():
-        yield bytes([TYPES.index(text)]) + codec.encode(parse_type(text), message)
+    for type_text, message in filled_messages.items():
+        yield bytes([TYPES.index(type_text)]) + codec.encode(parse_type(type_text), message)

@@ -47,19 +47,19 @@ ZMQ_FRAMES: Final[tuple[Frame, ...]] = (
 def zmq_seeds() -> Iterator[bytes]:
     """Yield a frame of each kind, complete and truncated."""
     for frame in ZMQ_FRAMES:
-        data = frames.encode(frame)
-        yield data
-        yield data[:-1]
+        encoded_frame = frames.encode(frame)
+        yield encoded_frame
+        yield encoded_frame[:-1]
 
 
 def _fawkes_seeds() -> Iterator[bytes]:
-    from fuzz.fawkes import fawkes_seeds  # noqa: PLC0415 - a plug-in
+    from fuzz.fawkes import fawkes_seeds  # noqa: PLC0415 - the plug-in may be missing
 
     yield from fawkes_seeds()
 
 
 def _ros2_seeds() -> Iterator[bytes]:
-    from fuzz.ros2 import cdr_seeds  # noqa: PLC0415 - an extra
+    from fuzz.ros2 import cdr_seeds  # noqa: PLC0415 - the plug-in may be missing
 
     yield from cdr_seeds()
 

@@ -47,12 +47,15 @@ from cxbridge.blackboard.zmq.wire.frames import (
 from cxbridge.clock import VirtualClock
 from cxbridge.interfaces import InterfaceRegistry
 
-_CLIENTS: Final = 3
-_STEPS: Final = 64
-_WINDOW: Final = 2
+_CLIENT_COUNT: Final = 3
+_MAX_STEPS: Final = 64  # of a script
+_WINDOW: Final = 2  # unacknowledged updates of a client: few, so that scripts reach the limit
+# the first types are known; the last two ids are invalid
+_KNOWN_TYPES: Final = 2
 _TYPES: Final = ("SkillerInterface", "Position3DInterface", "NoInterface", "")
 _IDS: Final = ("a", "b", "\0", "x" * 65)
 _REGISTRY: Final = InterfaceRegistry()
+# frames without a parameter from the script; the last three are frames of a server
 _REQUESTS: Final[tuple[Callable[[], Frame], ...]] = (
     lambda: Sync(request=1),
     lambda: Watch(request=1),
@@ -85,6 +88,8 @@ class _Wire:
 
 
 class _Wakeup:
+    """Replaces the socket that wakes the server's thread, which the fuzzed server lacks."""
+
     def set(self) -> None:
         pass
 
@@ -100,6 +105,7 @@ class _Script:
         return self._at < len(self._data)
 
     def byte(self) -> int:
+        """Return the next byte."""
         self._at += 1
         return self._data[self._at - 1] if self._at <= len(self._data) else 0
 
@@ -124,7 +130,7 @@ class FuzzedServer:
         self.board.register_observer(self.server)
         self.wire: Any = _Wire()
         self.local: list[Any] = []
-        self.generation = [0] * _CLIENTS
+        self.generation = [0] * _CLIENT_COUNT
 
     def close(self) -> None:
         """Close all instances and sessions; check that the server is empty."""
@@ -154,7 +160,7 @@ class FuzzedServer:
     def step(self, script: _Script) -> None:
         """Run a step; foreign exceptions are failures."""
         action, client_byte = script.byte(), script.byte()
-        client = client_byte % _CLIENTS
+        client = client_byte % _CLIENT_COUNT
         match action % 4:
             case 0 | 1:
                 self.request(action >> 2, client, script)
@@ -182,8 +188,8 @@ class FuzzedServer:
             case 5:
                 frame = Credit(script.byte())
             case 6:
-                number_of_delivery, code = script.byte(), script.byte() % len(ResultCode)
-                frame = Delivered(number_of_delivery, ResultCode(code), script.byte())
+                delivery_number, code = script.byte(), script.byte() % len(ResultCode)
+                frame = Delivered(delivery_number, ResultCode(code), script.byte())
             case _:
                 frame = _REQUESTS[script.byte() % len(_REQUESTS)]()
         frame.number = number
@@ -191,7 +197,7 @@ class FuzzedServer:
 
     def disturb(self, kind: int, client_byte: int, script: _Script) -> None:
         """Send raw bytes, run an action of the server's process, or let time pass."""
-        name = self.name(client_byte % _CLIENTS)
+        name = self.name(client_byte % _CLIENT_COUNT)
         match kind % 4:
             case 0:
                 frames = [script.take() for _ in range(1 + (client_byte >> 5) % 3)]
@@ -218,7 +224,7 @@ class FuzzedServer:
         """Return an Open of a known or an unknown interface."""
         choice = script.byte()
         type_ = _TYPES[choice % len(_TYPES)]
-        schema: Any = _REGISTRY.get(type_).SCHEMA if choice % len(_TYPES) < 2 else None  # noqa: PLR2004
+        schema: Any = _REGISTRY.get(type_).SCHEMA if choice % len(_TYPES) < _KNOWN_TYPES else None
         hash_ = bytes(16) if schema is None or choice & 128 else schema.hash
         size = 0 if schema is None else schema.datasize
         return Open(type_, _IDS[choice // 4 % len(_IDS)], hash_, size, "owner", bool(choice & 64), request=1)
@@ -245,7 +251,7 @@ class FuzzedServer:
         return UUID(int=choice).bytes
 
     def block(self, session: ZmqSession | None, script: _Script) -> bytes:
-        """Return a block, usually with the size of an instance."""
+        """Return a block, usually with the size of an instance; bytes from 224 on are other sizes."""
         choice = script.byte()
         sizes = [] if session is None else [i.SCHEMA.datasize for i in session.instances.values()]
         return bytes([choice]) * (sizes[choice % len(sizes)] if sizes and choice < 224 else choice)  # noqa: PLR2004
@@ -262,7 +268,7 @@ class FuzzedServer:
         """Open, write, send or close an instance in the server's process."""
         choice = script.byte()
         try:
-            if choice % 4 == 0 and len(self.local) < 8:  # noqa: PLR2004
+            if choice % 4 == 0 and len(self.local) < 8:  # noqa: PLR2004 - few, so that a step is fast
                 opener = self.board.open_for_writing if choice & 4 else self.board.open_for_reading
                 self.local.append(opener(_TYPES[choice >> 3 & 1], _IDS[choice >> 4 & 1], owner="local"))
             elif self.local:
@@ -278,7 +284,7 @@ class FuzzedServer:
                 elif instance.MESSAGES:
                     instance.msgq_enqueue(next(iter(instance.MESSAGES.values()))())
         except BlackBoardError:
-            pass
+            pass  # an expected error, such as a second writer
 
     def forward(self, message: Any) -> None:
         """Send a message to a writer of the same type, as a proxy does."""
@@ -292,13 +298,13 @@ class FuzzedServer:
     def check(self) -> None:
         """Check that the records of the server agree with each other and with the blackboard."""
         remote = [instance for session in self.sessions() for instance in session.instances.values()]
-        readers = writers = 0
+        reader_count = writer_count = 0
         for info in self.board.list_all():
-            readers += info.num_readers
-            writers += info.has_writer
+            reader_count += info.num_readers
+            writer_count += info.has_writer
         instances = remote + self.local
-        assert writers == sum(instance.is_writer for instance in instances), "a stale writer, or two"
-        assert readers == sum(not instance.is_writer for instance in instances), "a stale reader"
+        assert writer_count == sum(instance.is_writer for instance in instances), "a stale writer, or two"
+        assert reader_count == sum(not instance.is_writer for instance in instances), "a stale reader"
         assert len(remote) == sum(
             len(membership.instances)
             for session in self.sessions()
@@ -320,6 +326,7 @@ class FuzzedServer:
         self.wire.sent.clear()
 
 
+# The bytes of the seeds: actions as `step`, `request` and `disturb` decode them.
 WRITER, READER = 64, 0  # added to the index of a type, and four times the index of an id
 _OPEN, _CLOSE, _WRITE, _SEND, _CREDIT, _DELIVERED, _ASK = (4 * kind for kind in range(1, 8))
 _HELLO, _REPLACE = 2, 66
@@ -371,9 +378,9 @@ def zmq_sessions(data: bytes) -> None:
     with patch.object(sessions, "raw_send", lambda wire: wire.send):  # _Wire is no real socket
         server = FuzzedServer()
         script = _Script(data)
-        for client in range(_CLIENTS - 1):  # a script need not begin with Hello
+        for client in range(_CLIENT_COUNT - 1):  # a script need not begin with Hello
             server.say_hello(client, 0, replaces=False)
-        for _ in range(_STEPS):
+        for _ in range(_MAX_STEPS):
             if not script:
                 break
             server.step(script)

@@ -25,9 +25,10 @@ from fuzz.luaoracle import lua_calls, normalise
 STALL_SECONDS: Final = 0.05
 """The maximum processor time of a loop."""
 
-_LOOPS: Final = 3
-_LONGEST: Final = 1000  # bytes; the field has 1024
-_RENEWED: Final = 5000  # inputs per Skiller
+_LOOPS: Final = 3  # of each skill string: `count` ends in its second loop
+_MAX_BYTES: Final = 1000  # of an input; the field of the skill string has 1024
+_MAX_ORDERS: Final = 5000  # of a Skiller, which is then replaced
+_PERIOD_US: Final = 33_333  # of the main loop
 _HEAD: Final = "module(..., skillenv.module_init)\n"
 _FILES: Final = {
     "space": 'for _, name in ipairs {"count", "echo"} do skillenv.use_skill("skills." .. name) end',
@@ -77,27 +78,28 @@ class _Robot:
             )
         self._reader: Any = board.open_for_reading("SkillerInterface", "Skiller", owner="fuzz")
         self.order_count = 0
-        self.slowest = 0.0
+        self.slowest_loop_s = 0.0  # processor time of the slowest loop of the last order
 
     def order(self, text: str) -> tuple[str, str]:
         """Execute a skill string for some loops; return the final status and the error."""
         self.order_count += 1
         self._reader.msgq_enqueue(self._reader.ExecSkillMessage(text))
-        self.slowest = 0.0
+        self.slowest_loop_s = 0.0
         for _ in range(_LOOPS):
-            began = time.process_time()
+            begin_s = time.process_time()
             self.skiller.loop()
-            self.slowest = max(self.slowest, time.process_time() - began)
-            self._clock.sleep_until(self._clock.now_us() + 33_333)
+            self.slowest_loop_s = max(self.slowest_loop_s, time.process_time() - begin_s)
+            self._clock.sleep_until(self._clock.now_us() + _PERIOD_US)
         self._reader.read()
         return self._reader.status.name, self._reader.error
 
 
-_robots: list[_Robot] = []
+_robots: list[_Robot] = []  # the present robot, if there is one
 
 
 def _robot() -> _Robot:
-    if not _robots or _robots[0].order_count > _RENEWED:
+    """Return the present robot, which inputs share because a new one is slow to make."""
+    if not _robots or _robots[0].order_count > _MAX_ORDERS:
         for old in _robots:
             old.skiller.close()
         _robots[:] = [_Robot()]
@@ -109,7 +111,7 @@ def skill_strings(data: bytes) -> None:
 
     :param data: an ignored byte, and the text.
     """
-    _order(data)
+    _order_and_check(data)
 
 
 def timed_skill_strings(data: bytes) -> None:
@@ -117,27 +119,30 @@ def timed_skill_strings(data: bytes) -> None:
 
     Only for the fuzzer, because a busy machine is slow as well.
     """
-    if all(_order(data) > STALL_SECONDS for _ in range(3)):
+    if all(_order_and_check(data) > STALL_SECONDS for _ in range(3)):
         raise AssertionError(f"a loop takes longer than {STALL_SECONDS} s: {text_of(data)!r}")
 
 
-def _order(data: bytes) -> float:
-    """Return the processor time of the slowest loop, in seconds."""
+def _order_and_check(data: bytes) -> float:
+    """Execute a skill string, check the effects, and execute a valid skill string.
+
+    :returns: the processor time of the slowest loop, in seconds.
+    """
     text = text_of(data)
     robot = _robot()
     status, error = robot.order(text)
-    slowest = robot.slowest
-    _check_data(text, status, error)
+    slowest_loop_s = robot.slowest_loop_s
+    _check_effects(text, status, error)
     assert robot.order("count{}") == ("S_FINAL", ""), f"after {text!r}"
-    return slowest
+    return slowest_loop_s
 
 
 def text_of(data: bytes) -> str:
     """Return the skill string of an input."""
-    return data[1:_LONGEST].replace(b"\0", b" ").decode("utf-8", "surrogateescape")
+    return data[1:_MAX_BYTES].replace(b"\0", b" ").decode("utf-8", "surrogateescape")
 
 
-def _check_data(text: str, status: str, error: str) -> None:
+def _check_effects(text: str, status: str, error: str) -> None:
     """Fail if the effects of a text differ from its calls."""
     problem = ""
     calls: list[LuaCall] = []
@@ -157,7 +162,7 @@ def _check_data(text: str, status: str, error: str) -> None:
         assert status == "S_INACTIVE"
 
 
-def _scripts() -> Iterator[bytes]:
+def _seeds() -> Iterator[bytes]:
     for text in (
         'echo{text="Hello", wait=true}', "echo('x', -1.5e3, 0x1F, nil, true)",
         "echo[[long]] count'x'; count{}", "", "count{a={1,{2}},['b c']=[==[\n]]]==]} -- end",
@@ -167,5 +172,5 @@ def _scripts() -> Iterator[bytes]:
         yield b"\0" + text.encode()
 
 
-SKILL_STRINGS: Final = tuple(_scripts())
+SKILL_STRINGS: Final = tuple(_seeds())
 """Seeds: skill strings of users, and texts that are not data."""

@@ -8,34 +8,37 @@ const { LanguageClient } = require("vscode-languageclient/node");
 
 const NAME = "cxbridge";
 
-let client;
+let client; // the client of the running language server; undefined without a server
 
-/** Where a program is: a path as it is or seen from a folder, a name in the PATH or in the folder's .venv. */
-function find(command, cwd) {
-  const own = cwd ? [cwd, path.join(cwd, ".venv", "bin"), path.join(cwd, ".venv", "Scripts")] : [];
+/**
+ * Find a program: a path is absolute or relative to a folder; a name is searched in PATH and in the folder's
+ * .venv. Returns undefined for a missing program.
+ */
+function findProgram(command, cwd) {
+  const ownFolders = cwd ? [cwd, path.join(cwd, ".venv", "bin"), path.join(cwd, ".venv", "Scripts")] : [];
   const isPath = /[\\/]/.test(command);
   const folders = isPath
-    ? own.slice(0, 1)
-    : [...(process.env.PATH ?? "").split(path.delimiter), ...own.slice(1)];
+    ? ownFolders.slice(0, 1)
+    : [...(process.env.PATH ?? "").split(path.delimiter), ...ownFolders.slice(1)];
   const names = process.platform === "win32" ? [`${command}.exe`, command] : [command];
   const paths =
     isPath && path.isAbsolute(command)
       ? names
-      : folders.flatMap((each) => names.map((name) => path.join(each, name)));
-  return paths.find((each) => fs.existsSync(each));
+      : folders.flatMap((folder) => names.map((name) => path.join(folder, name)));
+  return paths.find((candidate) => fs.existsSync(candidate));
 }
 
-/** The program that the settings name, and the folder that it works in; no program where there is none. */
-function program(folder) {
+/** The configured program: its name, its path (undefined if it is missing) and its working folder. */
+function configuredProgram(folder) {
   const command = vscode.workspace.getConfiguration(NAME, folder).get("command", NAME);
   return {
     name: command,
-    command: find(command, folder?.fsPath),
+    command: findProgram(command, folder?.fsPath),
     cwd: folder?.fsPath,
   };
 }
 
-/** Says why something does not start, and leads to the setting. */
+/** Show an error with a button that opens the setting of the program. */
 async function complain(message) {
   if (await vscode.window.showErrorMessage(message, "Open settings")) {
     await vscode.commands.executeCommand("workbench.action.openSettings", `${NAME}.command`);
@@ -55,13 +58,13 @@ async function startServer() {
   if (!vscode.workspace.isTrusted || !vscode.workspace.getConfiguration(NAME).get("languageServer", true)) {
     return;
   }
-  const { name, command, cwd } = program(firstFolder());
+  const { name, command, cwd } = configuredProgram(firstFolder());
   if (!command) {
-    void complainOfMissing(name);
+    void complainOfMissing(name); // not awaited: the message stays until the user closes it
     return;
   }
   const server = { command, args: ["lsp"], options: { cwd } };
-  const files = "**/*.{clp,pddl,lua,yaml,xml}";
+  const watchedFiles = "**/*.{clp,pddl,lua,yaml,xml}";
   client = new LanguageClient(NAME, "cxbridge", server, {
     documentSelector: [
       { scheme: "file", language: "clips" },
@@ -69,7 +72,7 @@ async function startServer() {
       { scheme: "file", pattern: "**/scenario.yaml" },
     ],
     synchronize: {
-      fileEvents: vscode.workspace.createFileSystemWatcher(files),
+      fileEvents: vscode.workspace.createFileSystemWatcher(watchedFiles),
     },
   });
   try {
@@ -81,20 +84,20 @@ async function startServer() {
 }
 
 async function stopServer() {
-  const running = client;
+  const runningClient = client;
   client = undefined;
-  await running?.stop();
+  await runningClient?.stop();
 }
 
 const adapters = {
   createDebugAdapterDescriptor(session) {
-    const { command, cwd } = program(session.workspaceFolder?.uri ?? firstFolder());
+    const { command, cwd } = configuredProgram(session.workspaceFolder?.uri ?? firstFolder());
     return new vscode.DebugAdapterExecutable(command, ["dap"], { cwd });
   },
 };
 
 const configurations = {
-  // F5 in a CLIPS file without a launch.json: the scenario of the folder that it is in
+  // F5 in a CLIPS file without a launch.json starts the scenario in the folder of the file
   resolveDebugConfiguration(folder, config) {
     if (config.type || config.request || config.name) {
       return config;
@@ -112,9 +115,9 @@ const configurations = {
     };
   },
   resolveDebugConfigurationWithSubstitutedVariables(folder, config) {
-    const { name, command } = program(folder?.uri ?? firstFolder());
+    const { name, command } = configuredProgram(folder?.uri ?? firstFolder());
     if (!command) {
-      void complainOfMissing(name); // VS Code itself would say nothing
+      void complainOfMissing(name); // VS Code itself would show no error
       return undefined;
     }
     return folder && !config.cwd ? { ...config, cwd: folder.uri.fsPath } : config;

@@ -1,4 +1,4 @@
-;;; The rooms, the open doors, and a door that closes during the run.
+;;; The rooms, the open doors (pairs of rooms), and a door that closes during the run.
 
 (defglobal ?*DETOUR-DOORS* =
   (create$ hall office office store hall yard yard shed shed store))

@@ -12,17 +12,20 @@
           (detour-begun)))
 
 (defrule detour-plan
+  "The feature expands the goal with the plan, or fails the goal."
   (goal (id ?id) (class VISIT) (mode SELECTED))
   (not (planner-call (goal-id ?id)))
   =>
   (planner-plan ?id ?*DETOUR-WANTED*))
 
 (defrule detour-whose-skiller
+  "The actions of a planner name the default Skiller; this scenario has the Skiller robot."
   ?action <- (plan-action (skiller "Skiller"))
   =>
   (modify ?action (skiller "robot")))
 
 (defrule detour-commit
+  "Commit to the only plan, after detour-whose-skiller has changed all its actions."
   ?goal <- (goal (id ?id) (mode EXPANDED))
   (plan (id ?plan) (goal-id ?id))
   (not (plan-action (plan-id ?plan) (skiller "Skiller")))
@@ -47,6 +50,7 @@
   (modify ?goal (mode SELECTED) (committed-to nil)))
 
 (defrule detour-goes-on
+  "A finished goal needs no decisions: advance it to its next mode."
   ?goal <- (goal (class VISIT) (mode ?mode&FINISHED|EVALUATED))
   =>
   (modify ?goal (mode (if (eq ?mode FINISHED) then EVALUATED else RETRACTED))))

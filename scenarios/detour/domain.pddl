@@ -1,4 +1,4 @@
-;; Rooms with doors between them. A door may fall shut at any time: nobody plans that.
+;; Rooms with doors between them. A door may fall shut at any time; no action models this event.
 
 (define (domain rooms)
   (:requirements :strips :typing)
@@ -9,7 +9,7 @@
 
   (:predicates
     (at ?r - room)
-    (door ?a ?b - room))  ; an open one
+    (door ?a ?b - room))  ; an open door
 
   (:action drive
     :parameters (?from ?to - room)

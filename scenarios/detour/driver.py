@@ -1,4 +1,4 @@
-"""The executor that stands for a robot that drives."""
+"""An executor that simulates a driving robot."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, Steps
 
 
 class Driver(SkillExecutor):
-    """Executes ``drive``, which takes the seconds of the setting ``seconds``."""
+    """Executes ``drive{to="office"}``; the setting ``seconds`` is the duration of a drive."""
 
     skills = ("drive",)
     known_settings = ("seconds",)
 
     def execute(self, call: SkillCall) -> Steps:
-        """Drive to the room."""
+        """Yield the progress of a drive until its duration is over."""
         needed_us = self.setting("seconds", 2.0) * MICROSECONDS
         begin_us = self.clock.now_us()
         while (passed_us := self.clock.now_us() - begin_us) < needed_us:

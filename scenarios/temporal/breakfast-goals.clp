@@ -13,17 +13,20 @@
           (breakfast-begun)))
 
 (defrule breakfast-plan
+  "The feature expands the goal with the plan, or fails the goal."
   (goal (id ?id) (class SERVE) (mode SELECTED))
   (not (planner-call (goal-id ?id)))
   =>
   (planner-plan ?id ?*BREAKFAST*))
 
 (defrule breakfast-whose-skiller
+  "The actions of a planner name the default Skiller; each cook has a separate Skiller."
   ?action <- (plan-action (skiller "Skiller") (param-values ?cook $?))
   =>
   (modify ?action (skiller (str-cat ?cook))))
 
 (defrule breakfast-commit
+  "Commit to the only plan, after breakfast-whose-skiller has changed all its actions."
   ?goal <- (goal (id ?id) (mode EXPANDED))
   (plan (id ?plan) (goal-id ?id))
   (not (plan-action (plan-id ?plan) (skiller "Skiller")))
@@ -36,6 +39,7 @@
   (modify ?goal (mode DISPATCHED)))
 
 (defrule breakfast-goes-on
+  "A finished goal needs no decisions: advance it to its next mode."
   ?goal <- (goal (class SERVE) (mode ?mode&FINISHED|EVALUATED))
   =>
   (modify ?goal (mode (if (eq ?mode FINISHED) then EVALUATED else RETRACTED))))

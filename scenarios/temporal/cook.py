@@ -1,4 +1,4 @@
-"""The executor that stands for a cook."""
+"""An executor that simulates a cook."""
 
 from __future__ import annotations
 
@@ -7,13 +7,16 @@ from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, Steps
 
 
 class Cook(SkillExecutor):
-    """Executes ``prepare`` and ``serve``: each takes the seconds that the setting of its name says."""
+    """Executes ``prepare{dish="egg"}`` and ``serve{dish="egg"}``.
+
+    The settings ``prepare`` and ``serve`` are the durations of the skills in seconds.
+    """
 
     skills = ("prepare", "serve")
     known_settings = skills
 
     def execute(self, call: SkillCall) -> Steps:
-        """Work on the dish."""
+        """Yield the progress of the work until its duration is over."""
         dish = call.text("dish")
         needed_us = self.setting(call.skill, 2.0) * MICROSECONDS
         begin_us = self.clock.now_us()

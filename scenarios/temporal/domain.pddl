@@ -1,4 +1,4 @@
-;; Cooks who do one thing at a time. What is raw must be prepared before it is served.
+;; Cooks who do one thing at a time. A raw dish must be prepared before it is served.
 
 (define (domain breakfast)
   (:requirements :strips :typing :durative-actions)

@@ -1,4 +1,4 @@
-;; Who was told what. Nobody leaves without having been greeted.
+;; The texts that were said to each person. A robot says good bye only to a person whom it has greeted.
 
 (define (domain meeting)
   (:requirements :strips :typing :negative-preconditions)
@@ -7,14 +7,14 @@
 
   (:constants HELLO GOODBYE - text)
 
-  (:predicates (said ?n - name ?t - text))  ; seen, not assumed
+  (:predicates (said ?n - name ?t - text))  ; sensed, not an assumed effect
 
   (:action say-goodbye
     :parameters (?name - name)
     :precondition (said ?name HELLO)
     :effect (said ?name GOODBYE))
 
-  (:action say-hello  ; once a person
+  (:action say-hello  ; only once to each person
     :parameters (?name - name)
     :precondition (not (said ?name HELLO))
     :effect (said ?name HELLO)))

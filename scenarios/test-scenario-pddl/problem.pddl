@@ -1,4 +1,4 @@
-;; What the executive asks the planner in this scenario, as a file for `cxbridge plan`.
+;; The problem that the executive gives to the planner in this scenario, as a file for `cxbridge plan`.
 
 (define (problem meet-peggy)
   (:domain meeting)

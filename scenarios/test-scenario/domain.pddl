@@ -1,4 +1,4 @@
-;; Greeting people, and locks that nobody uses in the plans here.
+;; Greeting people, and locks, which the plans of this scenario do not use.
 
 (define (domain hello-world)
   (:requirements :strips :typing)
@@ -9,18 +9,18 @@
               goodbye hello - text)
 
   (:predicates
-    (locked ?n - name)        ; somebody holds the lock
-    (spoken ?h - howoften)    ; we have talked
-    (said ?n - name ?t - text))  ; the person was told the text: seen, not assumed
+    (locked ?n - name)        ; a robot holds the lock
+    (spoken ?h - howoften)    ; the robot has talked
+    (said ?n - name ?t - text))  ; the text was said to the person: sensed, not an assumed effect
 
   ;; talking
 
-  (:action say-goodbye  ; only to whom we have greeted
+  (:action say-goodbye  ; only to a person whom the robot has greeted
     :parameters (?name - name)
     :precondition (said ?name hello)
     :effect (said ?name goodbye))
 
-  (:action say-hello  ; once a person
+  (:action say-hello  ; only once to each person
     :parameters (?name - name)
     :precondition (not (said ?name hello))
     :effect (and (said ?name hello)

@@ -1,7 +1,7 @@
 ;;; The tree of goals, and the modes of its root.
 
 (deffunction talk-leaf (?class $?name)
-  "A goal without sub-goals, whose id is the name, if any, and a number."
+  "Assert a goal without sub-goals. Its id is the name, if there is a name, and a number."
   (bind ?number (gensym*))
   (bind ?id (if (eq ?name (create$)) then ?number else (sym-cat (expand$ ?name) - ?number)))
   (assert (goal (class ?class) (id ?id))))

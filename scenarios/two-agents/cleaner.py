@@ -10,20 +10,22 @@ from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, Steps
 
 
 class Cleaner(SkillExecutor):
-    """Executes ``sweep{room="hall"}``, ``mop{room="hall"}`` and ``fill{}``; settings: seconds by these names.
+    """Executes ``sweep{room="hall"}``, ``mop{room="hall"}`` and ``fill{}``.
 
-    ``world`` is a file that stands for the house: what happens is written there, by all robots, as
-    ``MICROSECONDS ROBOT begins|ends|finds WORK``. Before it works the robot looks there: what is done
-    already it finds, and does not do again. Without the file the house is dirty.
+    The settings ``sweep``, ``mop`` and ``fill`` are the durations of the skills in seconds.
+
+    The setting ``world`` names a file that stands for the house. All robots append a line for each event:
+    ``MICROSECONDS ROBOT begins|ends|finds WORK``. A robot reads the file before work, and does not repeat
+    finished work. Without the file, all rooms are dirty.
     """
 
     skills = ("sweep", "fill", "mop")
     known_settings = (*skills, "world")
 
     def execute(self, call: SkillCall) -> Steps:
-        """Do the work."""
+        """Yield the progress of the work until its duration is over; finished work ends at once."""
         work = " ".join([call.skill, *([call.text("room")] if call.skill != "fill" else [])])
-        if call.skill != "fill" and any(line.endswith(f" ends {work}") for line in self._seen()):
+        if call.skill != "fill" and any(line.endswith(f" ends {work}") for line in self._read_world()):
             self._note(f"finds {work}")
             return
         self._note(f"begins {work}")
@@ -35,19 +37,22 @@ class Cleaner(SkillExecutor):
 
     @property
     def _world(self) -> Path | None:
+        """The file of the house; None without the setting."""
         name = self.setting("world", "")
         return self.folder / name if name else None
 
-    def _seen(self) -> list[str]:
+    def _read_world(self) -> list[str]:
+        """Return the lines of the file; empty without a file."""
         world = self._world
         return world.read_text().splitlines() if world is not None and world.exists() else []
 
-    def _note(self, what: str) -> None:
-        """Note what happens; a short line is written whole, whoever writes at the same time."""
-        self.log.info(f"{self.agent} {what}")
+    def _note(self, event: str) -> None:
+        """Log an event, and append it to the file of the house."""
+        self.log.info(f"{self.agent} {event}")
         if self._world is not None:
+            # a single write in append mode, because several robots write at the same time
             file = os.open(self._world, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
             try:
-                os.write(file, f"{self.clock.now_us()} {self.agent} {what}\n".encode())
+                os.write(file, f"{self.clock.now_us()} {self.agent} {event}\n".encode())
             finally:
                 os.close(file)

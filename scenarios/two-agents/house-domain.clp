@@ -1,6 +1,6 @@
 ;;; The domain model, and the facts that the robots share.
 
-(deftemplate room "A room, and the mutex of it as a resource."
+(deftemplate room "A room, and the mutex of the room as a resource."
   (slot name (type SYMBOL))
   (slot number (type INTEGER))  ; the smallest number first
   (slot mutex (type SYMBOL)))
@@ -29,7 +29,7 @@
           (domain-facts-loaded)))
 
 (deffunction house-is (?what ?room)
-  "Whether a room is known to be swept, or mopped."
+  "Whether a room is known to be swept or mopped, or a robot to be full."
   (any-factp ((?fact domain-fact))
     (and (eq ?fact:name ?what) (eq ?fact:param-values (create$ ?room)))))
 
@@ -46,7 +46,7 @@
   (neq ?document FALSE))
 
 (deffunction house-is-shared (?room)
-  "Whether the robot memory has the state of a room. Missing facts, e.g. after its restart, are sent again."
+  "Whether the robot memory has the state of a room. Missing facts are sent again, e.g. after its restart."
   (bind ?shared TRUE)
   (do-for-all-facts ((?fact wm-fact))
     (and (wm-key-prefix ?fact:key (create$ domain fact)) (eq (wm-key-arg ?fact:key room) ?room))

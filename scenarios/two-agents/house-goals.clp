@@ -45,6 +45,7 @@
   (assert (dirty ?number ?room)))
 
 (defrule room-not-dirty
+  "The salience is above that of room-formulate, which must not choose a retracted candidate."
   (declare (salience ?*SALIENCE-HIGH*))
   ?dirty <- (dirty ? ?room)
   (room (name ?room) (mutex ?mutex))
@@ -54,6 +55,7 @@
   (retract ?dirty))
 
 (defrule room-formulate
+  "Choose the dirty room with the smallest number, after all candidates are known."
   (declare (salience ?*SALIENCE-LOW*))
   (goal (class HOUSE) (mode DISPATCHED))
   (not (goal (class CLEAN)))
@@ -64,7 +66,7 @@
                 (params room ?room) (required-resources ?room))))
 
 (defrule room-look
-  "This robot has the room, so the other robot does not change it. Events may be late: read its state."
+  "This robot has the lock, so the other robot does not change the room. Read the state: events may be late."
   (goal (id ?id) (class CLEAN) (mode COMMITTED) (params room ?room) (acquired-resources ?room))
   (not (room-seen ?id))
   =>
@@ -79,7 +81,7 @@
   (modify ?goal (mode EVALUATED)))
 
 (defrule room-give-back
-  "Release the room when the robot memory has its new state, checked in each loop."
+  "Release the room when the robot memory has the room's new state; checked in each loop, by the time fact."
   ?goal <- (goal (class CLEAN) (mode EVALUATED) (params room ?room))
   (time $?)
   =>

@@ -31,6 +31,7 @@
   (mutex-unlock-async tap))
 
 (defrule tap-given-back
+  "Clear the answer to tap-give-back; an action `unlock` clears its answer itself."
   ?mutex <- (mutex (name tap) (request UNLOCK) (response UNLOCKED|ERROR))
   (not (plan-action (action-name unlock) (state RUNNING)))
   =>
@@ -75,6 +76,7 @@
   (modify ?goal (mode FINISHED) (outcome FAILED) (acquired-resources) (message "The lock is lost")))
 
 (defrule lock-of-tap-lost
+  "The lock has expired while the robot needs it: fail the goal."
   ?goal <- (goal (id ?id) (class CLEAN) (mode DISPATCHED))
   (plan-action (goal-id ?id) (action-name fill) (state PENDING|WAITING|RUNNING))
   (wm-fact (id "/cx/identity") (value ?me))

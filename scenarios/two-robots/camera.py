@@ -1,4 +1,4 @@
-"""The executor that looks at a place."""
+"""An executor that simulates a camera."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, Steps
 
 
 class Camera(SkillExecutor):
-    """Executes ``inspect{place="lab"}``: a picture takes its time, two seconds unless ``seconds`` says so."""
+    """Executes ``inspect{place="lab"}``; the setting ``seconds`` is the duration, by default 2."""
 
     skills = ("inspect",)
     known_settings = ("seconds",)
 
     def execute(self, call: SkillCall) -> Steps:
-        """Take the picture."""
+        """Yield the progress of the inspection until its duration is over."""
         place = call.text("place")
         needed_us = self.setting("seconds", 2.0) * MICROSECONDS
         begin_us = self.clock.now_us()

@@ -2,6 +2,7 @@
 ;;; tries.
 
 (deffunction robots-inspect (?place)
+  "Assert the goal to inspect a place, with up to three tries."
   (goal-tree-assert-retry AUTOMATIC-SUBGOAL 3
     (assert (goal (id (sym-cat INSPECT- ?place)) (class INSPECT) (params place ?place)))))
 

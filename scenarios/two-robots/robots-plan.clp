@@ -1,6 +1,7 @@
 ;;; The plan for a place: drive there, and inspect it. The slot skiller names the Skiller of the robot.
 
 (deffunction robots-step (?goal ?agent ?step ?action ?names ?values)
+  "Assert an action of the goal's plan; the agent is the name of the Skiller."
   (assert (plan-action (id ?step) (goal-id ?goal) (plan-id (sym-cat ?goal -PLAN)) (action-name ?action)
                        (param-names ?names) (param-values ?values) (skiller ?agent))))
 

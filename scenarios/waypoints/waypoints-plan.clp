@@ -8,6 +8,7 @@
   (return (str-cat "(and " ?formula ")")))
 
 (defrule waypoints-plan-wanted
+  "The feature expands the goal with the plan, or fails the goal."
   (goal (id ?goal) (class TOUR) (mode SELECTED) (params robot ? target ?target))
   (not (planner-call (goal-id ?goal)))
   (not (plan (goal-id ?goal)))

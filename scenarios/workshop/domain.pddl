@@ -68,7 +68,7 @@
                  (not (in ?w counter))
                  (not (occupied counter))))
 
-  ;; what is left of an order that failed
+  ;; removal of the piece of a failed order
   (:action clear
     :parameters (?w - piece ?m - machine)
     :precondition (in ?w ?m)

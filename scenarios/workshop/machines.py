@@ -12,17 +12,21 @@ from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFail
 WOODS = ("oak", "ash")
 COLOURS = ("red", "blue", "white")
 POINTS = 10
-"""For a delivery; each coat brings as many."""
+"""The points for a delivery, and for each coat of the piece."""
 IN_TIME = 20
-"""For a delivery within its window."""
+"""The additional points for a delivery within the window of the order."""
 
-_BEFORE = 2.0  # seconds until the production begins
-_CHECK = 1.0  # seconds that the referee looks at a piece
+_PRE_GAME_S = 2.0  # time before the production begins
+_CHECK_S = 1.0  # time that the referee needs to check a piece
 
 
 @dataclass
 class Order:
-    """An order; times are seconds of the production."""
+    """An order. Times are seconds since the begin of the production.
+
+    :param coats: the colours in the order of painting.
+    :param begin: the begin of the window in which the delivery is in time; ``end`` is its end.
+    """
 
     number: int
     wood: str
@@ -33,24 +37,25 @@ class Order:
 
     @property
     def name(self) -> str:
-        """The id of its OrderInterface."""
+        """The id of the OrderInterface."""
         return f"order{self.number}"
 
     @property
     def piece(self) -> str:
-        """What is to be delivered."""
+        """The ordered piece, such as ``oak+red``."""
         return "+".join((self.wood, *self.coats))
 
 
 def draw_orders(seed: int, count: int, seconds: float) -> list[Order]:
     """Draw the orders of a game.
 
-    :param seconds: how long the production is.
+    :param seconds: the duration of the production.
     """
     random = Random(seed)  # noqa: S311 - a game, not a secret
     orders = []
     for number in range(1, count + 1):
         coats = tuple(random.sample(COLOURS, random.randint(0, 2)))
+        # all orders are announced in the first 60 % of the production
         announced = (number - 1) * seconds * 0.6 / count
         begin = announced + random.uniform(0.0, 20.0)
         end = min(seconds, begin + 60.0 + 30.0 * len(coats) + random.uniform(0.0, 30.0))
@@ -59,56 +64,57 @@ def draw_orders(seed: int, count: int, seconds: float) -> list[Order]:
 
 
 class Machine(SkillExecutor):
-    """Takes pieces from robots and gives them back, while it does not work; executes ``clear{}``."""
+    """A machine with room for one piece, which robots put in and take out; executes ``clear{}``."""
 
     skills: tuple[str, ...] = ("clear",)
 
     def start(self) -> None:
-        """Publish that it is empty."""
+        """Open the MachineInterface, with the state of an empty machine."""
         self.state: Any = self.board.open_for_writing("MachineInterface", self.agent, owner=self.agent)
         self.state.write()
 
     def close(self) -> None:
-        """Be gone."""
+        """Close the MachineInterface."""
         self.state.close()
 
     def idle(self) -> None:
-        """Serve the robots."""
+        """Handle the messages of robots. A full machine ignores Put, an empty machine ignores Take."""
         while (message := self.state.msgq_pop()) is not None:
             if (message.type == "PutMessage") == (not self.state.piece):
+                # TakeMessage has no piece, so it empties the machine
                 self.state.piece = getattr(message, "piece", "")
                 self.state.robot = message.robot
                 self.state.handled += 1
         self.state.write()
 
     def execute(self, call: SkillCall) -> Steps:
-        """Throw away what is in it."""
+        """Throw the piece away."""
         assert call.skill == "clear"
         self.state.piece = ""
         self.state.write()
-        yield from ()
+        yield from ()  # makes the method a generator
 
     def work(self, seconds: float, text: str) -> Steps:
-        """Be busy for a while."""
+        """Yield the progress of work while the machine is busy."""
         self.state.busy = True
         begin_us = self.clock.now_us()
         try:
-            while (done := (self.clock.now_us() - begin_us) / MICROSECONDS / seconds) < 1:
+            while (share_done := (self.clock.now_us() - begin_us) / MICROSECONDS / seconds) < 1:
                 self.state.write()
-                yield Progress(done, text)
+                yield Progress(share_done, text)
         finally:
             self.state.busy = False
             self.state.write()
 
 
 class Saw(Machine):
-    """Executes ``cut{wood="oak"}``; its setting: seconds."""
+    """Executes ``cut{wood="oak"}``; the setting ``seconds`` is the duration."""
 
     skills = ("cut", "clear")
     known_settings = ("seconds",)
 
     def execute(self, call: SkillCall) -> Steps:
-        """Make a piece."""
+        """Cut a piece, which then is in the machine."""
         if call.skill == "clear":
             yield from super().execute(call)
             return
@@ -120,13 +126,13 @@ class Saw(Machine):
 
 
 class Booth(Machine):
-    """Executes ``paint{colour="red"}``; its setting: seconds."""
+    """Executes ``paint{colour="red"}``; the setting ``seconds`` is the duration."""
 
     skills = ("paint", "clear")
     known_settings = ("seconds",)
 
     def execute(self, call: SkillCall) -> Steps:
-        """Paint the piece that is in it."""
+        """Paint the piece in the machine."""
         if call.skill == "clear":
             yield from super().execute(call)
             return
@@ -140,18 +146,19 @@ class Booth(Machine):
 class Counter(Machine):
     """The counter, with the referee behind it; executes ``hand_over{order="order2"}``.
 
-    Settings: ``seed`` of the orders, how many ``orders``, how many ``minutes`` the production takes.
+    Settings: ``seed``, the seed of the orders; ``orders``, their number; ``minutes``, the duration of the
+    production.
     """
 
     skills = ("hand_over", "clear")
     known_settings = ("seed", "orders", "minutes")
 
     def start(self) -> None:
-        """Publish that the game has not begun."""
+        """Draw the orders, and open the interfaces of the game and of its orders."""
         super().start()
         self._seconds = self.setting("minutes", 5.0) * 60
         self._orders = draw_orders(self.setting("seed", 1), self.setting("orders", 6), self._seconds)
-        self._begin_us = self.clock.now_us() + int(_BEFORE * MICROSECONDS)
+        self._begin_us = self.clock.now_us() + int(_PRE_GAME_S * MICROSECONDS)
         game: Any = self.board.open_for_writing("GameInterface", "Game", owner="referee")
         self._game = game
         self._game.team, self._game.orders = "workshop", len(self._orders)
@@ -163,18 +170,18 @@ class Counter(Machine):
             self._states.append(state)
 
     def close(self) -> None:
-        """Be gone."""
+        """Close all interfaces."""
         for state in (*self._states, self._game):
             state.close()
         super().close()
 
     def idle(self) -> None:
-        """Serve the robots, and go on with the game."""
+        """Handle the messages of robots, and continue the game."""
         super().idle()
         self._referee()
 
     def execute(self, call: SkillCall) -> Steps:
-        """Compare the piece with an order."""
+        """Compare the piece with an order, and remove it."""
         if call.skill == "clear":
             yield from super().execute(call)
             return
@@ -182,7 +189,7 @@ class Counter(Machine):
         order = next((order for order in self._orders if order.name == name), None)
         if order is None:
             raise SkillFailedError(f"there is no order '{name}'")
-        for step in self.work(_CHECK, f"looking at {self.state.piece}"):
+        for step in self.work(_CHECK_S, f"looking at {self.state.piece}"):
             self._referee()
             yield step
         piece, self.state.piece = self.state.piece, ""
@@ -192,43 +199,46 @@ class Counter(Machine):
     def _judge(self, order: Order, piece: str) -> None:
         """Give the points for a piece.
 
-        :raises SkillFailedError: when there are none.
+        :raises SkillFailedError: if the game is over, the order was delivered before, or the piece is wrong.
         """
-        state, now = self._states[order.number - 1], self._second
+        state, now_s = self._states[order.number - 1], self._production_s
         if self._game.phase != self._game.Phase.PRODUCTION:
             raise SkillFailedError("the game is over")
         if state.delivered > 0:
             raise SkillFailedError(f"{order.name} was delivered before")
         if piece != order.piece:
             raise SkillFailedError(f"{order.name} is {order.piece}, not {piece or 'nothing'}")
-        in_time = order.begin <= now <= order.end
-        state.delivered = now
-        state.points = POINTS * (1 + len(order.coats)) + (IN_TIME if in_time else 0)
-        state.reason = f"{order.piece} {'in time' if in_time else 'late'}"
+        is_in_time = order.begin <= now_s <= order.end
+        state.delivered = now_s
+        state.points = POINTS * (1 + len(order.coats)) + (IN_TIME if is_in_time else 0)
+        state.reason = f"{order.piece} {'in time' if is_in_time else 'late'}"
         state.write()
         self._game.deliveries += 1
         self._game.points += state.points
         self._game.write()
-        self.log.info(f"{order.name} is delivered {'in time' if in_time else 'late'}: {state.points} points")
+        self.log.info(
+            f"{order.name} is delivered {'in time' if is_in_time else 'late'}: {state.points} points"
+        )
 
     @property
-    def _second(self) -> float:
+    def _production_s(self) -> float:
+        """The seconds since the begin of the production; negative before it."""
         return (self.clock.now_us() - self._begin_us) / MICROSECONDS
 
     def _referee(self) -> None:
-        """Announce what is due; the game ends when the time is over, or when nothing is left to do."""
-        now = self._second
+        """Announce the orders that are due. The game ends with its time, or with the last delivery."""
+        now_s = self._production_s
         for order, state in zip(self._orders, self._states, strict=True):
-            if now >= max(0.0, order.announced) and not state.number:
+            if now_s >= max(0.0, order.announced) and not state.number:
                 state.number, state.product = order.number, order.piece
                 state.begin, state.end = order.begin, order.end
                 state.write()
                 self.log.info(f"{order.name}: {order.piece}, from {order.begin:.0f} s to {order.end:.0f} s")
         phases = self._game.Phase
-        is_over = now >= self._seconds or self._game.deliveries == len(self._orders)
-        phase = phases.PRE_GAME if now < 0 else phases.POST_GAME if is_over else phases.PRODUCTION
+        is_over = now_s >= self._seconds or self._game.deliveries == len(self._orders)
+        phase = phases.PRE_GAME if now_s < 0 else phases.POST_GAME if is_over else phases.PRODUCTION
         if phase != self._game.phase:
             self._game.phase = phase
             self.log.info(f"the game is in {phase.name}, with {self._game.points} points")
-        self._game.second = float(max(0, int(now)))
+        self._game.second = float(max(0, int(now_s)))
         self._game.write()

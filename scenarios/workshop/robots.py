@@ -9,13 +9,16 @@ from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFail
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.space.navgraph import load_navgraph
 
-_REACH = 0.3  # metres
-_HANDLING = 2.0  # seconds
-_PATIENCE = 1.0  # seconds until the machine has done its part
+_REACH_M = 0.3  # greatest distance of a robot from a machine that it handles
+_HANDLING_S = 2.0  # time that a robot needs to take or put a piece
+_ANSWER_TIMEOUT_S = 1.0  # time in which a machine must answer
 
 
 class Hand(SkillExecutor):
-    """Executes ``take{machine="saw"}``, ``put{machine="booth"}`` and ``drop{}``; its setting: navgraph."""
+    """Executes ``take{machine="saw"}``, ``put{machine="booth"}`` and ``drop{}``.
+
+    The setting ``navgraph`` names the file with the places of the machines.
+    """
 
     skills = ("take", "put", "drop")
     known_settings = ("navgraph",)
@@ -23,18 +26,18 @@ class Hand(SkillExecutor):
     def __init__(self, context: ExecutorContext) -> None:
         super().__init__(context)
         self._graph = load_navgraph(self.folder / str(self.setting("navgraph")), allow_multi_graph=True)
-        self._piece = ""
+        self._piece = ""  # the held piece; empty without a piece
 
     def start(self) -> None:
-        """Look where the robot is."""
+        """Open the pose of the robot."""
         self._pose: Any = self.board.open_for_reading("Position3DInterface", f"Pose-{self.agent}")
 
     def close(self) -> None:
-        """Look no more."""
+        """Close the pose."""
         self._pose.close()
 
     def execute(self, call: SkillCall) -> Steps:
-        """Take a piece, put it, or drop it."""
+        """Take a piece out of a machine, put the held piece into a machine, or drop it."""
         if call.skill == "drop":
             self._piece = ""
             return
@@ -42,7 +45,7 @@ class Hand(SkillExecutor):
         if not self._is_near(name):
             raise SkillFailedError(f"{self.agent} is not at the {name}")
         with self.board.open_for_reading("MachineInterface", name) as machine:
-            yield from self._wait(_HANDLING, f"{call.skill} at the {name}")
+            yield from self._wait(_HANDLING_S, f"{call.skill} at the {name}")
             yield from self._take(machine, name) if call.skill == "take" else self._put(machine, name)
 
     def _take(self, machine: Any, name: str) -> Steps:
@@ -65,23 +68,23 @@ class Hand(SkillExecutor):
         self._piece = ""
 
     def _ask(self, machine: Any, name: str, message: Any) -> Steps:
-        """Ask the machine, and wait until it has done its part."""
-        before = machine.handled
+        """Send a message to the machine, and wait until the machine has handled it."""
+        handled_before = machine.handled
         machine.msgq_enqueue(message)
         begin_us = self.clock.now_us()
-        while machine.handled == before or machine.robot != self.agent:
-            if self.clock.now_us() - begin_us > _PATIENCE * MICROSECONDS:
+        while machine.handled == handled_before or machine.robot != self.agent:
+            if self.clock.now_us() - begin_us > _ANSWER_TIMEOUT_S * MICROSECONDS:
                 raise SkillFailedError(f"the {name} does not answer")
             yield None
             machine.read()
 
     def _wait(self, seconds: float, text: str) -> Steps:
         begin_us = self.clock.now_us()
-        while (done := (self.clock.now_us() - begin_us) / MICROSECONDS / seconds) < 1:
-            yield Progress(done, text)
+        while (share_done := (self.clock.now_us() - begin_us) / MICROSECONDS / seconds) < 1:
+            yield Progress(share_done, text)
 
     def _is_near(self, name: str) -> bool:
         node = self._graph.node(name)
         self._pose.read()
         x, y, _ = self._pose.translation
-        return node is not None and node.distance(x, y) < _REACH
+        return node is not None and node.distance(x, y) < _REACH_M

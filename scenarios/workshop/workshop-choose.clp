@@ -54,7 +54,7 @@
   (assert (workshop-chosen (goal ?id) (robot ?robot))))
 
 (defrule workshop-machine-free
-  "The piece was taken out or delivered."
+  "The piece was taken out or delivered. A machine that is the last parameter, the destination, stays reserved."
   ?machine <- (machine (name ?from) (order ?order&~nil))
   (goal (id ?order) (mode DISPATCHED))
   (goal (class CARRY|HAND-OVER) (mode DISPATCHED) (params order ?order piece ?piece $?))

@@ -1,12 +1,13 @@
 ;;; Plans for the steps, from the state at their begin. The slot skiller names the executing robot.
 
 (deffunction workshop-action (?goal ?action ?who ?names ?values)
-  "The next action of the goal's plan."
+  "Assert the next action of the goal's plan; ?who is the robot or the machine that executes the action."
   (bind ?id (+ 1 (length$ (find-all-facts ((?a plan-action)) (eq ?a:goal-id ?goal)))))
   (assert (plan-action (id ?id) (goal-id ?goal) (plan-id (sym-cat ?goal -PLAN)) (skiller (str-cat ?who))
                        (action-name ?action) (param-names ?names) (param-values ?values))))
 
 (deffunction workshop-move (?goal ?robot ?from ?to)
+  "Assert a move, unless the robot is at the place already."
   (if (neq ?from ?to) then
     (workshop-action ?goal move ?robot (create$ r from to) (create$ ?robot ?from ?to))))
 

@@ -152,7 +152,7 @@ def test_save_starts_check_of_whole_agent(editor):
         (GOALS, "planner-plan ?id", ["planner-plan"]),
         (GOALS, "MEET-WANTED* =", ["said PEGGY GOODBYE"]),
         (DOMAIN, "say-hello|say", [":action say-hello", "*action*, domain.pddl"]),
-        (DOMAIN, "said) (param", ["(said ?n - name ?t - text)", "seen, not assumed"]),
+        (DOMAIN, "said) (param", ["(said ?n - name ?t - text)", "sensed, not an assumed effect"]),
         (DOMAIN, "parse-pddl-domain", ["feature `pddl-parser`", "1 argument"]),
         (SCENARIO, "say-hello: say", [":action say-hello"]),
         (SCENARIO, "name)y", ["(?name - name)"]),
