@@ -19,6 +19,8 @@ WEB: tuple[tuple[str, Any], ...] = (*QUIET, ("web/enable", True), ("web/port", 0
 
 @dataclass
 class Answer:
+    """The answer to a request, whatever its status."""
+
     status: int
     headers: Any
     body: bytes
@@ -34,11 +36,23 @@ class Answer:
 
 @dataclass
 class Client:
+    """A client of the web server.
+
+    :ivar headers: headers of each request.
+    :ivar tls: the context of ``https``; None for ``http``.
+    """
+
     url: str
     headers: dict[str, str] = field(default_factory=dict)
     tls: ssl.SSLContext | None = None
 
     def open(self, method: str, path: str, body: Any = None, **headers: str) -> Any:
+        """Return the open reply.
+
+        :param body: bytes, or an object that is sent as JSON.
+        :param headers: with ``_`` instead of ``-``.
+        :raises urllib.error.HTTPError: when the status is an error.
+        """
         data = body if body is None or isinstance(body, bytes) else json.dumps(body).encode()
         request_headers = {name.replace("_", "-"): value for name, value in headers.items()}
         if data is not None:
@@ -49,6 +63,7 @@ class Client:
         return urllib.request.urlopen(request, timeout=WAIT_S, context=self.tls)
 
     def ask(self, method: str, path: str, body: Any = None, **headers: str) -> Answer:
+        """Return the complete answer, whatever its status; the parameters are those of ``open``."""
         try:
             with self.open(method, path, body, **headers) as reply:
                 return Answer(reply.status, reply.headers, reply.read())
@@ -59,12 +74,12 @@ class Client:
     def get(self, path: str, **headers: str) -> Answer:
         return self.ask("GET", path, **headers)
 
-    def until(self, path: str, wanted: Any) -> Any:
-        """Repeat the request until ``wanted`` accepts the answer."""
+    def until(self, path: str, is_wanted: Any) -> Any:
+        """Repeat the request until ``is_wanted`` accepts the answer."""
         pause = threading.Event()
         for _ in range(WAIT_S * 20):
             answer = self.get(path).json
-            if wanted(answer):
+            if is_wanted(answer):
                 return answer
             pause.wait(0.05)
         raise AssertionError(f"{path} is still {answer}")
@@ -72,10 +87,13 @@ class Client:
 
 @contextmanager
 def serving(
-    settings: tuple[tuple[str, Any], ...] = (), **named: Any
+    settings: tuple[tuple[str, Any], ...] = (), **options: Any
 ) -> Iterator[tuple[Any, Client, list[str]]]:
-    """Yield a daemon with a web server, a client and the daemon's log."""
-    with running(settings=(*WEB, *settings), **named) as (daemon, lines, _):
+    """Yield a daemon with a web server, a client and the daemon's log.
+
+    :param options: further arguments of :func:`tests.daemon.test_daemon.running`.
+    """
+    with running(settings=(*WEB, *settings), **options) as (daemon, lines, _):
         yield daemon, Client(daemon.endpoints[-1]), lines
 
 

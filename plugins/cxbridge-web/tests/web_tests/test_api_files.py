@@ -46,17 +46,17 @@ def test_answer_of_each_path_matches_schema(served, file: Path):
         for path, methods in spec["paths"].items():
             calls = [(method, *call) for method in methods for call in _calls(client, method, path)]
             assert calls, path
-            for method, concrete, body in calls:
-                answer = client.ask(method.upper(), f"/api{concrete}", body)
+            for method, concrete_path, body in calls:
+                answer = client.ask(method.upper(), f"/api{concrete_path}", body)
                 if method != "get":
                     # a paused daemon loads no plug-in; a skill may have ended before the request to stop
-                    assert answer.status in {200, 400}, (method, concrete, answer.text)
+                    assert answer.status in {200, 400}, (method, concrete_path, answer.text)
                 elif "{id+}" in path and "images" in path:
                     assert (answer.status, answer.text) == (404, "Stream not found")
                 else:
-                    assert answer.status == 200, (concrete, answer.text)
+                    assert answer.status == 200, (concrete_path, answer.text)
                     schema = methods["get"]["responses"]["200"]["content"]["application/json"]["schema"]
-                    assert list(_deviations(answer.json, schema, spec, concrete)) == []
+                    assert list(_deviations(answer.json, schema, spec, concrete_path)) == []
 
 
 BODIES = {"post": {"skill_string": "say{}"}, "put": {"desired_state": "LOADED"}}
@@ -79,10 +79,10 @@ def _calls(client, method, path):
     else:
         listed = client.get("/api" + path.partition("/{")[0]).json
         for model in listed[:3]:
-            concrete = path
+            concrete_path = path
             for name in re.findall(r"\{([^}]*)\}", path):
-                concrete = concrete.replace(f"{{{name}}}", str(model[name]))
-            yield concrete, body
+                concrete_path = concrete_path.replace(f"{{{name}}}", str(model[name]))
+            yield concrete_path, body
 
 
 def _deviations(value, schema, spec, name):
@@ -108,12 +108,13 @@ def _deviations(value, schema, spec, name):
 
 
 def _deviations_of_members(value, schema, spec, name):
+    """Yield the violations of an object's schema."""
     for required in schema.get("required", ()):
         if required not in value and (name, required) not in NOT_SET:
             yield f"{name} has no {required}"
-    for member, inner in schema.get("properties", {}).items():
+    for member, member_schema in schema.get("properties", {}).items():
         if member in value:
-            yield from _deviations(value[member], inner, spec, f"{name}.{member}")
+            yield from _deviations(value[member], member_schema, spec, f"{name}.{member}")
 
 
 @pytest.mark.skipif(not _FILES, reason="needs a Fawkes checkout (FAWKES_DIR)")
@@ -135,6 +136,7 @@ def test_openapi_has_each_model_with_its_fields(served):
 
 
 def _properties(schema, spec):
+    """Yield the names of the schema's properties, also those of its bases."""
     for part in schema.get("allOf", [schema]):
-        named = part.get("$ref", "").rpartition("/")[2]
-        yield from (spec["components"]["schemas"][named] if named else part).get("properties", {})
+        schema_name = part.get("$ref", "").rpartition("/")[2]
+        yield from (spec["components"]["schemas"][schema_name] if schema_name else part).get("properties", {})

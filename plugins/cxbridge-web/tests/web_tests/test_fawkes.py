@@ -28,12 +28,14 @@ def _served():
 
 
 def facts(daemon, template):
+    """Return the slots of a template's facts, in order."""
     env = daemon.node.env
     with env.lock:
         return [slots for _, _, slots in env.facts(template)]
 
 
 def text(value):
+    """Return the text that Fawkes sends for a slot's value."""
     return "" if str(value) == "nil" else str(value)
 
 
@@ -189,9 +191,9 @@ def test_unknown_interface_is_error(served, path, status, message):
 def test_configuration_is_nested_and_typed(served):
     _, client = served
     full = client.get("/api/config/").json["config"]
-    part = client.get("/api/config?query=/clips-executive/specs/").json["config"]
-    assert part["clips-executive"]["specs"] == full["clips-executive"]["specs"]
-    assert list(part) == ["clips-executive"]
+    specs = client.get("/api/config?query=/clips-executive/specs/").json["config"]
+    assert specs["clips-executive"]["specs"] == full["clips-executive"]["specs"]
+    assert list(specs) == ["clips-executive"]
     assert full["cxbridge"]["web"] == {"enable": True, "port": 0}
     assert client.get("/api/config?query=/nothing").json["config"] == {}
 

@@ -15,15 +15,15 @@ from tests.daemon.test_daemon import WAIT_S
 from web_tests.support import serving
 
 HOST = b"Host: localhost\r\n"
-LAST = HOST + b"Connection: close\r\n"
-JSON = LAST + b"Content-Type: application/json\r\n"
+CLOSING = HOST + b"Connection: close\r\n"
+JSON = CLOSING + b"Content-Type: application/json\r\n"
 MESSAGES = b"POST /api/cxbridge/blackboard/SwitchInterface/lamp/messages HTTP/1.1\r\n" + JSON
-ALONE = (("executive", False), ("skiller", "none"))
+NO_EXECUTIVE = (("executive", False), ("skiller", "none"))
 
 
 @pytest.fixture(name="served", scope="module")
 def _served():
-    with serving(ALONE) as (daemon, client, _lines):
+    with serving(NO_EXECUTIVE) as (daemon, client, _lines):
         yield daemon, client
 
 
@@ -34,8 +34,8 @@ def exchange(client, request):
         with suppress(ConnectionError):  # the server may close the connection after its answer
             peer.sendall(request)
         with suppress(ConnectionError):  # the reset after unread data
-            while part := peer.recv(65536):
-                answer += part
+            while chunk := peer.recv(65536):
+                answer += chunk
     return answer
 
 
@@ -43,8 +43,8 @@ def with_body(body):
     return MESSAGES + b"Content-Length: %d\r\n\r\n" % len(body) + body
 
 
-def get(path, more=b""):
-    return b"GET " + path + b" HTTP/1.1\r\n" + LAST + more + b"\r\n"
+def get(path, headers=b""):
+    return b"GET " + path + b" HTTP/1.1\r\n" + CLOSING + headers + b"\r\n"
 
 
 @pytest.mark.parametrize(
@@ -56,14 +56,14 @@ def get(path, more=b""):
         (MESSAGES + b"Transfer-Encoding: chunked\r\n\r\nZZ\r\n", 400),
         (MESSAGES + b"Content-Length: -4\r\n\r\n", 400),
         (MESSAGES + b"Content-Length: " + b"9" * 30 + b"\r\n\r\n", 400),
-        (b"GET / HTTP/1.1\r\n" + LAST + b"Host: evil.example\r\n\r\n", 400),
+        (b"GET / HTTP/1.1\r\n" + CLOSING + b"Host: evil.example\r\n\r\n", 400),
         (b"GET / HTTP/1.1\r\nHost : localhost\r\n\r\n", 400),
-        (b"GET http://evil.example/api/cxbridge/status HTTP/1.1\r\n" + LAST + b"\r\n", 404),
+        (b"GET http://evil.example/api/cxbridge/status HTTP/1.1\r\n" + CLOSING + b"\r\n", 404),
         # different protocols
         (b"GET /\r\n\r\n", 400),
         (b"GET /api/cxbridge/status HTTP/1.0\r\n\r\n", 421),
         (b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\r\n\r\n", 400),
-        (b"CONNECT evil.example:443 HTTP/1.1\r\n" + LAST + b"\r\n", 405),
+        (b"CONNECT evil.example:443 HTTP/1.1\r\n" + CLOSING + b"\r\n", 405),
         (get(b"/api/cxbridge/status", b"Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"), 200),
         # large requests
         (b"GET / HTTP/1.1\r\n" + b"".join(b"X-%d: y\r\n" % number for number in range(10_000)), 400),
@@ -104,8 +104,8 @@ def test_client_with_incomplete_request_is_disconnected(monkeypatch, served, dat
     """The attack needs no token: 200 such clients would block each further client."""
     _, client = served
     monkeypatch.setattr(IdleLimitedConnection, "idle_limit_s", 0.05)
-    rest = exchange(client, data)
-    assert rest.startswith(b"HTTP/1.1 200" if b"\r\n\r\n" in data else b"")
+    answer = exchange(client, data)
+    assert answer.startswith(b"HTTP/1.1 200" if b"\r\n\r\n" in data else b"")
 
 
 def test_missing_body_times_out(monkeypatch, served):
@@ -129,7 +129,7 @@ def test_client_that_does_not_read_is_disconnected(monkeypatch, served):
 
     # only the new connection has this class, because existing connections may also end
     monkeypatch.setattr("cxbridge_web.http.serving.IdleLimitedConnection", WatchedConnection)
-    with serving(ALONE) as (_, second, _lines), socket.socket() as peer:
+    with serving(NO_EXECUTIVE) as (_, second, _lines), socket.socket() as peer:
         peer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         peer.settimeout(WAIT_S)
         peer.connect(("127.0.0.1", int(second.url.rpartition(":")[2])))

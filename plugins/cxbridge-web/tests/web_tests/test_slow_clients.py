@@ -51,7 +51,7 @@ def test_stopped_client_holds_single_bunch_and_gets_loss_count():
     sent: list[bytes] = []
 
     async def scenario() -> None:
-        streams = EventStreams(HOST, collector, buffer)  # type: ignore[arg-type]
+        streams = EventStreams(HOST, collector, buffer)  # type: ignore[arg-type]  # a double
         resumed, first = asyncio.Event(), asyncio.Event()
 
         async def send(message: Any) -> None:
@@ -118,7 +118,7 @@ def test_stream_sends_keep_alive(monkeypatch):
     monkeypatch.setattr(event_streams, "KEEP_ALIVE_S", 0.01)
 
     async def scenario() -> None:
-        streams = EventStreams(HOST, collector)  # type: ignore[arg-type]
+        streams = EventStreams(HOST, collector)  # type: ignore[arg-type]  # a double
 
         async def send(message: Any) -> None:
             if message.get("body") == b": alive\n\n":

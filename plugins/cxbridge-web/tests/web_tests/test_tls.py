@@ -16,8 +16,8 @@ from tests.daemon.test_daemon import WAIT_S
 from web_tests.support import serving
 
 x509 = pytest.importorskip("cryptography.x509")
-from cryptography.hazmat.primitives import hashes, serialization  # noqa: E402
-from cryptography.hazmat.primitives.asymmetric import ec  # noqa: E402
+from cryptography.hazmat.primitives import hashes, serialization  # noqa: E402 - needs the package
+from cryptography.hazmat.primitives.asymmetric import ec  # noqa: E402 - needs the package
 
 TOKEN = "correct horse battery"
 NOW = dt.datetime.now(dt.UTC)

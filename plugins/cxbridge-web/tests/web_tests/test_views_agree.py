@@ -51,6 +51,7 @@ NODE = shutil.which("node")
 NEXT_CALL, NEXT_LIFE, BUSY = 0.2, 0.3, 0.5
 """The probabilities of a new message number, a new goal on FORMULATED, and a busy executor."""
 __all__ = ["recorded"]
+"""A fixture, which pytest finds here."""
 
 PAGE = ROOT / "plugins/cxbridge-web/cxbridge_web" / "static" / "js"
 
@@ -61,7 +62,7 @@ Pair = tuple[Action, str, str]
 """A plan-action, the Skiller and the skill string of a call."""
 
 
-def name_of(text: str) -> str:
+def called_text(text: str) -> str:
     """Return the skill string, or the skill of an executor's text with progress."""
     return text if "{" in text else text.partition(" ")[0]
 
@@ -103,14 +104,14 @@ def why_pairs(run: Run) -> Iterator[Pair]:
                 if (link := goals.find_skill_link(action)) is not None:
                     assert not link.is_guessed
                     key, call = (env, goal.id, action.plan, action.id), link.call
-                    yield key, call.skiller, name_of(call.skill_string)
+                    yield key, call.skiller, called_text(call.skill_string)
 
 
 def linked_pairs(history: RunHistory) -> Iterator[Pair]:
     """Yield each action with its skill call in the history."""
     for link in find_skill_links(history):
         action, call = link.action, link.call
-        yield (action.env, action.goal, action.plan, action.id), call.skiller, name_of(call.skill_string)
+        yield (action.env, action.goal, action.plan, action.id), call.skiller, called_text(call.skill_string)
 
 
 @pytest.fixture(scope="session")
@@ -140,7 +141,7 @@ def page_pairs(model: dict[str, list[Any]]) -> Iterator[Pair]:
             assert not call["guessed"]
             env, goal, plan, action = call["action"]
             goal = goal.removeprefix(f"{env}:").partition("#")[0]
-            yield (env, goal, plan, action), str(call["skiller"]), name_of(str(call["text"]))
+            yield (env, goal, plan, action), str(call["skiller"]), called_text(str(call["text"]))
 
 
 def compare_histories(history: RunHistory, model: dict[str, list[Any]]) -> None:

@@ -27,12 +27,13 @@ _REFUSED: Final = re.compile(r"Unknown channel ID: (\d+)")
 class FoxgloveClient:
     """Subscribes to all advertised channels.
 
+    :ivar server_info: the description of the server, empty before its arrival.
     :ivar channels: the advertised channels by topic.
     :ivar messages: the messages by topic, with times in nanoseconds and the JSON.
     """
 
     socket: Any
-    info: dict[str, Any] = field(default_factory=dict)
+    server_info: dict[str, Any] = field(default_factory=dict)
     channels: dict[str, dict[str, Any]] = field(default_factory=dict)
     messages: dict[str, list[tuple[int, Any]]] = field(default_factory=dict)
     _topics: dict[int, str] = field(default_factory=dict)
@@ -49,11 +50,13 @@ class FoxgloveClient:
             return
         operation = json.loads(frame)
         if operation["op"] == "serverInfo":
-            self.info = operation
+            self.server_info = operation
         elif operation["op"] == "advertise":
             self._subscribe(operation["channels"])
         elif operation["op"] == "status" and (refused := _REFUSED.search(operation["message"])):
-            self._subscribe([c for c in self.channels.values() if c["id"] == int(refused[1])])
+            self._subscribe(
+                [channel for channel in self.channels.values() if channel["id"] == int(refused[1])]
+            )
 
     def _subscribe(self, channels: list[dict[str, Any]]) -> None:
         subscriptions = []
@@ -64,10 +67,10 @@ class FoxgloveClient:
             subscriptions.append({"id": number, "channelId": channel["id"]})
         self.socket.send(json.dumps({"op": "subscribe", "subscriptions": subscriptions}))
 
-    def until(self, enough: Callable[[], bool]) -> None:
-        """Handle frames until ``enough`` returns True."""
+    def until(self, is_enough: Callable[[], bool]) -> None:
+        """Handle frames until ``is_enough`` returns True."""
         for _ in range(_MAX_FRAMES):
-            if enough():
+            if is_enough():
                 return
             self.receive()
         raise AssertionError(f"not enough messages: {sorted(self.messages)}")
@@ -85,5 +88,5 @@ def connected(url: str) -> Iterator[FoxgloveClient]:
     with client.connect(url, subprotocols=[PROTOCOL], max_size=None, max_queue=None) as socket:
         assert socket.subprotocol == PROTOCOL
         connection = FoxgloveClient(socket)
-        connection.until(lambda: bool(connection.info))
+        connection.until(lambda: bool(connection.server_info))
         yield connection

@@ -24,24 +24,24 @@ def check_schema(schema: Mapping[str, Any], published: Any) -> None:
     """Assert that a JSON schema has the fields and types of a published message."""
     fields = {field.name: field for field in published.fields}
     assert set(schema["properties"]) == set(schema["required"]) == set(fields), published.full_name
-    for name, part in schema["properties"].items():
+    for name, field_schema in schema["properties"].items():
         field = fields[name]
         if field.is_repeated:
-            assert part["type"] == "array", name
-            part = part["items"]  # noqa: PLW2901 - the schema of an item
+            assert field_schema["type"] == "array", name
+            field_schema = field_schema["items"]  # noqa: PLW2901 - the schema of an item
         if field.message_type is None:
-            _check_plain(part, field)
+            _check_scalar(field_schema, field)
         elif field.message_type.full_name in _STAMPS:
-            assert set(part["properties"]) == {"sec", "nsec"}, name
+            assert set(field_schema["properties"]) == {"sec", "nsec"}, name
         else:
-            check_schema(part, field.message_type)
+            check_schema(field_schema, field.message_type)
 
 
-def _check_plain(part: Mapping[str, Any], field: Any) -> None:
+def _check_scalar(field_schema: Mapping[str, Any], field: Any) -> None:
     if field.type == field.TYPE_BYTES:
-        assert part == {"type": "string", "contentEncoding": "base64"}
+        assert field_schema == {"type": "string", "contentEncoding": "base64"}
     else:
-        assert field.type in _KINDS[part["type"]], field.full_name
+        assert field.type in _KINDS[field_schema["type"]], field.full_name
 
 
 def check_message(message: str, data: Mapping[str, Any]) -> Any:
@@ -56,18 +56,20 @@ def _to_protobuf_json(data: Any, published: Any) -> dict[str, Any]:
     """Return the JSON of protobuf, in which times are texts."""
     fields = {field.name: field for field in published.fields}
     assert set(data) == set(fields), f"{published.full_name} has different fields"
-    return {name: _value(value, fields[name]) for name, value in data.items()}
+    return {name: _to_field_json(value, fields[name]) for name, value in data.items()}
 
 
-def _value(value: Any, field: Any) -> Any:
+def _to_field_json(value: Any, field: Any) -> Any:
+    """Return the JSON of a field's value, which may be a list of messages."""
     if field.message_type is None:
         return value
     if isinstance(value, list):
-        return [_item(each, field.message_type) for each in value]
-    return _item(value, field.message_type)
+        return [_to_message_json(item, field.message_type) for item in value]
+    return _to_message_json(value, field.message_type)
 
 
-def _item(value: Any, published: Any) -> Any:
+def _to_message_json(value: Any, published: Any) -> Any:
+    """Return the JSON of a message, or the text of a time."""
     if published.full_name not in _STAMPS:
         return _to_protobuf_json(value, published)
     assert set(value) == {"sec", "nsec"}

@@ -26,14 +26,14 @@ ADDRESSES = (
 )
 RUN = """
 async ([theme, options]) => {
-  const looked = (window.looked ??= new Set());
-  const around = [...document.querySelectorAll("#head > *, #nav > *, body > :not(#head, #nav, #main)")];
-  const name = (part) => theme + part.parentElement.id + part.outerHTML;
+  const checked = (window.checked ??= new Set());
+  const frame = [...document.querySelectorAll("#head > *, #nav > *, body > :not(#head, #nav, #main)")];
+  const key = (part) => theme + part.parentElement.id + part.outerHTML;
   const { violations } = await axe.run(
-    { include: [document], exclude: around.filter((part) => looked.has(name(part))) },
+    { include: [document], exclude: frame.filter((part) => checked.has(key(part))) },
     { resultTypes: ["violations"], ...options },
   );
-  for (const part of around) looked.add(name(part));
+  for (const part of frame) checked.add(key(part));
   return violations
     .filter((violation) => /serious|critical/.test(violation.impact))
     .map((violation) => violation.id + " " + violation.nodes[0].html);
