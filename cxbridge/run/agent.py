@@ -38,7 +38,7 @@ from cxbridge.run.rights import read_rights
 from cxbridge.run.shared import SharedObjects
 from cxbridge.run.source import source_of
 from cxbridge.run.specs import find_missing_files
-from cxbridge.trace.sourcing import EarlySources
+from cxbridge.trace.source_records import EarlySources
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

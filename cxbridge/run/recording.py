@@ -17,7 +17,7 @@ from cxbridge.trace.formats.base import RecordedRun, RunWriter
 from cxbridge.trace.formats.files import rename_previous
 from cxbridge.trace.formats.registry import FORMAT_MODULES
 from cxbridge.trace.recorder import Recorder
-from cxbridge.trace.sourcing import emit_configuration
+from cxbridge.trace.source_records import emit_configuration
 
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run

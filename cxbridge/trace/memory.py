@@ -10,7 +10,7 @@ from pathlib import Path
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, SourceRead
 from cxbridge.trace.formats.base import Attachment, Run, RunWriter, StoredFile
-from cxbridge.trace.sourcing import SourceNamer
+from cxbridge.trace.source_records import SourceNamer
 
 
 class MemoryRun(Run):

@@ -20,7 +20,7 @@ from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.sources import extract_files, run_sources
-from cxbridge.trace.sourcing import SourceNamer
+from cxbridge.trace.source_records import SourceNamer
 from tests.support import ROOT
 from tests.trace.runs import family
 

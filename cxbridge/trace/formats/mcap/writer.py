@@ -22,7 +22,7 @@ from cxbridge.trace.formats.base import Attachment, RecordedRun, RunWriter
 from cxbridge.trace.formats.files import open_exclusively, writing
 from cxbridge.trace.formats.mcap.file import McapFile
 from cxbridge.trace.formats.mcap.records import METADATA_NAME, PROFILE, SOURCE_NAME
-from cxbridge.trace.sourcing import SourceNamer, read_interface_source
+from cxbridge.trace.source_records import SourceNamer, read_interface_source
 
 _FLUSH_INTERVAL_S = 0.5  # in real time
 _MAX_PENDING_EVENTS = 512  # writing many events in a row costs a third of writing single events

@@ -21,7 +21,7 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.formats.base import Attachment, RunWriter
 from cxbridge.trace.formats.files import writing
-from cxbridge.trace.sourcing import SourceNamer
+from cxbridge.trace.source_records import SourceNamer
 from cxbridge_ros2.bags.reader import METADATA_PREFIX
 from cxbridge_ros2.bags.topics import (
     EVENTS_TOPIC,

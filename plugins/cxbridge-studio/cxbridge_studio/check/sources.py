@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from cxbridge.events import Event, SourceRead
 from cxbridge.run.options import RunOptions
-from cxbridge.trace.sourcing import emit_configuration
+from cxbridge.trace.source_records import emit_configuration
 from cxbridge_studio.check.agent import Agent, find_agent_names
 from cxbridge_studio.check.domain_calls import find_domain_files
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
