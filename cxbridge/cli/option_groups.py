@@ -2,7 +2,7 @@
 
 A field ``Annotated[T, Meta(description=...)]`` is an option with this help text; ``ge`` and ``le`` are its
 bounds, and the option is named like the field. :data:`OVERRIDES` or a ``typer.Option`` in the annotation
-define exceptions. Fields without an annotation are not options. Options of base classes come first, in the
+define exceptions. Fields without ``Annotated`` are not options. Options of base classes come first, in the
 order of the bases. A field of type ``tuple[T, ...]`` is an option that may be given several times, named in
 the singular.
 """

@@ -10,7 +10,7 @@ from cxbridge.run.recording import RecorderComponent
 class BlackBoardComponent(Component):
     """Starts first, and therefore closes the blackboard and the shared objects after all other components."""
 
-    steady = True
+    steady = True  # clients open interfaces while the daemon is paused or reset
 
     def __init__(self, daemon: Daemon) -> None:
         self._daemon = daemon

@@ -11,7 +11,7 @@ from cxbridge.run.components.component import Component
 class ZmqComponent(Component):
     """Serves the blackboard over ZeroMQ, with CURVE if there are keys."""
 
-    steady = True
+    steady = True  # clients resume a paused daemon over this server
 
     def __init__(self, daemon: Daemon) -> None:
         self._daemon = daemon

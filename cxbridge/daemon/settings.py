@@ -90,7 +90,7 @@ class DaemonSettings:
         """
         _refuse_unknown_settings(config)
 
-        def read_file(name: str) -> Path | None:
+        def read_path(name: str) -> Path | None:
             return config.get_file(f"{TREE}/{name}")
 
         def read_flag(name: str, default: bool) -> bool:
@@ -108,16 +108,16 @@ class DaemonSettings:
             speech=_read_choice(config, "speech", SPEECH_CHOICES, "off"),
             endpoints=endpoints,
             insecure=read_flag("zmq/insecure", False),
-            secret_key=read_file("zmq/secret-key"),
-            clients=read_file("zmq/clients"),
+            secret_key=read_path("zmq/secret-key"),
+            clients=read_path("zmq/clients"),
             sections=sections,
             on_failure=FailurePolicy(_read_choice(config, "on-failure", ("continue", "stop"), "stop")),
             rights=read_rights(config, skiller, sections.values(), is_local=is_local),
-            trace=read_file("record/trace"),
+            trace=read_path("record/trace"),
             trace_level=_read_choice(config, "record/level", TRACE_LEVELS, "transitions"),
             trace_files=read_flag("record/files", True),
-            log=read_file("record/log"),
-            bblog=read_file("record/bblog"),
+            log=read_path("record/log"),
+            bblog=read_path("record/bblog"),
         )
         settings.check()
         return settings
@@ -130,7 +130,7 @@ class DaemonSettings:
             )
         if (self.secret_key is None) != (self.clients is None):
             raise ConfigError(
-                "CURVE needs both keys: cxbridge/zmq/secret-key and cxbridge/zmq/clients",
+                "CURVE needs both settings: cxbridge/zmq/secret-key and cxbridge/zmq/clients",
                 hint="make keys with cxbridge keys; see docs/security.md",
             )
 

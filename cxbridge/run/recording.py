@@ -13,7 +13,7 @@ from cxbridge.mainloop import Hook
 from cxbridge.resources import VERSION
 from cxbridge.run.components.component import Component
 from cxbridge.run.options import RunOptions
-from cxbridge.trace.formats.base import RecordedRun, RunWriter
+from cxbridge.trace.formats.base import RecordingInfo, RunWriter
 from cxbridge.trace.formats.files import rename_previous
 from cxbridge.trace.formats.registry import FORMAT_MODULES
 from cxbridge.trace.recorder import Recorder
@@ -38,7 +38,7 @@ class RecorderComponent(Component):
     """
 
     hooks = (Hook.POST_LOOP,)
-    steady = True
+    steady = True  # the recording includes the time while a daemon is paused, and continues after a reset
 
     def __init__(self, run: Any, writers: Sequence[RunWriter] = (), *, keep: bool = False) -> None:
         self.recorder = start_recording(run, run.options, writers, keep=keep)
@@ -76,17 +76,17 @@ def start_recording(
     for file in (options.trace, options.log) if keep else ():
         if file is not None and (renamed := rename_previous(file)) is not None:
             run.bus.logger("Recorder").info(f"The previous recording is kept as {renamed}")
-    recorded_run = RecordedRun(
+    recording_info = RecordingInfo(
         run.registry,
         run.spec or DAEMON,
         run.clock.now_us(),
-        utc=run.clock.is_virtual,
-        files=options.trace_files,
+        uses_utc=run.clock.is_virtual,
+        has_files=options.trace_files,
     )
     outputs = {"mcap": options.trace, "fawkes-log": options.log, "bblogger": options.bblog}
     files = ((format_name, path) for format_name, path in outputs.items() if path is not None)
     recorder = Recorder(
-        run.bus, [*writers, *open_writers(files, recorded_run)], RecordLevel(options.trace_level)
+        run.bus, [*writers, *open_writers(files, recording_info)], RecordLevel(options.trace_level)
     )
     recorder.describe(
         {
@@ -106,7 +106,7 @@ def start_recording(
     return recorder
 
 
-def open_writers(files: Iterable[tuple[str, Path]], run: RecordedRun) -> list[RunWriter]:
+def open_writers(files: Iterable[tuple[str, Path]], recording_info: RecordingInfo) -> list[RunWriter]:
     """Open files for the recording of a run, each with the name of its format; all, or none.
 
     :raises CxbridgeError: if a file cannot be written, or no installed package provides a format.
@@ -115,7 +115,7 @@ def open_writers(files: Iterable[tuple[str, Path]], run: RecordedRun) -> list[Ru
     with ExitStack() as undo:
         for format_name, path in files:
             module = FORMAT_MODULES.load_target(FORMAT_MODULES.find(format_name))
-            open_recording: Callable[[Path, RecordedRun], RunWriter] = resolve_name(module.RECORDING)
-            writers.append(undo.enter_context(open_recording(path, run)))
+            open_recording: Callable[[Path, RecordingInfo], RunWriter] = resolve_name(module.RECORDING)
+            writers.append(undo.enter_context(open_recording(path, recording_info)))
         undo.pop_all()
     return writers

@@ -37,7 +37,8 @@ def _copy_events(run: Run, path: Path, format_name: str) -> list[str]:
     :returns: warnings about the copy.
     """
     copy_format = copy_formats()[format_name]
-    if copy_format.exact and (notes := resolve_name(copy_format.exact)(run, path)) is not None:
+    direct_copier = copy_format.direct_copier
+    if direct_copier and (notes := resolve_name(direct_copier)(run, path)) is not None:
         return list(notes)
     written_count = lost_count = 0
     open_writer: Callable[[Path, InterfaceRegistry], RunWriter] = resolve_name(copy_format.writer)

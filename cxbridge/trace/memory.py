@@ -10,7 +10,7 @@ from pathlib import Path
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, SourceRead
 from cxbridge.trace.formats.base import Attachment, Run, RunWriter, StoredFile
-from cxbridge.trace.source_records import SourceNamer
+from cxbridge.trace.source_records import SourceRecordMaker
 
 
 class MemoryRun(Run):
@@ -57,14 +57,14 @@ class _MemoryWriter(RunWriter):
 
     def __init__(self, run: MemoryRun) -> None:
         self._run = run
-        self._namer = SourceNamer()
+        self._record_maker = SourceRecordMaker()
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
         return level.event_types | {SourceRead}
 
     def write(self, event: Event) -> None:
         if isinstance(event, SourceRead):
-            record, attachment = self._namer.make_record(event)
+            record, attachment = self._record_maker.make_record(event)
             self._run.recorded_sources.append(record)
             if attachment is not None:
                 self._run.recorded_attachments.append(attachment)

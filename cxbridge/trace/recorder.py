@@ -56,7 +56,10 @@ class Recorder(Closing):
             output.call_writer("flush")
 
     def flush_when_due(self) -> None:
-        """Flush at most twice a second of real time, so that the files of a killed run are readable."""
+        """Flush, unless the last flush was less than half a second of real time ago.
+
+        Called often, this method keeps the files of a killed run readable, and nearly complete.
+        """
         now_s = time.monotonic()
         if now_s >= self._next_flush_s:
             self._next_flush_s = now_s + _FLUSH_INTERVAL_S

@@ -1,7 +1,7 @@
-"""Records of the sources of a run: the files and definitions that the run reads.
+"""Making of the records of a run's sources, the files and definitions that the run reads.
 
-The content of a source becomes an attachment of the recording. docs/formats.md, section "Files of the run",
-lists the sources.
+:mod:`.sources` reads the records. The content of a source becomes an attachment of the recording.
+docs/formats.md, section "Files of the run", lists the sources.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _NUMBERED_ROLES: Final = frozenset({"config", "clips", "construct"})
 
 
 class EarlySources:
-    """Stores sources that are read before the recorder exists."""
+    """Stores the events of sources that are read before the recorder exists."""
 
     def __init__(self, bus: EventBus) -> None:
         self._bus = bus
@@ -47,14 +47,14 @@ class EarlySources:
         self._events.append(event)
 
     def stop(self) -> list[Event]:
-        """Return the stored sources and stop storing."""
+        """Return the stored events and stop storing."""
         self._bus.unsubscribe(self._store)
         events, self._events = self._events, []
         return events
 
 
-class SourceNamer:
-    """Makes the record of each source and, for new content, the attachment."""
+class SourceRecordMaker:
+    """Makes the metadata record of each source and, for new content, the attachment."""
 
     def __init__(self) -> None:
         self._counts_by_owner: Counter[str] = Counter()
@@ -62,7 +62,10 @@ class SourceNamer:
         self._used_names: set[str] = set()
 
     def make_record(self, event: SourceRead) -> tuple[dict[str, str], Attachment | None]:
-        """Return the metadata record of a source, and the attachment to write before it."""
+        """Return the metadata record of a source, and the attachment to write before the record.
+
+        The attachment is None for a source without content, and for content that has an attachment already.
+        """
         record = {"role": event.role, "owner": event.owner, "name": event.name, **event.details}
         attachment = None
         if event.data is not None:
@@ -88,7 +91,7 @@ class SourceNamer:
         return {key: value for key, value in record.items() if value}, attachment
 
     def _choose_unique_name(self, name: str) -> str:
-        """Return an unused name; another content of the same file gets a number."""
+        """Return the name if it is unused; otherwise the name with a number before its ending."""
         unique_name, number = name, 1
         stem, dot, suffix = name.rpartition(".")
         while unique_name in self._used_names:
@@ -99,24 +102,27 @@ class SourceNamer:
 
 
 def _make_attachment_name(event: SourceRead, number: int) -> str:
-    role, file = event.role, safe_name(event.name.rsplit("/", 1)[-1])
+    role, file_name = event.role, safe_name(event.name.rsplit("/", 1)[-1])
     if role in {"clips", "construct"}:
         # a construct has the name of a rule or function, which has no ending
         ending = "" if role == "clips" else ".clp"
-        return f"clips/{safe_name(event.owner)}/{number:04d}-{file}{ending}"
+        return f"clips/{safe_name(event.owner)}/{number:04d}-{file_name}{ending}"
     if role == "skill":
         return "/".join(["skills", *map(safe_name, event.name.removeprefix("skills/").split("/"))])
     names_by_role = {
-        "config": f"config/{number:04d}-{file}",
+        "config": f"config/{number:04d}-{file_name}",
         "config-tree": "config/tree.json",
-        "interface": f"interfaces/{file}.xml",
+        "interface": f"interfaces/{file_name}.xml",
     }
-    return names_by_role.get(role) or f"{safe_name(role)}/{file}"
+    return names_by_role.get(role) or f"{safe_name(role)}/{file_name}"
 
 
 def safe_name(name: str) -> str:
-    """Return a name as part of a path that is valid on any system and has no special meaning."""
-    # file systems take names of 255 bytes, which also have a number and an ending
+    """Return a name with only ASCII letters, digits, ``_``, ``-`` and ``.``, but without dots at its start.
+
+    Such a name is one part of a path, and neither hidden nor ``..``; characters in excess are cut off.
+    """
+    # file systems limit a name to 255 bytes, in which a number and an ending must fit, too
     return (_UNSAFE_CHARACTER.sub("_", name).lstrip(".") or "_")[:200]
 
 

@@ -1,4 +1,4 @@
-"""The sources of a recorded run: the files and definitions that the run read.
+"""Reading of the sources of a recorded run, the files and definitions that the run read.
 
 The content of a source is read when :attr:`RunSource.data` is used. docs/formats.md, section "Files of the
 run", lists the sources.

@@ -91,7 +91,7 @@ def connected(daemon):
         ("cxbridge:\n  on-failure: cry\n", "/cxbridge/on-failure cannot be 'cry'", "continue, stop"),
         ("cxbridge:\n  executive: perhaps\n", "/cxbridge/executive must be true or false", None),
         ("cxbridge:\n  clock: virtual\n", "cannot run on a virtual clock", "real"),
-        ("cxbridge:\n  zmq: {clients: keys}\n", "CURVE needs both keys", "make keys"),
+        ("cxbridge:\n  zmq: {clients: keys}\n", "CURVE needs both settings", "make keys"),
     ],
 )
 def test_invalid_settings_are_errors(text, message, hint):

@@ -14,7 +14,7 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from cxbridge.daemon.services.options import ReplayOptions
-from cxbridge.daemon.services.replay import DONE, LOST, ReplayReport, _ReplaySession, replay
+from cxbridge.daemon.services.replay import DONE, INTERRUPTED, LOST, ReplayReport, _ReplaySession, replay
 from cxbridge.errors import BlackBoardError, CxbridgeError, TraceError
 from cxbridge.events import BlockWrite
 from cxbridge.interfaces import InterfaceRegistry, SwitchInterface
@@ -51,6 +51,7 @@ class Running:
 
     def __init__(self, options):
         self.report = None
+        self.reported_ends = []
         self._options = options
         self._ready = threading.Event()
         self._stop = lambda: None
@@ -64,7 +65,11 @@ class Running:
             self._ready.set()
 
         try:
-            self.report = replay(self._options, on_ready=on_ready)
+            self.report = replay(
+                self._options,
+                on_ready=on_ready,
+                on_progress=lambda report: self.reported_ends.append(report.end),
+            )
         finally:
             self._ready.set()
 
@@ -147,7 +152,7 @@ def test_a_loop_goes_on_until_it_is_stopped(tmp_path):
         running = Running(ReplayOptions(run=run, url=site.url, loop=True))
         until(lambda: len(ear.writes) >= 5)
         report = running.stop()
-    assert report.rounds >= 3
+    assert (report.rounds >= 3, running.reported_ends[-1]) == (True, INTERRUPTED)
     assert ear.values[:5] == [1, 2, 1, 2, 1]
 
 

@@ -19,8 +19,8 @@ from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
+from cxbridge.trace.source_records import SourceRecordMaker
 from cxbridge.trace.sources import extract_files, run_sources
-from cxbridge.trace.source_records import SourceNamer
 from tests.support import ROOT
 from tests.trace.runs import family
 
@@ -58,11 +58,11 @@ def test_copy_has_sources_of_run(recorded: Run, tmp_path: Path) -> None:
 
 
 def test_equal_bytes_are_attached_once() -> None:
-    namer = SourceNamer()
+    record_maker = SourceRecordMaker()
 
     def attach(owner: str, data: bytes) -> tuple[str, bool]:
         event = SourceRead(1, "clips", owner, "/a/x.clp", data, {"how": "load", "within": ""})
-        record, attachment = namer.make_record(event)
+        record, attachment = record_maker.make_record(event)
         assert "within" not in record
         return record["attachment"], attachment is not None
 
@@ -70,7 +70,8 @@ def test_equal_bytes_are_attached_once() -> None:
     assert attach("b", b"1") == ("clips/a/0001-x.clp", False)
     assert attach("b", b"2") == ("clips/b/0002-x.clp", True)
     pddl = [
-        namer.make_record(SourceRead(1, "pddl", "", "d.pddl", data, {}))[0] for data in (b"1", b"2", b"1")
+        record_maker.make_record(SourceRead(1, "pddl", "", "d.pddl", data, {}))[0]
+        for data in (b"1", b"2", b"1")
     ]
     assert [record["attachment"] for record in pddl] == ["pddl/d.pddl", "pddl/d-2.pddl", "pddl/d.pddl"]
 
@@ -81,7 +82,7 @@ def test_equal_bytes_are_attached_once() -> None:
     st.text(),
 )
 def test_names_of_attachments_are_safe(role: str, owner: str, name: str) -> None:
-    _, attachment = SourceNamer().make_record(SourceRead(1, role, owner, name, b"", {}))
+    _, attachment = SourceRecordMaker().make_record(SourceRead(1, role, owner, name, b"", {}))
     assert attachment is not None
     parts = attachment.name.split("/")
     assert len(parts) > 1

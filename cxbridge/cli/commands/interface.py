@@ -22,7 +22,7 @@ app = typer.Typer(name="interface", no_args_is_help=True)
 BAD_DEFINITION = 2
 """The exit status for an invalid definition."""
 
-InterfaceDirs = Annotated[
+DefinitionDirs = Annotated[
     list[Path] | None,
     typer.Option(
         "--interface-dir",
@@ -50,17 +50,17 @@ def _interface() -> None:
 
 
 @app.command("list")
-def list_types(interface_dir: InterfaceDirs = None, as_json: AsJson = False) -> None:
+def list_types(interface_dir: DefinitionDirs = None, as_json: AsJson = False) -> None:
     """List all known interface types.
 
     Example: cxbridge interface list
     """
-    names = make_registry(interface_dir).names()
+    names = make_checked_registry(interface_dir).names()
     say_result(names, names, as_json=as_json)
 
 
 @app.command()
-def show(name: TypeOrFile, interface_dir: InterfaceDirs = None, as_json: AsJson = False) -> None:
+def show(name: TypeOrFile, interface_dir: DefinitionDirs = None, as_json: AsJson = False) -> None:
     """Show the layout of an interface: fields with offsets, messages, enums, constants, hash.
 
     Example: cxbridge interface show SkillerInterface
@@ -88,17 +88,17 @@ def check(
     findings: list[dict[str, Any]] = []
     for file in files:
         result = check_file(file)
-        mistakes = sorted(
-            [*result.errors, *result.warnings], key=lambda mistake: (mistake.line or 0, mistake.column or 0)
+        problems = sorted(
+            [*result.errors, *result.warnings], key=lambda problem: (problem.line or 0, problem.column or 0)
         )
-        for mistake in mistakes:
-            severity = "error" if mistake in result.errors else "warning"
-            members = {name: getattr(mistake, name) for name in ("file", "line", "column", "message", "hint")}
+        for problem in problems:
+            severity = "error" if problem in result.errors else "warning"
+            members = {name: getattr(problem, name) for name in ("file", "line", "column", "message", "hint")}
             findings.append({"severity": severity, **members})
             if not as_json:
-                hint = f"\n  hint: {mistake.hint}" if mistake.hint else ""
-                say_text(indent_lines(f"{mistake.location}: {severity}: {mistake.message}{hint}"))
-        if not mistakes and not as_json:
+                hint = f"\n  hint: {problem.hint}" if problem.hint else ""
+                say_text(indent_lines(f"{problem.location}: {severity}: {problem.message}{hint}"))
+        if not problems and not as_json:
             say(f"{file}: correct")
     if as_json:
         say_json(findings, indent=2)
@@ -109,7 +109,7 @@ def check(
 @app.command("hash")
 def print_hash(
     names: TypesOrFiles,
-    interface_dir: InterfaceDirs = None,
+    interface_dir: DefinitionDirs = None,
     wire: Annotated[
         bool,
         typer.Option(
@@ -132,7 +132,7 @@ def print_hash(
 def compile_types(
     names: TypesOrFiles,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="folder for the modules")],
-    interface_dir: InterfaceDirs = None,
+    interface_dir: DefinitionDirs = None,
     stubs: Annotated[
         bool, typer.Option("--stubs", help="write the stubs (.pyi) alone, without modules")
     ] = False,
@@ -151,8 +151,11 @@ def compile_types(
             say(path)
 
 
-def make_registry(interface_dirs: list[Path] | None) -> InterfaceRegistry:
-    """Return a registry of the given folders and the shipped definitions."""
+def make_checked_registry(interface_dirs: list[Path] | None) -> InterfaceRegistry:
+    """Return a registry of the given folders, which must exist, and of the shipped definitions.
+
+    :raises InterfaceError: if a folder does not exist.
+    """
     from cxbridge.errors import InterfaceError
     from cxbridge.interfaces.registry import InterfaceRegistry
 
@@ -170,4 +173,4 @@ def _find_schema(name: str, interface_dirs: list[Path] | None) -> InterfaceSchem
 
     if name.endswith(".xml") or "/" in name:
         return parse_file(name)
-    return make_registry(interface_dirs).schema(name)
+    return make_checked_registry(interface_dirs).schema(name)

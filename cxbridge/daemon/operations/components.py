@@ -90,8 +90,8 @@ def _list_components(context: OperationContext, _parameters: NoParameters) -> Se
         "Change the state of a component by a transition of its lifecycle.",
         body="Transition",
         errors={
-            400: "The state of the component does not allow the transition, the transition fails, or the "
-            "component serves clients"
+            400: "The state of the component does not allow the transition, the transition fails, or "
+            "clients cannot stop the component"
         },
     ),
 )

@@ -51,7 +51,8 @@ class OperationContext:
     """The objects that operations work on.
 
     :param rights: the rights of clients.
-    :param find_executive: returns the executive, or None while it is not running; None without an executive.
+    :param find_executive: a function that returns the executive, or None while the executive is not running.
+        A daemon without an executive has no such function: None.
     :param component_rows: returns the states of the components for JSON.
     :param change_component: changes the state of a component by a transition.
     :param describe_state: returns goals, plan-actions, skills and the log.

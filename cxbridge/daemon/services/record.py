@@ -16,7 +16,7 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.printing import format_count
 from cxbridge.resources import VERSION
 from cxbridge.run.recording import open_writers
-from cxbridge.trace.formats.base import RecordedRun
+from cxbridge.trace.formats.base import RecordingInfo
 from cxbridge.trace.forwarding import COMPONENT, WriteForwarder
 from cxbridge.trace.recorder import Recorder
 
@@ -30,7 +30,7 @@ class RecordReport:
 
     :param seconds: the duration in real time.
     :param write_counts: the number of recorded writes by ``Type::id``.
-    :param skipped: the number of writes that the blackboard has merged with later ones.
+    :param skipped: the number of writes that the blackboard has replaced by later writes.
     :param gaps: the start in microseconds since the epoch, and the duration in seconds, of each loss of the
         connection.
     """
@@ -66,7 +66,9 @@ class RecordReport:
         lines = [f"{self.counts_text} in {self.seconds:.1f} s"]
         lines += [f"  {uid}  {count}" for uid, count in sorted(self.write_counts.items())]
         if self.skipped:
-            lines.append(f"{self.skipped} more writes came too fast and were left out")
+            lines.append(
+                f"left out, because newer writes replaced them: {format_count(self.skipped, 'write')}"
+            )
         if self.gaps:
             seconds = sum(seconds for _, seconds in self.gaps)
             lines.append(
@@ -94,15 +96,14 @@ def record(
     with Service(console, on_ready) as service:
         # a separate bus: the blackboard emits its own events on the bus of the service
         recorded_bus = service.make_bus()
-        board = service.open_blackboard(options.url, InterfaceRegistry(options.interface_dirs))
-        recorded_run = RecordedRun(
-            InterfaceRegistry(options.interface_dirs), _SCENARIO, service.clock.now_us()
-        )
+        registry = InterfaceRegistry(options.interface_dirs)
+        board = service.open_blackboard(options.url, registry)
+        recording_info = RecordingInfo(registry, _SCENARIO, service.clock.now_us())
         formats_and_paths = [
             ("mcap" if path.suffix == ".mcap" else "bblogger", path) for path in options.outputs
         ]
         recorder = service.enter_context(
-            Recorder(recorded_bus, open_writers(formats_and_paths, recorded_run))
+            Recorder(recorded_bus, open_writers(formats_and_paths, recording_info))
         )
         recorder.describe({"cxbridge": VERSION, "clock": service.clock.name, "blackboard": options.url})
         forwarder = WriteForwarder(board, patterns, recorded_bus)

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import PurePath
-from typing import Any, Final
+from typing import Any
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.names import parse_uid
@@ -26,9 +26,7 @@ from cxbridge.trace.replay.pace import Pace
 from cxbridge.trace.replay.player import ReplayPlayer
 
 DONE, INTERRUPTED, LOST = "done", "interrupted", "lost"
-"""The results of a replay."""
-
-COMPONENT: Final = "Replay"
+"""The ends of a replay."""
 
 
 @dataclass(slots=True)
@@ -82,15 +80,16 @@ def replay(
 
     :param console: gets the log lines.
     :param on_ready: called with a stop function when all interfaces are open.
-    :param on_progress: called with the present result about twice a second.
-    :raises CxbridgeError: if there is nothing to replay, or the blackboard refuses it.
+    :param on_progress: called with the present result several times a second during waits, and at the end.
+    :raises CxbridgeError: if the recording has no selected write, or the blackboard refuses the replay.
     """
     registry = InterfaceRegistry(options.interface_dirs)
     selection = ReplaySelection(tuple(map(Pattern.parse, options.patterns)), options.start_s, options.end_s)
     run = open_run(options.run, registry)
     # one pass before the first write finds all interfaces, which are opened first: if one of them has another
     # writer, nothing is replayed
-    survey = _survey_replay(run, selection)
+    survey = survey_replay(run, selection)
+    _check_has_writes(run, survey)
     add_attached_types(registry, run, survey.write_counts)
     report = ReplayReport(str(options.run), options.url, notes=list(run.notes))
     with Service(console, on_ready) as service:
@@ -109,7 +108,7 @@ class _ReplaySession:
 
     :param report: updated during the replay.
     :param stop: set when the replay is to end, or the connection is lost.
-    :param on_progress: called with the report about twice a second.
+    :param on_progress: called with the report several times a second during waits, and at the end.
     """
 
     def __init__(
@@ -137,7 +136,7 @@ class _ReplaySession:
                 is_complete = self._player.play(make_moves(), pace)
                 if not (is_complete and self._options.loop) or self._stop_event.is_set():
                     break
-            if not self._stop_event.is_set() or (is_complete and not self._options.loop):
+            if is_complete and not self._options.loop:  # even if the stop came after the last write
                 report.end = DONE
                 self._board.flush()  # the last writes may still be on their way to the server
         except BlackBoardError:
@@ -146,8 +145,8 @@ class _ReplaySession:
             self._is_connection_lost = True
         if self._is_connection_lost:
             report.end = LOST
-        self._update_report()
         report.end = report.end or INTERRUPTED
+        self._update_report()
 
     def _update_report(self) -> None:
         report, player = self._report, self._player
@@ -161,12 +160,8 @@ class _ReplaySession:
             self._stop_event.set()
 
 
-def _survey_replay(run: Run, selection: ReplaySelection) -> ReplaySurvey:
-    """Read the run and return the survey of its replay.
-
-    :raises TraceError: if no write is selected.
-    """
-    survey = survey_replay(run, selection)
+def _check_has_writes(run: Run, survey: ReplaySurvey) -> None:
+    """Raise :class:`TraceError` if no write of the run is selected."""
     if not survey.write_counts:
         message, hint = (
             (
@@ -180,7 +175,6 @@ def _survey_replay(run: Run, selection: ReplaySelection) -> ReplaySurvey:
             )
         )
         raise TraceError(message, file=run.path, hint=hint)
-    return survey
 
 
 def add_attached_types(registry: InterfaceRegistry, run: Run, uids: Iterable[str]) -> None:

@@ -57,7 +57,7 @@ class Speech(Component):
 
     # after Hook.SKILL, so that speech starts in the same cycle as the skill that sends the message
     hooks = (Hook.ACT,)
-    description = "Speech synthesis that skills use"
+    description = "Speaks the texts that skills say"
 
     def __init__(self, context: Run) -> None:
         from cxbridge.skiller.make import make_speech  # noqa: PLC0415 - runs without speech start faster

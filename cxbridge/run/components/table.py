@@ -24,8 +24,8 @@ def local_skillers(run: Any) -> tuple[SkillerSettings, ...]:
     kind = run.options.skiller
     if kind == "none" or run.options.has_remote_skiller:
         return ()
-    on_skill_board = () if run.skill_board is None else run.skill_board.skillers
-    return skiller_settings(run.config, kind, on_skill_board)
+    board_skillers = () if run.skill_board is None else run.skill_board.skillers
+    return skiller_settings(run.config, kind, board_skillers)
 
 
 def _speaks(run: Any) -> bool:

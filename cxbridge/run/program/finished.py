@@ -128,9 +128,10 @@ class Run:
         return compare_runs(self.source, [source], order=parse_choice(Order, "order", order))
 
     def write_report(self, path: str | Path) -> Path:
-        """Write a self-contained HTML page about the run; return its path.
+        """Write a self-contained HTML page about the run; return the path of the page.
 
-        :raises TraceError: if the file cannot be written.
+        :raises CxbridgeError: if the recording cannot be read, the page cannot be written, or no plug-in
+            makes such pages.
         """
         write_file(path, VIEWS.load_target(VIEWS.find(_REPORT))(self.source))
         return Path(path)

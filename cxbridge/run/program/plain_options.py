@@ -21,11 +21,11 @@ _CAPITAL: Final = re.compile(r"[A-Z]")
 def options_from_keywords(
     scenario: str | Path | None, *, resolve_path: Callable[[str | Path], Path] = Path, **options: Any
 ) -> RunOptions:
-    """Return the options of a run from keyword arguments. A path may be a string.
+    """Return the options of a run from keyword arguments.
 
-    :param resolve_path: returns the path for a string, which may be relative.
+    :param resolve_path: makes the path of an option from a string or a path, either of which may be relative.
     :param options: the values by name; None counts as missing.
-    :raises CxbridgeError: if an option is unknown.
+    :raises CxbridgeError: if an option is unknown, or the value of a path option is not a path.
     """
     values = {name: value for name, value in {"scenario": scenario, **options}.items() if value is not None}
     values["plugin_groups"] = (*values.get("plugin_groups", ()), *take_plugin_options(values, resolve_path))
@@ -67,7 +67,8 @@ def _convert_paths(name: str, value: object, resolve_path: Callable[[str | Path]
     )
     for item in items:
         if not isinstance(item, str | Path):
-            hint = "write the values into a YAML file, and give its path" if isinstance(item, Mapping) else ""
+            has_values = name == "config" and isinstance(item, Mapping)
+            hint = "write the values into a YAML file, and give its path" if has_values else ""
             raise CxbridgeError(f"'{name}' must be a path or a list of paths, not {item!r}", hint=hint)
     return tuple(map(resolve_path, items))
 
@@ -93,7 +94,8 @@ def options_from_json(values: Mapping[str, Any]) -> RunOptions:
 def _fits(value: object, type_hint: Any) -> bool:
     """Return whether a JSON value has the type of an option.
 
-    A string also fits a path, and the only member of a tuple; a list of strings fits a tuple.
+    A string fits an option whose type is a string, a path, or a tuple, of which the string becomes the only
+    element. A list of strings fits a tuple.
     """
     types = {get_origin(member) or member for member in _union_members(type_hint)}
     if isinstance(value, str):

@@ -66,14 +66,14 @@ R = TypeVar("R", bound=RecordedCommand)
 
 
 class Expectation(Generic[R]):
-    """The recorded commands of a Skiller or executor, and the position of the next command.
+    """The recorded commands of a Skiller or executor, and the position of the expected command.
 
     :param uid: the interface that gets the commands.
     :param commands: the recorded commands.
     :param start_us: the start of both the recorded run and this run.
     :param is_complete: whether the recording reaches the end of its run, so that any further command
         diverges.
-    :param report: receives the first divergence.
+    :param report: receives each divergence, an overdue command at each check.
     """
 
     def __init__(
@@ -90,30 +90,33 @@ class Expectation(Generic[R]):
         """Whether commands continued past the end of an incomplete recording."""
         self._commands, self._start_us = commands, start_us
         self._is_complete, self._report = is_complete, report
-        self._next = 0
+        self._position = 0  # of the expected command
         # the times of the previous command, in this run and in the recorded run
         self._last_us = self._last_recorded_us = start_us
 
     @property
-    def next(self) -> R | None:
-        """The expected command; None after the last one."""
-        return self._commands[self._next] if self._next < len(self._commands) else None
+    def expected(self) -> R | None:
+        """The next recorded command; None after the last command."""
+        return self._commands[self._position] if self._position < len(self._commands) else None
 
     def meet(self, now_us: int) -> None:
         """Advance past the expected command."""
-        self._last_us, self._last_recorded_us = now_us, self._commands[self._next].time_us
-        self._next += 1
+        self._last_us, self._last_recorded_us = now_us, self._commands[self._position].time_us
+        self._position += 1
 
     def refuse(self, actual: str, now_us: int) -> None:
-        """Report a command that differs from the expected one."""
-        if self.next is None and not self._is_complete:
+        """Report a command that differs from the expected command.
+
+        After the last command of an incomplete recording, set :attr:`is_exhausted` instead.
+        """
+        if self.expected is None and not self._is_complete:
             self.is_exhausted = True
         else:
             self._diverge(actual, now_us)
 
     def check(self, now_us: int) -> None:
         """Report an overdue command."""
-        expected = self.next
+        expected = self.expected
         if expected is not None:
             # counted from the previous command, so that one delay is not charged to all later commands
             due_us = self._last_us + max(0, expected.time_us - self._last_recorded_us)
@@ -122,11 +125,11 @@ class Expectation(Generic[R]):
 
     def _diverge(self, actual: str, now_us: int) -> None:
         """Report that ``actual`` differs from the expected command."""
-        expected = self.next
+        expected = self.expected
         self._report(
             Divergence(
                 self.uid,
-                self._next + 1,
+                self._position + 1,
                 str(expected or ""),
                 actual,
                 (now_us - self._start_us) / MICROSECONDS,

@@ -17,7 +17,7 @@ class RecordedExecutor(SkillExecutor):
 
     :param start_us: the start of the recorded run, where the clock of this run starts, too.
     :param is_complete: whether the recording reaches the end of its run.
-    :param report: receives the first differing skill.
+    :param report: receives each divergence, an overdue skill at each check.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class RecordedExecutor(SkillExecutor):
 
     def execute(self, call: SkillCall) -> Steps:
         """Replay the recorded execution."""
-        execution = self.expectation.next
+        execution = self.expectation.expected
         begin_us = self.clock.now_us()
         # a recording without messages has no parameters, so any parameters match
         if (

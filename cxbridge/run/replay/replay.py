@@ -279,7 +279,7 @@ class Replay:
         if self.divergence is not None or any(expectation.is_exhausted for expectation in self._expectations):
             return True
         if any(skiller.running for skiller in self._skillers) or any(
-            expectation.next is not None for expectation in self._expectations
+            expectation.expected is not None for expectation in self._expectations
         ):
             self._quiet_us = None
             return False

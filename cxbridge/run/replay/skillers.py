@@ -22,7 +22,7 @@ class RecordedSkiller(SkillerBackend):
 
     :param start_us: the start of the recorded run, where the clock of this run starts, too.
     :param is_complete: whether the recording reaches the end of its run.
-    :param report: receives the first divergence.
+    :param report: receives each divergence, an overdue command at each check.
     :raises BlackBoardError: if the interface has another writer.
     """
 
@@ -47,7 +47,7 @@ class RecordedSkiller(SkillerBackend):
             "SkillerInterface", name, owner=COMPONENT, listen=self._readers.listen
         )
         self._control = ExclusiveControl(self._interface, self._log)
-        # times in microseconds, and values
+        # the times of the recorded run in microseconds since the epoch, with the values to write
         self._initial_writes: deque[tuple[int, Values]] = deque(script.initial_writes)
         self._control_commands = deque(
             command for command in script.commands if command.kind is CommandKind.CONTROL
@@ -57,7 +57,7 @@ class RecordedSkiller(SkillerBackend):
             f"SkillerInterface::{name}", commands, start_us, is_complete=is_complete, report=report
         )
         self._current: Command | None = None
-        # the times are times of this run
+        # the times of this run in microseconds since the epoch, with the values to write
         self._pending_writes: deque[tuple[int, Values]] = deque()
 
     @property
@@ -113,7 +113,7 @@ class RecordedSkiller(SkillerBackend):
         skill_string = message.skill_string if kind is CommandKind.EXEC else ""
         if kind is CommandKind.STOP and not self._interface.skill_string:
             return  # no skill to stop: the recorded Skiller did not write either
-        expected = self.expectation.next
+        expected = self.expectation.expected
         if expected is None or not expected.is_for(kind, skill_string):
             self.expectation.refuse(f"{kind.value} '{skill_string}'" if skill_string else kind.value, now_us)
             return

@@ -115,8 +115,8 @@ class Run(ABC):
         """Yield lines for ``trace info`` that are specific to the format."""
         return iter(())
 
-    def find_damage(self) -> tuple[list[str], Callable[[Path], object]] | None:
-        """Return the repairs of the file as texts, and a function that writes the repaired file to a path.
+    def find_repairs(self) -> tuple[list[str], Callable[[Path], object]] | None:
+        """Return the needed repairs as texts, and a function that writes the repaired file to a path.
 
         None for a format whose files ``trace repair`` mends by itself.
 
@@ -167,22 +167,22 @@ class RunWriter(Closing):
         """Write a file of the run; formats without attachments ignore the call."""
 
 
-class RecordedRun(Struct, frozen=True):
-    """The facts of a run that the writers of its recording need.
+class RecordingInfo(Struct, frozen=True):
+    """The properties of a run that decide how its recording is written.
 
     :param registry: the interface types.
-    :param scenario: the name of the run in the heads of its files, such as the spec of the agent.
+    :param scenario: the name of the run in the headers of bblogger files, such as the spec of the agent.
     :param start_us: the start in microseconds since the epoch.
-    :param utc: whether times of day are in UTC, for runs on the virtual clock: the files are then the same on
-        every machine. Fawkes uses the machine's time zone.
-    :param files: whether the recording has the files of the run.
+    :param uses_utc: whether times of day are in UTC, for runs on the virtual clock: the files are then the
+        same on every machine. Fawkes uses the machine's time zone.
+    :param has_files: whether the recording has the files of the run.
     """
 
     registry: InterfaceRegistry
     scenario: str
     start_us: int
-    utc: bool = False
-    files: bool = True
+    uses_utc: bool = False
+    has_files: bool = True
 
 
 class StreamWriter(RunWriter):
@@ -230,15 +230,15 @@ class CopyFormat(Struct, frozen=True):
     :param rank: the position in lists.
     :param writer: ``module:function`` that opens a file as a :class:`RunWriter`; called with the path and the
         registry of interfaces.
-    :param exact: ``module:function`` that copies files of some formats directly, without loss; called with
-        the run and the path. The function returns notes on the copy, or None for a run of another format.
-        Empty: runs are copied by their events.
+    :param direct_copier: ``module:function`` that copies files of some formats directly, without loss; called
+        with the run and the path. The function returns notes on the copy, or None for a run of another
+        format. Empty: runs are copied by their events.
     """
 
     name: str
     rank: int
     writer: str
-    exact: str = ""
+    direct_copier: str = ""
 
 
 HEAD_SIZE: Final = 64 * 1024

@@ -21,7 +21,7 @@ from cxbridge.file_access import make_parent_folder
 from cxbridge.history.transitions import TransitionTracker
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.printing import escape_log_entry, escape_record, unescape_record
-from cxbridge.trace.formats.base import CopyFormat, Format, RecordedRun, Run, StreamWriter
+from cxbridge.trace.formats.base import CopyFormat, Format, RecordingInfo, Run, StreamWriter
 from cxbridge.trace.formats.files import MAX_LINE_BYTES, open_exclusively, read_lines, writing
 
 # An entry, e.g. D 12:34:56.123456 CLIPS (executive): FIRE 1 my-rule: f-1,*
@@ -40,6 +40,7 @@ _LEVELS = {level.value: level for level in Level}
 _BUFFER_SIZE = 64 * 1024  # in bytes
 _FLUSH_INTERVAL_S = 0.5  # in real time: a killed run loses little
 _DAY_US = 24 * 3600 * MICROSECONDS
+_MAX_DELAY_US = 3600 * MICROSECONDS  # of an entry behind a later entry
 
 
 class FawkesLog(Run):
@@ -140,11 +141,12 @@ class FawkesLog(Run):
 class _DayCounter:
     """Converts times of day to continuous times.
 
-    Entries may be a little out of order: only a step back of more than half a day means midnight.
+    Entries may be a little out of order, also around midnight. A step back of more than half a day passes
+    midnight. A step forward of almost a day returns to the day before; a shorter one is a quiet time.
     """
 
     def __init__(self) -> None:
-        self._last_us = 0
+        self._last_us = 0  # the time of day of the last entry
         self._midnight_us = 0
 
     def to_time_us(self, time_of_day: str, fraction: str) -> int:
@@ -155,8 +157,11 @@ class _DayCounter:
         """
         hour, minute, second = map(int, time_of_day.split(":"))
         time_of_day_us = ((hour * 60 + minute) * 60 + second) * MICROSECONDS + int(fraction)
-        if self._last_us - time_of_day_us > _DAY_US // 2:
+        step_us = time_of_day_us - self._last_us
+        if step_us < -_DAY_US // 2:
             self._midnight_us += _DAY_US
+        elif step_us > _DAY_US - _MAX_DELAY_US and self._midnight_us:  # no time precedes the first midnight
+            self._midnight_us -= _DAY_US
         self._last_us = time_of_day_us
         return self._midnight_us + time_of_day_us
 
@@ -193,16 +198,16 @@ class FawkesLogWriter(StreamWriter):
     run loses few lines.
 
     :param path: replaced if it exists, unless another process writes the file.
-    :param utc: whether times of day are in UTC instead of the machine's time zone, which Fawkes uses: the log
-        of a run on the virtual clock is then the same on every machine.
+    :param uses_utc: whether times of day are in UTC instead of the machine's time zone, which Fawkes uses:
+        the log of a run on the virtual clock is then the same on every machine.
     :raises TraceError: if the file cannot be created.
     """
 
-    def __init__(self, path: str | Path, *, utc: bool = False) -> None:
+    def __init__(self, path: str | Path, *, uses_utc: bool = False) -> None:
         path = Path(path)
         with writing(path):
             super().__init__(path, open_exclusively(path, _BUFFER_SIZE))
-        self._to_time_of_day = time.gmtime if utc else time.localtime
+        self._to_time_of_day = time.gmtime if uses_utc else time.localtime
         self._last_second = -1
         self._last_flush_s = time.monotonic()
         self._last_time_of_day = ""  # of `_last_second`
@@ -252,14 +257,14 @@ def _encode_text(text: str) -> bytes:
         return text.encode("utf-8", "backslashreplace")
 
 
-def open_recording(path: Path, run: RecordedRun) -> FawkesLogWriter:
-    """Open a log of a run."""
-    return FawkesLogWriter(make_parent_folder(path), utc=run.utc)
+def open_recording(path: Path, recording_info: RecordingInfo) -> FawkesLogWriter:
+    """Open a log for the recording of a run."""
+    return FawkesLogWriter(make_parent_folder(path), uses_utc=recording_info.uses_utc)
 
 
 def open_copy(path: Path, _registry: InterfaceRegistry) -> FawkesLogWriter:
     """Open a file for a copy of a run, in UTC: a converted text log keeps its times of day."""
-    return FawkesLogWriter(path, utc=True)
+    return FawkesLogWriter(path, uses_utc=True)
 
 
 FORMATS = (

@@ -2,7 +2,7 @@
 
 A module or package of this folder, or of a plug-in's table, is a format if it has ``FORMATS``, a tuple of
 :class:`.base.Format`, or ``COPIES``, a tuple of :class:`.base.CopyFormat`. A format in which runs can be
-recorded also has ``RECORDING``, the ``module:function`` that opens a path for a :class:`.base.RecordedRun`.
+recorded also has ``RECORDING``, the ``module:function`` that opens a path for a :class:`.base.RecordingInfo`.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -26,7 +27,7 @@ ENTRY = "I 01:37:19.979849 CLIPS (executive): Initialization completed\n"
 
 
 def write(path: Path, events: list[Event]) -> Path:
-    with FawkesLogWriter(path, utc=True) as writer:
+    with FawkesLogWriter(path, uses_utc=True) as writer:
         for event in events:
             writer.write(event)
     return path
@@ -88,10 +89,18 @@ def test_log_events_round_trip(tmp_path_factory: pytest.TempPathFactory, events:
     assert [event for event in open_run(path) if not isinstance(event, TRANSITION_TYPES)] == events
 
 
-def test_times_increase_over_midnight_and_follow_clock_set_back(tmp_path: Path) -> None:
-    clocks = ("23:59:59.000000", "00:00:01.000000", "00:00:00.500000", "00:00:02.000000")
+@pytest.mark.parametrize(
+    ("clocks", "offsets_ms"),
+    [
+        (("23:59:59.000000", "00:00:01.000000", "00:00:00.500000", "00:00:02.000000"), [0, 2000, 1500, 3000]),
+        (("23:59:59.900000", "00:00:00.100000", "23:59:59.950000", "00:00:00.200000"), [0, 200, 50, 300]),
+        (("23:00:00.000000", "06:00:00.000000", "20:00:00.000000"), [0, 7 * 3600_000, 21 * 3600_000]),
+    ],
+    ids=["clock-set-back", "late-entry-of-previous-day", "quiet-day"],
+)
+def test_times_continue_over_midnight(tmp_path: Path, clocks: Sequence[str], offsets_ms: list[int]) -> None:
     events, _ = read(tmp_path / "log", "".join(f"I {clock} A: b\n" for clock in clocks))
-    assert [event.time_us - events[0].time_us for event in events] == [0, 2_000_000, 1_500_000, 3_000_000]
+    assert [(event.time_us - events[0].time_us) // 1000 for event in events] == offsets_ms
 
 
 def test_bytes_outside_utf8_are_escaped(tmp_path: Path) -> None:
@@ -157,7 +166,7 @@ def test_truncated_log_has_events_before_cut(tmp_path: Path) -> None:
 
 def test_old_entries_are_flushed_while_writing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cxbridge.trace.formats.fawkes_log._FLUSH_INTERVAL_S", -1)
-    with FawkesLogWriter(tmp_path / "log", utc=True) as writer:
+    with FawkesLogWriter(tmp_path / "log", uses_utc=True) as writer:
         writer.write(LogLine(0, Level.INFO, "A", "b"))
         assert (tmp_path / "log").read_text() == "I 00:00:00.000000 A: b\n"
 

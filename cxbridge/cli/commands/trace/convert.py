@@ -29,7 +29,7 @@ def convert(
 
     Example: cxbridge trace convert out/run.mcap out/run.log --to fawkes-log
     """
-    from cxbridge.trace.convert import convert
+    from cxbridge.trace.convert import convert as convert_run
     from cxbridge.trace.formats.registry import copy_formats, open_run
 
     if to not in (format_names := copy_formats()):
@@ -39,6 +39,6 @@ def convert(
     run = open_run(file, make_registry(interface_dir))
     if output.exists() and output.samefile(file):
         raise typer.BadParameter("a file cannot be converted to itself", param_hint="OUT")
-    notes = convert(run, output, to)
+    notes = convert_run(run, output, to)
     print_notes(run.notes, file)
     print_notes(notes, output)

@@ -157,7 +157,7 @@ class McapFile:
         )
 
     def _append_indexed(self, record: bytes, index: list[bytes], kind: int, *fields: bytes) -> None:
-        """Write a record, and add its record to an index.
+        """Write a record, and append an index record with the position of the record to ``index``.
 
         :param kind: the kind of the index record.
         :param fields: the fields of the index record after the position of the record.

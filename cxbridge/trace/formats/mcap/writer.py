@@ -18,11 +18,11 @@ from cxbridge.file_access import make_parent_folder
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.resources import VERSION
 from cxbridge.trace.codec import dump_json, encode, event_json_schema
-from cxbridge.trace.formats.base import Attachment, RecordedRun, RunWriter
+from cxbridge.trace.formats.base import Attachment, RecordingInfo, RunWriter
 from cxbridge.trace.formats.files import open_exclusively, writing
 from cxbridge.trace.formats.mcap.file import McapFile
 from cxbridge.trace.formats.mcap.records import METADATA_NAME, PROFILE, SOURCE_NAME
-from cxbridge.trace.source_records import SourceNamer, read_interface_source
+from cxbridge.trace.source_records import SourceRecordMaker, read_interface_source
 
 _FLUSH_INTERVAL_S = 0.5  # in real time
 _MAX_PENDING_EVENTS = 512  # writing many events in a row costs a third of writing single events
@@ -51,7 +51,7 @@ class McapWriter(RunWriter):
         self.path = Path(path)
         self._find_definition = definition
         self._attaches_sources = files
-        self._source_namer = SourceNamer()
+        self._record_maker = SourceRecordMaker()
         self._defined_types: set[str] = set()
         self._pending: list[Event] = []
         self._channels: dict[tuple[type[Event], str], int] = {}  # by type of event and end of the topic
@@ -120,7 +120,7 @@ class McapWriter(RunWriter):
 
     def _store_source(self, event: SourceRead) -> None:
         """Write the record of a source, and attach the content if it is new."""
-        record, attachment = self._source_namer.make_record(event)
+        record, attachment = self._record_maker.make_record(event)
         if attachment is not None:
             self._store_attachment(attachment)
         self._mcap.add_metadata(SOURCE_NAME, record)
@@ -171,10 +171,12 @@ class McapWriter(RunWriter):
         )
 
 
-def open_recording(path: Path, run: RecordedRun) -> McapWriter:
+def open_recording(path: Path, recording_info: RecordingInfo) -> McapWriter:
     """Open a recording of a run, with the definitions of its interfaces."""
     return McapWriter(
-        make_parent_folder(path), definition=partial(read_interface_source, run.registry), files=run.files
+        make_parent_folder(path),
+        definition=partial(read_interface_source, recording_info.registry),
+        files=recording_info.has_files,
     )
 
 

@@ -115,10 +115,10 @@ class BBLoggerFile(Run):
             "start time": format_asctime(header.start_us),
         }
 
-    def find_damage(self) -> tuple[list[str], Callable[[Path], object]]:
+    def find_repairs(self) -> tuple[list[str], Callable[[Path], object]]:
         """Return the repairs of byte order flag, end and count, and a function that writes the repaired file.
 
-        The texts are those of ``ffbblog repair``, mistakes in spelling included.
+        The texts of the repairs are those of ``ffbblog repair``, mistakes in spelling included.
         """
         header, size = self._read_header_and_size()
         actions, patches = [], []

@@ -14,7 +14,7 @@ from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import BlockWrite, Event
 from cxbridge.interfaces.registry import default_registry
-from cxbridge.trace.formats.base import RecordedRun, RunWriter
+from cxbridge.trace.formats.base import RecordingInfo, RunWriter
 from cxbridge.trace.formats.files import writing
 from cxbridge_fawkes.bblogger.header import (
     COUNT_OFFSET,
@@ -135,6 +135,8 @@ class _InterfaceFile:
             unwritten = unwritten[self._file.write(unwritten) :]
 
 
-def open_recording(folder: Path, run: RecordedRun) -> BBLoggerWriter:
+def open_recording(folder: Path, recording_info: RecordingInfo) -> BBLoggerWriter:
     """Open a folder for the files of a run."""
-    return BBLoggerWriter(folder, run.scenario, start_us=run.start_us, utc=run.utc)
+    return BBLoggerWriter(
+        folder, recording_info.scenario, start_us=recording_info.start_us, utc=recording_info.uses_utc
+    )

@@ -12,6 +12,6 @@ COPIES = (
         "csv",
         rank=50,
         writer=f"{__name__}.writer:CsvWriter",
-        exact=f"{__name__}.writer:convert_bblogger",
+        direct_copier=f"{__name__}.writer:convert_bblogger",
     ),
 )

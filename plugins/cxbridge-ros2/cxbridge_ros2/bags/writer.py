@@ -21,7 +21,7 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.formats.base import Attachment, RunWriter
 from cxbridge.trace.formats.files import writing
-from cxbridge.trace.source_records import SourceNamer
+from cxbridge.trace.source_records import SourceRecordMaker
 from cxbridge_ros2.bags.reader import METADATA_PREFIX
 from cxbridge_ros2.bags.topics import (
     EVENTS_TOPIC,
@@ -56,7 +56,7 @@ class BagWriter(RunWriter):
         self._codec = Codec(self._definitions)
         self._connections: dict[str, Connection] = {}
         self._last_us = 0
-        self._source_namer = SourceNamer()
+        self._record_maker = SourceRecordMaker()
         with _convert_errors(path):
             path.parent.stat()  # raises the error about a missing parent folder, which rosbags would create
             self._bag = Writer(path, version=_METADATA_VERSION, storage_plugin=storage)
@@ -69,7 +69,7 @@ class BagWriter(RunWriter):
     def write(self, event: Event) -> None:
         """Write an event, and the message for the tools of ROS if the event has one."""
         if isinstance(event, SourceRead):
-            record, attachment = self._source_namer.make_record(event)
+            record, attachment = self._record_maker.make_record(event)
             if attachment is not None:
                 self.attach(attachment)
             self._write_message(SOURCES_TOPIC, TEXT_TYPE, event.time_us, encode_record(record))

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from cxbridge.cli.commands.interface import InterfaceDirs, make_registry
+from cxbridge.cli.commands.interface import DefinitionDirs, make_checked_registry
 from cxbridge.cli.console import say
 from cxbridge.resources import shipped_interfaces
 
@@ -33,7 +33,7 @@ def package(
         Path,
         typer.Option("-o", "--output", metavar="DIR", help="The folder for the package, e.g. workspace/src."),
     ] = Path(),
-    interface_dir: InterfaceDirs = None,
+    interface_dir: DefinitionDirs = None,
 ) -> None:
     """Write the ROS package cxbridge_msgs, which has messages for interfaces; build it with colcon.
 
@@ -41,7 +41,7 @@ def package(
     """
     from cxbridge_ros2.interfaces.package import write_package
 
-    registry = make_registry(interface_dir)
+    registry = make_checked_registry(interface_dir)
     schemas = [registry.schema(name) for name in names or registry.names()]
     say(write_package(schemas, output))
 

@@ -68,7 +68,7 @@ def examine(path: Path) -> Repair:
     :raises TraceError: if the file is not a recorded run, cannot be read, or cannot be repaired.
     """
     run = open_run(path)
-    if (actions_and_write := run.find_damage()) is not None:
+    if (actions_and_write := run.find_repairs()) is not None:
         return Repair(path, run.format, *actions_and_write)
     if path.is_dir():
         raise TraceError("this is a folder", file=path, hint="repair the files in the folder, one by one")

@@ -88,9 +88,9 @@ def test_repair_equals_that_of_ffbblog(files: list[Path], tmp_path: Path) -> Non
         damaged = bytearray(data[: random.randrange(HEADER_SIZE, len(data))])
         struct.pack_into("=I", damaged, COUNT_OFFSET, random.choice([0, 3, COUNT, 1 << 31]))
         path.write_bytes(damaged)
-        damage = open_run(path).find_damage()
-        assert damage is not None
-        actions, write = damage
+        repairs = open_run(path).find_repairs()
+        assert repairs is not None
+        actions, write = repairs
         write(actual)
         result = ffbblog("repair", path)
         assert result.returncode == 0

@@ -16,9 +16,9 @@ needs_studio = needs_plugin("studio")
 
 
 def repair(path: Path) -> tuple[bytes, list[str]]:
-    damage = open_run(path).find_damage()
-    assert damage is not None
-    actions, write = damage
+    repairs = open_run(path).find_repairs()
+    assert repairs is not None
+    actions, write = repairs
     write(path.with_name("repaired"))
     return path.with_name("repaired").read_bytes(), actions
 

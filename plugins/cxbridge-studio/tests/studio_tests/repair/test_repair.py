@@ -27,7 +27,7 @@ def repair(path: Path) -> tuple[bytes, list[str]]:
 
 def test_truncated_line_of_text_log_is_removed(tmp_path: Path) -> None:
     path = tmp_path / "run.log"
-    with FawkesLogWriter(path, utc=True) as writer:
+    with FawkesLogWriter(path, uses_utc=True) as writer:
         for event in open_run(_write_log(tmp_path)):
             writer.write(event)
     whole = path.read_bytes()
