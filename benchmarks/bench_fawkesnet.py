@@ -220,7 +220,7 @@ def send_bare(port: int, pipe: Connection) -> None:
 
 
 def drain(sock: socket.socket, size: int) -> None:
-    """Receive so many bytes, and drop them."""
+    """Receive a number of bytes, and drop them."""
     while size:
         size -= len(sock.recv(min(size, 65536)))
 

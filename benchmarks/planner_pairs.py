@@ -2,7 +2,7 @@
 
 ``python -m benchmarks.planner_pairs FOLDER... [--most 1] [--draw 80] [--engines] [--validate PROGRAM]``
 
-A pair is a problem and the domain beside it: ``domain.pddl``, or the domain of that name in the folder, the
+A pair is a problem and the domain of its folder: ``domain.pddl``, or the domain of that name in the folder, the
 folder above or ``domains``. PROGRAM is VAL's ``Validate``. It prints a line of JSON for each pair, then the
 table of docs/planning.md: for each kind of needs the numbers of pairs, of read and of planned ones, the
 engines and the median time.
@@ -155,7 +155,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("folders", nargs="+", type=Path)
     parser.add_argument("--most", type=int, default=1, help="pairs of a folder")
-    parser.add_argument("--draw", type=int, default=0, help="draw so many of the pairs; 0: all")
+    parser.add_argument("--draw", type=int, default=0, help="the number of pairs to draw; 0: all pairs")
     parser.add_argument("--timeout", type=float, default=30.0)
     parser.add_argument("--engines", action="store_true", help="try each engine when auto has no plan")
     parser.add_argument("--validate", default="", help="VAL's program Validate")
