@@ -2,7 +2,7 @@
 
 ``python -m benchmarks.planner_pairs FOLDER... [--most 1] [--draw 80] [--engines] [--validate PROGRAM]``
 
-A pair is a problem and the domain of its folder: ``domain.pddl``, or the domain of that name in the folder, the
+A pair is a problem and its domain: ``domain.pddl``, or the domain of that name in the folder, the
 folder above or ``domains``. PROGRAM is VAL's ``Validate``. It prints a line of JSON for each pair, then the
 table of docs/planning.md: for each kind of needs the numbers of pairs, of read and of planned ones, the
 engines and the median time.
