@@ -10,7 +10,7 @@ from cxbridge_fawkes.network.errors import FrameTooLongError, MalformedMessageEr
 from cxbridge_fawkes.network.messages import blackboard as blackboard_messages
 from cxbridge_fawkes.network.messages import codec as fawkes
 from cxbridge_fawkes.network.messages.codec import client_payload_limit, server_payload_limit
-from cxbridge_fawkes.network.messages.frames import HEADER, FawkesFrame, FrameDecoder, Limit
+from cxbridge_fawkes.network.messages.frames import HEADER, FawkesFrame, FindPayloadLimit, FrameDecoder
 
 _MAX_BLOCK_SIZE: Final = 4096  # bytes of the largest block that the client may send to the fuzzed server
 
@@ -37,7 +37,7 @@ def fawkes_stream(data: bytes) -> None:
     if not data:
         return
     piece_size, stream = 1 + (data[0] >> 1), data[1:]
-    limit: Limit = client_payload_limit
+    limit: FindPayloadLimit = client_payload_limit
     if data[0] & 1:
         limit = _limit_of_server
     frames = list(_split(stream, len(stream) or 1, limit))
@@ -52,7 +52,7 @@ def _limit_of_server(component: int, kind: int) -> int:
     return server_payload_limit(component, kind, _MAX_BLOCK_SIZE)
 
 
-def _split(stream: bytes, piece_size: int, limit: Limit) -> Iterator[FawkesFrame | str]:
+def _split(stream: bytes, piece_size: int, limit: FindPayloadLimit) -> Iterator[FawkesFrame | str]:
     """Yield the frames of a stream, then a text: the error, or the number of left bytes."""
     decoder = FrameDecoder(limit)
     try:
@@ -65,10 +65,10 @@ def _split(stream: bytes, piece_size: int, limit: Limit) -> Iterator[FawkesFrame
         yield f"{decoder.pending_size} bytes left"
 
 
-def _check_pending(decoder: FrameDecoder, stream: bytes, limit: Limit) -> None:
+def _check_pending(decoder: FrameDecoder, stream: bytes, limit: FindPayloadLimit) -> None:
     """Fail if the decoder stores more than one incomplete frame."""
     assert decoder.pending_size <= len(stream)
-    assert decoder.pending_size < HEADER.size + max(limit(0, 0), fawkes.LIST_LIMIT)
+    assert decoder.pending_size < HEADER.size + max(limit(0, 0), fawkes.CLIENT_MESSAGE_LIMIT)
 
 
 def _decode_fawkes(frame: FawkesFrame) -> None:

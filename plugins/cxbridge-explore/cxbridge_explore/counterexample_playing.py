@@ -102,7 +102,7 @@ def play_run(
         start_us = assembly.clock.now_us()
         return PlayedRun(
             run.play().choices,
-            tuple(run.properties.violations),
+            tuple(run.property_watch.violations),
             start_us,
             tuple(run.skill_results),
             len(assembly.agents),

@@ -129,7 +129,10 @@ def _to_literal(value: object, folder: Path) -> object:
 
 
 def make_identifier(name: str) -> str:
-    """Return the name of a property as a part of the name of a file or a function."""
+    """Return the name of a property in lower-case letters, digits and underscores.
+
+    The result is a part of the names of files and functions; ``property`` for a name without such characters.
+    """
     # cut, since a property without a name has its whole form as the name
     return (
         _NON_WORD_CHARACTERS.sub("_", name).strip("_").lower()[:_MAX_IDENTIFIER_LENGTH].strip("_")

@@ -40,8 +40,8 @@ class ExploredRun(WorldRun):
         super().__init__(options, chooser, world, make_assembly=make_assembly)
         self._stops_at_violation = stops_at_violation
         self._use_watch = UseWatch(self.assembly.bus, self.assembly.agents) if coverage else None
-        self.properties = PropertyWatch(properties, self.assembly.agents, self.assembly.clock)
-        self.watchers.append(self.properties)
+        self.property_watch = PropertyWatch(properties, self.assembly.agents, self.assembly.clock)
+        self.watchers.append(self.property_watch)
 
     def collect_used_parts(self) -> tuple[UsedPart, ...]:
         """Return the parts of the agent that were used for the first time since the last call."""
@@ -52,9 +52,9 @@ class ExploredRun(WorldRun):
         result = super().play()
         verdict = result.verdict
         ending = Ending.OVER if result.is_over else Ending.STUCK if verdict.is_stuck else Ending.CUT
-        self.properties.check_end(RunEnd(ending, "" if result.is_over else verdict.reason))
+        self.property_watch.check_end(RunEnd(ending, "" if result.is_over else verdict.reason))
         self.assembly.finalize()
-        self.properties.check_shutdown()
+        self.property_watch.check_shutdown()
         return result
 
     def play_to_leaf(self) -> Leaf:
@@ -67,13 +67,13 @@ class ExploredRun(WorldRun):
             verdict.word,
             verdict.reason,
             verdict.run_seconds,
-            tuple(self.properties.violations),
-            tuple(sorted(self.properties.evaluated_names)),
+            tuple(self.property_watch.violations),
+            tuple(sorted(self.property_watch.evaluated_names)),
         )
 
     def _must_stop(self) -> bool:
         """Check the run after a loop, and return whether the run cannot continue or stops at a violation."""
-        is_violated = self.properties.check()
+        is_violated = self.property_watch.check()
         return super()._must_stop() or (self._stops_at_violation and is_violated)
 
 

@@ -113,6 +113,7 @@ class ExploreResult:
         for outcome, count in self.outcomes.items():
             yield f"  {outcome}: {count}"
         for violation in self.violations:
+            # "words" is the sentence of the counterexample, which cycles and running explorations lack
             message = violation.get("words") or violation["message"]
             yield f"violated: {violation['property']}: {message}"
             for choice in violation["choices"]:

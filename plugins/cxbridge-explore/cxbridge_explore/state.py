@@ -97,7 +97,7 @@ class StateReader:
             normalizer.normalize(point.subject),
             tuple(_read_agent_state(agent, normalizer) for agent in self._agents),
             normalizer.normalize(world_state),
-            normalizer.normalize(self._run.properties.state()),
+            normalizer.normalize(self._run.property_watch.state()),
         )
 
 

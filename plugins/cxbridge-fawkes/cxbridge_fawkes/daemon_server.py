@@ -12,7 +12,7 @@ from cxbridge_fawkes.network.server import FawkesServer
 from cxbridge_fawkes.settings import FawkesSettings
 
 
-class FawkesComponent(Component):
+class FawkesServerComponent(Component):
     """Serves Fawkes' tools."""
 
     steady = True  # clients cannot stop the server that serves them

@@ -8,7 +8,7 @@ API = 1  # version of the plug-in interface
 
 COMMANDS = (Row("gateway", "cxbridge_fawkes.cli.gateway", section="Run"),)
 COMPONENTS = (
-    Row("fawkes", "cxbridge_fawkes.daemon_server:FawkesComponent", in_daemon("fawkes"), early=always),
+    Row("fawkes", "cxbridge_fawkes.daemon_server:FawkesServerComponent", in_daemon("fawkes"), early=always),
     Row(
         "remote-skiller",
         "cxbridge_fawkes.remote_skiller:RemoteSkillerComponent",

@@ -60,7 +60,7 @@ class RemoteSkiller:
             bus=bus,
             names=(url, "here"),
             hide_past=True,
-            on_end=self._note_end,
+            on_end=self._record_end,
         )
         self._gateway.start()
         if patience_s:
@@ -84,7 +84,7 @@ class RemoteSkiller:
     def _has_skiller(self) -> bool:
         return any(mirror.uid.startswith("SkillerInterface::") for mirror in self._gateway.mirrors())
 
-    def _note_end(self, _uid: str, reason: str) -> None:
+    def _record_end(self, _uid: str, reason: str) -> None:
         """Record the end of a mirrored interface. Called in the gateway's thread."""
         if self._was_found and not self._loss_reason and not self._has_skiller():
             self._loss_reason = (

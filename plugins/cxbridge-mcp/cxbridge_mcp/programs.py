@@ -19,6 +19,7 @@ class ProgramTools:
     async def run(self, scenario: str, recording: str, limit: float = 600.0, patience: float = 120.0) -> str:
         """Run an agent headless, and record the run with its facts.
 
+        :param scenario: a name or path from list_scenarios.
         :param recording: the file to create, NAME.mcap; goal_tree, why_in_recording and compare_recordings
             read it.
         :param limit: the time limit in seconds of the run's clock.
@@ -47,6 +48,7 @@ class ProgramTools:
 
         The answer names the violated properties, each with the shortest run that violates it.
 
+        :param scenario: a name or path from list_scenarios.
         :param faults: the maximum number of faults in a run.
         :param properties: names or forms of properties; by default the properties of the scenario and the
             built-in properties.

@@ -36,9 +36,9 @@ class PlanResult:
     """The result of a planner call.
 
     :param actions: the plan; empty if there is no plan, or if the goal holds already.
-    :param message: why there is no plan; else empty.
-    :param seconds: the duration of the call.
-    :param why: why this planner was chosen, e.g. the planners that are unsuitable or have failed.
+    :param message: why there is no plan; empty if there is a plan.
+    :param seconds: the duration of the call in seconds.
+    :param why: why this planner has made the result, e.g. the planners that are unsuitable or have failed.
     """
 
     status: PlanStatus
@@ -67,12 +67,12 @@ class Planner(ABC):
     proves: bool = True
     """Whether a search without result proves that no plan exists."""
 
-    seconds: float = inf
-    """The time limit, for planners that improve their plans until then."""
+    time_limit_s: float = inf
+    """The time limit of :meth:`solve`, until which some planners improve their plans."""
 
     @property
-    def not_installed(self) -> str:
-        """Why the planner is unavailable on this machine; else empty."""
+    def unavailable_reason(self) -> str:
+        """Why the planner is unavailable on this machine, with the remedy; empty for an available planner."""
         return ""
 
     def rank(self, needs: Collection[Need]) -> int:  # noqa: ARG002 - for subclasses
@@ -98,7 +98,7 @@ class Planner(ABC):
 
         :raises UnsupportedProblemError: with the reason if it does not.
         """
-        reason = self.not_installed or self.refusal_reason(needs)
+        reason = self.unavailable_reason or self.refusal_reason(needs)
         if reason:
             raise UnsupportedProblemError(reason)
 

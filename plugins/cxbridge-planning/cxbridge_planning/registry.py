@@ -46,12 +46,12 @@ class PlannerChoice(NamedTuple):
 
     :param planners: the planners in the order of the attempts.
     :param reasons: why other planners are excluded, or tried late.
-    :param not_installed_names: the names of suitable planners that are not installed.
+    :param unavailable_names: the names of suitable planners that are not installed.
     """
 
     planners: tuple[Planner, ...]
     reasons: tuple[str, ...]
-    not_installed_names: tuple[str, ...] = ()
+    unavailable_names: tuple[str, ...] = ()
 
 
 def choose_planners(
@@ -69,14 +69,14 @@ def choose_planners(
         return PlannerChoice((planner,), ())
     named_planners = [(planner_name, make_planner(planner_name)) for planner_name in planner_names()]
     suitable_planners: list[tuple[int, Planner]] = []  # each after the number of needs that it ignores
-    reasons, missing_texts, not_installed_names = [], [], []
+    reasons, missing_texts, unavailable_names = [], [], []
     for planner_name, planner in sorted(
         named_planners, key=lambda named_planner: named_planner[1].rank(needs)
     ):
         reason = planner.refusal_reason(needs)
-        if planner.not_installed:
-            missing_texts.append(planner.not_installed)
-            not_installed_names += [] if reason else [planner_name]
+        if planner.unavailable_reason:
+            missing_texts.append(planner.unavailable_reason)
+            unavailable_names += [] if reason else [planner_name]
         elif reason:
             reasons.append(reason)
         else:
@@ -90,5 +90,5 @@ def choose_planners(
     # ranks decide
     suitable_planners.sort(key=lambda counted_planner: counted_planner[0])
     return PlannerChoice(
-        tuple(planner for _, planner in suitable_planners), tuple(reasons), tuple(not_installed_names)
+        tuple(planner for _, planner in suitable_planners), tuple(reasons), tuple(unavailable_names)
     )

@@ -17,7 +17,7 @@ from cxbridge.run.team import Team
 from cxbridge_explore.game.score import POST_GAME
 from cxbridge_protobuf.settings import CONNECTIONS_KEY
 from cxbridge_rcll.field import Field
-from cxbridge_rcll.local import LocalReferee
+from cxbridge_rcll.local_referee import LocalReferee
 from cxbridge_rcll.machines import Machine
 from cxbridge_rcll.refbox import Refbox, find_message_folder
 from cxbridge_rcll.robots import RobotInterfaces, RobotWorld, make_robot_executor

@@ -61,16 +61,18 @@ class LeagueGame(LeagueSettings):
         return replace(self, run_options=run_options)
 
     @property
-    def exploration_options(self) -> RunOptions:
+    def explored_run_options(self) -> RunOptions:
         """The options of an explored run.
 
         The run stops before the end of the production, at which open goals would fail.
         """
-        return replace(self.options, timeout=PRE_GAME_S + SETUP_S + self.minutes * 60 - _EARLY_END_S)
+        return replace(
+            self.played_run_options, timeout=PRE_GAME_S + SETUP_S + self.minutes * 60 - _EARLY_END_S
+        )
 
     @property
-    def options(self) -> RunOptions:
-        """The options of the run, on the virtual clock, with a timeout after the end of the game."""
+    def played_run_options(self) -> RunOptions:
+        """The options of a played run: on the virtual clock, with a timeout after the end of the game."""
         run_options = self.run_options
         return replace(
             run_options,
@@ -101,7 +103,7 @@ class LeagueGame(LeagueSettings):
             run.bus.subscribe(verdict_listener, LogLine)
             return run.referee
 
-        options, world_model = self.options, self._make_world_model()
+        options, world_model = self.played_run_options, self._make_world_model()
         options.check()
         result = play_game(
             options,

@@ -32,9 +32,9 @@ class Collection:
         :raises QueryError: if the query is invalid.
         """
         matches = compile_query(query)
-        return (document for document in self._candidates(query) if matches(document))
+        return (document for document in self._find_candidates(query) if matches(document))
 
-    def _candidates(self, query: Mapping[str, Any]) -> Iterable[Document]:
+    def _find_candidates(self, query: Mapping[str, Any]) -> Iterable[Document]:
         """Return a superset of the matching documents, in insertion order."""
         if not query:
             return self._documents.values()
@@ -48,13 +48,13 @@ class Collection:
         candidate_identities = [
             index.get(order_key(value), {})
             for path, value in required_equalities
-            if (index := self._index(path)) is not None
+            if (index := self._ensure_index(path)) is not None
         ]
         if not candidate_identities:
             return self._documents.values()
         return (self._documents[identity] for identity in min(candidate_identities, key=len))
 
-    def _index(self, path: str) -> dict[Hashable, dict[Hashable, None]] | None:
+    def _ensure_index(self, path: str) -> dict[Hashable, dict[Hashable, None]] | None:
         """Return the index of a path, created if necessary; None if the collection has too many indexes."""
         index = self._indexes.get(path)
         if index is None and len(self._indexes) < _MAX_INDEXES:

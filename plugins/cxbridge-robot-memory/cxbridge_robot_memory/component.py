@@ -8,7 +8,7 @@ from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run, RunBase
 from cxbridge.run.components.component import Component
 from cxbridge_robot_memory.memory import RobotMemory
-from cxbridge_robot_memory.settings import Settings
+from cxbridge_robot_memory.settings import RobotMemorySettings
 from cxbridge_robot_memory.store import Store
 
 
@@ -25,7 +25,7 @@ def _make_memory(run: Run) -> RobotMemory:
     )
 
 
-def _open_team_store(team: RunBase, agent: str, settings: Settings) -> Store:
+def _open_team_store(team: RunBase, agent: str, settings: RobotMemorySettings) -> Store:
     """Open an agent's store: its own databases, and the databases that all agents of the team share."""
     from cxbridge_robot_memory.embedded import EmbeddedStore  # noqa: PLC0415 - most runs have no robot memory
     from cxbridge_robot_memory.split import SplitStore  # noqa: PLC0415 - as above
@@ -42,7 +42,7 @@ def _open_team_store(team: RunBase, agent: str, settings: Settings) -> Store:
 def _open_shared_store(team: RunBase) -> Store:
     from cxbridge_robot_memory.embedded import EmbeddedStore  # noqa: PLC0415 - as above
 
-    return EmbeddedStore(team.clock, Settings.read(team.config).file)
+    return EmbeddedStore(team.clock, RobotMemorySettings.read(team.config).file)
 
 
 class RobotMemoryComponent(Component):

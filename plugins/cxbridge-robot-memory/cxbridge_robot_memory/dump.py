@@ -7,7 +7,7 @@ from types import ModuleType
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import replaced_file
-from cxbridge_robot_memory.errors import QueryError, RobotMemoryError, mongodb_command
+from cxbridge_robot_memory.errors import QueryError, RobotMemoryError, mongodb_install_command
 from cxbridge_robot_memory.store import Store, split_name
 
 
@@ -56,7 +56,7 @@ def _import_bsonvalues(file: Path) -> ModuleType:
         raise RobotMemoryError(
             "files of mongodump require the package pymongo",
             file=file,
-            hint=mongodb_command(),
+            hint=mongodb_install_command(),
         ) from None
     return bsonvalues
 

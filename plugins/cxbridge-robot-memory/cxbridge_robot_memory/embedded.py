@@ -16,8 +16,8 @@ from typing import Any
 
 from cxbridge.clock import Clock
 from cxbridge_robot_memory.collection import Collection
+from cxbridge_robot_memory.document_file import DocumentFile
 from cxbridge_robot_memory.errors import QueryError
-from cxbridge_robot_memory.journal import Journal
 from cxbridge_robot_memory.query import (
     Matcher,
     compile_query,
@@ -27,7 +27,7 @@ from cxbridge_robot_memory.query import (
 )
 from cxbridge_robot_memory.store import ChangeCallback, ChangeEvent, Store, Watch, split_name
 from cxbridge_robot_memory.update import Update
-from cxbridge_robot_memory.values import Document, ObjectId, Regex, Timestamp, copy, from_ms
+from cxbridge_robot_memory.values import Document, ObjectId, Regex, Timestamp, from_ms, validated_copy
 
 
 class _LocalWatch(Watch):
@@ -65,11 +65,11 @@ class EmbeddedStore(Store):
         self._process_digits = (bytes(5) if clock.is_virtual else os.urandom(5)).hex()
         self._id_count = 0
         self._last_stamp = Timestamp(0, 0)
-        self._journal = None if file is None else Journal(file)
-        if self._journal is not None:
-            # `_collection` also refuses a damaged name of a collection
-            self._journal.load_documents(
-                lambda collection, document: self._collection(collection).store_document(document)
+        self._document_file = None if file is None else DocumentFile(file)
+        if self._document_file is not None:
+            # `_ensure_collection` also refuses a damaged name of a collection
+            self._document_file.load_documents(
+                lambda collection, document: self._ensure_collection(collection).store_document(document)
             )
 
     def find(
@@ -81,21 +81,21 @@ class EmbeddedStore(Store):
     ) -> list[Document]:
         order = parse_order(sort) if sort else None
         with self._lock:
-            documents = list(self._collection(collection).find(copy(query or {})))
+            documents = list(self._ensure_collection(collection).find(validated_copy(query or {})))
             if order is not None:
                 documents = sort_documents(documents, order)
-            return [copy(document) for document in documents]
+            return [validated_copy(document) for document in documents]
 
     def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
         with self._lock:
-            return self._insert(collection, copy(document))["_id"]
+            return self._insert(collection, validated_copy(document))["_id"]
 
     def update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> int:
-        criteria, update = copy(query), Update(copy(changes))
+        criteria, update = validated_copy(query), Update(validated_copy(changes))
         with self._lock:
-            documents = list(self._collection(collection).find(criteria))
+            documents = list(self._ensure_collection(collection).find(criteria))
             for document in documents:
                 self._apply_update(collection, document, update)
             if not documents and upsert:
@@ -106,17 +106,17 @@ class EmbeddedStore(Store):
     def find_one_and_update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> Document | None:
-        criteria, update = copy(query), Update(copy(changes))
+        criteria, update = validated_copy(query), Update(validated_copy(changes))
         with self._lock:
-            document = next(self._collection(collection).find(criteria), None)
+            document = next(self._ensure_collection(collection).find(criteria), None)
             if document is not None:
-                return copy(self._apply_update(collection, document, update))
-            return copy(self._upsert(collection, criteria, update)) if upsert else None
+                return validated_copy(self._apply_update(collection, document, update))
+            return validated_copy(self._upsert(collection, criteria, update)) if upsert else None
 
     def remove(self, collection: str, query: Mapping[str, Any]) -> int:
-        criteria = copy(query)
+        criteria = validated_copy(query)
         with self._lock:
-            documents = list(self._collection(collection).find(criteria))
+            documents = list(self._ensure_collection(collection).find(criteria))
             for document in documents:
                 self._delete(collection, document)
             return len(documents)
@@ -138,7 +138,7 @@ class EmbeddedStore(Store):
     def watch(self, collection: str, query: Mapping[str, Any], on_change: ChangeCallback) -> Watch:
         split_name(collection)
         watch = _LocalWatch(
-            compile_query(copy(query)),
+            compile_query(validated_copy(query)),
             on_change,
             lambda ended_watch: self._end_watch(collection, ended_watch),
         )
@@ -153,13 +153,13 @@ class EmbeddedStore(Store):
     def close(self) -> None:
         with self._lock:
             self._watches.clear()
-            if self._journal is not None:
-                self._journal.close()
-                self._journal = None
+            if self._document_file is not None:
+                self._document_file.close()
+                self._document_file = None
 
     # the methods below require that the caller holds the lock
 
-    def _collection(self, collection: str) -> Collection:
+    def _ensure_collection(self, collection: str) -> Collection:
         if collection not in self._collections:
             split_name(collection)  # refuses an invalid name
             self._collections[collection] = Collection()
@@ -179,12 +179,12 @@ class EmbeddedStore(Store):
         self, collection: str, document: Document, stored_document: Document | None = None
     ) -> None:
         """Check a document, and add the document or replace a stored document with the same ``_id``."""
-        target = self._collection(collection)
+        target = self._ensure_collection(collection)
         _refuse_dollars(document)
         if stored_document is None:
             target.check_new_id(document)
-        if self._journal is not None:
-            self._journal.store_document(collection, document)
+        if self._document_file is not None:
+            self._document_file.store_document(collection, document)
         target.store_document(document, stored_document)
 
     def _upsert(self, collection: str, query: Document, update: Update) -> Document:
@@ -199,9 +199,9 @@ class EmbeddedStore(Store):
         return changed_document
 
     def _delete(self, collection: str, document: Document) -> None:
-        if self._journal is not None:
-            self._journal.delete_document(collection, document["_id"])
-        self._collection(collection).delete(document)
+        if self._document_file is not None:
+            self._document_file.delete_document(collection, document["_id"])
+        self._ensure_collection(collection).delete(document)
         self._notify(collection, "delete", document)
 
     def _new_id(self) -> ObjectId:
@@ -243,7 +243,7 @@ class EmbeddedStore(Store):
         change["documentKey"] = {"_id": document["_id"]}
         for watch in tuple(watches):  # a callback may end its watch
             if watch.matches(change):
-                watch.on_change(copy(change))
+                watch.on_change(validated_copy(change))
 
 
 def _refuse_dollars(value: Any) -> None:

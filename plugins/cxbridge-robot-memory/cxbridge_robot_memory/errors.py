@@ -22,6 +22,6 @@ class UnreachableError(RobotMemoryError):
     """The database is unreachable, perhaps temporarily."""
 
 
-def mongodb_command() -> str:
+def mongodb_install_command() -> str:
     """Return the shell command that installs the packages for MongoDB."""
     return install_command("mongodb", "cxbridge-robot-memory")

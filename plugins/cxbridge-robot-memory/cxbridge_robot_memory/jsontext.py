@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from cxbridge_robot_memory.errors import QueryError
-from cxbridge_robot_memory.values import Document, ObjectId, Regex, Timestamp, copy, from_ms, to_ms
+from cxbridge_robot_memory.values import Document, ObjectId, Regex, Timestamp, from_ms, to_ms, validated_copy
 
 
 def parse(text: str) -> Document:
@@ -24,7 +24,7 @@ def parse(text: str) -> Document:
         raise QueryError(f"not a JSON document: {error}") from None
     if not isinstance(document, dict):
         raise QueryError("a document must be a JSON object")
-    return copy(document)  # which checks the names and values, and limits the depth
+    return validated_copy(document)  # which checks the names and values, and limits the depth
 
 
 def _extended_value(fields: dict[str, Any]) -> Any:
@@ -40,6 +40,7 @@ def _extended_value(fields: dict[str, Any]) -> Any:
 
 
 def _sorted_options(letters: Any) -> str:
+    # sorted, as in BSON, so that regular expressions with the same options are equal
     return "".join(sorted(str(letters)))
 
 

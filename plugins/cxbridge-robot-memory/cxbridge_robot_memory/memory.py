@@ -18,8 +18,8 @@ from cxbridge.closing import Closing
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus, Logger
-from cxbridge_robot_memory.errors import mongodb_command
-from cxbridge_robot_memory.settings import Settings
+from cxbridge_robot_memory.errors import mongodb_install_command
+from cxbridge_robot_memory.settings import RobotMemorySettings
 from cxbridge_robot_memory.status_writer import StatusWriter
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ class RobotMemory(Closing):
         bus: EventBus,
         board: BlackBoard,
         *,
-        make_embedded: Callable[[Settings], Store] | None = None,
+        make_embedded: Callable[[RobotMemorySettings], Store] | None = None,
         is_volatile: bool = False,
     ) -> None:
         self._config = config
@@ -59,12 +59,12 @@ class RobotMemory(Closing):
         self.log: Logger = bus.logger("RobotMemory")
 
     @cached_property
-    def settings(self) -> Settings:
+    def settings(self) -> RobotMemorySettings:
         """The settings of the configuration.
 
         :raises ConfigError: if the configuration is wrong.
         """
-        settings = Settings.read(self._config)
+        settings = RobotMemorySettings.read(self._config)
         return replace(settings, backend="embedded", file=None) if self._is_volatile else settings
 
     def open(self) -> Store:
@@ -104,7 +104,7 @@ class RobotMemory(Closing):
         except ModuleNotFoundError:
             raise ConfigError(
                 "a robot memory on MongoDB requires the package pymongo",
-                hint=mongodb_command(),
+                hint=mongodb_install_command(),
             ) from None
 
         return MongoStore(

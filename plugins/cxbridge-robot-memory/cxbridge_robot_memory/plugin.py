@@ -26,4 +26,4 @@ COMPONENTS = (
     ),
 )
 FEATURES = (Row("robot_memory", "cxbridge_robot_memory.feature.feature:make_feature"),)
-SETTINGS = (Row("robot-memory", "cxbridge_robot_memory.settings:Settings"),)
+SETTINGS = (Row("robot-memory", "cxbridge_robot_memory.settings:RobotMemorySettings"),)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache, partial
 from typing import Any
 
-from cxbridge_robot_memory.errors import QueryError, mongodb_command
+from cxbridge_robot_memory.errors import QueryError, mongodb_install_command
 from cxbridge_robot_memory.values import MISSING, NAN_KEY, Document, Key, Regex, order_key
 
 Matcher = Callable[[Any], bool]
@@ -39,7 +39,7 @@ def mongodb_needed_error(name: str) -> QueryError:
     """
     return QueryError(
         f"{name} needs MongoDB",
-        hint=f"/cxbridge/robot-memory/backend: mongodb, with {mongodb_command()}; "
+        hint=f"/cxbridge/robot-memory/backend: mongodb, with {mongodb_install_command()}; "
         "docs/evidence/robot-memory.md has the operators of the embedded store",
     )
 
@@ -62,19 +62,21 @@ def has_operators(operand: Any) -> bool:
 
 
 def compile_query(query: Mapping[str, Any]) -> Matcher:
-    """Return the test of a query.
+    """Return the matcher of a query.
 
     :raises QueryError: if the query is invalid or needs MongoDB.
     """
-    return _match_all([_field_matcher(name, operand) for name, operand in query.items()])
+    return _conjunction_matcher([_field_matcher(name, operand) for name, operand in query.items()])
 
 
-def _match_all(tests: list[Matcher]) -> Matcher:
-    return tests[0] if len(tests) == 1 else lambda document: all(test(document) for test in tests)
+def _conjunction_matcher(matchers: list[Matcher]) -> Matcher:
+    if len(matchers) == 1:
+        return matchers[0]
+    return lambda document: all(matches(document) for matches in matchers)
 
 
 def _field_matcher(name: str, operand: Any) -> Matcher:
-    """Return the test of a query's field: a condition for a path, or ``$and`` or ``$or`` with queries."""
+    """Return the matcher of a query's field: a condition for a path, or ``$and`` or ``$or`` with queries."""
     if name not in ("$and", "$or"):
         if name.startswith("$"):
             raise mongodb_needed_error(name)
@@ -85,10 +87,10 @@ def _field_matcher(name: str, operand: Any) -> Matcher:
         or not all(isinstance(query, Mapping) for query in operand)
     ):
         raise QueryError(f"{name} must have an array of at least one query")
-    tests = [compile_query(query) for query in operand]
+    matchers = [compile_query(query) for query in operand]
     if name == "$and":
-        return _match_all(tests)
-    return lambda document: any(test(document) for test in tests)
+        return _conjunction_matcher(matchers)
+    return lambda document: any(matches(document) for matches in matchers)
 
 
 def equalities(query: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
@@ -109,14 +111,14 @@ def equalities(query: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 def _condition_matcher(path: str, operand: Any) -> Matcher:
-    """Return the test of a field: equality with a value, or operators."""
+    """Return the matcher of a field: equality with a value, or operators."""
     # a document without operators is a value, which must be equal as a whole
     if not has_operators(operand):
-        return _match_any_value(
+        return _path_matcher(
             path, compile_regex(operand) if isinstance(operand, Regex) else _equality_matcher(operand)
         )
     # $options belongs to $regex, which may come after it
-    return _match_all(
+    return _conjunction_matcher(
         [
             _operator_matcher(path, name, value, operand)
             for name, value in operand.items()
@@ -125,34 +127,34 @@ def _condition_matcher(path: str, operand: Any) -> Matcher:
     )
 
 
-def _match_any_value(path: str, test: Matcher) -> Matcher:
-    """Return a test for a matching value at a path: an array, or one of its elements, must match."""
-    read = leaf_reader(path)
-    return lambda document: any(map(test, read(document)))
+def _path_matcher(path: str, matches_value: Matcher) -> Matcher:
+    """Return a matcher of documents whose value at a path matches; of an array, one element suffices."""
+    read_values = leaf_reader(path)
+    return lambda document: any(map(matches_value, read_values(document)))
 
 
-def _negate(condition: Matcher) -> Matcher:
-    return lambda document: not condition(document)
+def _negation_matcher(matches: Matcher) -> Matcher:
+    return lambda document: not matches(document)
 
 
 def _operator_matcher(path: str, name: str, operand: Any, operators: Mapping[str, Any]) -> Matcher:
     if name in _VALUE_MATCHERS:
-        return _match_any_value(path, _VALUE_MATCHERS[name](name, operand))
+        return _path_matcher(path, _VALUE_MATCHERS[name](name, operand))
     match name:
         case "$ne":
             _refuse_regex(name, operand)
-            return _negate(_match_any_value(path, _equality_matcher(operand)))
+            return _negation_matcher(_path_matcher(path, _equality_matcher(operand)))
         case "$nin":
-            return _negate(_match_any_value(path, _membership_matcher(name, operand)))
+            return _negation_matcher(_path_matcher(path, _membership_matcher(name, operand)))
         case "$not":
             if not has_operators(operand) and not isinstance(operand, Regex):
                 raise QueryError("$not must have operators or a regular expression")
-            return _negate(_condition_matcher(path, operand))
+            return _negation_matcher(_condition_matcher(path, operand))
         case "$exists":
-            test = _match_any_value(path, lambda value: value is not MISSING)
-            return test if operand else _negate(test)
+            exists = _path_matcher(path, lambda value: value is not MISSING)
+            return exists if operand else _negation_matcher(exists)
         case "$regex":
-            return _match_any_value(path, compile_regex(_make_regex(operand, operators.get("$options", ""))))
+            return _path_matcher(path, compile_regex(_make_regex(operand, operators.get("$options", ""))))
     raise mongodb_needed_error(name)
 
 
@@ -167,7 +169,7 @@ def _refuse_regex(name: str, operand: Any) -> None:
 
 
 def _comparison_matcher(name: str, operand: Any) -> Matcher:
-    """Return the test of a comparison. Only values of the operand's type match."""
+    """Return the matcher of a comparison. Only values of the operand's type match."""
     _refuse_regex(name, operand)
     target, compare = order_key(operand), _COMPARISONS[name]
     if target == NAN_KEY:  # NaN is neither less nor greater, and equal to itself here
@@ -179,9 +181,9 @@ def _comparison_matcher(name: str, operand: Any) -> Matcher:
 def _membership_matcher(name: str, operand: Any) -> Matcher:
     if not isinstance(operand, list) or any(map(has_operators, operand)):
         raise QueryError(f"{name} must have an array of values")
-    regex_tests = [compile_regex(item) for item in operand if isinstance(item, Regex)]
+    regex_matchers = [compile_regex(item) for item in operand if isinstance(item, Regex)]
     targets = {order_key(item) for item in operand if not isinstance(item, Regex)}
-    return lambda value: order_key(value) in targets or any(test(value) for test in regex_tests)
+    return lambda value: order_key(value) in targets or any(matches(value) for matches in regex_matchers)
 
 
 _VALUE_MATCHERS: dict[str, Callable[[str, Any], Matcher]] = {
@@ -200,13 +202,13 @@ def _make_regex(operand: Any, options: Any) -> Regex:
 
 
 def compile_regex(regex: Regex) -> Matcher:
-    """Return a test that searches a text for a match, or finds the same regular expression.
+    """Return a matcher that searches a text for a match, or finds the same regular expression.
 
     Python's ``re`` has no time limit. Therefore an expression with exponential steps is refused, and so is a
     text on which the expression may take too many steps.
 
-    :raises QueryError: if the expression is invalid or needs MongoDB. The test raises it for a text that is
-        too long.
+    :raises QueryError: if the expression is invalid or needs MongoDB. The matcher raises it for a text that
+        is too long.
     """
     unknown_letters = regex.options.strip("imsx")
     if unknown_letters:
@@ -220,14 +222,14 @@ def compile_regex(regex: Regex) -> Matcher:
         raise QueryError(f"not a regular expression: {regex.pattern}: {error}") from None
     exponent, factor = _worst_case_cost(regex)
 
-    def test(value: Any) -> bool:
+    def matches(value: Any) -> bool:
         if not isinstance(value, str):
             return bool(value == regex)
         if factor * (len(value) + 1) ** exponent > _MAX_STEPS:
             raise mongodb_needed_error(f"regular expression '{regex.pattern}' on {len(value)} characters")
         return search(value) is not None
 
-    return test
+    return matches
 
 
 def _worst_case_cost(regex: Regex) -> tuple[int, int]:

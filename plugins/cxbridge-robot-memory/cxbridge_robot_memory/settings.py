@@ -15,11 +15,14 @@ _FAWKES_KEY = "/plugins/robot-memory"
 _CXBRIDGE_KEY = "/cxbridge/robot-memory"
 _REPLICA_SETS_KEY = "/plugins/mongodb/replica-sets/managed-sets"
 _CLIENTS_KEY = "/plugins/mongodb/clients"
-_DEFAULT_REPLICA_SETS = ("robot-memory-distributed", "robot-memory-local")
+# the names of the clients, and of their replica sets, in Fawkes' configuration
+_LOCAL_CLIENT = "robot-memory-local"
+_DISTRIBUTED_CLIENT = "robot-memory-distributed"
+_DEFAULT_SERVER = "localhost:27017"
 
 
 @dataclass(frozen=True)
-class Settings(PluginSettings):
+class RobotMemorySettings(PluginSettings):
     """Settings of the robot memory.
 
     :param backend: ``embedded`` or ``mongodb``.
@@ -43,27 +46,27 @@ class Settings(PluginSettings):
     database: str = "robmem"
     distributed_databases: tuple[str, ...] = ("syncedrobmem", "robmem_coordination")
     mutex_collection: str = "robmem_coordination.mutex"
-    replica_sets: tuple[str, ...] = _DEFAULT_REPLICA_SETS
+    replica_sets: tuple[str, ...] = (_DISTRIBUTED_CLIENT, _LOCAL_CLIENT)
 
     @classmethod
-    def read(cls, config: Configuration) -> Settings:
+    def read(cls, config: Configuration) -> RobotMemorySettings:
         """Read the settings.
 
         :raises ConfigError: if a value is wrong.
         """
-        backend = config.get_str(f"{_CXBRIDGE_KEY}/backend", default="embedded")
+        backend = config.get_str(f"{_CXBRIDGE_KEY}/backend", default=cls.backend)
         if backend not in BACKENDS:
             raise config.error(
                 f"{_CXBRIDGE_KEY}/backend",
                 f"{_CXBRIDGE_KEY}/backend cannot be '{backend}'",
                 f"use one of: {', '.join(BACKENDS)}",
             )
-        defaults = cls()
-        uri = config.get_str(f"{_CXBRIDGE_KEY}/uri", default="")
-        is_distributed = config.get_bool(f"{_CLIENTS_KEY}/robot-memory-distributed/enabled", default=False)
+        uri = config.get_str(f"{_CXBRIDGE_KEY}/uri", default=cls.uri)
+        is_distributed = config.get_bool(f"{_CLIENTS_KEY}/{_DISTRIBUTED_CLIENT}/enabled", default=False)
+        default_mutex_database, default_mutex_name = cls.mutex_collection.split(".")
         coordination_key = f"{_FAWKES_KEY}/coordination"
-        mutex_database = config.get_str(f"{coordination_key}/database", default="robmem_coordination")
-        mutex_name = config.get_str(f"{coordination_key}/mutex-collection", default="mutex")
+        mutex_database = config.get_str(f"{coordination_key}/database", default=default_mutex_database)
+        mutex_name = config.get_str(f"{coordination_key}/mutex-collection", default=default_mutex_name)
         replica_sets = [
             name
             for name in config.keys(_REPLICA_SETS_KEY)
@@ -72,29 +75,29 @@ class Settings(PluginSettings):
         return cls(
             backend=backend,
             file=config.get_file(f"{_CXBRIDGE_KEY}/file"),
-            uri=uri or client_uri(config, "robot-memory-local"),
+            uri=uri or _find_client_uri(config, _LOCAL_CLIENT),
             # a URI below cxbridge's key replaces the URIs of both clients in Fawkes' configuration
-            distributed_uri=client_uri(config, "robot-memory-distributed")
+            distributed_uri=_find_client_uri(config, _DISTRIBUTED_CLIENT)
             if is_distributed and not uri
             else "",
-            database=config.get_str(f"{_FAWKES_KEY}/database", default=defaults.database),
+            database=config.get_str(f"{_FAWKES_KEY}/database", default=cls.database),
             distributed_databases=tuple(
                 config.get_strings(
-                    f"{_FAWKES_KEY}/distributed-db-names", default=[*defaults.distributed_databases]
+                    f"{_FAWKES_KEY}/distributed-db-names", default=[*cls.distributed_databases]
                 )
             ),
             mutex_collection=f"{mutex_database}.{mutex_name}",
-            replica_sets=tuple(sorted(replica_sets)) or _DEFAULT_REPLICA_SETS,
+            replica_sets=tuple(sorted(replica_sets)) or cls.replica_sets,
         )
 
 
-def client_uri(config: Configuration, name: str) -> str:
+def _find_client_uri(config: Configuration, name: str) -> str:
     """Return the URI of a configured MongoDB client; without a configuration, of a server on this machine.
 
     :raises ConfigError: if a value has the wrong type.
     """
     key = f"{_CLIENTS_KEY}/{name}"
     if config.get_str(f"{key}/mode", default="connection") == "replica_set":
-        hosts = config.get_strings(f"{key}/hosts", default=["localhost:27017"])
+        hosts = config.get_strings(f"{key}/hosts", default=[_DEFAULT_SERVER])
         return f"mongodb://{','.join(hosts)}/?replicaSet={config.get_str(f'{key}/name', default=name)}"
-    return f"mongodb://{config.get_str(f'{key}/hostport', default='localhost:27017')}/?directConnection=true"
+    return f"mongodb://{config.get_str(f'{key}/hostport', default=_DEFAULT_SERVER)}/?directConnection=true"

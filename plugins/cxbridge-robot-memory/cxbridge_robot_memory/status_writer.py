@@ -1,4 +1,4 @@
-"""The status of a MongoDB replica set in an interface, for which agents wait at their start.
+"""Writes the status of a MongoDB replica set to an interface. Some agents wait for it at their start.
 
 A replica set is a group of MongoDB servers with the same documents, which report changes.
 """
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from cxbridge_robot_memory.store import Store
 
 _PERIOD_S = 1.0  # seconds between two polls
-_MAX_TEXT_LENGTH = 1023  # characters of the interface's field without its NUL
 
 
 class StatusWriter:
@@ -52,7 +51,7 @@ class StatusWriter:
         self._written_status = status
         self._interface.set("member_status", status.member)
         self._interface.set("primary_status", status.primary)
-        self._interface.set("error_msg", status.error[:_MAX_TEXT_LENGTH])
+        self._interface.set("error_msg", status.error)  # cut to the size of the field
         self._interface.write()
 
     def close(self) -> None:

@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple
 
 from cxbridge_robot_memory.errors import QueryError
 from cxbridge_robot_memory.query import equalities, has_operators, mongodb_needed_error, split_path
-from cxbridge_robot_memory.values import MISSING, Document, copy, is_identical
+from cxbridge_robot_memory.values import MISSING, Document, is_identical, validated_copy
 
 _OPERATORS: Final = frozenset({"$set", "$unset", "$inc", "$push", "$currentDate"})
 
@@ -87,12 +87,12 @@ class Update:
 
         :raises QueryError: if the update does not suit the document.
         """
-        changed_document = copy(document)
+        changed_document = validated_copy(document)
         has_changes = False
         for step in self._sorted_steps:
             has_changes |= _apply_step(step, changed_document, now)
         if any("." in step.path for step in self._sorted_steps):
-            copy(changed_document)  # a check: copy() refuses a document that has become too deep
+            validated_copy(changed_document)  # refuses a document that has become too deep
         if "_id" in document and not is_identical(document["_id"], changed_document.get("_id", MISSING)):
             raise QueryError("an update cannot change the '_id' of a document")
         return changed_document if has_changes else None

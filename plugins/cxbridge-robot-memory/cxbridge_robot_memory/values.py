@@ -1,4 +1,4 @@
-"""Equality and order of document values, as in MongoDB.
+"""Values of documents: types, validated copies, times, and equality and order as in MongoDB.
 
 The values 1 and 1.0 are equal, and True differs from both. Values of different types are ordered by their
 types. Documents may contain None, bool, 64-bit int, float, str, bytes, datetime, lists, dicts, and the types
@@ -68,8 +68,8 @@ MISSING = _MissingField()
 _SCALARS = frozenset({type(None), bool, float, str, bytes, ObjectId, Timestamp, Regex})
 
 
-def copy(document: Mapping[str, Any]) -> Document:
-    """Return a deep copy, with times in UTC and milliseconds.
+def validated_copy(document: Mapping[str, Any]) -> Document:
+    """Return a deep copy of a valid document, with plain types, and with times in UTC and milliseconds.
 
     :raises QueryError: if a value has an invalid type, a key is not a string, or the document is too deep.
     """
@@ -89,7 +89,7 @@ def _copy_value(value: Any, levels: int) -> Any:
     if type(value) in _SCALARS:
         return value
     match value:
-        case int():  # without bool, a scalar
+        case int():  # or a subclass of int, except bool, which is a scalar
             if not -(2**63) <= value < 2**63:
                 raise QueryError(f"not a document: {value} does not fit into 64 bits")
             return int(value)
@@ -107,7 +107,7 @@ def _copy_value(value: Any, levels: int) -> Any:
 
 
 def to_ms(time: datetime) -> int:
-    """Return a time as milliseconds since the epoch."""
+    """Return a time as milliseconds since the epoch, rounded down. A time without zone is in UTC."""
     aware_time = time if time.tzinfo is not None else time.replace(tzinfo=UTC)
     delta = aware_time - _EPOCH
     return (delta.days * 86_400 + delta.seconds) * 1000 + delta.microseconds // 1000
@@ -136,9 +136,9 @@ NAN_KEY: Key = (NUMBER_POSITION - 1, 0)
 """The key of NaN: below all numbers, equal to itself, and excluded from ``$lt`` and similar operators."""
 
 
-def _object_key(items: Iterable[tuple[str, Any]]) -> tuple[Any, ...]:
+def _document_key(fields: Iterable[tuple[str, Any]]) -> tuple[Any, ...]:
     # fields are compared by type, then name, then value; the type of NaN is that of numbers
-    keys = [(name, order_key(item)) for name, item in items]
+    keys = [(name, order_key(value)) for name, value in fields]
     return tuple((NUMBER_POSITION if key == NAN_KEY else key[0], name, key) for name, key in keys)
 
 
@@ -150,7 +150,7 @@ _TYPE_ORDER: dict[type, tuple[int, Callable[[Any], Any]]] = {
     int: (NUMBER_POSITION, lambda value: value),
     float: (NUMBER_POSITION, lambda value: value),
     str: (15, lambda value: value),
-    dict: (20, lambda value: _object_key(value.items())),
+    dict: (20, lambda value: _document_key(value.items())),
     list: (25, lambda value: tuple(map(order_key, value))),
     bytes: (30, lambda value: (len(value), value)),
     ObjectId: (35, lambda value: value.digits),

@@ -14,8 +14,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Sink
 from cxbridge.run.options import RunOptions
 from cxbridge.run.source import source_of
+from cxbridge_explore.game.blackboard_judge import BlackBoardJudge
 from cxbridge_explore.game.playing import play_game
-from cxbridge_explore.game.published import PublishedGame
 from cxbridge_explore.game.score import GameResult
 from cxbridge_explore.worldmodel.model import NOTHING_FAILS
 from cxbridge_explore.worldmodel.reading import find_world, read_world
@@ -68,7 +68,7 @@ class ScenarioGame:
             overlay = Path(folder) / "game.yaml"
             overlay.write_text(yaml.safe_dump(self._referee_values(seed)))
             options = replace(self.run_options, config=(*_list_overlays(self.run_options), overlay))
-            return play_game(options, seed, world_model, PublishedGame, console=console, attach=attach)
+            return play_game(options, seed, world_model, BlackBoardJudge, console=console, attach=attach)
 
     def _referee_values(self, seed: int) -> dict[str, int | float]:
         """Return the referee's configuration values for this game."""

@@ -60,6 +60,7 @@ def _make_property_rows(result: ExploreResult) -> Iterator[dict[str, str]]:
     for name in sorted({property_.name for property_ in result.properties} | violations_by_name.keys()):
         violation = violations_by_name.get(name)
         if violation is not None:
+            # "words" is the sentence of the counterexample, which cycles and running explorations lack
             message = violation.get("words") or violation["message"]
             yield {"name": name, "verdict": "violated", "message": message}
         elif name in result.vacuous_names:

@@ -105,18 +105,21 @@ class Probe:
     ) -> None:
         self._env = env
         self._pattern = pattern
-        self._name = f"{_NAME_PREFIX}{next(_numbers)}"
-        self._current_name = f"{self._name}-now"
+        # each is the name of a rule, and of the function that the rule calls at each match
+        self._reporter_name = f"{_NAME_PREFIX}{next(_numbers)}"
+        self._collector_name = f"{self._reporter_name}-now"
         self._variables = variables
         self._on_match: Callable[[BoundValues], None] = lambda _: None
         self._matches: set[BoundValues] = set()
-        env.udfs.define(self._name, self._report_match, len(variables))
-        env.udfs.define(self._current_name, self._collect_match, len(variables))
+        env.udfs.define(self._reporter_name, self._report_match, len(variables))
+        env.udfs.define(self._collector_name, self._collect_match, len(variables))
         # CLIPS evaluates a test after a new `not` before it knows whether the `not` holds. Therefore a rule
         # without matches builds the joins first, and later rules share all its joins except the last.
-        self._define_rule(f"{self._name}-joins", f"{_LOADED_PATTERN} {pattern.text} {_UNMATCHED_PATTERN}")
-        self._current_condition = (
-            f"{_LOADED_PATTERN} {pattern.text} {_LOADED_PATTERN} {self._make_test(self._current_name)}"
+        self._define_rule(
+            f"{self._reporter_name}-joins", f"{_LOADED_PATTERN} {pattern.text} {_UNMATCHED_PATTERN}"
+        )
+        self._collector_condition = (
+            f"{_LOADED_PATTERN} {pattern.text} {_LOADED_PATTERN} {self._make_test(self._collector_name)}"
         )
 
     def _report_match(self, *values: Value) -> Value:
@@ -134,14 +137,14 @@ class Probe:
         ``not`` does not hold.
         """
         self._on_match = on_match
-        self._define_rule(self._name, f"{self._pattern.text} {self._make_test(self._name)}")
+        self._define_rule(self._reporter_name, f"{self._pattern.text} {self._make_test(self._reporter_name)}")
 
     def find_matches(self) -> set[BoundValues]:
         """Return the values of the variables in all current matches; empty before the agent is loaded."""
         self._matches = set()
         # CLIPS matches a new rule against all present facts at once.
-        self._define_rule(self._current_name, self._current_condition)
-        self._env.eval(f"(undefrule {self._current_name})")
+        self._define_rule(self._collector_name, self._collector_condition)
+        self._env.eval(f"(undefrule {self._collector_name})")
         return self._matches
 
     def _make_test(self, function: str) -> str:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class PropertyWatch:
-    """Checks the properties of a run. Create it before the agents are loaded.
+    """Checks the properties of a run. Create it before the agents are loaded, and add it to their watchers.
 
     A violated property is not checked any further, since its first violation is the verdict.
 
@@ -34,7 +34,7 @@ class PropertyWatch:
             self.joined(agent)
 
     def joined(self, agent: Run) -> None:
-        """Watch an agent that is not loaded yet."""
+        """Watch an agent that joins the run, at its start or after a restart, and is not loaded yet."""
         tables = self._tables[agent] = FactTables(agent.executive.env)
         for monitor in self._monitors:
             monitor.joined(tables)

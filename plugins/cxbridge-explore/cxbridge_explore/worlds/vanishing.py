@@ -19,8 +19,8 @@ class Schedule:
         self._times = times
         self._next_s = times.begin_s
 
-    def is_due(self, seconds: float) -> bool:
-        """Return whether a decision is due, once for each moment."""
+    def take_due(self, seconds: float) -> bool:
+        """Return whether a decision is due, and advance to the next moment if so."""
         if not self._next_s <= seconds <= self._times.end_s:
             return False
         # A loop of the executive may be longer than the period. Missed moments are skipped.
@@ -63,7 +63,7 @@ class AbsenceChoices:
             if self._return_s <= seconds:
                 self._come_back()
             return
-        is_due = has_begun_call if self._schedule is None else self._schedule.is_due(seconds)
+        is_due = has_begun_call if self._schedule is None else self._schedule.take_due(seconds)
         if is_due:
             option = self._choices.choose(ChoiceKind.SKILLER, self._subject, self._options)
             if option.name == "vanishes":
@@ -120,7 +120,7 @@ class KillChoices:
             if restart_s <= self._choices.seconds:
                 self._restarts.remove((restart_s, name))
                 self._team.restart(name)
-        if not self._schedule.is_due(self._choices.seconds):
+        if not self._schedule.take_due(self._choices.seconds):
             return
         for agent in self._team.agents:
             # A run without an agent has no end, so the last agent is killed only if it restarts.

@@ -38,9 +38,9 @@ A rival is a writer of the same interface on the other board.
 
 _STOP_TIMEOUT_S: Final = 10.0  # the thread may wait for a request to a lost board
 
-Key = tuple[str, str]
+InterfaceKey = tuple[str, str]
 """The type and the id of an interface."""
-Listing = dict[Key, InterfaceInfo]
+Listing = dict[InterfaceKey, InterfaceInfo]
 """The matching interfaces of a blackboard."""
 
 
@@ -91,10 +91,10 @@ class Gateway(Observer, Closing):
         self._board_names: Final = names
         self._log: Final = Logger(bus or EventBus(left.clock), COMPONENT)
         self._sweep_period_s = sweep_period_s
-        self._mirrors: dict[Key, InterfaceMirror] = {}
+        self._mirrors: dict[InterfaceKey, InterfaceMirror] = {}
         # the serials of closed proxies, see InterfaceMirror
-        self._orphans: defaultdict[Key, deque[str]] = defaultdict(partial(deque, maxlen=MAX_PROXIES))
-        self._rival_times_s: dict[Key, float] = {}  # the last time at which both boards had writers
+        self._orphans: defaultdict[InterfaceKey, deque[str]] = defaultdict(partial(deque, maxlen=MAX_PROXIES))
+        self._rival_times_s: dict[InterfaceKey, float] = {}  # the last time at which both boards had writers
         self._last_warnings: dict[object, str] = {}  # the last warning about a side or an interface
         self._has_work = threading.Event()
         self._sweep_requested = threading.Event()
@@ -185,7 +185,7 @@ class Gateway(Observer, Closing):
             if key not in self._mirrors:
                 self._try_to_mirror(key, listings)
 
-    def _end_mirror(self, key: Key, reason: str) -> None:
+    def _end_mirror(self, key: InterfaceKey, reason: str) -> None:
         uid = "::".join(key)
         mirror = self._mirrors.pop(key)
         self._on_end(uid, reason)
@@ -214,7 +214,7 @@ class Gateway(Observer, Closing):
 
     @staticmethod
     def _find_end_reason(
-        key: Key, mirror: InterfaceMirror, listings: tuple[Listing | None, Listing | None]
+        key: InterfaceKey, mirror: InterfaceMirror, listings: tuple[Listing | None, Listing | None]
     ) -> str:
         """Return the reason why a mirror must end; empty if it can continue."""
         for side, writer in ((mirror.side, "its writer"), (1 - mirror.side, "the mirrored writer")):
@@ -225,7 +225,7 @@ class Gateway(Observer, Closing):
                 return f"{writer} is gone"
         return ""
 
-    def _try_to_mirror(self, key: Key, listings: tuple[Listing | None, Listing | None]) -> None:
+    def _try_to_mirror(self, key: InterfaceKey, listings: tuple[Listing | None, Listing | None]) -> None:
         """Start the mirror of an interface, if exactly one board has a writer."""
         infos = [None if listing is None else listing.get(key) for listing in listings]
         writer_sides = [side for side, info in enumerate(infos) if info is not None and info.has_writer]

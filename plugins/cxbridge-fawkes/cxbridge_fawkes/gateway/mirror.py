@@ -146,7 +146,7 @@ class InterfaceMirror(Listener):
             self._writer.read()  # the readers may still have the last block of an earlier writer
             self._last_block = self._writer.to_bytes()
             self._translator = StateTranslator(
-                type(self._reader), hide=hide_past, find_sender=self._find_sender
+                type(self._reader), hide_state=hide_past, find_sender=self._find_sender
             )
             self.data_refreshed(self._reader)
             self._open_instances = stack.pop_all()

@@ -21,19 +21,19 @@ from cxbridge.interfaces.schema import FieldSchema
 class StateTranslator:
     """Replaces message ids, serials of controllers, and errors of earlier skill strings in blocks.
 
-    :param hide: whether the writer appears idle until it works for a sender of this gateway.
+    :param hide_state: whether the writer appears idle until it works for a sender of this gateway.
     :param find_sender: returns the serial of the sender for which an instance of the gateway sends; None for
         an instance that does not belong to the gateway.
     """
 
     def __init__(
-        self, interface_class: type[Interface], *, hide: bool, find_sender: Callable[[str], str | None]
+        self, interface_class: type[Interface], *, hide_state: bool, find_sender: Callable[[str], str | None]
     ) -> None:
         schema = interface_class.SCHEMA
         self._class: Final = interface_class
         self._id_offset: Final = id_offset(schema)
         self._controller_field: Final = schema.field(CONTROLLER_FIELD)
-        self.hides_state = hide and self._id_offset is not None and self._controller_field is not None
+        self.hides_state = hide_state and self._id_offset is not None and self._controller_field is not None
         """Whether the writer is shown as idle."""
         self._find_sender: Final = find_sender
         self._error_field: Final = schema.field("error") if schema.field("skill_string") is not None else None
@@ -58,6 +58,7 @@ class StateTranslator:
         message_id = read_id(block, self._id_offset)
         if self._controller_field is not None and self._error_field is not None:
             block = self._replace_stale_error(block, message_id, self._error_field)
+        # an instance counts its messages with 16 bits, so a larger id belongs to no sender
         sender_id = self._sender_ids[message_id] if message_id <= MESSAGE_ID_MASK else NO_MESSAGE
         if self.hides_state:
             if message_id in self._work_ids:

@@ -19,7 +19,7 @@ from cxbridge_fawkes.network.messages.blackboard import data_frame_size, pack_da
 # about 3,000 updates of a SkillerInterface, so that a client that only pauses misses no update
 CONFLATE_FROM: Final = 4 * 1024 * 1024
 """The number of queued bytes from which new data replace older data of the same instance."""
-# at least the largest frame, a list of interfaces, see messages.codec.LIST_LIMIT
+# at least the largest frame, a list of interfaces, see messages.codec.CLIENT_MESSAGE_LIMIT
 MAX_QUEUED_BYTES: Final = 16 * 1024 * 1024
 """The maximum number of queued bytes."""
 

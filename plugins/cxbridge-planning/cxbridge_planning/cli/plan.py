@@ -171,7 +171,7 @@ def _print_planners(*, as_json: bool) -> None:
         properties = [
             {
                 "name": name,
-                "installed": not planner.not_installed,
+                "installed": not planner.unavailable_reason,
                 "understands": sorted(need.value for need in planner.understands),
             }
             for name, planner in planners
@@ -179,7 +179,7 @@ def _print_planners(*, as_json: bool) -> None:
         say_json(properties, indent=2)
     else:
         for name, planner in planners:
-            say(f"{name:14}  {planner.not_installed or 'installed'}")
+            say(f"{name:14}  {planner.unavailable_reason or 'installed'}")
 
 
 def _result_to_json(result: PlanResult) -> dict[str, object]:

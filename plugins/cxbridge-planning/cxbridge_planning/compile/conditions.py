@@ -73,7 +73,7 @@ class Evaluator:
     ) -> Alternatives:
         """Return the alternatives of a condition, or of its negation.
 
-        :raises PlanningError: if there are too many alternatives.
+        :raises PlanningError: if there are too many alternatives, or if the condition has times or numbers.
         """
         if formula is None:
             return FALSE if is_negated else TRUE

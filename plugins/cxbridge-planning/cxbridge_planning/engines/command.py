@@ -50,7 +50,7 @@ class CommandPlanner(EnginePlanner):
         self._user_program = program
 
     @property
-    def not_installed(self) -> str:
+    def unavailable_reason(self) -> str:
         """The reason why the program cannot be called; empty if it can."""
         missing_text = self._program.explain_missing(self._user_program)
         return f"{self.name} is not installed: {missing_text}" if missing_text else ""

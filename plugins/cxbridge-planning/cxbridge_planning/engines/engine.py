@@ -71,7 +71,7 @@ class EnginePlanner(Planner):
     @property
     def improve_s(self) -> float:
         """The seconds for the search for better plans, within the time limit."""
-        return min(self._improve_s, max(0.0, self.seconds - _MARGIN_S))
+        return min(self._improve_s, max(0.0, self.time_limit_s - _MARGIN_S))
 
     def best_so_far(self, folder: Path, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
         """Return the best plan that the engine has written before its time limit."""

@@ -84,7 +84,7 @@ class UnifiedPlanner(EnginePlanner):
         super().__init__(name, self._engine, improve)
 
     @property
-    def not_installed(self) -> str:
+    def unavailable_reason(self) -> str:
         """The reason why the engine cannot be used; empty if it can."""
         packages = {"unified_planning": "unified-planning", self._engine.module: self._engine.package}
         missing_packages = [package for module, package in packages.items() if find_spec(module) is None]

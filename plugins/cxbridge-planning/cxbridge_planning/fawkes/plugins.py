@@ -227,7 +227,7 @@ class PddlPlanner(_Plugin):
         if name == AUTO:
             return name
         is_known = name in planner_names()
-        reason = make_planner(name).not_installed if is_known else f"planner '{name}' is unknown"
+        reason = make_planner(name).unavailable_reason if is_known else f"planner '{name}' is unknown"
         if reason:
             self._log.warn(f"{reason}: the first planner that supports the problem is used")
         return AUTO if reason else name

@@ -58,6 +58,6 @@ class Attempts:
         tried_text = f" (tried: {', '.join(tried_names)})" if names else ""
         if self._requested_planner != AUTO:
             return f"{tried_text}: give more time, or try the planner {AUTO}"
-        missing_names = ", ".join(self.choice.not_installed_names)
+        missing_names = ", ".join(self.choice.unavailable_names)
         advice = f", or install one of {missing_names}" if missing_names else ""
         return f"{tried_text}: give more time{advice}"

@@ -20,12 +20,12 @@ The process removes its folder only if the folder has such a name: another folde
 class Job:
     """A planning job.
 
-    :param memory: the limit of address space in bytes; 0: no limit.
-    :param seconds: the time limit.
+    :param max_memory_bytes: the limit of address space in bytes; 0: no limit.
+    :param time_limit_s: the time limit, from the start of the job.
     """
 
     planner: Planner
     domain: Domain
     problem: Problem
-    memory: int = 0
-    seconds: float = inf
+    max_memory_bytes: int = 0
+    time_limit_s: float = inf

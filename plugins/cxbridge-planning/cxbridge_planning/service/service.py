@@ -111,13 +111,13 @@ class PlanCall:
             return PlanResult(PlanStatus.FAILED, request.planner, message=str(error))
         for planner in attempts.choice.planners:
             is_last = planner is attempts.choice.planners[-1]
-            seconds = (deadline_s - time.monotonic()) * (1.0 if is_last else _TIME_SHARE)
-            result = self._try_planner(planner, seconds, is_last=is_last)
+            time_limit_s = (deadline_s - time.monotonic()) * (1.0 if is_last else _TIME_SHARE)
+            result = self._try_planner(planner, time_limit_s, is_last=is_last)
             if self.is_ended or attempts.add_result(planner, result):
                 return attempts.with_reasons(result)
         return attempts.final_result()
 
-    def _try_planner(self, planner: Planner, seconds: float, *, is_last: bool) -> PlanResult:
+    def _try_planner(self, planner: Planner, time_limit_s: float, *, is_last: bool) -> PlanResult:
         """Try one planner.
 
         :param is_last: whether no planner follows, so that the timer of the call ends this attempt.
@@ -132,18 +132,19 @@ class PlanCall:
         if self._process is None:  # the call ended while it waited for the process
             self._service.return_process(process)
             return PlanResult(PlanStatus.CANCELLED, name)
-        timer = None if is_last else _start_timer(seconds, process.kill)
-        result = process.run(Job(planner, request.domain, request.problem, self._service.memory, seconds))
+        timer = None if is_last else _start_timer(time_limit_s, process.kill)
+        job = Job(planner, request.domain, request.problem, self._service.memory, time_limit_s)
+        result = process.run(job)
         if timer is not None:
             timer.cancel()
         with self._lock:
             self._process = None
         if process.is_killed and result.status is PlanStatus.FAILED:
-            result = self._best_result(planner, process, seconds)
+            result = self._best_result(planner, process, time_limit_s)
         self._service.return_process(process)
         return result
 
-    def _best_result(self, planner: Planner, process: PlannerProcess, seconds: float) -> PlanResult:
+    def _best_result(self, planner: Planner, process: PlannerProcess, time_limit_s: float) -> PlanResult:
         """Return the result of a planner whose process was killed: its best plan so far, or a timeout."""
         from cxbridge_planning.validation.plan import check_plan  # noqa: PLC0415 - few processes are killed
 
@@ -151,9 +152,11 @@ class PlanCall:
         if self._end_status is not PlanStatus.CANCELLED:
             actions = planner.best_so_far(process.folder, domain, problem)
             if actions is not None and not check_plan(domain, problem, actions).failure:
-                why = f"the time limit was reached: the best plan within {seconds:.3g} s"
+                why = f"the time limit was reached: the best plan within {time_limit_s:.3g} s"
                 return PlanResult(PlanStatus.PLANNED, name, actions, why=why)
-        return PlanResult(PlanStatus.TIMEOUT, name, message=f"{name} found no plan within {seconds:.3g} s")
+        return PlanResult(
+            PlanStatus.TIMEOUT, name, message=f"{name} found no plan within {time_limit_s:.3g} s"
+        )
 
     @property
     def is_ended(self) -> bool:

@@ -32,7 +32,7 @@ def run_job(job: Job) -> PlanResult:
     name = job.planner.name
     status, actions = PlanStatus.FAILED, None
     try:
-        job.planner.seconds = job.seconds
+        job.planner.time_limit_s = job.time_limit_s
         actions = job.planner.solve(job.domain, job.problem)
         status, message = _judge_plan(job, actions)
     except CxbridgeError as error:
@@ -100,8 +100,8 @@ def main() -> None:
             _remove_folder()
             return
         assert isinstance(job, Job)
-        if job.memory:
-            _limit_memory(job.memory)
+        if job.max_memory_bytes:
+            _limit_memory(job.max_memory_bytes)
         pickle.dump(run_job(job), results)
         results.flush()
 

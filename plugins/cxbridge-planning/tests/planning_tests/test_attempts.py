@@ -123,7 +123,7 @@ def test_costs_without_metric_are_not_needed():
     assert "pyperplan ignores costs of actions" not in choose("").reasons
 
 
-@pytest.mark.skipif(bool(make_planner("aries").not_installed), reason="needs aries")
+@pytest.mark.skipif(bool(make_planner("aries").unavailable_reason), reason="needs aries")
 def test_plan_minimises_costs(service):
     domain = parse_domain(COSTS)
     problem = parse_problem(TASK.format(metric="(:metric minimize (total-cost))"), domain)

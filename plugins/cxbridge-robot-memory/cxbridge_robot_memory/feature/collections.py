@@ -15,7 +15,7 @@ from cxbridge_robot_memory.dump import dump_collection, restore_collection
 from cxbridge_robot_memory.errors import DuplicateKeyError, RobotMemoryError
 from cxbridge_robot_memory.feature.context import FAIL, SUCCESS, RobotMemoryContext
 from cxbridge_robot_memory.feature.handles import Cursor, Trigger, pointer_symbol
-from cxbridge_robot_memory.values import Document, copy
+from cxbridge_robot_memory.values import Document, validated_copy
 
 
 class CollectionFunctions:
@@ -141,7 +141,7 @@ class CollectionFunctions:
     def trigger_register(self, collection: str, query: Value, name: str) -> Value:
         """Register a trigger for changes of a collection. A feedback fact reports success."""
         try:
-            criteria = copy(self._document(query, "robmem-trigger-register"))
+            criteria = validated_copy(self._document(query, "robmem-trigger-register"))
         except ClipsError:
             self._report_registration(name, None)
             raise

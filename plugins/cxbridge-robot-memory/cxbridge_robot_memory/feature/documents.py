@@ -20,9 +20,9 @@ from cxbridge_robot_memory.values import (
     ObjectId,
     Regex,
     Timestamp,
-    copy,
     from_ms,
     to_ms,
+    validated_copy,
 )
 
 _INVALID = Symbol("INVALID_VALUE_TYPE")  # Fawkes' result for a value without an equivalent in CLIPS
@@ -64,6 +64,7 @@ class DocumentFunctions:
         try:
             return self._handles.add(jsontext.parse(text))
         except RobotMemoryError as error:
+            # Fawkes' text, like the texts about regular expressions and unknown types below
             self._log.error(f"Parsing JSON doc failed: {error}: {text}")
             return self._handles.add({})
 
@@ -117,8 +118,8 @@ class DocumentFunctions:
 
     def _set_field(self, document: Document, field: str, value: Any) -> None:
         if value is not MISSING:
-            # `copy` takes documents only: here a document of the field alone, to check and copy its value
-            document[str(field)] = copy({field: value})[field]
+            # `validated_copy` takes documents only, so the value is copied in a document of this field alone
+            document[str(field)] = validated_copy({field: value})[field]
 
     def _to_bson(self, value: Value, place: str) -> Any:
         """Return a CLIPS value as the value of a field, or :data:`MISSING` after a warning.

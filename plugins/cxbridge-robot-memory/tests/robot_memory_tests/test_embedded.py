@@ -163,7 +163,7 @@ def test_file_of_another_program_is_refused_unchanged(clock, tmp_path):
         EmbeddedStore(clock, file)
     text = tmp_path / "text.txt"
     text.write_text("a letter with more than a few characters, " * 20)
-    with pytest.raises(RobotMemoryError, match="cannot keep the robot memory here"):
+    with pytest.raises(RobotMemoryError, match="cannot open the robot memory"):
         EmbeddedStore(clock, text)
     assert text.read_text().startswith("a letter")
 

@@ -23,7 +23,7 @@ from cxbridge_robot_memory.memory import RobotMemory
 from cxbridge_robot_memory.mongodb import store as mongo
 from cxbridge_robot_memory.mongodb.store import MongoStore
 from cxbridge_robot_memory.mutexes import Mutexes
-from cxbridge_robot_memory.settings import Settings
+from cxbridge_robot_memory.settings import RobotMemorySettings
 from robot_memory_tests.mongo_server import MongoServer
 from robot_memory_tests.test_store import Events
 
@@ -146,7 +146,7 @@ cxbridge: {robot-memory: {backend: mongodb}}
 
 
 def settings(text):
-    return Settings.read(Configuration.from_text(text, "/folder/test.yaml"))
+    return RobotMemorySettings.read(Configuration.from_text(text, "/folder/test.yaml"))
 
 
 def test_settings_of_fawkes_are_read():

@@ -11,7 +11,7 @@ from cxbridge.clock import VirtualClock
 from cxbridge_robot_memory.embedded import EmbeddedStore
 from cxbridge_robot_memory.errors import QueryError
 from cxbridge_robot_memory.update import Update
-from cxbridge_robot_memory.values import copy, is_identical
+from cxbridge_robot_memory.values import is_identical, validated_copy
 from robot_memory_tests import mongodb_cases as mongodb
 from robot_memory_tests import mongodb_names as names
 
@@ -61,9 +61,9 @@ def test_update_makes_documented_document(_name, document, update, expected):
     before = {"_id": 1, **document}
     if isinstance(expected, str):
         with pytest.raises(QueryError, match=re.escape(expected)):
-            Update(copy(update)).apply(copy(before), mongodb.NOW)
+            Update(validated_copy(update)).apply(validated_copy(before), mongodb.NOW)
         return
-    changed = Update(copy(update)).apply(copy(before), mongodb.NOW)
+    changed = Update(validated_copy(update)).apply(validated_copy(before), mongodb.NOW)
     # types of numbers and the order of fields count
     if changed is None:
         assert is_identical(before, {"_id": 1, **expected})

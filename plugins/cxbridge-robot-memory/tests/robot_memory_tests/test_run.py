@@ -83,7 +83,10 @@ def test_next_run_has_documents_of_file(tmp_path):
     ("more", "message"),
     [
         ("\ncxbridge:\n  robot-memory:\n    backend: sqlite\n", "cannot be 'sqlite'"),
-        ("\ncxbridge:\n  robot-memory:\n    file: scenario.yaml\n", "cannot keep the robot memory here"),
+        (
+            "\ncxbridge:\n  robot-memory:\n    file: scenario.yaml\n",
+            "cannot open the robot memory",
+        ),
         ("\nplugins:\n  robot-memory:\n    distributed-db-names: 5\n", "distributed-db-names"),
     ],
 )

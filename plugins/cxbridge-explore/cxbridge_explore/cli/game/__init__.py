@@ -58,7 +58,7 @@ def game(
     --refbox-dir plays the RoboCup Logistics League, judged by the referee's own rules.
 
     Exit status: 0 each game reached its end; 1 the agent's own tests failed; 2 bad input; 3 a game did not
-    reach its end; 4 a fault of a run itself.
+    reach its end; 4 an error of cxbridge itself.
 
     Example: cxbridge game workshop --games 20 --against workshop-2
     """
@@ -100,6 +100,7 @@ def _make_games_by_agent(first_game: Game, against: Path | None) -> dict[str, Ga
 
 
 def _report_game(result: GameResult, *, as_json: bool) -> int:
+    """Print the result of a game, and return the exit status."""
     from cxbridge_explore.cli.game.output import print_game
 
     if as_json:
@@ -110,6 +111,7 @@ def _report_game(result: GameResult, *, as_json: bool) -> int:
 
 
 def _play_series(games: Mapping[str, Game], play_options: PlayOptions, *, as_json: bool) -> int:
+    """Play each game with each seed, print the results, and return the exit status."""
     from cxbridge_explore.cli.game.output import print_games
     from cxbridge_explore.game.match import Match, play_games, summarize_games
 

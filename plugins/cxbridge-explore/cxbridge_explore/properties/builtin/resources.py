@@ -9,7 +9,7 @@ from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd
 from cxbridge_explore.properties.tables import FactTables
 
 _GOAL, _REQUEST, _MUTEX = "goal", "resource-request", "mutex"
-_IDENTITY_KEY: Final = ("cx", "identity")  # of the wm-fact with the name that an agent has in locks
+_IDENTITY_KEY: Final = ("cx", "identity")  # of the wm-fact with the name in `locked-by` of the agent's locks
 
 
 def _find_acquired_resources(tables: FactTables) -> Iterator[tuple[str, str]]:
@@ -62,7 +62,7 @@ class LostResourceMonitor(Monitor):
     def check_end(self, end: RunEnd) -> None:
         """Report locks that are still held."""
         for tables in self.scene.tables:
-            # Agents share the mutexes of the robot memory, so that an agent has facts about all locks.
+            # Agents share the mutexes of the robot memory, so an agent has facts about all locks.
             identities = {
                 str(slots["value"]) for slots in tables.facts("wm-fact") if slots["key"] == _IDENTITY_KEY
             }

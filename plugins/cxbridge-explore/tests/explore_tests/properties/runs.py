@@ -33,4 +33,4 @@ def watch_run(
     with ExploredRun(options, properties, PathChooser(path or {})) as run:
         before(run)
         run.play()
-    return run.properties
+    return run.property_watch

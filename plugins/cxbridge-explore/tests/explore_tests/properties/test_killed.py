@@ -50,7 +50,7 @@ def play_killed(
         kills=(Kill(times=DecisionTimes(period_s=0.2, end_s=10.0), restart_after_s=restart_after_s),),
     )
     with ExploredRun(options, properties, KillOnce("robot1", seconds), world=world) as run:
-        return run.play().verdict, run.properties.violations
+        return run.play().verdict, run.property_watch.violations
 
 
 @pytest.mark.parametrize(("seconds", "restart_after_s"), [(0.4, None), (8.4, None), (8.4, 3.0)])

@@ -21,8 +21,8 @@ UNKNOWN_LIMIT: Final = 64 * 1024
 """The maximum size of a message of unknown kind."""
 CONFIG_LIMIT: Final = 256 * 1024
 """The maximum size of a request of the configuration, which may have a value."""
-LIST_LIMIT: Final = 16 * 1024 * 1024
-"""The maximum size of a list or other message from a server."""
+CLIENT_MESSAGE_LIMIT: Final = 16 * 1024 * 1024
+"""The maximum size of a message to a client. The largest messages are lists."""
 
 _SERIAL_SIZE: Final = 16
 _NAMES_SIZE: Final = bb.TYPE_SIZE + bb.ID_SIZE
@@ -36,10 +36,10 @@ _REQUEST_SIZES: Final[Mapping[int, int]] = {
 }
 
 MAX_EXCESS: Final = 1024
-"""The number of bytes by which a message to a server may exceed its known size.
+"""The number of bytes by which a message to a server may exceed its known size without ending the connection.
 
-The server refuses such a message; a longer message ends the connection. For messages of other
-components and kinds, see `CONFIG_LIMIT` and `UNKNOWN_LIMIT`.
+The server ignores a message of wrong size and logs a complaint. A still longer message ends the connection.
+For messages of other components and kinds, see `CONFIG_LIMIT` and `UNKNOWN_LIMIT`.
 """
 
 
@@ -75,4 +75,4 @@ def server_payload_limit(component: int, kind: int, max_block_size: int) -> int:
 
 def client_payload_limit(component: int, kind: int) -> int:  # noqa: ARG001 - the signature of a limit
     """Return the maximum payload of a message to a client."""
-    return LIST_LIMIT
+    return CLIENT_MESSAGE_LIMIT

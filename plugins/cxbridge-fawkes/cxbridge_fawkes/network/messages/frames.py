@@ -41,7 +41,7 @@ class FawkesFrame(NamedTuple):
         return HEADER.pack(self.component, self.kind, len(self.payload)) + self.payload
 
 
-Limit = Callable[[int, int], int]
+FindPayloadLimit = Callable[[int, int], int]
 """Returns the present maximum size of a payload for a component and a kind of message."""
 
 
@@ -53,7 +53,7 @@ class FrameDecoder:
     :param limit: returns the limit of a payload.
     """
 
-    def __init__(self, limit: Limit) -> None:
+    def __init__(self, limit: FindPayloadLimit) -> None:
         self._limit: Final = limit
         self._pending = bytearray()
         self._needed_size = HEADER.size

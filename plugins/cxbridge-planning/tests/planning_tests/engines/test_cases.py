@@ -40,7 +40,7 @@ CRASH_ARIES = {"aries-crash-message", "nested-forall-effect"}
 
 
 def is_installed(name: str) -> bool:
-    return not make_planner(name).not_installed
+    return not make_planner(name).unavailable_reason
 
 
 @needs_shared

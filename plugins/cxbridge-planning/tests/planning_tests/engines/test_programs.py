@@ -26,7 +26,7 @@ TASK = """(define (problem x) (:domain rooms) (:objects k1 k2 k3 - room)
 @pytest.mark.parametrize("name", [name for name, each in PROGRAMS.items() if each.package])
 @pytest.mark.parametrize("metric", ["", "(:metric minimize (total-cost))"])
 def test_packaged_program_finds_plan(name, metric):
-    if missing := make_planner(name).not_installed:
+    if missing := make_planner(name).unavailable_reason:
         pytest.skip(missing)
     problem = parse_problem(TASK.format(goal="k3", metric=metric), ROOMS)
     with PlanningService() as service:

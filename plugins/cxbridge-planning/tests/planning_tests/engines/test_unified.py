@@ -19,14 +19,14 @@ from cxbridge_planning.registry import make_planner
 from planning_tests.compile.test_grounding import FETCH, START, make_problem
 from planning_tests.interpreter import World
 
-INSTALLED = [name for name in ENGINES if not UnifiedPlanner(name).not_installed]
+INSTALLED = [name for name in ENGINES if not UnifiedPlanner(name).unavailable_reason]
 pytestmark = [
     pytest.mark.skipif(not INSTALLED, reason="pip install 'cxbridge-planning[engines]'"),
     pytest.mark.filterwarnings("ignore::DeprecationWarning"),  # warnings of unified-planning
 ]
 
 needs_fast_downward = pytest.mark.skipif(
-    bool(make_planner("fast-downward").not_installed), reason="pip install up-fast-downward"
+    bool(make_planner("fast-downward").unavailable_reason), reason="pip install up-fast-downward"
 )
 
 STRIPS = """(define (domain Rooms) (:requirements :strips :typing) (:types Room)
@@ -134,4 +134,4 @@ def test_engine_in_folder_with_blank_gets_link(tmp_path, monkeypatch):
 
 def test_missing_packages_of_engine_are_named(monkeypatch):
     monkeypatch.setattr("cxbridge_planning.engines.unified.find_spec", lambda _module: None)
-    assert UnifiedPlanner("aries").not_installed.endswith(" -m pip install unified-planning up-aries")
+    assert UnifiedPlanner("aries").unavailable_reason.endswith(" -m pip install unified-planning up-aries")

@@ -429,7 +429,7 @@ PLANNERS = [
 
 @pytest.mark.parametrize(("kind", "planner"), PLANNERS)
 def test_numeric_and_temporal_plans(kind, planner, make_agent):
-    if missing := make_planner(planner).not_installed:
+    if missing := make_planner(planner).unavailable_reason:
         pytest.skip(missing)
     agent = make_agent(PlannerSettings(), domain=KINDS[kind][0], agent=DRIVE)
     add_goal(agent.env)

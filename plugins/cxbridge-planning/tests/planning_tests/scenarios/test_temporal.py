@@ -15,7 +15,7 @@ SCENARIO = ROOT / "scenarios" / "temporal"
 INSTALLED = [
     name
     for name in planner_names()
-    if Need.TIME in make_planner(name).understands and not make_planner(name).not_installed
+    if Need.TIME in make_planner(name).understands and not make_planner(name).unavailable_reason
 ]
 pytestmark = pytest.mark.skipif(not INSTALLED, reason="pip install 'cxbridge-planning[engines]'")
 

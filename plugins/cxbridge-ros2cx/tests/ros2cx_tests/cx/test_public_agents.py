@@ -76,7 +76,7 @@ def test_rcsml_agent_has_log_of_recording(tmp_path):
 @needs_plugin("rcll")
 @pytest.mark.skipif(not (REFBOX / "src").is_dir(), reason="REFBOX_DIR names no referee box")
 def test_rcsml_agent_accepts_order_of_local_referee(tmp_path):
-    from cxbridge_rcll.local import LocalReferee
+    from cxbridge_rcll.local_referee import LocalReferee
     from cxbridge_rcll.refbox import Refbox
 
     referee = LocalReferee(Refbox.open(REFBOX), MESSAGES, (), 1)

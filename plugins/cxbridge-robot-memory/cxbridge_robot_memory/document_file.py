@@ -25,8 +25,8 @@ _APPLICATION_ID = 0x43585242  # "CXRB", by which SQLite files of other programs 
 _LAYOUT_VERSION = 2
 
 
-class Journal:
-    """Writes the changes of an embedded store to its file.
+class DocumentFile:
+    """The documents of an embedded store in a file.
 
     :raises RobotMemoryError: if the file is not a robot memory, or another process uses it.
     """
@@ -47,7 +47,7 @@ class Journal:
             # a change survives a crash of the process; after a power failure the file is consistent, but
             # perhaps not up to date
             self._db.execute("PRAGMA synchronous = NORMAL")
-            self._check_owner()
+            self._refuse_foreign_file()
             self._db.executescript(
                 f"BEGIN EXCLUSIVE; {_SCHEMA} PRAGMA application_id = {_APPLICATION_ID}; "
                 f"PRAGMA user_version = {_LAYOUT_VERSION}; COMMIT;"
@@ -56,12 +56,12 @@ class Journal:
             self._db.close()
             raise self._refusal_error(error) from None
 
-    def _check_owner(self) -> None:
-        """Refuse the files of other programs and of other versions."""
+    def _refuse_foreign_file(self) -> None:
+        """Raise `RobotMemoryError` for a file of another program, or of another version of cxbridge."""
         (owner,) = self._db.execute("PRAGMA application_id").fetchone()
         (version,) = self._db.execute("PRAGMA user_version").fetchone()
-        (tables,) = self._db.execute("SELECT count(*) FROM sqlite_master").fetchone()
-        if tables and (owner, version) != (_APPLICATION_ID, _LAYOUT_VERSION):
+        (table_count,) = self._db.execute("SELECT count(*) FROM sqlite_master").fetchone()
+        if table_count and (owner, version) != (_APPLICATION_ID, _LAYOUT_VERSION):
             self._db.close()
             raise RobotMemoryError(
                 "this database is not a robot memory of this version of cxbridge",
@@ -71,7 +71,7 @@ class Journal:
 
     def _refusal_error(self, error: Exception) -> RobotMemoryError:
         hint = "another process has the file open" if "locked" in str(error) else "name another file"
-        return RobotMemoryError(f"cannot keep the robot memory here: {error}", file=self._file, hint=hint)
+        return RobotMemoryError(f"cannot open the robot memory: {error}", file=self._file, hint=hint)
 
     def load_documents(self, store: Callable[[str, Document], object]) -> None:
         """Read the stored documents in insertion order. An error closes the file.

@@ -23,10 +23,11 @@ ORDER_TYPE: Final = "OrderInterface"
 MACHINE_TYPE: Final = "MachineInterface"
 
 
-class PublishedGame:
-    """Judges by GameInterface and OrderInterface. The event bus calls the instance with each write.
+class BlackBoardJudge:
+    """Reports the state and the score that the interfaces of a referee and of machines show.
 
-    Events of writes need no readers, which the writers of the interfaces could notice.
+    The event bus calls the instance with each write. Unlike a reader of an interface, a subscriber of the bus
+    is invisible to the writer, so that the judge has no influence on the game.
     """
 
     def __init__(self, run: Run | Team) -> None:
