@@ -13,7 +13,7 @@ from uuid import uuid4
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.exclusive_control import CONTROLLER_FIELD, describe_controller
 from cxbridge.blackboard.following import Deadline, Feed
-from cxbridge.daemon.board import DAEMON_ID, EXPLAIN_ID, EXPLAIN_TYPE, REQUEST_TYPE
+from cxbridge.daemon.interfaces import DAEMON_ID, EXPLAIN_ID, EXPLAIN_TYPE, REQUEST_TYPE
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.plugins import find_package_of
 

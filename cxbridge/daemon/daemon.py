@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 from msgspec.structs import replace
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.daemon.board import INTERRUPT, DaemonBoard
 from cxbridge.daemon.configuration import make_daemon_base, make_run_options
-from cxbridge.daemon.nodes import ExecutiveNode
+from cxbridge.daemon.executive_node import ExecutiveNode
+from cxbridge.daemon.interfaces import INTERRUPT, DaemonBoard
 from cxbridge.daemon.options import DaemonOptions
-from cxbridge.daemon.process import Notifier
 from cxbridge.daemon.requests import DaemonRequests
+from cxbridge.daemon.systemd import Notifier
 from cxbridge.daemon.table import DAEMON_COMPONENTS
 from cxbridge.errors import BrokenAgentError, CxbridgeError
 from cxbridge.events import LogLine, Sink

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from itertools import count, islice
 from typing import TYPE_CHECKING, Any, Final
 
-from cxbridge.daemon.board import DAEMON_ID, OWNER, REQUEST_TYPE
+from cxbridge.daemon.interfaces import DAEMON_ID, OWNER, REQUEST_TYPE
 from cxbridge.daemon.operations.operation import OperationContext, ParameterError, to_json
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, EventBus, LogLine, SkillStatus
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from cxbridge.blackboard import BlackBoard
-    from cxbridge.daemon.nodes import ExecutiveNode
+    from cxbridge.daemon.executive_node import ExecutiveNode
     from cxbridge.executive.executive import RuleControl, RuleStop
     from cxbridge.mainloop import MainLoop
     from cxbridge.run.components.manager import ComponentStatus

@@ -28,5 +28,5 @@ def _has_endpoints(context: _DaemonContext) -> bool:
 DAEMON_COMPONENTS: Final = (
     Row("blackboard", f"{_PACKAGE}.components:BlackBoardComponent"),
     Row("recorder", f"{_PACKAGE}.components:DaemonRecorder", _is_recording),
-    Row("zmq", f"{_PACKAGE}.servers:ZmqComponent", _has_endpoints),
+    Row("zmq", f"{_PACKAGE}.zmq_component:ZmqComponent", _has_endpoints),
 )

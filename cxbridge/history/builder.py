@@ -44,8 +44,8 @@ from cxbridge.history.model import (
     read_assignment,
     split_fields,
 )
+from cxbridge.history.monotonic import SteadyClock
 from cxbridge.history.plan_steps import parse_plan_text
-from cxbridge.history.steady import SteadyClock
 from cxbridge.history.transitions import unquote
 from cxbridge.history.truncation import MAX_TEXT, truncate
 from cxbridge.printing import format_count

@@ -24,7 +24,7 @@ from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.events import BlockWrite, Event, EventBus, InterfaceWrite, SkillStatus
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.schema import InterfaceSchema
-from cxbridge.trace.formats.blocks import block_events
+from cxbridge.trace.formats.block_decoder import block_events
 
 COMPONENT: Final = "Recorder"
 """The name of a forwarder in log lines and as owner of interfaces."""

@@ -9,7 +9,7 @@ import pytest
 from cxbridge.blackboard import EventKind, Listener
 from cxbridge.cli.commands import daemon
 from cxbridge.cli.main import invoke
-from cxbridge.daemon.board import DaemonBoard
+from cxbridge.daemon.interfaces import DaemonBoard
 from cxbridge.run.components.manager import ComponentStatus, State
 from tests.cli.boards import SharedBoard
 from tests.fawkes import NO_SERVER

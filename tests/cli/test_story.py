@@ -7,7 +7,7 @@ import io
 import pytest
 
 from cxbridge.cli.main import invoke
-from cxbridge.cli.story import wants_colour
+from cxbridge.cli.run_output import wants_colour
 from cxbridge.events import GoalTransition, PlanActionTransition
 from cxbridge.history.failure_reasons import MAX_FAILURES, MAX_LOOKUPS, FailureReasons
 from tests.programs import Started

@@ -18,8 +18,8 @@ from cxbridge.blackboard.kit.errors import RemoteRefusalError
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.blackboard.zmq.wire.frames import ClientFrame
 from cxbridge.clock import RealClock
-from cxbridge.daemon.board import COMMANDS
 from cxbridge.daemon.client import ask_why, read_status, request
+from cxbridge.daemon.interfaces import COMMANDS
 from cxbridge.daemon.operations.table import verbs
 from cxbridge.errors import ClipsError, ConfigError, CxbridgeError
 from cxbridge.executive.host.facts.constants import parse_constant_fact, to_safe_values_text

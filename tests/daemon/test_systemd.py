@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import socket
 
-from cxbridge.daemon.process import Notifier
+from cxbridge.daemon.systemd import Notifier
 
 
 def test_full_socket_of_systemd_does_not_block(tmp_path):

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.history.steady import SteadyClock
+from cxbridge.history.monotonic import SteadyClock
 
 
 @given(st.lists(st.integers(-(2**62), 2**62)))

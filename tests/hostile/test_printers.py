@@ -25,7 +25,7 @@ from msgspec.structs import replace
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.blackboard.zmq import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
-from cxbridge.daemon.process import Notifier
+from cxbridge.daemon.systemd import Notifier
 from cxbridge.events import (
     Event,
     EventBus,

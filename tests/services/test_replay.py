@@ -20,7 +20,7 @@ from cxbridge.events import BlockWrite
 from cxbridge.interfaces import InterfaceRegistry, SwitchInterface
 from cxbridge.trace.formats.base import Attachment
 from cxbridge.trace.formats.mcap.writer import McapWriter
-from cxbridge.trace.replay.blocks import BlockMaker
+from cxbridge.trace.replay.block_maker import BlockMaker
 from tests.programs import Started
 from tests.support import SHARED, needs_plugin, needs_shared
 from tests.trace.boards import REMOTE, WAIT_S, Site, until

@@ -45,7 +45,7 @@ def run(options: RunOptions, output: _OutputOptions) -> int:
 
     Example: cxbridge run test-scenario --trace out/run.mcap
     """
-    from cxbridge.cli.story import RunLog, RunStory
+    from cxbridge.cli.run_output import RunLog, RunStory
     from cxbridge.run.explainers import explaining_mistakes, mistakes
     from cxbridge.run.result import TIMED_OUT, UNSUCCESSFUL
     from cxbridge.run.run import run_scenario

@@ -8,7 +8,6 @@ from typing import Annotated, Any, Final
 
 from msgspec import Meta, Struct
 
-from cxbridge.daemon.operations.answers import ComponentState
 from cxbridge.daemon.operations.operation import (
     NoParameters,
     NotFoundError,
@@ -16,6 +15,7 @@ from cxbridge.daemon.operations.operation import (
     Operations,
     Route,
 )
+from cxbridge.daemon.operations.replies import ComponentState
 from cxbridge.rights import Right
 
 OPERATIONS: Final = Operations()

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Final
 
 from msgspec import convert
 
-from cxbridge.daemon.operations.answers import StopInfo
 from cxbridge.daemon.operations.operation import NoParameters, OperationContext, Operations
+from cxbridge.daemon.operations.replies import StopInfo
 from cxbridge.rights import Right
 
 if TYPE_CHECKING:

@@ -21,9 +21,15 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.xml.parser import parse_bytes
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.replay.moves import ReplayMove, ReplaySelection, ReplaySurvey, replay_moves, survey_replay
 from cxbridge.trace.replay.pace import Pace
 from cxbridge.trace.replay.player import ReplayPlayer
+from cxbridge.trace.replay.replayed_writes import (
+    ReplayMove,
+    ReplaySelection,
+    ReplaySurvey,
+    replay_moves,
+    survey_replay,
+)
 
 DONE, INTERRUPTED, LOST = "done", "interrupted", "lost"
 """The ends of a replay."""

@@ -14,7 +14,7 @@ from typing import Self
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import RealClock
-from cxbridge.daemon.process import Notifier
+from cxbridge.daemon.systemd import Notifier
 from cxbridge.events import EventBus, LogLine, Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interrupt import Interrupt

@@ -41,7 +41,7 @@ from cxbridge.trace.formats.base import Run as Recording
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.recorder import Recorder
-from cxbridge.trace.replay.blocks import BlockMaker
+from cxbridge.trace.replay.block_maker import BlockMaker
 
 
 def judge(

@@ -12,7 +12,7 @@ from cxbridge.events import InterfaceWrite, Logger
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
-from cxbridge.trace.replay.blocks import BlockMaker
+from cxbridge.trace.replay.block_maker import BlockMaker
 
 OWNER = "cxbridge replay"
 """The owner of the writers that replay a recording."""

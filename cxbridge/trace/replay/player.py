@@ -16,9 +16,9 @@ from cxbridge.blackboard.names import parse_uid
 from cxbridge.errors import BlackBoardError, CxbridgeError, TraceError
 from cxbridge.events import InterfaceWrite
 from cxbridge.interfaces.instance import STAMP, Interface
-from cxbridge.trace.replay.blocks import BlockMaker
-from cxbridge.trace.replay.moves import ReplayMove, ReplaySurvey
+from cxbridge.trace.replay.block_maker import BlockMaker
 from cxbridge.trace.replay.pace import Pace
+from cxbridge.trace.replay.replayed_writes import ReplayMove, ReplaySurvey
 
 OWNER: Final = "cxbridge replay"
 """The owner of the opened interfaces."""

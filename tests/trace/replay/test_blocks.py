@@ -11,8 +11,8 @@ from cxbridge.events import InterfaceWrite
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.interfaces.schema import FieldSchema
 from cxbridge.trace.codec import encode, make_decoder
-from cxbridge.trace.formats.blocks import block_events
-from cxbridge.trace.replay.blocks import BlockMaker
+from cxbridge.trace.formats.block_decoder import block_events
+from cxbridge.trace.replay.block_maker import BlockMaker
 from tests.trace.replay.samples import UID, write
 
 NAMES = default_registry().names()

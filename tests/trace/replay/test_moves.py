@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.events import InterfaceWrite
-from cxbridge.trace.replay.moves import ReplaySelection, replay_moves, survey_replay
+from cxbridge.trace.replay.replayed_writes import ReplaySelection, replay_moves, survey_replay
 from tests.trace.replay.samples import UID, recorded, write
 from tests.trace.runs import MemoryRun
 

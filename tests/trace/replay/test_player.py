@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 from cxbridge.errors import BlackBoardError, TraceError
-from cxbridge.trace.replay.moves import ReplaySelection, replay_moves, survey_replay
 from cxbridge.trace.replay.pace import Pace
 from cxbridge.trace.replay.player import ReplayPlayer
+from cxbridge.trace.replay.replayed_writes import ReplaySelection, replay_moves, survey_replay
 from tests.trace.boards import TRANSPORTS, Site, until
 from tests.trace.replay.samples import BEGIN_US, UID, WriteListener, recorded, write
 

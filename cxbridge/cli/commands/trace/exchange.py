@@ -19,7 +19,7 @@ def exchange(
 
     Example: cxbridge trace exchange out/run.mcap
     """
-    from cxbridge.trace.exchange import exchange_json_lines, exchange_lines
+    from cxbridge.trace.exchange_lines import exchange_json_lines, exchange_lines
     from cxbridge.trace.formats.registry import open_run
 
     run = open_run(file, make_registry(interface_dir))

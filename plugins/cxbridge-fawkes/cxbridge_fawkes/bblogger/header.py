@@ -18,7 +18,7 @@ from cxbridge.errors import InterfaceError, TraceError
 from cxbridge.interfaces.known_hashes import accepts_hash
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import InterfaceSchema
-from cxbridge.trace.formats.blocks import decode_padded_text
+from cxbridge.trace.formats.block_decoder import decode_padded_text
 
 MAGIC: Final = b"\xff\xbb\xff\xbb"
 """The first bytes of all files."""

@@ -20,7 +20,7 @@ from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event
 from cxbridge.interfaces.layout import TIMESTAMP_SIZE
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.formats.blocks import BlockDecoder, write_events
+from cxbridge.trace.formats.block_decoder import BlockDecoder, write_events
 from cxbridge.trace.formats.files import reading
 from cxbridge_fawkes.bblogger.header import (
     COUNT_OFFSET,

@@ -16,7 +16,7 @@ from cxbridge.interfaces.fieldtypes import TYPES
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.trace.formats.base import Run, RunWriter
-from cxbridge.trace.formats.blocks import BlockDecoder
+from cxbridge.trace.formats.block_decoder import BlockDecoder
 from cxbridge.trace.formats.files import writing
 from cxbridge_fawkes.bblogger.header import file_name
 from cxbridge_fawkes.bblogger.reader import BBLoggerFile, BBLoggerFolder

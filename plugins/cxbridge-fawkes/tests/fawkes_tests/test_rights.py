@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from cxbridge.daemon.board import COMMANDS
+from cxbridge.daemon.interfaces import COMMANDS
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.rights import FRAME_RIGHTS
 from cxbridge_fawkes.network.components.plugins import PluginKind

@@ -10,8 +10,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
-from cxbridge.cli.command_lines import CommandLines
 from cxbridge.cli.console import complain, say_text
+from cxbridge.cli.input_lines import CommandLines
 from cxbridge.clock import RealClock
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import ALL_RIGHTS

@@ -183,7 +183,7 @@ def test_command_prints_exchange(tmp_path, capsys):
 
 def test_named_parameters_and_mapping_of_request_are_printed(tmp_path):
     from cxbridge.events import InterfaceMessage
-    from cxbridge.trace.exchange import exchange_lines
+    from cxbridge.trace.exchange_lines import exchange_lines
 
     values = {
         "board": "B",

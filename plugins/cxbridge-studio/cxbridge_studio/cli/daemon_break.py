@@ -104,8 +104,8 @@ def _take_step(board: BlackBoard, unit: str, timeout_s: float) -> str:
     :raises CxbridgeError: if the daemon has no executive, has ended, or refuses the request.
     """
     from cxbridge.blackboard.following import Deadline, Feed
-    from cxbridge.daemon.board import DAEMON_ID, REQUEST_TYPE
     from cxbridge.daemon.client import OWNER, check_daemon, request
+    from cxbridge.daemon.interfaces import DAEMON_ID, REQUEST_TYPE
 
     check_daemon(board)
     deadline = Deadline(timeout_s)

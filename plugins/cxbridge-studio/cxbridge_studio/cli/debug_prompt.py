@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
-from cxbridge.cli.command_lines import CommandLines
+from cxbridge.cli.input_lines import CommandLines
 from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.operations.operation import OperationContext
 from cxbridge.daemon.operations.table import carry_out

@@ -13,8 +13,8 @@ from copy import copy
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.daemon.board import EXPLAIN_ID, EXPLAIN_TYPE, OWNER
 from cxbridge.daemon.daemon import Daemon
+from cxbridge.daemon.interfaces import EXPLAIN_ID, EXPLAIN_TYPE, OWNER
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import Event, FactChange, InterfaceWrite, PlannerCall, RuleFired
 from cxbridge.executive.executive import ENVIRONMENT

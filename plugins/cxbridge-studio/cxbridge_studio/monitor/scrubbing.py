@@ -14,7 +14,7 @@ from typing import Final
 
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, LogLine, SkillStatus
-from cxbridge.history.steady import SteadyClock
+from cxbridge.history.monotonic import SteadyClock
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.base import Run
 from cxbridge_studio.recorded_state import RunState

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from msgspec import UNSET, Meta, Struct, UnsetType
 
-from cxbridge.daemon.operations.answers import StopInfo
 from cxbridge.daemon.operations.operation import (
     NoParameters,
     OperationContext,
     Operations,
     Route,
 )
+from cxbridge.daemon.operations.replies import StopInfo
 from cxbridge.daemon.operations.rules import stop_info
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.breakpoints import parse_breakpoint

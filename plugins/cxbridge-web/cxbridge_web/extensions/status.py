@@ -6,7 +6,7 @@ from typing import Annotated, Final, Literal
 
 from msgspec import UNSET, Meta, Struct, UnsetType
 
-from cxbridge.daemon.operations.answers import ComponentState, StopInfo
+from cxbridge.daemon.operations.replies import ComponentState, StopInfo
 from cxbridge.daemon.operations.rules import stop_info
 from cxbridge.rights import Right
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint

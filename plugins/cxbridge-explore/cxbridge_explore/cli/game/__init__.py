@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from cxbridge.cli.connect import AsJson
 from cxbridge.cli.console import ConsoleOptions, complain, progress_line, say_json
 from cxbridge.cli.option_groups import option_groups
-from cxbridge.cli.story import RunLog
+from cxbridge.cli.run_output import RunLog
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, LogLine
 from cxbridge.run.options import RunOptions

@@ -9,7 +9,7 @@ from struct import error as StructError  # noqa: N812 - the name of a class
 from typing import ClassVar, Final
 
 from cxbridge.config.scalars import ConfigType
-from cxbridge.trace.formats.blocks import decode_padded_text
+from cxbridge.trace.formats.block_decoder import decode_padded_text
 from cxbridge_fawkes.network.errors import MalformedMessageError
 from cxbridge_fawkes.network.messages.fields import (
     WireValue,

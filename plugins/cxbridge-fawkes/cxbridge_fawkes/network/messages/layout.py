@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 from uuid import UUID
 
 from cxbridge.clock import join_us, split_us
-from cxbridge.trace.formats.blocks import decode_padded_text
+from cxbridge.trace.formats.block_decoder import decode_padded_text
 from cxbridge_fawkes.network.messages.fields import (
     check_min_size,
     check_size,

@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from cxbridge.cli.command_lines import CommandLines
+from cxbridge.cli.input_lines import CommandLines
 from cxbridge.cli.main import invoke
 from tests.run.mini import write_scenario
 

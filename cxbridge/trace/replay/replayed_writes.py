@@ -14,7 +14,7 @@ from cxbridge.blackboard.names import parse_uid
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import InterfaceWrite
-from cxbridge.history.steady import SteadyClock
+from cxbridge.history.monotonic import SteadyClock
 from cxbridge.trace.formats.base import Run
 
 
