@@ -96,8 +96,10 @@ def _checkout_folders(package: str, extra: str) -> dict[str, None]:
     """
     import tomllib  # noqa: PLC0415 - seldom needed
 
-    checkout = _checkout()
-    project_file = (checkout if package == CORE else checkout / "plugins" / package) / "pyproject.toml"
+    source_folder = _source_folder()
+    project_file = (
+        source_folder if package == CORE else source_folder / "plugins" / package
+    ) / "pyproject.toml"
     if not project_file.is_file():
         return {}
     folders = {_with_extra(_shorten_path(project_file.parent), extra): None}
@@ -109,7 +111,7 @@ def _checkout_folders(package: str, extra: str) -> dict[str, None]:
     return folders
 
 
-def _checkout() -> Path:
+def _source_folder() -> Path:
     """Return the folder of the sources of cxbridge: a checkout, or the argument of ``pip install``.
 
     Without sources, the folder has no ``pyproject.toml``.

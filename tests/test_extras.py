@@ -77,7 +77,7 @@ def test_installed_copy_knows_source_folder(monkeypatch, tmp_path, origin, folde
     """An installation from an index has no origin, and the working directory is not its source."""
     monkeypatch.setattr(extras, "__file__", str(tmp_path / "site-packages" / "cxbridge" / "extras.py"))
     monkeypatch.setattr(metadata.PathDistribution, "read_text", lambda self, name: origin)
-    assert extras._checkout() == tmp_path / folder
+    assert extras._source_folder() == tmp_path / folder
 
 
 def test_doctor_names_missing_extras_and_command(installed):

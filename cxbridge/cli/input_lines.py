@@ -16,7 +16,7 @@ _CHUNK_BYTES: Final = 4096  # of one read
 _MAX_LINE_BYTES: Final = 65_536  # a longer line is split, since the input may have no line feeds
 
 
-class CommandLines:
+class InputLines:
     """Reads lines; a wait for input can be ended.
 
     :param stream: a file or a terminal; by default stdin.

@@ -46,7 +46,7 @@ def _drop_stack_trace(reason: str) -> str:
     return first_line if is_stack_trace else reason
 
 
-class RunLog(ConsoleLog):
+class RunLogPrinter(ConsoleLog):
     """Prints the log lines of the run; the output of rules only with ``verbose``.
 
     :param quiet: print errors only.
@@ -96,7 +96,7 @@ class RunLog(ConsoleLog):
         return self._is_in_clips_error
 
 
-class RunStory:
+class RunPrinter:
     """Prints a line per ended goal, and finally the result.
 
     :param quiet: print only the result.
@@ -104,7 +104,7 @@ class RunStory:
 
     def __init__(self, *, quiet: bool = False) -> None:
         self._quiet = quiet
-        self._brush = Brush(is_on=wants_colour(sys.stdout))
+        self._colourer = TextColourer(is_on=wants_colour(sys.stdout))
         self._width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
         self._agent_count = 0
         self._stdout_error: OSError | None = None
@@ -150,15 +150,15 @@ class RunStory:
             return  # the loop raises the error after this cycle
         try:
             self._print(
-                self._brush(time_text, "dim"),
-                f"{agent_text}{self._brush(self._format_outcome(outcome), outcome.colour)}",
-                title + self._brush(reason, outcome.colour),
+                self._colourer(time_text, "dim"),
+                f"{agent_text}{self._colourer(self._format_outcome(outcome), outcome.colour)}",
+                title + self._colourer(reason, outcome.colour),
             )
         except OSError as error:
             self._stdout_error = error
 
     def _format_outcome(self, outcome: OutcomeKind) -> str:
-        return (f"{outcome.icon} " if self._brush.is_on else "") + f"{outcome.word:{_WORD_WIDTH}}"
+        return (f"{outcome.icon} " if self._colourer.is_on else "") + f"{outcome.word:{_WORD_WIDTH}}"
 
     def _print(self, *columns: str) -> None:
         terminal = unfiltered_stream(sys.stdout)
@@ -177,29 +177,29 @@ class RunStory:
         for text in () if result.replay is None else result.replay.lines:
             yield one_line(text)
         outcome = OutcomeKind.COMPLETED if result.status == COMPLETED else OutcomeKind.FAILED
-        yield self._brush(one_line(result.verdict), outcome.colour) + self._brush(
+        yield self._colourer(one_line(result.verdict), outcome.colour) + self._colourer(
             one_line(result.figures), "dim"
         )
 
     def _format_tree_line(self, line: GoalLine) -> str:
-        if not self._brush.is_on:
+        if not self._colourer.is_on:
             return one_line(line.text)
         error = f"  [{line.error}]" if line.error else ""
         return (
-            self._brush(line.branch, "dim")
-            + self._brush(line.outcome.icon, line.outcome.colour)
+            self._colourer(line.branch, "dim")
+            + self._colourer(line.outcome.icon, line.outcome.colour)
             + one_line(f" {line.title}: ")
-            + self._brush(one_line(line.state + error), line.outcome.colour)
+            + self._colourer(one_line(line.state + error), line.outcome.colour)
         )
 
 
 class _GoalFollower:
     """Follows the goals of one agent."""
 
-    def __init__(self, run: Run, story: RunStory) -> None:
+    def __init__(self, run: Run, printer: RunPrinter) -> None:
         self._name = run.name
         self._env = run.executive.env
-        self._story = story
+        self._printer = printer
         self._reasons = FailureReasons(self._read_slots)
         self._start_us = run.clock.start_us
         self._printed_outcomes: dict[str, str] = {}  # by goal
@@ -232,7 +232,7 @@ class _GoalFollower:
         selected_us = self._selected_us.pop(goal.goal, None)
         duration_s = None if selected_us is None else (goal.time_us - selected_us) / MICROSECONDS
         elapsed_s = (goal.time_us - self._start_us) / MICROSECONDS
-        self._story.print_goal(
+        self._printer.print_goal(
             self._name, elapsed_s, goal, duration_s, self._reasons.find_failure_reason(goal)
         )
 
@@ -258,7 +258,7 @@ def wants_colour(stream: IO[str], environ: Mapping[str, str] = os.environ) -> bo
     return bool(environ.get("FORCE_COLOR")) or (stream.isatty() and environ.get("TERM") != "dumb")
 
 
-class Brush:
+class TextColourer:
     """Colours text for one stream, or leaves it unchanged.
 
     :param is_on: whether to use colours and icons.
@@ -268,5 +268,5 @@ class Brush:
         self.is_on = is_on
 
     def __call__(self, text: str, colour: str) -> str:
-        """Return a text in a colour, dim or bold; unchanged if the brush is off or ``colour`` is empty."""
+        """Return a text in a colour, dim or bold; unchanged if colours are off or ``colour`` is empty."""
         return f"\x1b[{_COLOUR_CODES[colour]}m{text}\x1b[0m" if self.is_on and colour and text else text

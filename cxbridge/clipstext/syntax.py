@@ -95,15 +95,15 @@ class Lines(Struct, frozen=True, dict=True):
     def _starts(self) -> list[int]:
         return [0, *(match.end() for match in re.finditer("\n", self.text))]
 
-    def at(self, position: int) -> int:
+    def line_at(self, position: int) -> int:
         """Return the line of a position, from 1."""
         return bisect_right(self._starts, position)
 
     def column(self, position: int) -> int:
         """Return the column of a position, from 1."""
-        return position - self._starts[self.at(position) - 1] + 1
+        return position - self._starts[self.line_at(position) - 1] + 1
 
-    def place(self, line: int, column: int = 1) -> int:
+    def position(self, line: int, column: int = 1) -> int:
         """Return the position of a line and column, both from 1; the end of the text for a later line."""
         return self._starts[line - 1] + column - 1 if line <= len(self._starts) else len(self.text)
 
@@ -224,7 +224,7 @@ def definitions(text: str) -> Iterator[Definition]:
     for node in read_nodes(text):
         if node.arguments:
             name = without_module(node.arguments[0].text)
-            yield Definition(node.head, name, lines.at(node.start), node)
+            yield Definition(node.head, name, lines.line_at(node.start), node)
 
 
 def rule_lines(text: str) -> dict[str, int]:
@@ -232,7 +232,7 @@ def rule_lines(text: str) -> dict[str, int]:
     code, lines = blank(text), Lines(text)
     constructs = ((CONSTRUCT.match(code, start), start) for start, _ in top_level_lists(code))
     return {
-        without_module(match[2]): lines.at(start)
+        without_module(match[2]): lines.line_at(start)
         for match, start in constructs
         if match and match[1] == "defrule"
     }

@@ -15,10 +15,10 @@ from msgspec.structs import replace
 from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.configuration import make_daemon_base, make_run_options
 from cxbridge.daemon.executive_node import ExecutiveNode
-from cxbridge.daemon.interfaces import INTERRUPT, DaemonBoard
+from cxbridge.daemon.interfaces import INTERRUPT, DaemonInterfaces
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.daemon.requests import DaemonRequests
-from cxbridge.daemon.systemd import Notifier
+from cxbridge.daemon.systemd import SystemdNotifier
 from cxbridge.daemon.table import DAEMON_COMPONENTS
 from cxbridge.errors import BrokenAgentError, CxbridgeError
 from cxbridge.events import LogLine, Sink
@@ -71,7 +71,7 @@ class Daemon(Run):
         self._state = "STARTING"
         self._next_check_us = 0
         self._thread_id = 0  # the thread of :meth:`run`; 0 before it
-        self._notifier = Notifier()
+        self._notifier = SystemdNotifier()
         self.node: ExecutiveNode | None = None
         """The executive for clients; None for a daemon without an executive."""
         super().__init__(make_run_options(options, base.config, settings), base)
@@ -83,7 +83,7 @@ class Daemon(Run):
             on_stall=self._report_stall,
         )
         nodes = self.lifecycle.nodes
-        self.presence = DaemonBoard(
+        self.own_interfaces = DaemonInterfaces(
             self.board, [node.name for node in nodes], self.clock.name, self._process_urgent_message
         )
         self._requests = DaemonRequests(
@@ -144,7 +144,7 @@ class Daemon(Run):
         for endpoint in endpoints:
             self.log.info(f"Serving {purpose} at {endpoint}")
         self.endpoints += endpoints
-        self.presence.set_field("endpoints", " ".join(self.endpoints))
+        self.own_interfaces.set_field("endpoints", " ".join(self.endpoints))
 
     def run(self) -> int:
         """Start the components, work until a signal, a command or a failure, and stop.
@@ -232,7 +232,7 @@ class Daemon(Run):
 
     def _poll(self) -> None:
         """Process commands, and check the components once a second."""
-        while (command := self.presence.next_command()) is not None:
+        while (command := self.own_interfaces.next_command()) is not None:
             self._process_command(*command)
         self._requests.process_next()
         now_us = self.clock.now_us()
@@ -245,9 +245,9 @@ class Daemon(Run):
     def _process_command(self, verb: str, msgid: int) -> None:
         """Process a command; servers have refused commands of clients without the right to control."""
         # states published while the command is processed must not count as its reply
-        self.presence.acknowledge(0)
+        self.own_interfaces.acknowledge(0)
         self.carry_out(verb)
-        self.presence.acknowledge(msgid)
+        self.own_interfaces.acknowledge(msgid)
         self.update_state()
 
     def carry_out(self, verb: str) -> None:
@@ -304,5 +304,7 @@ class Daemon(Run):
     def _publish(self) -> None:
         components = self.component_statuses()
         errors = (f"{status.name}: {status.reason}" for status in components if status.reason)
-        self.presence.set_field("error", "" if self._state == "PAUSED" else next(errors, self.stalls.text))
-        self.presence.publish(self.state, components)
+        self.own_interfaces.set_field(
+            "error", "" if self._state == "PAUSED" else next(errors, self.stalls.text)
+        )
+        self.own_interfaces.publish(self.state, components)

@@ -1,4 +1,4 @@
-"""The presence of a daemon on its blackboard: the states of its components, and messages with commands.
+"""The interfaces of a daemon on its blackboard: the states of its components, and messages with commands.
 
 ``DaemonInterface::cxbridge`` is the daemon, each ``ComponentInterface::NAME`` a component. Every client of
 the blackboard can therefore reach the daemon, and recorders record it.
@@ -43,7 +43,7 @@ COMMANDS = {
 """The commands by the messages of DaemonInterface."""
 
 
-class DaemonBoard:
+class DaemonInterfaces:
     """Writes the state of a daemon and takes its commands.
 
     The constructor opens the interfaces, which are closed with the blackboard.

@@ -9,7 +9,7 @@ import socket
 from cxbridge.printing import one_line
 
 
-class Notifier:
+class SystemdNotifier:
     """Reports the state of a service to the service manager by sd_notify(3), datagrams to a socket.
 
     :param address: the path of the socket; by default the variable ``NOTIFY_SOCKET`` of the environment,

@@ -44,7 +44,7 @@ from cxbridge.history.model import (
     read_assignment,
     split_fields,
 )
-from cxbridge.history.monotonic import SteadyClock
+from cxbridge.history.monotonic import MonotonicClock
 from cxbridge.history.plan_steps import parse_plan_text
 from cxbridge.history.transitions import unquote
 from cxbridge.history.truncation import MAX_TEXT, truncate
@@ -90,7 +90,7 @@ class RunHistory:
     """
 
     def __init__(self, limits: HistoryLimits | None = None, start_us: int | None = None) -> None:
-        self.clock = SteadyClock(start_us)
+        self.clock = MonotonicClock(start_us)
         self.event_count = 0
         self.goals: list[GoalRecord] = []
         self.actions: list[PlanActionRecord] = []

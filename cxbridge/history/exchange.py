@@ -90,7 +90,7 @@ _MasterMessage: TypeAlias = tuple[SkillMessage, str]
 """A message with the name of its master."""
 
 
-class Exchange:
+class ExchangeReader:
     """Extracts the messages of masters and executors from the events of a run.
 
     Between processes a reply may be recorded before its request; the reply is delayed until the request.
@@ -238,7 +238,7 @@ class BoardExecutions:
 
     def __init__(self, limit: int) -> None:
         self._limit = limit
-        self._exchange = Exchange()
+        self._exchange = ExchangeReader()
         self._running: dict[tuple[str, str], _RunningCall] = {}  # by agent and executor
         self.calls: list[SkillExecution] = []
         """The calls in the order of their start."""

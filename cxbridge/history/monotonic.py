@@ -8,7 +8,7 @@ MIN_SETBACK_US = MICROSECONDS
 """A larger step back means that the clock was set back, a smaller step that events overtook each other."""
 
 
-class SteadyClock:
+class MonotonicClock:
     """Converts times of events into non-decreasing microseconds since the first event.
 
     If the clock is set back, time continues from its previous value. An event slightly before its predecessor

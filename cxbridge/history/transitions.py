@@ -68,7 +68,7 @@ _FURTHER_SLOTS: Final = tuple(slot for slot in GOAL_SLOTS if slot.name not in _E
 _STATE_SLOTS: Final = ("mode", "outcome", "parent", "error")
 
 
-class _Memory(Generic[Key, State]):
+class _LastStates(Generic[Key, State]):
     """The last state of each goal or plan-action, by the key in its fact.
 
     The states of retracted facts are kept for a while, because CLIPS modifies a fact by retracting the fact
@@ -116,8 +116,8 @@ class TransitionTracker:
 
     def __init__(self, env: str) -> None:
         self.env = env
-        self._goals: _Memory[str, tuple[str, ...]] = _Memory()
-        self._actions: _Memory[tuple[str, str, str], str] = _Memory()
+        self._goals: _LastStates[str, tuple[str, ...]] = _LastStates()
+        self._actions: _LastStates[tuple[str, str, str], str] = _LastStates()
         self._msgid_by_skill: dict[tuple[str, str], str] = {}  # by skill id and Skiller
         # Skiller and message id, or request on the skill board, by the ids of goal, plan and action
         self._calls: dict[tuple[str, str, str], tuple[str, str]] = {}

@@ -10,7 +10,7 @@ from cxbridge.interfaces.known_hashes import known_hashes
 from cxbridge.interfaces.schema import ConstantSchema, FieldSchema, InterfaceSchema, MessageSchema
 
 
-def schema_object(schema: InterfaceSchema) -> dict[str, Any]:
+def describe_schema_for_json(schema: InterfaceSchema) -> dict[str, Any]:
     """Return a schema as an object for JSON: hash, sizes, fields, messages, enums and constants.
 
     A ``float`` has the nine digits of ``printf("%.9g")``, which distinguish all 32-bit floats.

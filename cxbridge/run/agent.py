@@ -118,7 +118,7 @@ def make_only_base(options: RunOptions) -> RunBase:
     return base
 
 
-class Player(Protocol):
+class RecordedEnvironment(Protocol):
     """The environment of a recorded run, see :class:`~cxbridge.run.replay.replay.Replay`."""
 
     @property
@@ -153,7 +153,7 @@ class Run(Closing):
         self,
         options: RunOptions,
         base: RunBase | None = None,
-        replay: Player | None = None,
+        replay: RecordedEnvironment | None = None,
         additions: Additions = NO_ADDITIONS,
         components: Sequence[MakeComponent] = (),
         *,

@@ -79,7 +79,7 @@ OPTIONS: Final[Table[type[PluginOptions]]] = Table(
 """Option groups of plug-ins."""
 
 
-def option_groups(commands: frozenset[str]) -> list[type[PluginOptions]]:
+def find_option_groups(commands: frozenset[str]) -> list[type[PluginOptions]]:
     """Return the option groups of plug-ins for these commands."""
     return [group for group in map(OPTIONS.load_target, OPTIONS.rows) if group.commands & commands]
 
@@ -108,7 +108,7 @@ class SourceOptions:
     @classmethod
     def added_groups(cls) -> list[type[PluginOptions]]:
         """Return the option groups of plug-ins."""
-        return option_groups(cls.commands)
+        return find_option_groups(cls.commands)
 
     fawkes_dir: Annotated[
         Path | None, Meta(description="A Fawkes checkout; its files are used unchanged.")

@@ -12,13 +12,13 @@ from dataclasses import asdict
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event
-from cxbridge.history.exchange import Exchange, SkillMessage
+from cxbridge.history.exchange import ExchangeReader, SkillMessage
 
 
 def exchange_lines(events: Iterable[Event]) -> Iterator[str]:
     """Yield a line per message: seconds since the first message, sender, receiver, content."""
     start_us: int | None = None
-    for message, master in Exchange().read(events):
+    for message, master in ExchangeReader().read(events):
         start_us = message.time_us if start_us is None else start_us
         seconds = (message.time_us - start_us) / MICROSECONDS
         yield f"{seconds:9.3f}  {message.type:8}  {_route_text(message, master)}{_content_text(message)}"
@@ -26,7 +26,7 @@ def exchange_lines(events: Iterable[Event]) -> Iterator[str]:
 
 def exchange_json_lines(events: Iterable[Event]) -> Iterator[str]:
     """Yield a JSON object per message, with the fields of the topic in the ROS 2 CLIPS Executive of 2021."""
-    for message, _master in Exchange().read(events):
+    for message, _master in ExchangeReader().read(events):
         fields = asdict(message)
         del fields["request"]  # a field of the recording, not of the topic
         fields = {"t": fields.pop("time_us") / MICROSECONDS, **fields}

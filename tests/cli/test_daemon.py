@@ -9,7 +9,7 @@ import pytest
 from cxbridge.blackboard import EventKind, Listener
 from cxbridge.cli.commands import daemon
 from cxbridge.cli.main import invoke
-from cxbridge.daemon.interfaces import DaemonBoard
+from cxbridge.daemon.interfaces import DaemonInterfaces
 from cxbridge.run.components.manager import ComponentStatus, State
 from tests.cli.boards import SharedBoard
 from tests.fawkes import NO_SERVER
@@ -40,7 +40,7 @@ def board(monkeypatch):
 
 @pytest.fixture
 def status(board):
-    made = DaemonBoard(board, ["blackboard", "skiller"], "real")
+    made = DaemonInterfaces(board, ["blackboard", "skiller"], "real")
     made.set_field("endpoints", "ipc:///x")
     board.open_for_writing("RequestInterface", "cxbridge")
     made.publish(

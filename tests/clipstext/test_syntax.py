@@ -44,7 +44,7 @@ def test_the_quick_ways_and_the_reader_agree(text):
 
 @given(texts, st.integers(0, 40))
 def test_lines_are_counted_from_one(text, place):
-    assert Lines(text).at(place) == text.count("\n", 0, place) + 1
+    assert Lines(text).line_at(place) == text.count("\n", 0, place) + 1
 
 
 @pytest.mark.parametrize("text", ['(a "b', '(a "b \\" (c)', '(a "b \\'])

@@ -25,7 +25,7 @@ from msgspec.structs import replace
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.blackboard.zmq import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
-from cxbridge.daemon.systemd import Notifier
+from cxbridge.daemon.systemd import SystemdNotifier
 from cxbridge.events import (
     Event,
     EventBus,
@@ -470,7 +470,7 @@ def test_notification_of_systemd_has_one_status(tmp_path: Path) -> None:
     receiver = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
     with receiver:
         receiver.bind(str(tmp_path / "notify"))
-        Notifier(str(tmp_path / "notify")).report_ready(f"serving\nMAINPID=1\n{TEXT}")
+        SystemdNotifier(str(tmp_path / "notify")).report_ready(f"serving\nMAINPID=1\n{TEXT}")
         notification = check(receiver.recv(65536))
     assert [line.partition("=")[0] for line in notification.splitlines()] == ["READY", "STATUS"]
 

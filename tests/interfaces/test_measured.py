@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from cxbridge.interfaces.classes import make_interface_class
-from cxbridge.interfaces.describe import schema_object
+from cxbridge.interfaces.describe import describe_schema_for_json
 from cxbridge.interfaces.known_hashes import known_hashes
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
@@ -35,9 +35,9 @@ def test_measurements_have_52_rows() -> None:
 
 @by_row
 def test_definition_equals_its_row(row: dict[str, Any]) -> None:
-    shown = schema_object(real_schema(row))
+    shown = describe_schema_for_json(real_schema(row))
     measured = {key: value for key, value in row.items() if key in shown}
-    # schema_object has equal values only once
+    # describe_schema_for_json has equal values only once
     measured["messages"] = [
         {key: message[key] for key in ("name", "datasize", "fields")} for message in row["messages"]
     ]
@@ -88,7 +88,7 @@ def _full(field: FieldSchema) -> Any:
 @needs_shared
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_definition_has_layout_of_fawkes(name: str) -> None:
-    shown, row = schema_object(default_registry().schema(name)), BY_NAME[name]
+    shown, row = describe_schema_for_json(default_registry().schema(name)), BY_NAME[name]
     for key in ("datasize", "num_fields", "fields", "enums", "constants"):
         assert shown[key] == row[key], key
     assert shown["messages"] == [

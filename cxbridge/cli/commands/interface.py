@@ -65,10 +65,10 @@ def show(name: TypeOrFile, interface_dir: DefinitionDirs = None, as_json: AsJson
 
     Example: cxbridge interface show SkillerInterface
     """
-    from cxbridge.interfaces.describe import describe_schema, schema_object
+    from cxbridge.interfaces.describe import describe_schema, describe_schema_for_json
 
     schema = _find_schema(name, interface_dir)
-    say_result(schema_object(schema), describe_schema(schema), as_json=as_json)
+    say_result(describe_schema_for_json(schema), describe_schema(schema), as_json=as_json)
 
 
 @app.command()

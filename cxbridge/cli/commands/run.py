@@ -45,28 +45,28 @@ def run(options: RunOptions, output: _OutputOptions) -> int:
 
     Example: cxbridge run test-scenario --trace out/run.mcap
     """
-    from cxbridge.cli.run_output import RunLog, RunStory
+    from cxbridge.cli.run_output import RunLogPrinter, RunPrinter
     from cxbridge.run.explainers import explaining_mistakes, mistakes
     from cxbridge.run.result import TIMED_OUT, UNSUCCESSFUL
     from cxbridge.run.run import run_scenario
 
-    log = RunLog(quiet=output.quiet, verbose=output.verbose)
-    story = None if output.as_json else RunStory(quiet=output.quiet)
+    log = RunLogPrinter(quiet=output.quiet, verbose=output.verbose)
+    printer = None if output.as_json else RunPrinter(quiet=output.quiet)
 
     def attach(agent: Run) -> None:
         log.attach(agent)
-        if story is not None:
-            story.attach(agent)
+        if printer is not None:
+            printer.attach(agent)
 
     stdout = sys.stdout
 
     def show(result: RunResult) -> None:
         log.finish()
-        if story is None:
+        if printer is None:
             with redirect_stdout(stdout):
                 say_json(result.to_json(), indent=2)
         else:
-            story.finish(result)
+            printer.finish(result)
 
     is_shown = False  # whether `wait_for_user` has shown the result
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.daemon.services.options import RecordOptions
-from cxbridge.daemon.services.service import ReadyCallback, Service, count_writes, do_nothing
+from cxbridge.daemon.services.service import ReadyCallback, Service, do_nothing, format_write_counts
 from cxbridge.events import Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.printing import format_count
@@ -59,7 +59,7 @@ class RecordReport:
     @property
     def counts_text(self) -> str:
         """The numbers of writes and interfaces, with nouns."""
-        return count_writes(self.write_counts)
+        return format_write_counts(self.write_counts)
 
     def to_lines(self) -> list[str]:
         """Return the result as lines of text."""

@@ -13,7 +13,7 @@ from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.names import parse_uid
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.daemon.services.options import ReplayOptions
-from cxbridge.daemon.services.service import ReadyCallback, Service, count_writes, do_nothing
+from cxbridge.daemon.services.service import ReadyCallback, Service, do_nothing, format_write_counts
 from cxbridge.errors import BlackBoardError, TraceError
 from cxbridge.events import Sink
 from cxbridge.interfaces.classes import make_interface_class
@@ -24,10 +24,10 @@ from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.replay.pace import Pace
 from cxbridge.trace.replay.player import ReplayPlayer
 from cxbridge.trace.replay.replayed_writes import (
-    ReplayMove,
+    ReplayedWrite,
     ReplaySelection,
     ReplaySurvey,
-    replay_moves,
+    replayed_writes,
     survey_replay,
 )
 
@@ -70,7 +70,7 @@ class ReplayReport:
     def to_lines(self) -> list[str]:
         """Return the result as lines of text."""
         return [
-            f"{self.end}: {count_writes(self.write_counts)} in {self.seconds:.1f} s",
+            f"{self.end}: {format_write_counts(self.write_counts)} in {self.seconds:.1f} s",
             *(f"  {uid}  {count}" for uid, count in sorted(self.write_counts.items())),
         ]
 
@@ -105,7 +105,7 @@ def replay(
         session = _ReplaySession(options, board, player, report, service.stopped, on_progress)
         player.open(survey)
         service.report_ready(f"replaying {options.run} to {options.url}")
-        session.run(lambda: replay_moves(run, selection))
+        session.run(lambda: replayed_writes(run, selection))
     return report
 
 
@@ -132,14 +132,14 @@ class _ReplaySession:
         self._start_s = time.monotonic()
         board.add_connection_callback(self._handle_connection_change)
 
-    def run(self, make_moves: Callable[[], Iterable[ReplayMove]]) -> None:
+    def run(self, make_writes: Callable[[], Iterable[ReplayedWrite]]) -> None:
         """Replay once, or in rounds until the stop, and complete the report."""
         report = self._report
         pace = Pace(self._options.speed, self._stop_event, self._update_report)
         try:
             while True:
                 report.rounds += 1
-                is_complete = self._player.play(make_moves(), pace)
+                is_complete = self._player.play(make_writes(), pace)
                 if not (is_complete and self._options.loop) or self._stop_event.is_set():
                     break
             if is_complete and not self._options.loop:  # even if the stop came after the last write

@@ -14,7 +14,7 @@ from typing import Self
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import RealClock
-from cxbridge.daemon.systemd import Notifier
+from cxbridge.daemon.systemd import SystemdNotifier
 from cxbridge.events import EventBus, LogLine, Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interrupt import Interrupt
@@ -28,12 +28,13 @@ def do_nothing(_value: object) -> None:
     """Do nothing; the default callback of a service."""
 
 
-def count_writes(writes: Mapping[str, int]) -> str:
+def format_write_counts(counts_by_uid: Mapping[str, int]) -> str:
     """Return the numbers of writes and interfaces, with nouns.
 
-    :param writes: the number of writes by interface.
+    :param counts_by_uid: the number of writes by ``Type::id``.
     """
-    return f"{format_count(sum(writes.values()), 'write')} of {format_count(len(writes), 'interface')}"
+    write_count = sum(counts_by_uid.values())
+    return f"{format_count(write_count, 'write')} of {format_count(len(counts_by_uid), 'interface')}"
 
 
 class Service(ExitStack):
@@ -51,7 +52,7 @@ class Service(ExitStack):
         self.stopped = threading.Event()
         self._console, self._on_ready = console, on_ready
         self._wake: Callable[[], None] = lambda: None
-        self._notifier = Notifier()
+        self._notifier = SystemdNotifier()
         self._is_ready = False
         self.bus = self.make_bus()
 

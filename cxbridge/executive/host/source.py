@@ -132,7 +132,7 @@ def prepare_source(text: str, is_known: Callable[[str], bool] = lambda _name: Fa
         search_end = len(code) if end is None else end
         _add_modify_edits(code, (start, search_end), _USER_CALL, edits)
         if end is None:
-            unclosed_line = lines.at(start)
+            unclosed_line = lines.line_at(start)
         else:
             insertion = find_guard_insertion(
                 code, start, end, lambda name: name in function_names or is_known(name)
@@ -184,11 +184,11 @@ def _make_constructs(head: re.Match[str], code: str, end: int | None, lines: Lin
     :param head: the match of :data:`CONSTRUCT`: group 1 is the kind, group 2 the name.
     """
     variables = _GLOBAL.finditer(code, head.start(), end) if head[1] == "defglobal" and end else ()
-    return [SourceConstruct("defglobal", match[1], lines.at(match.start())) for match in variables] or [
+    return [SourceConstruct("defglobal", match[1], lines.line_at(match.start())) for match in variables] or [
         SourceConstruct(
             head[1],
             head[2],
-            lines.at(head.start()),
+            lines.line_at(head.start()),
             head[1] == "deffunction" and is_declaration(code[head.start() : end]),
         )
     ]
@@ -246,7 +246,7 @@ def find_exceeded_limit(text: str) -> ExceededLimit | None:
     if not excesses:
         return None
     offset, message = min(excesses)
-    return ExceededLimit(Lines(text).at(offset), message)
+    return ExceededLimit(Lines(text).line_at(offset), message)
 
 
 def check_parser_limits(text: str) -> None:

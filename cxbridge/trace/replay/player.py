@@ -18,7 +18,7 @@ from cxbridge.events import InterfaceWrite
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.trace.replay.block_maker import BlockMaker
 from cxbridge.trace.replay.pace import Pace
-from cxbridge.trace.replay.replayed_writes import ReplayMove, ReplaySurvey
+from cxbridge.trace.replay.replayed_writes import ReplayedWrite, ReplaySurvey
 
 OWNER: Final = "cxbridge replay"
 """The owner of the opened interfaces."""
@@ -69,20 +69,20 @@ class ReplayPlayer:
         self._last_data[uid] = writer.to_bytes()[STAMP.size :]
         self._writers[uid] = writer, maker
 
-    def play(self, moves: Iterable[ReplayMove], pace: Pace) -> bool:
+    def play(self, writes: Iterable[ReplayedWrite], pace: Pace) -> bool:
         """Replay all events; return whether the end was reached.
 
         :raises BlackBoardError: if the blackboard was shut down.
         :raises TraceError: if a recorded value does not fit.
         """
         has_begun = False
-        for move in moves:
+        for write in writes:
             if not has_begun:
                 has_begun = True
-                pace.begin(move.position_us)
-            if not pace.wait(move.position_us):
+                pace.begin(write.position_us)
+            if not pace.wait(write.position_us):
                 return False
-            self._write(move.event)
+            self._write(write.event)
         return True
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""The moves of a replay: the writes to repeat, each with its position in the recording.
+"""The writes that a replay repeats, each with its position in the recording.
 
 The clock of a recorded machine may have been set, and writes may be out of order. Positions therefore count
 from the first event, and never decrease; see docs/recording.md, section "Time".
@@ -14,7 +14,7 @@ from cxbridge.blackboard.names import parse_uid
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import InterfaceWrite
-from cxbridge.history.monotonic import SteadyClock
+from cxbridge.history.monotonic import MonotonicClock
 from cxbridge.trace.formats.base import Run
 
 
@@ -36,7 +36,7 @@ class ReplaySelection:
         return not self.patterns or any(pattern.matches(parse_uid(uid)) for pattern in self.patterns)
 
 
-class ReplayMove(NamedTuple):
+class ReplayedWrite(NamedTuple):
     """A write to repeat.
 
     :param position_us: the position in microseconds since the first event of the run.
@@ -61,12 +61,12 @@ class ReplaySurvey:
 
 
 def survey_replay(run: Run, selection: ReplaySelection) -> ReplaySurvey:
-    """Read a run and count its moves.
+    """Read a run and count the writes to repeat.
 
     :raises TraceError: if the run cannot be read.
     """
     survey = ReplaySurvey()
-    for _, event in replay_moves(run, selection):
+    for _, event in replayed_writes(run, selection):
         survey.write_counts[event.uid] = survey.write_counts.get(event.uid, 0) + 1
         survey.first_writes.setdefault(event.uid, event)
     if not survey.write_counts:
@@ -74,8 +74,8 @@ def survey_replay(run: Run, selection: ReplaySelection) -> ReplaySurvey:
     return survey
 
 
-def replay_moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:
-    """Yield the moves in the order of the file, preceded by the values of the interfaces at the start.
+def replayed_writes(run: Run, selection: ReplaySelection) -> Iterator[ReplayedWrite]:
+    """Yield the writes in the order of the file, preceded by the values of the interfaces at the start.
 
     :raises TraceError: if the run cannot be read.
     """
@@ -83,7 +83,7 @@ def replay_moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:
     end_us = None if selection.end_s is None else round(selection.end_s * MICROSECONDS)
     start_values: dict[str, InterfaceWrite] = {}
     last_stamps_us: dict[str, int] = {}
-    clock = SteadyClock()
+    clock = MonotonicClock()
     for event in run:
         if clock.first_us is None:
             clock.advance_to(event.time_us)
@@ -98,7 +98,7 @@ def replay_moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:
         if clock.now_us < start_us:
             start_values[event.uid] = event
             continue
-        yield from (ReplayMove(start_us, write) for write in start_values.values())
+        yield from (ReplayedWrite(start_us, write) for write in start_values.values())
         start_values.clear()
-        yield ReplayMove(clock.now_us, event)
-    yield from (ReplayMove(start_us, write) for write in start_values.values())
+        yield ReplayedWrite(clock.now_us, event)
+    yield from (ReplayedWrite(start_us, write) for write in start_values.values())

@@ -49,7 +49,7 @@ class BreakOptions(PluginOptions):
         """Return the prompt for the breakpoints; none without breakpoints."""
         if not self.breaks:
             return ()
-        from cxbridge.cli.input_lines import CommandLines  # noqa: PLC0415 - start-up time is a feature
+        from cxbridge.cli.input_lines import InputLines  # noqa: PLC0415 - start-up time is a feature
         from cxbridge_studio.cli.debug_prompt import DebugPrompt  # noqa: PLC0415
 
-        return (DebugPrompt(self.breaks, CommandLines(), sys.stdout),)
+        return (DebugPrompt(self.breaks, InputLines(), sys.stdout),)

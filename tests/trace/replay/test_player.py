@@ -13,7 +13,7 @@ import pytest
 from cxbridge.errors import BlackBoardError, TraceError
 from cxbridge.trace.replay.pace import Pace
 from cxbridge.trace.replay.player import ReplayPlayer
-from cxbridge.trace.replay.replayed_writes import ReplaySelection, replay_moves, survey_replay
+from cxbridge.trace.replay.replayed_writes import ReplaySelection, replayed_writes, survey_replay
 from tests.trace.boards import TRANSPORTS, Site, until
 from tests.trace.replay.samples import BEGIN_US, UID, WriteListener, recorded, write
 
@@ -46,7 +46,7 @@ def play(site: Site, run: Any, selection: ReplaySelection | None = None) -> Repl
     """Play a run without pauses."""
     chosen = selection or ReplaySelection()
     with opened(site, run, chosen) as player:
-        assert player.play(replay_moves(run, chosen), Pace(1e9, threading.Event(), lambda: None))
+        assert player.play(replayed_writes(run, chosen), Pace(1e9, threading.Event(), lambda: None))
         return player
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from cxbridge.cli.console import complain, say_text
-from cxbridge.cli.input_lines import CommandLines
+from cxbridge.cli.input_lines import InputLines
 from cxbridge.clock import RealClock
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import ALL_RIGHTS
@@ -52,7 +52,7 @@ def run_terminal(settings: Mapping[str, Any], command: str | None) -> int:
 
 def _read_lines() -> Iterator[str]:
     """Yield typed lines after a prompt, or the lines of a pipe."""
-    lines = CommandLines()
+    lines = InputLines()
     if lines.is_terminal:
         with suppress(EOFError):
             while True:

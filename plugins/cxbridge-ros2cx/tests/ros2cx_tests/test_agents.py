@@ -6,7 +6,7 @@ import dataclasses
 from pathlib import Path
 
 from cxbridge.events import Level
-from cxbridge.history.exchange import Exchange, SkillMessage
+from cxbridge.history.exchange import ExchangeReader, SkillMessage
 from ros2cx_tests.rows import ObservedRun, run
 from ros2cx_tests.test_recordings import DATA, make_options
 from tests.support import needs_ros2cx
@@ -24,7 +24,7 @@ def run_agents(tmp_path: Path, settings: str = "", executors: tuple[str, ...] = 
 
 
 def read_exchange(observed: ObservedRun) -> list[SkillMessage]:
-    return [message for message, _ in Exchange().read(observed.messages)]
+    return [message for message, _ in ExchangeReader().read(observed.messages)]
 
 
 def find_states(observed: ObservedRun, action: int) -> list[str]:

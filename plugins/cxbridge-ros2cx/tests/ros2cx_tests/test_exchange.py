@@ -11,7 +11,7 @@ import pytest
 from msgspec import structs
 
 from cxbridge.cli.main import main
-from cxbridge.history.exchange import Exchange, SkillMessage
+from cxbridge.history.exchange import ExchangeReader, SkillMessage
 from ros2cx_tests.rows import run
 from ros2cx_tests.test_recordings import DATA, RECORDINGS, make_options
 from tests.support import needs_ros2cx, needs_shared
@@ -30,7 +30,7 @@ def run_exchange(
     run_options = make_options(spec, None, executors)
     files = [DATA / name for name in (overlay, "original.yaml" if original else None) if name]
     observed = run(dataclasses.replace(run_options, config=tuple(files)))
-    return [message for message, _ in Exchange().read(observed.messages)]
+    return [message for message, _ in ExchangeReader().read(observed.messages)]
 
 
 def read_recording(name: str) -> list[SkillMessage]:

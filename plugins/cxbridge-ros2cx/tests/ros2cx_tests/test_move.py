@@ -9,7 +9,7 @@ import re
 import pytest
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.history.exchange import Exchange
+from cxbridge.history.exchange import ExchangeReader
 from cxbridge.skiller.board.board import SkillBoard
 from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge_ros2cx.executors import MoveExecutor
@@ -64,7 +64,7 @@ def test_thesis_scenario_with_move_executor():
     run_options = dataclasses.replace(make_options("test-nav2", executors=MOVE), timeout=200.0)
     observed = run(run_options)
     assert observed.result.status == 0
-    messages = [message for message, _ in Exchange().read(observed.messages)]
+    messages = [message for message, _ in ExchangeReader().read(observed.messages)]
     ends = [message for message in messages if message.type == "FINISH"]
     assert [(end.success, end.progress, end.status) for end in ends] == [(True, 1.0, "Move completed")] * 7
     assert [end.params[2] for end in ends] == ["wp1", "wp2", "wp3", "wp4", "wp5", "wp6", "wp_final"]

@@ -38,7 +38,7 @@ def read_interface(path: str, text: str) -> SourceFile:
     def add_definition(element: Element, kind: NameKind, owner_name: str) -> None:
         name = element.attributes.get("name", "")
         # The tree only has the position of the start tag.
-        attribute = _NAME_ATTRIBUTE.search(text, lines.place(element.line, element.column))
+        attribute = _NAME_ATTRIBUTE.search(text, lines.position(element.line, element.column))
         if name and attribute is not None:
             start = attribute.end()
             mentions.append(Mention(Name(kind, name, owner_name), Use.DEFINED, start, start + len(name)))

@@ -110,7 +110,7 @@ def _blank_comments(text: str) -> str:
 
 
 def _find_offset(lines: Lines, position: Position) -> int:
-    return lines.place(position.line, position.column)
+    return lines.position(position.line, position.column)
 
 
 def _read_piece(section: Group, text: str, start: int, end: int, lines: Lines | None = None) -> PlacedPiece:

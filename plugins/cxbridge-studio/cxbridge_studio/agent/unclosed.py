@@ -107,7 +107,7 @@ def describe_unclosed(
     :param text: the text of the whole file.
     :param slots: the slot names of the known deftemplates, by deftemplate.
     """
-    line = lines.at(start)
+    line = lines.line_at(start)
     beginning = _BEGINNING.match(construct)
     message = f"{' '.join(beginning.groups()) if beginning else 'this'} never closes"
     later_lines = enumerate(text.splitlines()[line:], line + 1)
@@ -115,9 +115,9 @@ def describe_unclosed(
         (number for number, text_line in later_lines if text_line.lstrip().startswith("(def")), 0
     )
     end = f"line {next_line}" if next_line else "the end of the file"
-    quote_offset = _find_open_quote(text[start : lines.place(next_line) if next_line else len(text)])
+    quote_offset = _find_open_quote(text[start : lines.position(next_line) if next_line else len(text)])
     if quote_offset is not None:
-        hint = f'a " is missing in line {lines.at(start + quote_offset)} or before {end}'
+        hint = f'a " is missing in line {lines.line_at(start + quote_offset)} or before {end}'
         return UnclosedConstruct(start + quote_offset, f"{message}: its string is open", hint)
     hint = f"a ) is missing before {end}"
     if list_offset := next(iter(find_unclosed_lists(construct, slots)), 0):  # 0 is the construct itself

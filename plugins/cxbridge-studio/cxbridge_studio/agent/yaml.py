@@ -116,7 +116,7 @@ class _ConfigurationReader:
         ]
 
     def _find_offset(self, mark: Mark) -> int:
-        return self._lines.place(mark.line, mark.column)
+        return self._lines.position(mark.line, mark.column)
 
     def _record_name(self, kind: NameKind, mark: Mark, text: str, use: Use) -> None:
         """Record a name, unless its spelling in the file differs, for example by escapes."""

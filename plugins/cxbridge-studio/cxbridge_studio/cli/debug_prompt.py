@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
-from cxbridge.cli.input_lines import CommandLines
+from cxbridge.cli.input_lines import InputLines
 from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.operations.operation import OperationContext
 from cxbridge.daemon.operations.table import carry_out
@@ -50,7 +50,7 @@ class DebugPrompt(RunServer):
     :param out: the output.
     """
 
-    def __init__(self, specs: Sequence[str], commands: CommandLines, out: TextIO) -> None:
+    def __init__(self, specs: Sequence[str], commands: InputLines, out: TextIO) -> None:
         self._specs = [parse_breakpoint(spec) for spec in specs]
         self._commands = commands
         self._out = out

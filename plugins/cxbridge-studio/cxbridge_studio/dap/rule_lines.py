@@ -54,7 +54,7 @@ def find_rules(text: str) -> Iterator[FileRule]:
     lines = Lines(text)
     for definition in definitions(text):
         if definition.kind == "defrule":
-            last_line = lines.at(definition.node.end - 1)
+            last_line = lines.line_at(definition.node.end - 1)
             actions = tuple(_find_actions(definition, lines))
             yield FileRule(definition.name, definition.line, last_line, actions)
 
@@ -88,7 +88,7 @@ def _find_nested_actions(
     for node in nodes:
         if node.items is None:
             continue
-        yield RuleAction(node.start, lines.at(node.start), names)
+        yield RuleAction(node.start, lines.line_at(node.start), names)
         for inner_nodes, added_names in _find_nested_sequences(node):
             yield from _find_nested_actions(inner_nodes, tuple(dict.fromkeys((*names, *added_names))), lines)
         names = _find_names_after(node, names)

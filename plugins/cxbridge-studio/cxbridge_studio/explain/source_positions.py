@@ -97,4 +97,4 @@ def _find_first_position(mentions: Iterator[FileMention]) -> str:
 
 
 def _format_position(file_mention: FileMention) -> str:
-    return f"{file_mention.file.path}:{file_mention.file.lines.at(file_mention.mention.start)}"
+    return f"{file_mention.file.path}:{file_mention.file.lines.line_at(file_mention.mention.start)}"

@@ -62,7 +62,7 @@ def _describe_definition(definition: FileMention, name: Name) -> Iterator[str]:
         yield f"of the deftemplate **{name.owner}**" if name.kind is NameKind.SLOT else ""
     else:
         yield from _describe_construct(definition)
-    yield f"*{name.kind.value}*, {Path(file.path).name}:{file.lines.at(mention.start)}"
+    yield f"*{name.kind.value}*, {Path(file.path).name}:{file.lines.line_at(mention.start)}"
 
 
 def _describe_construct(definition: FileMention) -> Iterator[str]:

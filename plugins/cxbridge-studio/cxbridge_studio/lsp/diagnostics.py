@@ -66,7 +66,7 @@ def find_mistakes(session: Session, file: SourceFile) -> list[TextFinding]:
         return list(_find_pddl_mistakes(session, file))
     if file.problem is None:
         return []
-    offset = file.lines.place(file.problem.line, file.problem.column)
+    offset = file.lines.position(file.problem.line, file.problem.column)
     return [
         TextFinding(
             UNREADABLE_AGENT, offset, _find_word_end(file, offset), file.problem.message, file.problem.hint
@@ -179,7 +179,7 @@ def _find_pddl_mistakes(session: Session, file: SourceFile) -> Iterator[TextFind
     for finding in check_pddl_file(Path(file.path), file.text, fawkes_compat=reads_as_fawkes):
         place, code = finding.place, finding.code
         if Path(place.file) == Path(file.path):  # the findings for a problem include those for its domain
-            start = file.lines.place(place.line or 1, place.column or 1)
+            start = file.lines.position(place.line or 1, place.column or 1)
             yield TextFinding(code, start, _find_word_end(file, start), finding.message, finding.hint)
 
 

@@ -23,7 +23,7 @@ class PositionConverter:
     def to_offset(self, file: SourceFile, position: Position) -> int:
         """Return the offset of a position. A position after the end of a line means the end of the line."""
         lines = file.lines
-        start = lines.place(position.line + 1)
+        start = lines.position(position.line + 1)
         end = file.text.find("\n", start)
         line_text = file.text[start : None if end < 0 else end]
         # only the line, not the whole file, since the codec visits each character
@@ -33,8 +33,8 @@ class PositionConverter:
         return start + min(position_in_line.character, len(line_text))
 
     def to_position(self, file: SourceFile, offset: int) -> Position:
-        line = file.lines.at(offset)
-        line_text = file.text[file.lines.place(line) : offset]
+        line = file.lines.line_at(offset)
+        line_text = file.text[file.lines.position(line) : offset]
         return Position(line - 1, self._codec.client_num_units(line_text))
 
     def to_range(self, file: SourceFile, start: int, end: int) -> Range:

@@ -83,7 +83,7 @@ class FileFindings:
 def _convert_check_finding(
     file: SourceFile, finding: Mapping[str, Any], positions: PositionConverter
 ) -> Diagnostic:
-    start = file.lines.place(max(finding["line"], 1), max(finding["column"], 1))
+    start = file.lines.position(max(finding["line"], 1), max(finding["column"], 1))
     word_match = _WORD.match(file.text, start)
     end = word_match.end() if word_match else start
     return Diagnostic(

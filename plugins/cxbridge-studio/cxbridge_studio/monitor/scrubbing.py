@@ -14,7 +14,7 @@ from typing import Final
 
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, LogLine, SkillStatus
-from cxbridge.history.monotonic import SteadyClock
+from cxbridge.history.monotonic import MonotonicClock
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.base import Run
 from cxbridge_studio.recorded_state import RunState
@@ -38,7 +38,7 @@ class Scrubber:
         self.run = run
         self._reader: Iterator[Event] | None = iter(run)
         self._stride = stride
-        self._clock = SteadyClock(run.start_us)
+        self._clock = MonotonicClock(run.start_us)
         self._stored_states = [RunState()]
         self._state_at_end = RunState()  # the state after all loaded events
         # the last skill string and status, by environment and Skiller

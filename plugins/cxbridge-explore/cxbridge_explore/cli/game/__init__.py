@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from cxbridge.cli.connect import AsJson
 from cxbridge.cli.console import ConsoleOptions, complain, progress_line, say_json
 from cxbridge.cli.option_groups import option_groups
-from cxbridge.cli.run_output import RunLog
+from cxbridge.cli.run_output import RunLogPrinter
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, LogLine
 from cxbridge.run.options import RunOptions
@@ -29,7 +29,7 @@ EXIT_NOT_OVER: Final = 3  # exit status of an unfinished game
 EXIT_FAULT: Final = 4  # exit status of a game that an error of cxbridge has ended
 
 
-class _GameLog(RunLog):
+class _GameLog(RunLogPrinter):
     """Prints the log of a game. Lines of quiet components are printed only with ``--verbose``."""
 
     def __init__(self, console: ConsoleOptions, quiet_components: Collection[str]) -> None:

@@ -202,7 +202,7 @@ def test_fawkes_files_have_one_unclosed_construct():
     for path in sorted(FAWKES_DIR.glob("src/plugins/**/*.clp")):
         model.read(path)
     broken = [
-        (Path(file.path).name, file.lines.at(placed.start))
+        (Path(file.path).name, file.lines.line_at(placed.start))
         for file in model.files
         for placed in file.pieces
         if not placed.piece.is_closed

@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from cxbridge.cli.input_lines import CommandLines
+from cxbridge.cli.input_lines import InputLines
 from cxbridge.cli.main import invoke
 from tests.run.mini import write_scenario
 
@@ -121,7 +121,7 @@ def test_invalid_breakpoint_is_an_error_before_run(run):
 def test_command_lines_are_whole_and_end_on_request():
     inlet, outlet = os.pipe()
     with os.fdopen(inlet) as stream:
-        lines = CommandLines(stream)
+        lines = InputLines(stream)
         assert not lines.is_terminal
         os.write(outlet, b"one\n two ")
         assert lines.next(lambda: False) == "one"

@@ -32,7 +32,8 @@ def test_unsaved_pddl_text_has_findings_of_check(tmp_path, name, text, expected)
     assert file is not None
     mistakes = find_mistakes(session, file)
     assert [
-        (mistake.code.name, file.lines.at(mistake.start), mistake.code.severity.value) for mistake in mistakes
+        (mistake.code.name, file.lines.line_at(mistake.start), mistake.code.severity.value)
+        for mistake in mistakes
     ] == expected
 
 

@@ -336,7 +336,7 @@ def test_agents_of_fawkes_have_only_known_findings(fawkes_agent):
     """The known findings are a missing parenthesis, and two queries of a slot that the template lacks."""
     session, spec = fawkes_agent
     mistakes = {
-        (mistake.code.name, Path(file.path).name, file.lines.at(mistake.start))
+        (mistake.code.name, Path(file.path).name, file.lines.line_at(mistake.start))
         for file in session.model.files
         if file.path in session.knowledge.loaded_files
         for mistake in find_mistakes(session, file)

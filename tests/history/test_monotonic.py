@@ -7,12 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.history.monotonic import SteadyClock
+from cxbridge.history.monotonic import MonotonicClock
 
 
 @given(st.lists(st.integers(-(2**62), 2**62)))
 def test_times_never_decrease_and_begin_at_zero(times):
-    clock = SteadyClock()
+    clock = MonotonicClock()
     steady_times = [clock.advance_to(time) for time in times]
     assert steady_times == sorted(steady_times)
     assert steady_times[:1] == [0][: len(times)]
@@ -21,7 +21,7 @@ def test_times_never_decrease_and_begin_at_zero(times):
 @given(st.lists(st.integers(0, 2**40), min_size=1))
 def test_increasing_times_are_unchanged(times):
     times.sort()
-    clock = SteadyClock()
+    clock = MonotonicClock()
     assert [clock.advance_to(time) for time in times] == [time - times[0] for time in times]
     assert clock.describe_setbacks() == []
 
@@ -35,7 +35,7 @@ def test_increasing_times_are_unchanged(times):
     ],
 )
 def test_clock_set_back_continues_from_last_time(times, shown, warning):
-    clock = SteadyClock()
+    clock = MonotonicClock()
     assert [clock.advance_to(round(time * MICROSECONDS)) / MICROSECONDS for time in times] == shown
     assert warning in "".join(clock.describe_setbacks())
     assert bool(warning) == bool(clock.setbacks)
