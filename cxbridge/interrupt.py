@@ -130,13 +130,13 @@ class Interrupt:
             with contextlib.suppress(BlockingIOError):  # full of signals, so the thread is awake
                 receiver._sockets[1].send(bytes(receiver._handled_numbers[:1]))
 
-    def on_signal(self, stop: Callable[[], None], force: Callable[[], None] = _do_nothing) -> None:
+    def replace_functions(self, stop: Callable[[], None], force: Callable[[], None] = _do_nothing) -> None:
         """Replace the functions ``stop`` and ``force``; they are called soon if a signal was recorded."""
         self._stop, self._force = stop, force
 
-    def give_time(self, seconds: float = GRACE_S) -> None:
-        """Call ``force`` only after some seconds, so that running work can end by itself."""
-        self._force_at_s = time.monotonic() + seconds
+    def give_time(self, grace_s: float = GRACE_S) -> None:
+        """Call ``force`` only after ``grace_s`` seconds, so that running work can end by itself."""
+        self._force_at_s = time.monotonic() + grace_s
 
     def _record_signal(self, _number: int, _frame: FrameType | None) -> None:
         self.is_signalled = True

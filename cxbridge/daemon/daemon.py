@@ -238,7 +238,7 @@ class Daemon(Run):
         now_us = self.clock.now_us()
         if now_us >= self._next_check_us:
             self._next_check_us = now_us + _CHECK_INTERVAL_US
-            self.lifecycle.watch()
+            self.lifecycle.check_active()
             self._notifier.report_alive()
             self.update_state()
 

@@ -60,19 +60,19 @@ _Change = TypeVar("_Change", GoalChange, ActionChange)
 class HistoryLimits:
     """The limits of a history, which omits the events beyond them.
 
-    :param goals: the maximum number of goals.
-    :param actions: the maximum number of plan-actions.
-    :param calls: the maximum number of calls of skills, and of planners.
-    :param transitions: the maximum number of transitions of goals and plan-actions; beyond this number
-        only the first and the last transition of each goal and plan-action are kept.
-    :param text: the maximum number of characters of an error or a skill string.
+    :param max_goals: the maximum number of goals.
+    :param max_actions: the maximum number of plan-actions.
+    :param max_calls: the maximum number of calls of skills, and of planners.
+    :param max_transitions: the maximum number of transitions of goals and plan-actions; beyond this
+        number only the first and the last transition of each goal and plan-action are kept.
+    :param max_text_length: the maximum number of characters of an error or a skill string.
     """
 
-    goals: int = 10_000
-    actions: int = 30_000
-    calls: int = 10_000
-    transitions: int = 300_000
-    text: int = MAX_TEXT
+    max_goals: int = 10_000
+    max_actions: int = 30_000
+    max_calls: int = 10_000
+    max_transitions: int = 300_000
+    max_text_length: int = MAX_TEXT
 
 
 UNLIMITED: Final = HistoryLimits(*[sys.maxsize] * len(fields(HistoryLimits)))
@@ -104,7 +104,7 @@ class RunHistory:
         # by environment and Skiller; None: the Skiller has executed no skill in this run
         self._last_calls: dict[tuple[str, str], SkillExecution | None] = {}
         self._read_skillers: set[str] = set()  # Skillers that an executive reads
-        self._board_executions = BoardExecutions(self._limits.calls)
+        self._board_executions = BoardExecutions(self._limits.max_calls)
         self._open_planner_calls: dict[tuple[str, str], PlannerExecution] = {}
         self._errors_by_skiller: dict[str, str] = {}  # last texts; in a team AGENT/SKILLER
         self._transition_count = 0
@@ -159,7 +159,7 @@ class RunHistory:
         former_goal = self._goals.get(key)
         goal = None if event.is_new else former_goal  # a new goal may reuse an id
         if goal is None:
-            if len(self.goals) >= self._limits.goals:
+            if len(self.goals) >= self._limits.max_goals:
                 return
             if former_goal is not None:
                 former_goal.replaced_seq = self.event_count
@@ -180,7 +180,7 @@ class RunHistory:
                 *self._moment,
                 event.mode,
                 event.outcome,
-                truncate(event.error, self._limits.text),
+                truncate(event.error, self._limits.max_text_length),
                 event.parent,
             ),
         )
@@ -189,7 +189,7 @@ class RunHistory:
         key = event.env, (event.goal, event.plan, event.action_id)
         action, goal = self._actions.get(key), self._goals.get((event.env, event.goal))
         if action is None or self._is_new_action(action, goal, event):
-            if len(self.actions) >= self._limits.actions:
+            if len(self.actions) >= self._limits.max_actions:
                 return
             action = PlanActionRecord(
                 len(self.actions), event.env, event.goal, goal, event.plan, event.action_id, event.action
@@ -223,7 +223,7 @@ class RunHistory:
 
     def _append_change(self, changes: list[_Change], change: _Change) -> None:
         """Append a change. Beyond the limit, replace the last change, so that start and end are correct."""
-        if self._transition_count < self._limits.transitions or len(changes) <= 1:
+        if self._transition_count < self._limits.max_transitions or len(changes) <= 1:
             self._transition_count += 1
             changes.append(change)
         else:
@@ -245,7 +245,7 @@ class RunHistory:
         self._record_status(key, event)
 
     def _record_status(self, key: tuple[str, str], event: SkillStatus) -> None:
-        skill_string, moment = truncate(event.skill_string, self._limits.text), self._moment
+        skill_string, moment = truncate(event.skill_string, self._limits.max_text_length), self._moment
         if key not in self._last_calls and event.status in SKILL_ENDED:
             self._last_calls[key] = SkillExecution(
                 *key, skill_string, event.msgid, moment, moment, event.status
@@ -276,7 +276,7 @@ class RunHistory:
     def _register_call(self, key: tuple[str, str], call: SkillExecution) -> None:
         """Register a call as the last call of its Skiller."""
         self._last_calls[key] = call
-        if len(self._calls) < self._limits.calls:
+        if len(self._calls) < self._limits.max_calls:
             self._calls.append(call)
 
     def _handle_write(self, event: InterfaceWrite) -> None:
@@ -322,20 +322,20 @@ class RunHistory:
                 self._record_error(unquote(slots.get("id", "")), unquote(slots.get("error", "")))
 
     def _record_assignment(self, env: str, key: ActionKey, assignment: ActionAssignment) -> None:
-        if len(self._assignments) < self._limits.actions:
+        if len(self._assignments) < self._limits.max_actions:
             self._assignments[env, key] = assignment
             # the event of the action has no arguments if the run was recorded without parameters
             if (action := self._actions.get((env, key))) is not None and not action.params:
                 action.assignment = assignment
 
     def _handle_planner_call(self, event: PlannerCall) -> None:
-        key, max_length = (event.env, event.call), self._limits.text
+        key, max_length = (event.env, event.call), self._limits.max_text_length
         call = self._open_planner_calls.pop(key, None)
         if call is None:
             call = PlannerExecution(
                 event.planner, event.goal, self._moment, text=truncate(event.problem, max_length)
             )
-            if len(self.planner_calls) < self._limits.calls:
+            if len(self.planner_calls) < self._limits.max_calls:
                 self.planner_calls.append(call)
         if event.status == _STARTED:
             self._open_planner_calls[key] = call
@@ -350,7 +350,7 @@ class RunHistory:
         """Record the arguments of a plan's actions."""
         # planning features name the plan like the call
         with suppress(ValueError):  # a recording may contain any text
-            for number, step in enumerate(parse_plan_text(event.plan)[: self._limits.actions], start=1):
+            for number, step in enumerate(parse_plan_text(event.plan)[: self._limits.max_actions], start=1):
                 key = event.goal, event.call, str(number)
                 if (event.env, key) not in self._assignments:
                     self._record_assignment(event.env, key, ActionAssignment(arguments=step.arguments))

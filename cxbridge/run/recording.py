@@ -98,7 +98,7 @@ def start_recording(
         }
     )
     # the configuration is written first, although other sources were read before the recorder existed
-    early_events = [] if run.early_sources is None else run.early_sources.stop()
+    early_events = [] if run.early_sources is None else run.early_sources.take_events()
     if options.trace_files:
         emit_configuration(run.bus, run.config)
     for event in early_events:

@@ -117,7 +117,7 @@ def _run(
         # before the recorder closes: the recording includes the finalization
         stack.callback(assembly.finalize)
         stack.callback(interrupt.give_time, GOODBYE_S)  # called before `finalize`, whose rules need this time
-        interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
+        interrupt.replace_functions(assembly.loop.stop, assembly.interrupt)
         servers = [server for group in options.plugin_groups for server in group.servers()]
         interactive = interactive or any(group.is_interactive for group in options.plugin_groups)
         _attach_clients(stack, assembly, attach, servers)
@@ -159,7 +159,7 @@ def _run(
                 or is_over
                 or assembly.clock.now_us() >= deadline_us
                 or bool(loss_reason)
-                or (may_be_stuck and stuck_watch.check())
+                or (may_be_stuck and stuck_watch.observe_cycle())
             )
 
         assembly.loop.run(is_done)

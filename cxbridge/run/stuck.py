@@ -59,8 +59,8 @@ class StuckWatch:
         if text.startswith(RULE_ERROR_CODE) and "'" in text:
             self._failed_rules[text.split("'")[1]] = None
 
-    def check(self) -> bool:
-        """Return whether the run is stuck. To be called after each cycle."""
+    def observe_cycle(self) -> bool:
+        """Take a cycle into account; return whether the run is stuck. To be called after each cycle."""
         # A check takes milliseconds, too long for each cycle. The first check waits for some cycles in which
         # only the rules of a cycle fire, and each further check waits for twice as many as the previous one.
         agents, firings_before = self._run.agents, self._firings

@@ -32,7 +32,7 @@ from cxbridge.run.watchdog import make_spin_watchdog
 from cxbridge.suggestions import bracketed_suggestion
 from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.members import find_member
-from cxbridge.testing.scripted import ScriptedSkills
+from cxbridge.testing.scripted import ScriptedSkillers
 from cxbridge.testing.skills import check_number
 from cxbridge.testing.world import World
 from cxbridge.trace.compare.model import Order, parse_choice
@@ -84,7 +84,7 @@ class AgentRun(World, Closing):
         self.transitions: list[Transition] = []
         self._rule_errors: list[str] = []
         self._timed_actions: list[_TimedAction] = []
-        self._skills: ScriptedSkills | None = None
+        self._skills: ScriptedSkillers | None = None
         with ExitStack() as stack:
             self.assembly = assembly = stack.enter_context(Run(options))
             """The assembled run: its executive, blackboard, clock and main loop."""
@@ -99,7 +99,7 @@ class AgentRun(World, Closing):
             super().__init__(assembly.executive.env, assembly.board)
             stack.callback(self._close_interfaces)
             if scripted:
-                self._skills = ScriptedSkills(assembly)
+                self._skills = ScriptedSkillers(assembly)
                 stack.callback(self._skills.close)
                 assembly.loop.add(Hook.SKILL, self._skills.loop)
             assembly.loop.add(Hook.PRE_LOOP, self._call_timed_actions)
@@ -267,7 +267,7 @@ class AgentRun(World, Closing):
             )
 
     @property
-    def skills(self) -> ScriptedSkills:
+    def skills(self) -> ScriptedSkillers:
         """The script of the skills.
 
         :raises AssertionError: if the run was not made with ``skiller="scripted"``.
@@ -370,7 +370,7 @@ class AgentRun(World, Closing):
         """
         if self._golden is None:
             raise AssertionError("this run was not made by the fixture cx: it has no golden files")
-        self._golden.check(
+        self._golden.compare_or_write(
             name,
             self.transitions,
             parse_choice(View, "level", level),

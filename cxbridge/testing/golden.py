@@ -48,7 +48,7 @@ class GoldenFiles:
             raise AssertionError("several tests share this run: assert_golden needs a name for its file")
         return self.folder / f"{portable_file_name(name or self.test_name)}{SUFFIX}"
 
-    def check(
+    def compare_or_write(
         self,
         name: str | None,
         transitions: Sequence[Transition],

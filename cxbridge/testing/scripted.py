@@ -20,7 +20,7 @@ from cxbridge.testing.world import OWNER
 _LEADING_SKILL_NAME: Final = re.compile(r"\w+")
 
 
-class ScriptedSkills(SkillScript):
+class ScriptedSkillers(SkillScript):
     """Replaces the Skillers, and directs the executors of the skill board, by the script of a test.
 
     The object must be created before the components of the run, which otherwise create the usual Skillers.

@@ -37,7 +37,7 @@ _MAX_STAMP_US: Final = 1 << 53  # in the year 2255; larger values are not times 
 
 
 @dataclass(frozen=True, slots=True)
-class Gap:
+class ConnectionGap:
     """A time without a connection to the blackboard.
 
     :param start_us: the start in microseconds since the epoch.
@@ -76,7 +76,7 @@ class WriteForwarder(Listener, Observer):
         """Whether writes are published or ignored."""
         self.write_counts: dict[str, int] = {}
         """The number of published writes by ``Type::id``."""
-        self.gaps: list[Gap] = []
+        self.gaps: list[ConnectionGap] = []
         """The times without a connection."""
         self._board: Final = board
         self._patterns: Final = tuple(patterns)
@@ -263,7 +263,7 @@ class WriteForwarder(Listener, Observer):
             self._lost_since = (self._board.clock.now_us(), time.monotonic())
         elif self._lost_since is not None:
             (start_us, lost_s), self._lost_since = self._lost_since, None
-            gap = Gap(start_us, time.monotonic() - lost_s)
+            gap = ConnectionGap(start_us, time.monotonic() - lost_s)
             self.gaps.append(gap)
             self._log.warn(f"A gap: the connection to the blackboard was lost for {gap.seconds:.2f} s")
             self._poll_tasks.put(self._reopen_after_loss)

@@ -46,8 +46,8 @@ class EarlySources:
     def _store(self, event: Event) -> None:
         self._events.append(event)
 
-    def stop(self) -> list[Event]:
-        """Return the stored events and stop storing."""
+    def take_events(self) -> list[Event]:
+        """Stop storing events; return the stored events."""
         self._bus.unsubscribe(self._store)
         events, self._events = self._events, []
         return events

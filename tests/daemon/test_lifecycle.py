@@ -166,7 +166,7 @@ def test_component_with_failed_work_is_deactivated():
 def test_watch_finds_failed_component():
     rig = Rig(policy=FailurePolicy.CONTINUE, a=["check"])
     rig.manager.startup()
-    rig.manager.watch()
+    rig.manager.check_active()
     assert rig.states()[0] is State.UNCONFIGURED
     assert rig.reasons()[0] == "not well; hint: see a doctor"
 
@@ -190,7 +190,7 @@ def test_transition_from_wrong_state_is_refused(step):
 
 @given(
     fails=st.dictionaries(st.sampled_from("abc"), st.sets(st.sampled_from(STEPS))),
-    commands=st.lists(st.sampled_from(["startup", "pause", "resume", "reset", "watch"]), max_size=8),
+    commands=st.lists(st.sampled_from(["startup", "pause", "resume", "reset", "check_active"]), max_size=8),
     policy=st.sampled_from([FailurePolicy.STOP, FailurePolicy.CONTINUE]),
 )
 def test_every_acquisition_is_released_once(fails, commands, policy):

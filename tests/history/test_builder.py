@@ -203,7 +203,7 @@ def test_fawkes_recordings_have_goals_and_skills(name):
 
 
 def test_limited_history_has_first_goals_and_outer_transitions():
-    limits = HistoryLimits(goals=2, actions=1, calls=1, transitions=3)
+    limits = HistoryLimits(max_goals=2, max_actions=1, max_calls=1, max_transitions=3)
     history = RunHistory.from_events(
         [*family(), status("a", "S_RUNNING", 1), status("b", "S_RUNNING", 2)], limits
     )

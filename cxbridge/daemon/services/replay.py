@@ -174,7 +174,7 @@ def _check_has_writes(run: Run, survey: ReplaySurvey) -> None:
                 "none of its interface writes is selected",
                 "see 'cxbridge trace cat FILE --kind interface'",
             )
-            if survey.unselected_writes
+            if survey.unselected_write_count
             else (
                 "it holds no interface writes, so there is nothing to replay",
                 "record an mcap file, or bblogger files; a text log has none",

@@ -33,7 +33,7 @@ _MAX_DEPTH: Final = 50
 Slots = Mapping[str, "Value"]
 
 
-class Conditions:
+class FormulaMaker:
     """Makes formulas from facts.
 
     :param formulas: the facts ``pddl-formula``.

@@ -35,20 +35,20 @@ from cxbridge.executive.pddl.types import ObjectsOf, extended_bindings
 MAX_EVALUATIONS: Final = 200_000
 """The maximum number of evaluated parts of a formula, about a second of work."""
 
-_COMPARE: Final[Mapping[str, Callable[[float, float], bool]]] = {
+_COMPARATORS: Final[Mapping[str, Callable[[float, float], bool]]] = {
     "=": operator.eq,
     "<": operator.lt,
     ">": operator.gt,
     "<=": operator.le,
     ">=": operator.ge,
 }
-_COMPUTE: Final[Mapping[str, Callable[[float, float], float]]] = {
+_ARITHMETIC: Final[Mapping[str, Callable[[float, float], float]]] = {
     "+": operator.add,
     "-": operator.sub,
     "*": operator.mul,
     "/": operator.truediv,
 }
-_CHANGE: Final[Mapping[str, Callable[[float, float], float]]] = {
+_NUMBER_CHANGES: Final[Mapping[str, Callable[[float, float], float]]] = {
     "assign": lambda _value, amount: amount,
     "increase": operator.add,
     "decrease": operator.sub,
@@ -126,7 +126,7 @@ class KnownState:
             case Constant(name=name):
                 return number_of(name)
             case FunctionTerm(function=name, arguments=terms):
-                if name not in _COMPUTE:
+                if name not in _ARITHMETIC:
                     return self._functions.get(self._ground(name, terms, binding))
                 return _compute(name, [self.number(operand, binding) for operand in terms])
 
@@ -148,7 +148,7 @@ class KnownState:
         if amount is None or value is None or (change.operator == "scale-down" and not amount):
             term = bind_term(target if value is None else change.amount, binding)
             raise PddlError(f"{format_term(term)} has no value")
-        new_values[ground] = _CHANGE[change.operator](value, amount)
+        new_values[ground] = _NUMBER_CHANGES[change.operator](value, amount)
 
 
 def bind_term(term: Term, binding: Binding) -> Term:
@@ -184,7 +184,7 @@ def _compute(sign: str, operands: list[float | None]) -> float | None:
     if len(numbers) == 1:
         return -numbers[0] if sign == "-" else None
     try:
-        return reduce(_COMPUTE[sign], numbers)
+        return reduce(_ARITHMETIC[sign], numbers)
     except ZeroDivisionError:
         return None
 
@@ -194,7 +194,7 @@ def _compare(sign: str, first: float | None, second: float | None) -> bool:
         return False
     if sign in ("=", "<=", ">=") and abs(first - second) <= _MAX_ROUNDING_ERROR:
         return True
-    return _COMPARE[sign](first, second)
+    return _COMPARATORS[sign](first, second)
 
 
 def blamed_parts(

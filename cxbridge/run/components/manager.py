@@ -379,7 +379,7 @@ class ComponentManager:
             if not node.steady
         ]
 
-    def watch(self) -> None:
+    def check_active(self) -> None:
         """Check all active components, and stop those whose check fails; see :meth:`fail`."""
         for node in self.nodes:
             self.guarded(node, node.check)()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from cxbridge.run.replay.divergence import Divergence, Expectation
-from cxbridge.run.replay.script import Execution, ExecutorScript, format_call
+from cxbridge.run.replay.script import ExecutorScript, RecordedExecution, format_call
 from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.executor import ExecutorContext
 
@@ -58,7 +58,7 @@ class RecordedExecutor(SkillExecutor):
         self.expectation.meet(begin_us)
         return self._replay_steps(execution, begin_us)
 
-    def _replay_steps(self, execution: Execution, begin_us: int) -> Steps:
+    def _replay_steps(self, execution: RecordedExecution, begin_us: int) -> Steps:
         """Yield the recorded feedback at its times, until the recorded end.
 
         :raises SkillFailedError: if the recorded execution failed.

@@ -26,7 +26,7 @@ from cxbridge.run.replay.divergence import PATIENCE_US, Divergence, Expectation
 from cxbridge.run.replay.executors import RecordedExecutor
 from cxbridge.run.replay.recordings import Recordings
 from cxbridge.run.replay.scan import SKILLER, Scan
-from cxbridge.run.replay.script import Command, Execution, ExecutorScript, SkillerScript
+from cxbridge.run.replay.script import Command, ExecutorScript, RecordedExecution, SkillerScript
 from cxbridge.run.replay.sensors import SensorPlayer, YieldingBoard
 from cxbridge.run.replay.skillers import COMPONENT, RecordedSkiller
 from cxbridge.run.result import ReplayOutcome
@@ -158,7 +158,7 @@ class Replay:
         """The first divergence."""
         self.clock = VirtualClock(recordings.start_us)
         """The run's clock, which starts at the recorded start."""
-        self._expectations: list[Expectation[Command] | Expectation[Execution]] = []
+        self._expectations: list[Expectation[Command] | Expectation[RecordedExecution]] = []
         self._skillers: list[RecordedSkiller] = []
         self._has_sensors = False
         self._last_us = 0

@@ -128,7 +128,7 @@ def reconstruct_writes(skiller: str, statuses: Iterable[SkillStatus]) -> list[In
 
 
 @dataclass(slots=True)
-class Execution:
+class RecordedExecution:
     """A recorded skill execution.
 
     :param parameters: the parameters by name; None if they are not recorded.
@@ -166,7 +166,7 @@ class ExecutorScript:
     name: str
     agent: str
     skills: tuple[str, ...]
-    executions: list[Execution] = field(default_factory=list)
+    executions: list[RecordedExecution] = field(default_factory=list)
 
 
 def format_call(skill: str, parameters: Mapping[str, Any] | None) -> str:
@@ -182,12 +182,12 @@ def make_executor_script(
     script = ExecutorScript(
         name, str(first_values.get("agent", "")), tuple(str(first_values.get("skills", "")).split())
     )
-    executions_by_ticket: dict[tuple[Any, Any], Execution] = {}
-    running: Execution | None = None
+    executions_by_ticket: dict[tuple[Any, Any], RecordedExecution] = {}
+    running: RecordedExecution | None = None
     for write in writes:
         is_busy = write.values.get("state") == _BUSY
         if is_busy and running is None:
-            running = Execution(str(write.values.get("skill", "")), write.time_us)
+            running = RecordedExecution(str(write.values.get("skill", "")), write.time_us)
             script.executions.append(running)
             executions_by_ticket[_read_ticket(write.values)] = running
         elif not is_busy and running is not None:
@@ -207,7 +207,7 @@ def _read_ticket(values: Values) -> tuple[Any, Any]:
     return values.get("epoch"), values.get("master")
 
 
-def _add_message(execution: Execution, message: InterfaceMessage) -> None:
+def _add_message(execution: RecordedExecution, message: InterfaceMessage) -> None:
     values = message.values
     if message.message == "RequestMessage":
         try:

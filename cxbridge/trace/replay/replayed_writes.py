@@ -52,12 +52,12 @@ class ReplaySurvey:
 
     :ivar write_counts: the number of writes by ``Type::id``.
     :ivar first_writes: the first write by ``Type::id``.
-    :ivar unselected_writes: the number of writes of unselected interfaces.
+    :ivar unselected_write_count: the number of writes of unselected interfaces.
     """
 
     write_counts: dict[str, int] = field(default_factory=dict)
     first_writes: dict[str, InterfaceWrite] = field(default_factory=dict)
-    unselected_writes: int = 0
+    unselected_write_count: int = 0
 
 
 def survey_replay(run: Run, selection: ReplaySelection) -> ReplaySurvey:
@@ -70,7 +70,7 @@ def survey_replay(run: Run, selection: ReplaySelection) -> ReplaySurvey:
         survey.write_counts[event.uid] = survey.write_counts.get(event.uid, 0) + 1
         survey.first_writes.setdefault(event.uid, event)
     if not survey.write_counts:
-        survey.unselected_writes = sum(isinstance(event, InterfaceWrite) for event in run)
+        survey.unselected_write_count = sum(isinstance(event, InterfaceWrite) for event in run)
     return survey
 
 

@@ -80,7 +80,7 @@ def assert_properties(run: AgentRun, *properties: str | Property, timeout: float
     def is_done() -> bool:
         nonlocal is_stuck
         watch.check()
-        is_stuck = not run.is_over and stuck_watch.check()
+        is_stuck = not run.is_over and stuck_watch.observe_cycle()
         return is_stuck or run.is_over
 
     run.wait_for(is_done, timeout)

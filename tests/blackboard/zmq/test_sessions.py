@@ -207,7 +207,7 @@ def test_last_write_without_server_is_published_after_restart(served):
         writer.count = count
         writer.write()
     with pytest.raises(DisconnectedError, match="no connection"):
-        near._sender.request(Sync(), timeout=0.05)
+        near._sender.request(Sync(), timeout_s=0.05)
     served.server = ZmqBlackBoardServer(served.board, endpoints)
     with served.server:
         eventually(reader.read)
@@ -351,7 +351,7 @@ def test_listener_does_not_read_older_data_than_instance(served):
         writer.count = count
         writer.write()
     served.clients[1].flush()
-    client._sender.request(Sync(), timeout=LONG)
+    client._sender.request(Sync(), timeout_s=LONG)
     assert entered.wait(LONG)
     assert reader.read()
     assert reader.count == 3

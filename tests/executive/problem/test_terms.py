@@ -8,7 +8,7 @@ from cxbridge.clipstext.values import constants_of
 from cxbridge.executive.features.pddl_parser import _assert_facts
 from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.pddl import domain_facts, format_formula, parse_domain
-from cxbridge.executive.problem.conditions import Conditions
+from cxbridge.executive.problem.conditions import FormulaMaker
 
 NAMES = ["FALSE", "TRUE", "missing", "UNKNOWN", "c", "Nil"]
 
@@ -30,6 +30,6 @@ def test_constant_in_domain_of_facts(env, name: str):
     formulas, atoms = (
         [slots for _, _, slots in env.facts(template)] for template in ("pddl-formula", "pddl-predicate")
     )
-    made = Conditions(formulas, atoms).operator_condition("go")
+    made = FormulaMaker(formulas, atoms).operator_condition("go")
     assert made is not None
     assert format_formula(made) == f"(and (in ?a) (not (in {name})))"

@@ -61,7 +61,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
     ) -> None:
         check_endpoint(url, has_keys=keys is not None, is_insecure_allowed=insecure)
         super().__init__(registry, clock, bus)
-        self._timeout: Final = timeout
+        self._timeout_s: Final = timeout
         self._context = make_context()
         wakeup = SocketWakeup()
         self._dispatcher: EventReceiver = EventReceiver(
@@ -107,13 +107,13 @@ class ZmqBlackBoard(RemoteBlackBoard):
         try:
             self._sender.request(
                 Close(instance.serial.bytes),
-                timeout=self._timeout if self._sender.is_ready else 0.0,
+                timeout_s=self._timeout_s if self._sender.is_ready else 0.0,
                 repeat=False,
                 on_reply=on_reply,
             )
         except TransportError:  # the server closes the instance at the end of the lost session
             self._interfaces.finish_closing(copy, instance, copy.seq)
-        self._dispatcher.drain(self._timeout)
+        self._dispatcher.drain(self._timeout_s)
 
     def _shut_down(self) -> None:
         # the sender first, which releases the callers that wait for a session, then the session's thread
@@ -125,7 +125,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
 
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
         self._check_open()
-        reply = self._sender.request(List(type_glob, id_glob), timeout=self._timeout)
+        reply = self._sender.request(List(type_glob, id_glob), timeout_s=self._timeout_s)
         if isinstance(reply, Reply):
             raise RemoteRefusalError(reply.text)
         assert isinstance(reply, Listed)
@@ -148,8 +148,8 @@ class ZmqBlackBoard(RemoteBlackBoard):
         :raises TransportError: after the timeout.
         """
         self._check_open()
-        timeout_s = self._timeout if timeout is None else timeout
-        self._sender.request(Sync(), timeout=timeout_s)
+        timeout_s = self._timeout_s if timeout is None else timeout
+        self._sender.request(Sync(), timeout_s=timeout_s)
         self._dispatcher.drain(timeout_s)
 
     def _listener_table(self, instance: Interface) -> ListenerTable:
@@ -162,4 +162,6 @@ class ZmqBlackBoard(RemoteBlackBoard):
         self._check_open()
         super().register_observer(observer, type_glob, id_glob)
         if not self._interfaces.is_watching:
-            self._sender.request(Watch(), timeout=self._timeout, on_reply=self._interfaces.handle_existing)
+            self._sender.request(
+                Watch(), timeout_s=self._timeout_s, on_reply=self._interfaces.handle_existing
+            )

@@ -49,21 +49,21 @@ class OpenInterfaces:
 
     :param board: the blackboard of the client.
     :param url: the server's endpoint, for log lines.
-    :param timeout: the limit of a request, in seconds.
+    :param timeout_s: the limit of a request, in seconds.
     """
 
     def __init__(
         self,
         board: RemoteBlackBoard,
         url: str,
-        timeout: float,
+        timeout_s: float,
         sender: CommandSender,
         receiver: EventReceiver,
         observers: ObserverTable,
     ) -> None:
         self._board: Final = board
         self._url: Final = url
-        self._timeout: Final = timeout
+        self._timeout_s: Final = timeout_s
         self._sender: Final = sender
         self._receiver: Final = receiver
         self._lock: Final = threading.RLock()
@@ -97,7 +97,7 @@ class OpenInterfaces:
 
         schema = request.interface_class.SCHEMA
         frame = _make_open_frame(schema, request.id, request.owner, request.is_writer)
-        reply = self._sender.request(frame, timeout=self._timeout, on_reply=on_reply)
+        reply = self._sender.request(frame, timeout_s=self._timeout_s, on_reply=on_reply)
         if isinstance(reply, Reply):
             raise_refusal(reply, uid=request.uid, hash_=schema.hash)
         return opened[0]
@@ -206,7 +206,7 @@ class OpenInterfaces:
             message.hops,
             message.to_bytes(),
         )
-        reply = self._sender.request(frame, timeout=self._timeout, repeat=False)
+        reply = self._sender.request(frame, timeout_s=self._timeout_s, repeat=False)
         assert isinstance(reply, Reply)
         match reply.code:
             case ResultCode.OK:

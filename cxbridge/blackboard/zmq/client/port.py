@@ -40,7 +40,7 @@ class ZmqUplink(Protocol):
 
 
 @dataclass(slots=True)
-class DataEvent:
+class WriteNotification:
     """A pending notification of a write.
 
     :param changed: whether values changed.
@@ -81,7 +81,7 @@ class InterfaceCopy(BoardPort):
         self._fetched_version = 0  # the newest version that an instance has read
         self._notified_snapshot: Snapshot | None = None  # the data that listeners read during a notification
         # the last pending event, which a further update may replace
-        self._last_event: DataEvent | None = None
+        self._last_notification: WriteNotification | None = None
         self._members: dict[UUID, Member] = {}  # the open instances of all clients
 
     def update(self, seq: int, block: bytes, stamped: bool, changed: bool) -> None:
@@ -98,23 +98,23 @@ class InterfaceCopy(BoardPort):
             audience = self.listeners.data_audience
             if audience is None:
                 return
-            event = self._last_event
-            if event is not None and self._dispatcher.is_full:
-                event.snapshot = snapshot
-                event.changed |= changed
-                event.audience = audience
+            notification = self._last_notification
+            if notification is not None and self._dispatcher.is_full:
+                notification.snapshot = snapshot
+                notification.changed |= changed
+                notification.audience = audience
                 self._uplink.count_skipped()
                 return
-            event = self._last_event = DataEvent(snapshot, changed, audience)
-        self._dispatcher.put(self._notify_data, event)
+            notification = self._last_notification = WriteNotification(snapshot, changed, audience)
+        self._dispatcher.put(self._notify_data, notification)
 
-    def _notify_data(self, event: DataEvent) -> None:
+    def _notify_data(self, notification: WriteNotification) -> None:
         with self._lock:
-            if self._last_event is event:
-                self._last_event = None
-        self._notified_snapshot = event.snapshot
+            if self._last_notification is notification:
+                self._last_notification = None
+        self._notified_snapshot = notification.snapshot
         try:
-            self.listeners.notify_data(event.audience, event.changed)
+            self.listeners.notify_data(notification.audience, notification.changed)
         finally:
             self._notified_snapshot = None
 

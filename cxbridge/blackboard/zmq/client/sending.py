@@ -60,9 +60,9 @@ class PendingRequest:
         """Return whether the request has a reply or was lost."""
         return not self._reply_lock.locked()
 
-    def wait(self, seconds: float) -> None:
+    def wait(self, timeout_s: float) -> None:
         """Wait for the reply; for one thread only, which may wait again after a timeout."""
-        if self._reply_lock.acquire(timeout=max(0.0, seconds)):
+        if self._reply_lock.acquire(timeout=max(0.0, timeout_s)):
             self._reply_lock.release()
 
 
@@ -192,20 +192,20 @@ class CommandSender:
         self,
         frame: Request,
         *,
-        timeout: float,
+        timeout_s: float,
         repeat: bool = True,
         on_reply: Callable[[Response], None] | None = None,
     ) -> Response:
         """Send a request and return the reply.
 
-        :param timeout: the limit in seconds, including the wait for a session.
+        :param timeout_s: the limit in seconds, including the wait for a session.
         :param repeat: whether to send the request again if the session is lost before the reply; only for
             requests that the server may carry out twice.
         :raises DisconnectedError: if the session is missing for too long, or lost.
         :raises RequestTimeoutError: if no reply comes in time.
         """
         frame_name = type(frame).__name__.lower()
-        deadline_s = time.monotonic() + timeout
+        deadline_s = time.monotonic() + timeout_s
         is_in_dispatcher = self._dispatcher.is_current_thread()
         while True:
             pending = PendingRequest(on_reply, wake=self._wake_dispatcher if is_in_dispatcher else None)
@@ -227,7 +227,7 @@ class CommandSender:
                 return pending.reply
             if not pending.is_lost:
                 raise RequestTimeoutError(
-                    f"the blackboard's server did not reply to '{frame_name}' within {timeout:g} s"
+                    f"the blackboard's server did not reply to '{frame_name}' within {timeout_s:g} s"
                 )
             if not repeat:
                 raise DisconnectedError(

@@ -104,7 +104,7 @@ class Forwarder(Listener):
 
     :param loop: the server's thread.
     :param deliver: sends a message; called in the server's thread.
-    :param timeout: the seconds to wait for the outcome.
+    :param timeout_s: the seconds to wait for the outcome.
     :param log: called with the failures of messages whose sender does not wait for the outcome.
     """
 
@@ -112,12 +112,12 @@ class Forwarder(Listener):
         self,
         loop: ServerLoop,
         deliver: Callable[[Interface, Message, OutcomeCallback], None],
-        timeout: float,
+        timeout_s: float,
         log: Callable[[str], None],
     ) -> None:
         self._loop = loop
         self._deliver = deliver
-        self._timeout = timeout
+        self._timeout_s = timeout_s
         self._log = log
         # the outcome of the present message and its detail; by thread, because several threads may send
         self.outcome: Final = threading.local()
@@ -138,7 +138,7 @@ class Forwarder(Listener):
         self.outcome.value = (ResultCode.TIMEOUT, 0)
         with suppress(Empty):
             # a second longer than the deadline, which the server's thread checks only a few times a second
-            self.outcome.value = outcomes.get(timeout=self._timeout + 1.0)
+            self.outcome.value = outcomes.get(timeout=self._timeout_s + 1.0)
         return self.outcome.value[0] is not ResultCode.DECLINED
 
     def _log_failure(self, code: ResultCode, detail: int) -> None:  # noqa: ARG002 - a callback's signature

@@ -51,7 +51,8 @@ class RequestHandler:
     """Carries out the requests of clients on a local blackboard.
 
     :param loop: the server's thread.
-    :param delivery_timeout: the seconds in which a client must report the outcome of a message to its writer.
+    :param delivery_timeout_s: the seconds in which a client must report the outcome of a message to its
+        writer.
     :param log: logs a line.
     """
 
@@ -59,14 +60,14 @@ class RequestHandler:
         self,
         board: LocalBlackBoard,
         loop: ServerLoop,
-        delivery_timeout: float,
+        delivery_timeout_s: float,
         log: Callable[[str], None],
         rights: Rights = ALL_RIGHTS,
     ) -> None:
         self._rights = rights
         self._board = board
         self._loop = loop
-        self._delivery_timeout = delivery_timeout
+        self._delivery_timeout_s = delivery_timeout_s
         self._log = log
         self._channels: dict[str, Channel] = {}  # by uid
         self.deliveries: Final = Deliveries()
@@ -153,7 +154,7 @@ class RequestHandler:
 
     def _forward_messages(self, instance: Interface, listeners: ListenerTable) -> None:
         """Forward messages of this process to a client's writer."""
-        forwarder = Forwarder(self._loop, self._deliver_message, self._delivery_timeout, self._log)
+        forwarder = Forwarder(self._loop, self._deliver_message, self._delivery_timeout_s, self._log)
         instance.divert_queue(ForwardedQueue(instance.uid, forwarder))
         listeners.register(forwarder, instance, (EventKind.MESSAGE_RECEIVED,))
 
@@ -249,7 +250,7 @@ class RequestHandler:
             hops,
             message.to_bytes(),
         )
-        self.deliveries.start(session, frame, on_outcome, time.monotonic() + self._delivery_timeout)
+        self.deliveries.start(session, frame, on_outcome, time.monotonic() + self._delivery_timeout_s)
 
     def _emit_message(self, sender: Interface, message: Message, outcome: str) -> None:
         """Emit the event of a message between clients."""

@@ -58,7 +58,7 @@ def pack_record(kind: int, *parts: bytes) -> bytes:
     return mcap.HEAD.pack(kind, len(content)) + content
 
 
-class McapFile:
+class McapFileWriter:
     """An mcap file that is being written; errors are those of the operating system.
 
     A subclass may write records of another file, with the numbers of schemas and channels in that file.

@@ -20,7 +20,7 @@ from cxbridge.resources import VERSION
 from cxbridge.trace.codec import dump_json, encode, event_json_schema
 from cxbridge.trace.formats.base import Attachment, RecordingInfo, RunWriter
 from cxbridge.trace.formats.files import open_exclusively, writing
-from cxbridge.trace.formats.mcap.file import McapFile
+from cxbridge.trace.formats.mcap.file import McapFileWriter
 from cxbridge.trace.formats.mcap.records import METADATA_NAME, PROFILE, SOURCE_NAME
 from cxbridge.trace.source_records import SourceRecordMaker, read_interface_source
 
@@ -61,7 +61,7 @@ class McapWriter(RunWriter):
         self._last_flush_s = time.monotonic()
         try:
             with writing(self.path):
-                self._mcap = McapFile(self._file, PROFILE, f"cxbridge {VERSION}")
+                self._mcap = McapFileWriter(self._file, PROFILE, f"cxbridge {VERSION}")
                 self._file.flush()
         except TraceError:
             with suppress(OSError):  # closing tries once more to write the data

@@ -66,7 +66,7 @@ def play_game(
         recorder = start_recording(assembly, options)
         stack.callback(recorder.close)
         stack.callback(assembly.finalize)  # before the recorder closes, so that the shutdown is recorded
-        interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
+        interrupt.replace_functions(assembly.loop.stop, assembly.interrupt)
         assembly.loop.add(Hook.POST_LOOP, game_watch.record)
         assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
         verdict = run.play().verdict

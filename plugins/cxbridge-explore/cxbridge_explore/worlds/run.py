@@ -245,7 +245,7 @@ class WorldRun(Closing):
         self._checks.check_new_files()
         self._loss_reason = self.assembly.loss_reason
         # A team that waits for a restart is not stuck, since the restarted agent can change its state.
-        return bool(self._loss_reason) or (not self.awaits_restart and self._stuck_watch.check())
+        return bool(self._loss_reason) or (not self.awaits_restart and self._stuck_watch.observe_cycle())
 
     def _close_agent_worlds(self) -> None:
         for agent_world in self._agent_worlds.values():

@@ -10,7 +10,7 @@ from cxbridge.skiller.simulation.deciders import FOREVER_S, Decider, Outcome
 from cxbridge.skiller.simulation.estimators import STATIC_PREFIX, StaticEstimator
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
-from cxbridge.testing.scripted import ScriptedSkills
+from cxbridge.testing.scripted import ScriptedSkillers
 from cxbridge.testing.skills import Call
 from cxbridge_explore.worldmodel.distributions import Distribution
 from cxbridge_explore.worldmodel.model import SkillFailure, SkillModel, WorldModel
@@ -54,7 +54,7 @@ class SkillChoices:
         if agent.config.keys(STATIC_PREFIX):
             self._usual_deciders = (StaticEstimator.from_config(agent.config),)
         self.results: list[SkillResult] = []  # in the order of the calls
-        self.script = ScriptedSkills(agent, self._usual_deciders)
+        self.script = ScriptedSkillers(agent, self._usual_deciders)
         self.script.otherwise.does(self._decide_result)
         agent.execution = self.script.execute
 

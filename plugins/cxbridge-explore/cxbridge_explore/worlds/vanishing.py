@@ -7,7 +7,7 @@ import math
 from cxbridge.run.agent import Run
 from cxbridge.run.team import Team
 from cxbridge.skiller.board.host import ExecutorHost
-from cxbridge.testing.scripted import ScriptedSkills
+from cxbridge.testing.scripted import ScriptedSkillers
 from cxbridge_explore.worldmodel.model import Absence, DecisionTimes, Kill
 from cxbridge_explore.worlds.points import ChoiceKind, RunChoices, make_fault, make_options
 
@@ -36,7 +36,7 @@ class AbsenceChoices:
     """
 
     def __init__(
-        self, absence: Absence, agent: Run, skills: ScriptedSkills, choices: RunChoices, prefix: str
+        self, absence: Absence, agent: Run, skills: ScriptedSkillers, choices: RunChoices, prefix: str
     ) -> None:
         self._absence, self._agent, self._skills, self._choices = absence, agent, skills, choices
         self._subject = f"{prefix}{absence.name}"

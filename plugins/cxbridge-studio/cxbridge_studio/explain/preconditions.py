@@ -12,7 +12,7 @@ from typing import Any
 
 from cxbridge.clipstext.values import constants_of, show_alone
 from cxbridge.executive.pddl.ast import BlamedPart, TermComparison, Variable
-from cxbridge.executive.problem.conditions import Conditions
+from cxbridge.executive.problem.conditions import FormulaMaker
 from cxbridge.executive.problem.truth import KnownState, blamed_parts
 from cxbridge.suggestions import MIN_LIKENESS, likeness
 from cxbridge_studio.explain.slot_values import parse_values
@@ -40,7 +40,7 @@ class Preconditions:
 
     def __init__(self, find_facts: FactLookup) -> None:
         self._find_facts = find_facts
-        self._conditions = Conditions(
+        self._conditions = FormulaMaker(
             find_facts("pddl-formula"), map(_parse_predicate_slots, find_facts("pddl-predicate"))
         )
 
@@ -97,7 +97,7 @@ class Preconditions:
 
 
 def _parse_predicate_slots(slots: Mapping[str, str]) -> Mapping[str, Any]:
-    """Return the slots of a predicate with its multislots parsed, as :class:`Conditions` requires."""
+    """Return the slots of a predicate with its multislots parsed, as :class:`FormulaMaker` requires."""
     return {
         **slots,
         **{name: parse_fields(slots.get(name, "")) for name in ("param-names", "param-constants")},

@@ -16,7 +16,7 @@ from cxbridge.errors import TraceError
 from cxbridge.resources import VERSION
 from cxbridge.trace.formats.files import reading
 from cxbridge.trace.formats.mcap import records as mcap
-from cxbridge.trace.formats.mcap.file import CHUNK_SIZE, McapFile, pack_record
+from cxbridge.trace.formats.mcap.file import CHUNK_SIZE, McapFileWriter, pack_record
 from cxbridge.trace.formats.mcap.records import (
     DamageError,
     FieldReader,
@@ -27,7 +27,7 @@ from cxbridge.trace.formats.mcap.records import (
 )
 
 
-class _McapCopy(McapFile):
+class _McapCopy(McapFileWriter):
     """A new mcap file with records of the damaged file."""
 
     def copy_record(self, kind: int, content: bytes) -> None:
