@@ -9,7 +9,7 @@ from typing import Final
 from cxbridge.errors import CxbridgeError
 from cxbridge_explore.properties.builtin.table import builtin_properties
 from cxbridge_explore.properties.reading import PROPERTIES_FILE, combine_properties, read_properties
-from cxbridge_explore.worldmodel.names import check_world_names
+from cxbridge_explore.worldmodel.names import check_world_of_agents
 from cxbridge_explore.worldmodel.reading import find_world, read_world
 from cxbridge_studio.check.agent import Agent, find_agent_names
 from cxbridge_studio.check.findings import Code, Finding, Severity, make_error_finding
@@ -39,7 +39,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         # the world may name any agent of the scenario, not only the checked agent; a single agent has no name
         names = [name for name in find_agent_names(replace(agent.options, agent=None)) if name]
         try:
-            check_world_names(read_world(world_file), [agent.context], names, reads_source_code=True)
+            check_world_of_agents(read_world(world_file), [agent.context], names, reads_source_code=True)
         except CxbridgeError as error:
             yield make_error_finding(error, WORLD_CODE)
     if (properties_file := folder / PROPERTIES_FILE).is_file():

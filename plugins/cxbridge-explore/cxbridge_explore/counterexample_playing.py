@@ -53,7 +53,7 @@ class NthChooser:
 class PlayedRun:
     """The record of a played run.
 
-    :param results: the results of the skill calls, in order.
+    :param skill_results: the results of the skill calls, in order.
     :param agent_count: the number of agents.
     :param uses_skill_board: whether a skill board executes the skills.
     """
@@ -61,7 +61,7 @@ class PlayedRun:
     choices: tuple[Choice, ...]
     violations: tuple[Violation, ...]
     start_us: int
-    results: tuple[SkillResult, ...]
+    skill_results: tuple[SkillResult, ...]
     agent_count: int
     uses_skill_board: bool
 

@@ -77,7 +77,7 @@ def _make_script_lines(run: PlayedRun) -> Iterator[str]:
         if choice.option_index != USUAL and choice.point.kind not in _SCRIPTABLE_KINDS:
             raise CxbridgeError(f"a test cannot script {choice.point.subject}")
     outcomes_by_selection: dict[str, list[Outcome | None]] = {}
-    for call, outcome in run.results:
+    for call, outcome in run.skill_results:
         arguments = [f"{key}={value!r}" for key, value in call.args.items() if isinstance(key, str)]
         outcomes_by_selection.setdefault(
             f"run.skills({', '.join((repr(call.name), *arguments))})", []

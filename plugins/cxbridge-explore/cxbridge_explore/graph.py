@@ -36,7 +36,7 @@ class Leaf(Struct, frozen=True):
     :param reason: the reason, in a sentence.
     :param seconds: the duration by the run's clock.
     :param violations: the violated properties.
-    :param evaluated: the names of the properties that the run could have violated.
+    :param evaluated_names: the names of the properties that the run could have violated.
     :param is_given_up: whether the process of the run was killed, or died without a report.
     """
 
@@ -44,7 +44,7 @@ class Leaf(Struct, frozen=True):
     reason: str
     seconds: float
     violations: tuple[Violation, ...] = ()
-    evaluated: tuple[str, ...] = ()
+    evaluated_names: tuple[str, ...] = ()
     is_given_up: bool = False
 
 
@@ -53,35 +53,35 @@ class GraphNode(Struct):
 
     :param point: the choice point of the first run that reached the state.
     :param edge: the edge on which that run reached the point.
-    :param faults: the number of faults of that run up to the point.
+    :param fault_count: the number of faults of that run up to the point.
     """
 
     point: ChoicePoint
     edge: Edge
-    faults: int
+    fault_count: int
 
 
 class Graph(Struct):
     """The explored graph.
 
-    :param faults: the maximum number of faults in a run.
+    :param max_faults: the maximum number of faults in a run.
     :param depth: see :class:`~cxbridge_explore.bounds.Bounds`.
     :ivar leaves: the end of the run on an edge.
     :ivar links: the node to which an edge leads.
     :ivar open_edges: the unexplored edges, in the order of discovery.
-    :ivar node_of_state: the numbers of the nodes by the digests of their states.
+    :ivar node_by_digest: the numbers of the nodes by the digests of their states.
     :ivar unmerged_reasons: the reasons why states were not compared, in the order of discovery.
     :ivar used_parts: the parts of the agent that the runs have used, if recorded.
     """
 
-    faults: int
+    max_faults: int
     depth: int | None
     # msgspec copies empty defaults for each instance
     nodes: list[GraphNode] = []
     leaves: dict[Edge, Leaf] = {}
     links: dict[Edge, int] = {}
     open_edges: dict[Edge, None] = field(default_factory=lambda: {ROOT_EDGE: None})
-    node_of_state: dict[bytes, int] = {}
+    node_by_digest: dict[bytes, int] = {}
     unmerged_reasons: dict[str, None] = {}
     used_parts: set[UsedPart] = set()
 
@@ -119,7 +119,7 @@ class Graph(Struct):
         faults = self.count_faults(edge)
         if digest:  # nodes are equal only if the bounds leave them the same options
             digest = b"%b %d %d" % (digest, faults, point.index if self.depth is not None else 0)
-        equal_node = self.node_of_state.get(digest)
+        equal_node = self.node_by_digest.get(digest)
         if equal_node is not None:
             self.links[edge] = equal_node
             return None
@@ -127,7 +127,7 @@ class Graph(Struct):
         self.nodes.append(GraphNode(point, edge, faults))
         self.links[edge] = number
         if digest:
-            self.node_of_state[digest] = number
+            self.node_by_digest[digest] = number
         for option in self.allowed_options(number):
             self.open_edges[number, option] = None
         return number
@@ -145,7 +145,7 @@ class Graph(Struct):
         if edge == ROOT_EDGE:
             return 0
         node = self.nodes[number]
-        return node.faults + node.point.options[option].faults
+        return node.fault_count + node.point.options[option].faults
 
     def next_point_index(self, edge: Edge) -> int:
         """Return the index, in a run on an edge, of the first choice point after the edge."""
@@ -157,7 +157,7 @@ class Graph(Struct):
         node = self.nodes[number]
         if self.depth is not None and node.point.index >= self.depth:
             return [USUAL]
-        allowed_faults = self.faults - node.faults
+        allowed_faults = self.max_faults - node.fault_count
         return [
             index
             for index, option in enumerate(node.point.options)

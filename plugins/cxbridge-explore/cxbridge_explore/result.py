@@ -52,7 +52,7 @@ class ExploreResult:
         violations: dict[str, dict[str, Any]] = {}
         for edge, leaf in graph.leaves.items():
             for violation in leaf.violations:
-                row = self._make_violation(violation.as_dict(), edge)
+                row = self._add_choices(violation.as_dict(), edge)
                 shortest_violation = violations.get(violation.property)
                 if shortest_violation is None or len(row["choices"]) < len(shortest_violation["choices"]):
                     violations[violation.property] = row
@@ -60,18 +60,18 @@ class ExploreResult:
             if leaf.is_given_up and any(property_.name == RUN_ENDS for property_ in self.properties):
                 row = {"property": RUN_ENDS, "message": leaf.reason, "seconds": leaf.seconds}
                 # No counterexample is written, since a run on the same path would not end either.
-                violations.setdefault(RUN_ENDS, self._make_violation(row, edge) | {"is_given_up": True})
+                violations.setdefault(RUN_ENDS, self._add_choices(row, edge) | {"is_given_up": True})
         if (number := graph.find_cycle()) is not None:
             node, message = graph.nodes[number], "the run reaches the same state again and again"
             row = {"property": RUN_ENDS, "message": message, "seconds": node.point.seconds}
-            violations.setdefault(RUN_ENDS, self._make_violation(row, node.edge))
+            violations.setdefault(RUN_ENDS, self._add_choices(row, node.edge))
         for name, counterexample in self.counterexamples.items():
             violations[name] = violations[name] | counterexample.as_dict()
         return [violations[name] for name in sorted(violations)]
 
-    def _make_violation(self, row: dict[str, Any], edge: Edge) -> dict[str, Any]:
-        """Return a violation with the choices of its run, and without a counterexample."""
-        return row | {
+    def _add_choices(self, violation: dict[str, Any], edge: Edge) -> dict[str, Any]:
+        """Return a violation with the choices of its run; ``recording`` and ``test`` are None."""
+        return violation | {
             "choices": [choice.as_dict() for choice in self.graph.trace_choices(edge)],
             "recording": None,
             "test": None,
@@ -80,7 +80,7 @@ class ExploreResult:
     @property
     def vacuous_names(self) -> list[str]:
         """The names of the properties that no run could have violated."""
-        evaluated_names = {name for leaf in self.graph.leaves.values() for name in leaf.evaluated}
+        evaluated_names = {name for leaf in self.graph.leaves.values() for name in leaf.evaluated_names}
         return [property_.name for property_ in self.properties if property_.name not in evaluated_names]
 
     @property

@@ -32,7 +32,7 @@ class DaemonTools:
     def __init__(self, url: str, allowed_operations: Iterable[str]) -> None:
         self._url = url
         reading_operations = (name for name, right in verbs().items() if right is Right.LOOK)
-        self._operations = {*reading_operations, *allowed_operations}
+        self._allowed_operations = {*reading_operations, *allowed_operations}
 
     def daemon_status(self) -> dict[str, Any]:
         """Return the state of the daemon and of its components."""
@@ -93,7 +93,7 @@ class DaemonTools:
 
     def ask_daemon(self, operation: str, arguments: dict[str, Any] | None = None) -> Any:
         """Request an operation of the daemon, and return the result."""
-        if operation not in self._operations:
+        if operation not in self._allowed_operations:
             if operation not in verbs():
                 raise CxbridgeError(f"there is no operation {operation}", hint=self.operations_text())
             hint = f"the user starts 'cxbridge mcp --allow {operation}'"
@@ -103,4 +103,4 @@ class DaemonTools:
 
     def operations_text(self) -> str:
         """Return a list of the allowed operations as text."""
-        return f"the operations are {', '.join(sorted(self._operations))}"
+        return f"the operations are {', '.join(sorted(self._allowed_operations))}"

@@ -40,7 +40,7 @@ def make_server(folders: Sequence[Path], url: str, allow: Sequence[str]) -> MCPS
         daemon's operations.
     :raises CxbridgeError: if a name or a folder is unknown.
     """
-    _check_names(allow)
+    _check_allowed_names(allow)
     allowed_folders = Folders(folders)
     server = MCPServer("cxbridge", version=__version__, instructions=_INSTRUCTIONS, log_level="WARNING")
     read_only_annotations = ToolAnnotations(read_only_hint=True)
@@ -75,7 +75,7 @@ def make_server(folders: Sequence[Path], url: str, allow: Sequence[str]) -> MCPS
     return server
 
 
-def _check_names(allow: Sequence[str]) -> None:
+def _check_allowed_names(allow: Sequence[str]) -> None:
     """Check the names of ``--allow``.
 
     :raises CxbridgeError: if a name is unknown.

@@ -110,7 +110,7 @@ class LeagueGame(LeagueSettings):
             seed,
             world_model,
             make_judge,
-            make_assembly=partial(self.make, seed),
+            make_assembly=partial(self.make_run, seed),
             console=console,
             attach=attach,
         )
@@ -129,7 +129,7 @@ class LeagueGame(LeagueSettings):
         failure = SkillFailure(error="a randomly drawn failure", probability=self.failures)
         return WorldModel(default_skill=SkillModel(SkillPattern("*"), (failure,)))
 
-    def make(
+    def make_run(
         self, seed: int, options: RunOptions, additions: Additions = NO_ADDITIONS
     ) -> LeagueRun | LeagueTeam:
         """Create the run of a game.

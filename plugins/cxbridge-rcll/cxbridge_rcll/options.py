@@ -93,7 +93,7 @@ class ExploredLeagueOptions(RefboxOptions):
             referee_config=self.referee_config,
             minutes=self.minutes,
         )
-        return game.explored_run_options, partial(game.make, self.seed)
+        return game.explored_run_options, partial(game.make_run, self.seed)
 
 
 @dataclass(frozen=True, kw_only=True)

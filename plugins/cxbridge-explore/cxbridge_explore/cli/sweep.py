@@ -81,7 +81,7 @@ class _SweepOutputs:
 
 
 @option_groups
-def sweep(agent_options: _AgentOptions, settings: _SweepOptions, outputs: _SweepOutputs) -> int:
+def sweep(agent_options: _AgentOptions, sweep_options: _SweepOptions, outputs: _SweepOutputs) -> int:
     """Play a scenario many times, each time in a random world: which skills fail, how long they take.
 
     The seed determines the world, so a run can be repeated. With --against, a second agent plays in the same
@@ -96,12 +96,12 @@ def sweep(agent_options: _AgentOptions, settings: _SweepOptions, outputs: _Sweep
     from cxbridge_explore.sweep.summary import AgentComparison, summarize_rows
 
     make_output_folders(outputs.csv)
-    jobs = _make_jobs(agent_options, settings)
+    jobs = _make_jobs(agent_options, sweep_options)
     start_s = time.perf_counter()
-    seeds = range(settings.seed, settings.seed + settings.runs)
-    with nullcontext() if settings.resume is None else RowFile(settings.resume) as row_file:
+    seeds = range(sweep_options.seed, sweep_options.seed + sweep_options.runs)
+    with nullcontext() if sweep_options.resume is None else RowFile(sweep_options.resume) as row_file:
         rows_by_agent = {
-            name: _play_sweep(settings, name, job, seeds, row_file) for name, job in jobs.items()
+            name: _play_sweep(sweep_options, name, job, seeds, row_file) for name, job in jobs.items()
         }
     wall_seconds = round(time.perf_counter() - start_s, 3)
     if outputs.csv is not None:
@@ -109,7 +109,7 @@ def sweep(agent_options: _AgentOptions, settings: _SweepOptions, outputs: _Sweep
     first_rows, *further_rows = rows_by_agent.values()
     report: dict[str, Any] = {
         **summarize_rows(first_rows),
-        "seed": settings.seed,
+        "seed": sweep_options.seed,
         "wall_seconds": wall_seconds,
     }
     comparison = None
@@ -125,7 +125,7 @@ def sweep(agent_options: _AgentOptions, settings: _SweepOptions, outputs: _Sweep
     else:
         _print_outcomes(report)
         if comparison is not None:
-            say(f"against {settings.against}:")
+            say(f"against {sweep_options.against}:")
             _print_outcomes(report["against"])
             _print_comparison(comparison)
     # The command fails, since the figures of an agent whose runs never end are meaningless.
@@ -135,21 +135,23 @@ def sweep(agent_options: _AgentOptions, settings: _SweepOptions, outputs: _Sweep
     return 1 if endless_agents else 0
 
 
-def _make_jobs(agent_options: _AgentOptions, settings: _SweepOptions) -> dict[str, SweepJob]:
+def _make_jobs(agent_options: _AgentOptions, sweep_options: _SweepOptions) -> dict[str, SweepJob]:
     """Return the job of each agent, by the name of the agent."""
     from cxbridge.run.options import RunOptions
     from cxbridge_explore.sweep.rows import SweepJob
 
     # without a Skiller, since the world decides how skills end
-    options = RunOptions(**vars(agent_options), skiller="none", timeout=settings.timeout)
-    jobs = {str(agent_options.scenario or agent_options.spec or "agent"): SweepJob(options, settings.world)}
-    if settings.against is not None:
-        jobs[str(settings.against)] = SweepJob(
-            dataclasses.replace(options, scenario=settings.against), settings.world
+    options = RunOptions(**vars(agent_options), skiller="none", timeout=sweep_options.timeout)
+    jobs = {
+        str(agent_options.scenario or agent_options.spec or "agent"): SweepJob(options, sweep_options.world)
+    }
+    if sweep_options.against is not None:
+        jobs[str(sweep_options.against)] = SweepJob(
+            dataclasses.replace(options, scenario=sweep_options.against), sweep_options.world
         )
         if len(jobs) == 1:
             raise CxbridgeError(
-                f"--against names the same agent: {settings.against}", hint="name another agent"
+                f"--against names the same agent: {sweep_options.against}", hint="name another agent"
             )
     for job in jobs.values():
         job.options.check()
@@ -157,23 +159,24 @@ def _make_jobs(agent_options: _AgentOptions, settings: _SweepOptions) -> dict[st
 
 
 def _play_sweep(
-    settings: _SweepOptions, name: str, job: SweepJob, seeds: Sequence[int], row_file: RowFile | None
+    sweep_options: _SweepOptions, agent: str, job: SweepJob, seeds: Sequence[int], row_file: RowFile | None
 ) -> list[RunRow]:
     """Play the runs of an agent, and return their rows in the order of seeds.
 
+    :param agent: the name of the agent, for progress and the file.
     :param row_file: has the rows of earlier runs, and stores new rows; None to store no rows.
     """
     from cxbridge_explore.sweep.engine import play_seeds
 
-    earlier_rows = {} if row_file is None else row_file.find_earlier_rows(name)
+    earlier_rows = {} if row_file is None else row_file.find_earlier_rows(agent)
     rows = {seed: earlier_rows[seed] for seed in seeds if seed in earlier_rows}
     missing_seeds = [seed for seed in seeds if seed not in rows]
     with progress_line() as show_line:
-        for row in play_seeds(job, missing_seeds, settings.jobs or os.cpu_count() or 1):
+        for row in play_seeds(job, missing_seeds, sweep_options.jobs or os.cpu_count() or 1):
             rows[row.seed] = row
             if row_file is not None:
-                row_file.add(name, row)
-            show_line(f"{name}: {len(rows)} of {len(seeds)} runs")
+                row_file.add(agent, row)
+            show_line(f"{agent}: {len(rows)} of {len(seeds)} runs")
     return [rows[seed] for seed in seeds]
 
 

@@ -78,9 +78,9 @@ def play_game(
             seed=seed,
             wall_seconds=round(time.perf_counter() - start_s, 3),
             robots=summarize_work(history, find_robots(assembly.agents), assembly.clock.now_us(), game_watch),
-            machines=game_watch.machine_seconds(),
+            machine_seconds=game_watch.machine_seconds(),
             faults=(*((verdict.reason,) if verdict.status == FAULT else ()), *judge.faults),
-            undefined=tuple(
+            undefined_constructs=tuple(
                 str(diagnostic)
                 for loader in loaders
                 for diagnostic in loader.diagnostics

@@ -117,8 +117,8 @@ class GameResult:
     :param is_over: whether the game is finished.
     :param wall_seconds: the real time of the game.
     :param faults: the errors of cxbridge itself.
-    :param machines: the seconds that each machine was in each state of the production.
-    :param undefined: the constructs of the agent that CLIPS rejected, with place and reason.
+    :param machine_seconds: the seconds of the production that each machine was in each state.
+    :param undefined_constructs: the constructs of the agent that CLIPS rejected, with place and reason.
     :param simtest: the result of the agent's own tests, ``SUCCEEDED`` or ``FAILED``; empty without tests.
     """
 
@@ -127,9 +127,9 @@ class GameResult:
     seed: int
     wall_seconds: float
     robots: Mapping[str, RobotWork]
-    machines: Mapping[str, Mapping[str, float]]
+    machine_seconds: Mapping[str, Mapping[str, float]]
     faults: tuple[str, ...] = ()
-    undefined: tuple[str, ...] = ()
+    undefined_constructs: tuple[str, ...] = ()
     simtest: str = ""
 
     @property
@@ -143,7 +143,7 @@ class GameResult:
         return {
             **self.score.as_dict(),
             "robots": {name: asdict(work) for name, work in self.robots.items()},
-            "machines": self.machines,
+            "machines": self.machine_seconds,
             "seed": self.seed,
         }
 
@@ -151,7 +151,7 @@ class GameResult:
         return {
             **self.outcome,
             "complete": self.is_over,
-            "undefined": list(self.undefined),
+            "undefined": list(self.undefined_constructs),
             "faults": list(self.faults),
             **({"simtest": self.simtest} if self.simtest else {}),
             "wall_seconds": self.wall_seconds,

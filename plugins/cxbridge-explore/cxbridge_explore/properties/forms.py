@@ -28,7 +28,7 @@ _NON_PATTERN_HEADS: Final = frozenset({"test", "declare"})  # first words of ele
 
 
 @dataclass(slots=True)
-class _Reader:
+class _FormReader:
     """Reads the parts of a form from left to right.
 
     :param text: the whole form, for error messages.
@@ -105,7 +105,7 @@ def read_property(text: str, mark: Mark | None = None) -> Property:
     # checked here, since `read_nodes` leaves out the content of an unclosed list
     if body.count("(") != body.count(")"):
         raise mark.error(f"the parentheses of a property do not match: {text.strip()}")
-    reader = _Reader(text.strip(), read_nodes(body), mark)
+    reader = _FormReader(text.strip(), read_nodes(body), mark)
     name = match[1] if match else one_line(body)
     keyword = reader.read_word()
     make_monitor: Callable[[Scene], Monitor]

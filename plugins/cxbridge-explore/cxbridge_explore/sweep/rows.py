@@ -19,12 +19,12 @@ class SweepJob:
 
     :param options: the options of ``cxbridge run``.
     :param world: the file of the world; None for the file in the scenario's folder, or the default world.
-    :param cpu_seconds: the processor time after which a run counts as crashed.
+    :param cpu_limit_s: the processor time after which a run counts as crashed.
     """
 
     options: RunOptions
     world: Path | None = None
-    cpu_seconds: int = 120
+    cpu_limit_s: int = 120
 
 
 @dataclass(frozen=True, slots=True)

@@ -81,7 +81,7 @@ class SeedForkChooser:
 
     def _become_run(self, seed: int) -> None:
         """Turn this child into the run of a seed."""
-        forking.limit_cpu_seconds(self._job.cpu_seconds)
+        forking.limit_cpu_seconds(self._job.cpu_limit_s)
         self.seed = seed
         self._start_cpu_s = time.process_time()
         self._chooser = RandomChooser(seed)
@@ -114,7 +114,7 @@ def _serve_forking(connection: Connection, job: SweepJob) -> None:
     """Play the runs of all seeds in forked children."""
     chooser = SeedForkChooser(connection, job)
     # An agent that never reaches its first choice must not block the sweep.
-    forking.limit_cpu_seconds(job.cpu_seconds)
+    forking.limit_cpu_seconds(job.cpu_limit_s)
     row = play_seed(job, 0, chooser)  # each copy of the row gets its own seed
     if chooser.seed is not None:
         chooser.send_row(row)

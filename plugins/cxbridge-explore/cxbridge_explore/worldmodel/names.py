@@ -23,16 +23,16 @@ from cxbridge_studio.check.executor_text import read_executor_skills
 _SKILL_NAME: Final = re.compile(r"\w+")
 
 
-def check_world(world: WorldModel, run: Run | Team) -> None:
+def check_world_of_run(world: WorldModel, run: Run | Team) -> None:
     """Check the names in a world against the scenario of a run.
 
     :raises ConfigError: if the scenario lacks a name.
     """
     agent_names = [agent.name for agent in run.agents] if isinstance(run, Team) else []
-    check_world_names(world, list(run.agents), agent_names)
+    check_world_of_agents(world, list(run.agents), agent_names)
 
 
-def check_world_names(
+def check_world_of_agents(
     world: WorldModel, agents: Iterable[Run], agent_names: Collection[str], *, reads_source_code: bool = False
 ) -> None:
     """Check the names in a world against a scenario.
@@ -71,7 +71,7 @@ def _check_agent(world: WorldModel, agent: Run, skills: Collection[str]) -> None
 def find_known_skills(agent: Run, *, reads_source_code: bool) -> set[str]:
     """Return the names of the skills in action mappings, and of the executors on the skill board.
 
-    :param reads_source_code: see :func:`check_world_names`.
+    :param reads_source_code: see :func:`check_world_of_agents`.
     :returns: an empty set if the skills of an executor are unknown without importing the executor.
     """
     skills = {

@@ -26,7 +26,7 @@ from cxbridge.run.stuck import StuckWatch
 from cxbridge.run.team import AgentWatcher, Team
 from cxbridge.run.watchdog import make_spin_watchdog
 from cxbridge_explore.worldmodel.model import PlannerModel, WorldModel
-from cxbridge_explore.worldmodel.names import check_world
+from cxbridge_explore.worldmodel.names import check_world_of_run
 from cxbridge_explore.worldmodel.reading import find_world, read_world
 from cxbridge_explore.worlds.points import (
     Choice,
@@ -108,7 +108,7 @@ class WorldRun(Closing):
             self.assembly = make_assembly(options, self._make_additions())
             stack.enter_context(self.assembly)
             self.choices = RunChoices(chooser, self.assembly.clock)
-            check_world(self._world_model, self.assembly)
+            check_world_of_run(self._world_model, self.assembly)
             self._agent_worlds: dict[str, AgentWorld] = {}
             stack.callback(self._close_agent_worlds)
             for agent in self.assembly.agents:

@@ -25,7 +25,7 @@ from cxbridge.blackboard.exclusive_control import (
 from cxbridge.errors import BlackBoardError
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.message import Message
-from cxbridge_fawkes.gateway.translation import StateTranslator
+from cxbridge_fawkes.gateway.translation import BlockTranslator
 
 OWNER: Final = "gateway"
 """The owner of a gateway's instances."""
@@ -145,7 +145,7 @@ class InterfaceMirror(Listener):
             _check_layouts(self._reader, self._writer)
             self._writer.read()  # the readers may still have the last block of an earlier writer
             self._last_block = self._writer.to_bytes()
-            self._translator = StateTranslator(
+            self._translator = BlockTranslator(
                 type(self._reader), hide_state=hide_past, find_sender=self._find_sender
             )
             self.data_refreshed(self._reader)

@@ -18,7 +18,7 @@ from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_offs
 from cxbridge.interfaces.schema import FieldSchema
 
 
-class StateTranslator:
+class BlockTranslator:
     """Replaces message ids, serials of controllers, and errors of earlier skill strings in blocks.
 
     :param hide_state: whether the writer appears idle until it works for a sender of this gateway.

@@ -65,7 +65,7 @@ def test_frames_change_nothing_without_remote_control(tmp_path):
                         opened.serial, opened.serial, name, number, 0, message.to_bytes()
                     ).to_bytes()
                 )
-            client.send(bb.Data(opened.serial, opened.block, changed=True).to_bytes())
+            client.send(bb.DataMessage(opened.serial, opened.block, changed=True).to_bytes())
             path = b"/clips-executive/spec".ljust(132, b"\0")
             for change in CHANGING_KINDS:
                 client.send(FawkesFrame(ComponentId.CONFIGURATION, change, path + b"\4\0\0\0evil"))

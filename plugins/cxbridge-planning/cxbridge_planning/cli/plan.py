@@ -142,8 +142,8 @@ def _validate_plan(domain: Domain, problem: Problem, plan_file: Path, *, as_json
 
     actions = load_plan(plan_file, PlanNames(domain, problem))
     check = check_plan(domain, problem, actions)
-    if check.unchecked:
-        raise CxbridgeError(f"the plan cannot be checked: {check.unchecked}", file=str(plan_file))
+    if check.inconclusive_reason:
+        raise CxbridgeError(f"the plan cannot be checked: {check.inconclusive_reason}", file=str(plan_file))
     if as_json:
         say_json({"valid": not check.failure, "step": check.step, "message": check.failure}, indent=2)
     elif check.failure:

@@ -57,8 +57,8 @@ FALSE: Final[Alternatives] = ()
 TRUE: Final[Alternatives] = (Conjunction(),)
 
 
-class Evaluator:
-    """Converts formulas to alternatives.
+class DnfConverter:
+    """Converts formulas to alternatives, their disjunctive normal form (DNF).
 
     :param objects: the values of quantified variables.
     :param static_truth: returns the truth of a fact that no action changes; None for other facts.

@@ -16,7 +16,7 @@ from cxbridge_planning.compile.conditions import (
     TRUE,
     Alternatives,
     Conjunction,
-    Evaluator,
+    DnfConverter,
     Fact,
     fact_of,
 )
@@ -57,7 +57,7 @@ def find_changed_predicates(effect: Formula | None) -> Iterator[str]:
 
 
 def find_effect_cases(
-    evaluator: Evaluator, precondition: Conjunction, effect: Formula | None, binding: Binding
+    converter: DnfConverter, precondition: Conjunction, effect: Formula | None, binding: Binding
 ) -> Iterator[EffectCase]:
     """Yield the cases of a ground action.
 
@@ -66,12 +66,12 @@ def find_effect_cases(
     """
     unconditional_changes: set[Change] = set()
     changes_by_condition: dict[_SplitCondition, set[Change]] = {}
-    for condition, inner_binding, change in _find_changes(evaluator, effect, None, binding):
-        if_true = evaluator.find_alternatives(condition, inner_binding)
+    for condition, inner_binding, change in _find_changes(converter, effect, None, binding):
+        if_true = converter.find_alternatives(condition, inner_binding)
         if if_true == TRUE:
             unconditional_changes.add(change)
         elif if_true != FALSE:
-            if_false = evaluator.find_alternatives(condition, inner_binding, is_negated=True)
+            if_false = converter.find_alternatives(condition, inner_binding, is_negated=True)
             # effects with the same condition share their cases, which keeps the number of cases low
             changes_by_condition.setdefault((if_true, if_false), set()).add(change)
     if len(changes_by_condition) > MAX_CONDITIONS:
@@ -102,7 +102,7 @@ def _split_case(
 
 
 def _find_changes(
-    evaluator: Evaluator, effect: Formula | None, outer_condition: Formula | None, binding: Binding
+    converter: DnfConverter, effect: Formula | None, outer_condition: Formula | None, binding: Binding
 ) -> Iterator[tuple[Formula | None, Binding, Change]]:
     """Yield the changes of an effect, each with its condition and the objects of its variables.
 
@@ -113,13 +113,13 @@ def _find_changes(
             return
         case And(parts=parts):
             for part in parts:
-                yield from _find_changes(evaluator, part, outer_condition, binding)
+                yield from _find_changes(converter, part, outer_condition, binding)
         case Quantified(quantifier="forall", variables=variables, part=part):
-            for inner_binding in evaluator.extend_binding(variables, binding):
-                yield from _find_changes(evaluator, part, outer_condition, inner_binding)
+            for inner_binding in converter.extend_binding(variables, binding):
+                yield from _find_changes(converter, part, outer_condition, inner_binding)
         case When(condition=condition, effect=part):
             whole_condition = condition if outer_condition is None else And((outer_condition, condition))
-            yield from _find_changes(evaluator, part, whole_condition, binding)
+            yield from _find_changes(converter, part, whole_condition, binding)
         case Atom():
             yield outer_condition, binding, Change(fact_of(effect, binding), becomes_true=True)
         case Not(part=Atom() as atom):

@@ -23,7 +23,7 @@ from typing import Final
 
 from cxbridge.executive.pddl.ast import Domain, Formula, Problem
 from cxbridge.history.plan_steps import PlannedAction
-from cxbridge_planning.compile.conditions import Conjunction, Evaluator, Fact, fact_of
+from cxbridge_planning.compile.conditions import Conjunction, DnfConverter, Fact, fact_of
 from cxbridge_planning.compile.effects import EffectCase, find_changed_predicates, find_effect_cases
 from cxbridge_planning.compile.join import FactIndex, SchemaToGround
 from cxbridge_planning.compile.strips import Operator, StripsTask, remove_irrelevant_parts
@@ -83,7 +83,7 @@ class _Grounder:
             predicate for action in domain.actions for predicate in find_changed_predicates(action.effect)
         }
         objects = ObjectTable(domain, problem)
-        self._evaluator = Evaluator(objects, self._static_truth)
+        self._converter = DnfConverter(objects, self._static_truth)
         self._schemas = [SchemaToGround(action, objects) for action in domain.actions]
         self._index = FactIndex()
         self._queue: deque[Fact] = deque()  # reached facts that are not joined yet
@@ -101,7 +101,7 @@ class _Grounder:
 
     def _explore(self, goal: Formula) -> None:
         """Ground the goal, and all actions whose conditions are reachable."""
-        for conjunction in self._evaluator.find_alternatives(goal, {}):
+        for conjunction in self._converter.find_alternatives(goal, {}):
             self._add_case(_GroundCase(None, EffectCase(conjunction, frozenset())))
         for fact in self.initial_facts:
             if fact.predicate not in self._fluents:
@@ -152,8 +152,8 @@ class _Grounder:
     def _ground(self, schema: SchemaToGround, choice: tuple[str, ...]) -> None:
         """Add the cases of an action with chosen objects."""
         action, binding = schema.action, dict(zip(schema.parameters, choice, strict=True))
-        for conjunction in self._evaluator.find_alternatives(action.condition, binding):
-            for case in find_effect_cases(self._evaluator, conjunction, action.effect, binding):
+        for conjunction in self._converter.find_alternatives(action.condition, binding):
+            for case in find_effect_cases(self._converter, conjunction, action.effect, binding):
                 self._add_case(_GroundCase(PlannedAction(action.name, choice), case))
 
     def _add_case(self, ground_case: _GroundCase) -> None:

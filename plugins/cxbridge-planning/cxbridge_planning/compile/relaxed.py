@@ -25,7 +25,7 @@ from cxbridge.executive.pddl.ast import (
     Timed,
 )
 from cxbridge.executive.pddl.printer import format_list
-from cxbridge_planning.compile.conditions import Evaluator, Fact
+from cxbridge_planning.compile.conditions import DnfConverter, Fact
 from cxbridge_planning.compile.effects import find_changed_predicates
 from cxbridge_planning.compile.grounding import find_reachable_facts
 from cxbridge_planning.errors import PlanningError
@@ -43,8 +43,8 @@ def unreachable_goal_lines(domain: Domain, problem: Problem) -> list[str]:
     relaxed_domain = replace(domain, actions=tuple(map(_relax_action, domain.actions)))
     # the goal has no influence on the reachable facts
     facts = find_reachable_facts(relaxed_domain, replace(problem, goal=And(())), _MAX_OPERATORS)
-    evaluator = Evaluator(ObjectTable(domain, problem), lambda _fact: None)
-    alternatives = evaluator.find_alternatives(_relax_formula(problem.goal), {})
+    converter = DnfConverter(ObjectTable(domain, problem), lambda _fact: None)
+    alternatives = converter.find_alternatives(_relax_formula(problem.goal), {})
     missing_facts_by_alternative = [sorted(conjunction.positive - facts) for conjunction in alternatives]
     # the alternative with the fewest unreachable facts is the easiest to mend
     obstacles = min(missing_facts_by_alternative, key=len, default=[])

@@ -33,8 +33,8 @@ _FD_UNSOLVABLE: Final = re.compile("without finding a solution|unsolvable|search
 class PlannerProgram(Engine, frozen=True):
     """The command line and output format of a program.
 
-    :param words: the command, program first; ``{folder}`` is the folder of its package, :data:`_PYTHON` the
-        current Python.
+    :param command_words: the command, program first; ``{folder}`` is the folder of its package,
+        :data:`_PYTHON` the current Python.
     :param arguments: the arguments of the program; ``{domain}`` and ``{problem}`` are files, ``{plan}`` is
         the prefix of plan files.
     :param unsolvable_output: the output of a program that has proved that no plan exists.
@@ -50,7 +50,7 @@ class PlannerProgram(Engine, frozen=True):
     :param default_options: the additional options unless the user gives options.
     """
 
-    words: tuple[str, ...]
+    command_words: tuple[str, ...]
     arguments: tuple[str, ...]
     unsolvable_output: re.Pattern[str] = _NO_OUTPUT
     step_pattern: re.Pattern[str] | None = None
@@ -83,8 +83,8 @@ class PlannerProgram(Engine, frozen=True):
             return [user_program]
         spec = find_spec(self.module) if self.module else None
         folder = "" if spec is None or spec.origin is None else str(Path(spec.origin).parent)
-        words = [word.format(folder=folder) for word in self.words if word != _PYTHON]
-        return python_command(*words) if _PYTHON in self.words else words
+        words = [word.format(folder=folder) for word in self.command_words if word != _PYTHON]
+        return python_command(*words) if _PYTHON in self.command_words else words
 
 
 _NUMERIC: Final = frozenset({Need.COSTS, Need.NUMERIC_CHANGES, Need.NUMBERS, Need.FRACTIONS})

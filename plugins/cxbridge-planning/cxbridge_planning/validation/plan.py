@@ -52,12 +52,12 @@ class PlanCheck:
     :param failure: why the plan is invalid; else empty.
     :param step: the number of the first impossible step, from 1; 0: the goal is not reached, or an action
         fails that was running before the plan.
-    :param unchecked: why the check is inconclusive; else empty.
+    :param inconclusive_reason: why the check is inconclusive; else empty.
     """
 
     failure: str = ""
     step: int = 0
-    unchecked: str = ""
+    inconclusive_reason: str = ""
 
 
 class _StepError(Exception):
@@ -155,7 +155,7 @@ class _Checker:
         except _StepError as error:
             return PlanCheck(str(error), error.step)
         except (PlanningError, PddlError) as error:
-            return PlanCheck(unchecked=str(error))
+            return PlanCheck(inconclusive_reason=str(error))
         return PlanCheck(f"the goal is not reached: {false_part}" if false_part else "")
 
     def _make_step(self, number: int, planned_action: PlannedAction, *, is_running: bool = False) -> _Step:

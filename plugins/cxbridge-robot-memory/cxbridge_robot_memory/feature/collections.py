@@ -157,7 +157,7 @@ class CollectionFunctions:
                 self._log.warn(f"Error while registering trigger: {error}")
             self._report_registration(name, trigger if trigger.watch else None)
 
-        if self._context.start(f"register_trigger_{name}", register):
+        if self._context.start_operation(f"register_trigger_{name}", register):
             return TRUE
         self._report_registration(name, None)
         return FALSE

@@ -53,7 +53,7 @@ class RobotMemoryContext:
         received_us = self.env.bus.clock.now_us()
         self._assertions.append(lambda: self._assert_event(name, change, received_us))
 
-    def start(self, key: str, operation: Callable[[], None]) -> bool:
+    def start_operation(self, key: str, operation: Callable[[], None]) -> bool:
         """Start a long operation, unless an operation with the same key is running.
 
         :returns: whether the operation was started.
@@ -76,8 +76,8 @@ class RobotMemoryContext:
         except Exception as error:  # noqa: BLE001 - the error of a thread would be lost
             self.log.error(f"{key}: {type(error).__name__}: {error}")
 
-    def attempt(self, name: str, operation: Callable[[], bool]) -> bool:
-        """Run an operation; return its success, or False after logging its error."""
+    def try_operation(self, name: str, operation: Callable[[], bool]) -> bool:
+        """Run an operation, and return its result; log its error and return False if it fails."""
         try:
             return operation()
         except RobotMemoryError as error:

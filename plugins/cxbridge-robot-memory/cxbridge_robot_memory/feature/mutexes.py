@@ -52,7 +52,7 @@ class MutexFunctions:
         self._define_waiting(env, name, operation, types)
         env.define(
             f"robmem-mutex-{name}-async",
-            lambda *names: self._start(name, operation, *names),
+            lambda *names: self._start_async(name, operation, *names),
             argument_count,
             types=types,
         )
@@ -66,31 +66,31 @@ class MutexFunctions:
         """
         env.define(
             f"robmem-mutex-{name}",
-            lambda *values: self._result(name, operation, *values),
+            lambda *values: self._perform(name, operation, *values),
             types.count(";"),
             types=types,
         )
 
-    def _result(self, name: str, operation: Callable[..., bool], *arguments: Value) -> Value:
+    def _perform(self, name: str, operation: Callable[..., bool], *arguments: Value) -> Value:
         """Perform an operation, and return TRUE or FALSE."""
-        return TRUE if self._context.attempt(f"Mutex {name}", partial(operation, *arguments)) else FALSE
+        return TRUE if self._context.try_operation(f"Mutex {name}", partial(operation, *arguments)) else FALSE
 
-    def _start(self, name: str, operation: Callable[..., bool], mutex: str, *identity: Value) -> Value:
+    def _start_async(self, name: str, operation: Callable[..., bool], mutex: str, *identity: Value) -> Value:
         """Start an operation, unless another operation on the mutex is running.
 
         :returns: TRUE, or FALSE with the reason, as a multifield.
         """
 
         def run() -> None:
-            success = self._context.attempt(f"Mutex {name}", partial(operation, mutex, *identity))
-            self._report(name, mutex, success=success)
+            success = self._context.try_operation(f"Mutex {name}", partial(operation, mutex, *identity))
+            self._queue_feedback(name, mutex, success=success)
 
-        if self._context.start(f"mutex {mutex}", run):
+        if self._context.start_operation(f"mutex {mutex}", run):
             return (TRUE,)
-        self._report(name, mutex, success=False)
+        self._queue_feedback(name, mutex, success=False)
         return (FALSE, f"Task already running for {mutex} ({name} failed)")
 
-    def _report(self, name: str, mutex: str, *, success: bool) -> None:
+    def _queue_feedback(self, name: str, mutex: str, *, success: bool) -> None:
         """Queue a fact with the outcome of an operation, if Fawkes has such a fact for the operation.
 
         Agents learn the remaining outcomes from the trigger on the collection of mutexes.
@@ -100,12 +100,12 @@ class MutexFunctions:
                 _FEEDBACK_RELATION, Symbol(f"{name}-async"), OK if success else FAIL, Symbol(mutex)
             )
 
-    def _expire_async(self, seconds: float) -> Value:
+    def _expire_async(self, max_age_s: float) -> Value:
         def run() -> None:
-            success = self._context.attempt("Expiring locks", partial(self._mutexes.expire, seconds))
+            success = self._context.try_operation("Expiring locks", partial(self._mutexes.expire, max_age_s))
             self._context.enqueue_fact(_FEEDBACK_RELATION, Symbol(_EXPIRE_OPERATION), OK if success else FAIL)
 
-        if self._context.start(_EXPIRE_OPERATION, run):
+        if self._context.start_operation(_EXPIRE_OPERATION, run):
             return TRUE
         self._context.enqueue_fact(_FEEDBACK_RELATION, Symbol(_EXPIRE_OPERATION), FAIL)
         return FALSE

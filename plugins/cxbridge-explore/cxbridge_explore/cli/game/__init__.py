@@ -132,7 +132,7 @@ def _report_faults(results: Mapping[int, GameResult]) -> int:
     """Print undefined constructs and faults, and return the exit status."""
     # printed once, since all games have the same agent, and so the same undefined constructs
     undefined_constructs = dict.fromkeys(
-        construct for result in results.values() for construct in result.undefined
+        construct for result in results.values() for construct in result.undefined_constructs
     )
     for construct in undefined_constructs:
         complain(f"{construct}; its actions never run")

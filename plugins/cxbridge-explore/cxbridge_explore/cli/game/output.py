@@ -26,7 +26,7 @@ def print_game(result: GameResult) -> None:
     for name, work in result.robots.items():
         failures = "".join(f"; {count} times: {error}" for error, count in work.failed.items())
         say(f"busy: {name} {work.busy_seconds:g} s, idle {work.idle_seconds:g} s{failures}")
-    for name, states in result.machines.items():
+    for name, states in result.machine_seconds.items():
         say(f"machine: {name} {', '.join(f'{state} {seconds:g} s' for state, seconds in states.items())}")
     for team, categories in score.categories.items():
         for category, total in Counter(categories).most_common():

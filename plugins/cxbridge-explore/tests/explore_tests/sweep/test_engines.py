@@ -64,13 +64,13 @@ def test_killed_workers_lose_no_row(expected, monkeypatch):
 
 
 def test_endless_run_crashes_and_sweep_continues(tmp_path):
-    job = SweepJob(make_endless(tmp_path, "(plan-action (state FAILED))"), cpu_seconds=1)
+    job = SweepJob(make_endless(tmp_path, "(plan-action (state FAILED))"), cpu_limit_s=1)
     outcomes = {row.seed: row.outcome for row in play_seeds(job, SEEDS[:2], 1)}
     assert set(outcomes.values()) == {"crashed", "completed"}
 
 
 def test_scenario_that_reaches_no_skill_is_error(tmp_path):
-    job = SweepJob(make_endless(tmp_path, "(time $?)"), cpu_seconds=1)
+    job = SweepJob(make_endless(tmp_path, "(time $?)"), cpu_limit_s=1)
     with pytest.raises(CxbridgeError, match="does not reach its first skill"):
         list(play_seeds(job, SEEDS, 1))
 

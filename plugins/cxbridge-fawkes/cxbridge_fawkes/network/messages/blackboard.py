@@ -268,7 +268,7 @@ class WireMessage(BlackBoardMessage):
 
 
 @dataclass(frozen=True, slots=True)
-class Data(BlackBoardMessage):
+class DataMessage(BlackBoardMessage):
     """A write of an interface.
 
     :param serial: the writing instance; towards a client, its receiving instance.
@@ -328,8 +328,8 @@ MESSAGES: Final[dict[int, tuple[type[BlackBoardMessage], dict[str, object]]]] = 
     BoardKind.OPEN_FAILURE: (OpenFailure, {}),
     BoardKind.CLOSE: (Close, {}),
     BoardKind.INTERFACE_MESSAGE: (WireMessage, {}),
-    BoardKind.DATA_REFRESHED: (Data, {"changed": False}),
-    BoardKind.DATA_CHANGED: (Data, {"changed": True}),
+    BoardKind.DATA_REFRESHED: (DataMessage, {"changed": False}),
+    BoardKind.DATA_CHANGED: (DataMessage, {"changed": True}),
     **{kind: (InstanceEvent, {"kind": kind}) for kind in _INSTANCE_EVENTS},
     BoardKind.INTERFACE_CREATED: (InterfaceEvent, {"kind": BoardKind.INTERFACE_CREATED}),
     BoardKind.INTERFACE_DESTROYED: (InterfaceEvent, {"kind": BoardKind.INTERFACE_DESTROYED}),
@@ -351,7 +351,7 @@ def unpack_data(payload: bytes) -> tuple[bytes, bytes]:
 
 
 def pack_data_frame(serial: bytes, block: bytes, *, changed: bool) -> bytes:
-    """Return the frame of a data message, faster than :class:`Data`.
+    """Return the frame of a data message, faster than :class:`DataMessage`.
 
     :param serial: 16 bytes.
     """

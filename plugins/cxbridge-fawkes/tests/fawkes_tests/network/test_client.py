@@ -280,7 +280,7 @@ def test_server_without_answer_loses_connection():
 def test_busy_server_stays_connected():
     """A busy server answers late, but sends data meanwhile."""
     connections: list[Any] = []
-    data_frame = bb.Data(UUID(int=9), BLOCK, changed=True).to_bytes()
+    data_frame = bb.DataMessage(UUID(int=9), BLOCK, changed=True).to_bytes()
 
     def answer(question: bb.BlackBoardMessage) -> list[bb.BlackBoardMessage | bytes]:
         for _ in range(12):  # longer than the timeout of an answer
@@ -312,7 +312,7 @@ def test_shutdown_waits_until_server_has_processed_writes():
     with connect_to_script(answer) as (script, board):
         board.open_for_writing(SampleInterface, "a").write()
         board.shutdown()
-        assert any(isinstance(frame, bb.Data) for frame in processed), (
+        assert any(isinstance(frame, bb.DataMessage) for frame in processed), (
             "the client disconnected without a round trip"
         )
 
@@ -322,8 +322,8 @@ def test_invalid_frames_of_server_are_ignored_and_logged_once():
         FawkesFrame(77, 1, b"x").to_bytes(),
         FawkesFrame(2, 9, b"x").to_bytes(),
         FawkesFrame(2, 77).to_bytes(),
-        bb.Data(SERIAL, b"x", changed=True),
-        bb.Data(UUID(int=6), BLOCK, changed=True),
+        bb.DataMessage(SERIAL, b"x", changed=True),
+        bb.DataMessage(UUID(int=6), BLOCK, changed=True),
         bb.WireMessage(SERIAL, SERIAL, "ResetMessage", 1, 0, b""),
         bb.OpenFailure(1),
         bb.ListAll(),

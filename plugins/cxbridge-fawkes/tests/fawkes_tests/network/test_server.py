@@ -78,9 +78,9 @@ def test_malformed_open_is_answered(served):
 @pytest.mark.parametrize(
     ("make", "complaint"),
     [
-        (lambda serial: bb.Data(serial, bytes(SIZE - 1), changed=True), "Data size mismatch"),
-        (lambda serial: bb.Data(UUID(int=1), bytes(SIZE), changed=True), "not found"),
-        (lambda serial: bb.Data(serial, bytes(SIZE), changed=True), "which it reads"),
+        (lambda serial: bb.DataMessage(serial, bytes(SIZE - 1), changed=True), "Data size mismatch"),
+        (lambda serial: bb.DataMessage(UUID(int=1), bytes(SIZE), changed=True), "not found"),
+        (lambda serial: bb.DataMessage(serial, bytes(SIZE), changed=True), "which it reads"),
         (lambda serial: bb.WireMessage(serial, serial, "NoMessage", 1, 0, bytes(16)), "NoMessage"),
         (lambda serial: bb.WireMessage(serial, serial, "AddMessage", 1, 0, bytes(7)), "size mismatch"),
         (lambda serial: bb.Close(UUID(int=1)), "has not been opened"),
@@ -110,7 +110,7 @@ def test_invalid_frames_are_ignored_and_logged_once(served, make, complaint):
 def test_client_cannot_use_instance_of_second_client(served):
     first, second = served.raw(), served.raw()
     serial = open_instance(first, WRITE).serial
-    second.send(bb.Data(serial, b"\x01" * SIZE, changed=True).to_frame(), bb.Close(serial).to_frame())
+    second.send(bb.DataMessage(serial, b"\x01" * SIZE, changed=True).to_frame(), bb.Close(serial).to_frame())
     assert isinstance(second.ask(bb.ListAll()), bb.InterfaceList | bb.InterfaceEvent)
     served.wait_warning("not found")
     served.wait_warning("has not been opened")
@@ -231,7 +231,7 @@ def test_server_refuses_clients_beyond_limit(site, monkeypatch):
 def test_writer_gets_own_writes(served):
     client = served.raw()
     serial = open_instance(client, WRITE).serial
-    client.send(bb.Data(serial, b"\x01" * SIZE, changed=True).to_frame(), bb.ListAll().to_frame())
+    client.send(bb.DataMessage(serial, b"\x01" * SIZE, changed=True).to_frame(), bb.ListAll().to_frame())
     assert [client.take().kind for _ in range(3)] == [9, 10, 1]
 
 

@@ -126,7 +126,7 @@ def blow_out(start, duration=1.0):
 )
 def test_temporal_plans_are_checked(plan, failure):
     check_result = check_plan(KITCHEN, BREAKFAST, plan)
-    assert check_result.unchecked == ""
+    assert check_result.inconclusive_reason == ""
     assert failure in check_result.failure if failure else not check_result.failure
 
 
@@ -151,5 +151,5 @@ def test_function_without_value_leaves_plan_unchecked():
         :effect (and (at ?c ?b) (increase (moved) 1))))"""
     )
     check_result = check_plan(domain, parse_problem(text, domain), make_steps("carry c a b"))
-    assert check_result.unchecked == "(moved) has no value"
+    assert check_result.inconclusive_reason == "(moved) has no value"
     assert not check_result.failure
