@@ -27,18 +27,18 @@ DEFAULT_URL = DAEMON_URL
 Connect = Annotated[str, CONNECT_OPTION]
 InterfaceDirs = Annotated[list[Path] | None, INTERFACE_DIR_OPTION]
 Uid = Annotated[
-    str, typer.Argument(metavar="TYPE::ID", help="an open interface, e.g. SkillerInterface::Skiller")
+    str, typer.Argument(metavar="TYPE::ID", help="An open interface, e.g. SkillerInterface::Skiller.")
 ]
 Globs = Annotated[
-    list[str], typer.Argument(metavar="GLOB...", help="TYPE or TYPE::ID, with the shell patterns *, ?, []")
+    list[str], typer.Argument(metavar="GLOB...", help="TYPE or TYPE::ID, with the shell patterns *, ?, [].")
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 RunPath = Annotated[
     Path,
     typer.Argument(
         metavar="FILE",
-        help="a recorded run: an mcap file, a text log of Fawkes, a transitions text, bblogger files, or a "
-        "ROS 2 bag",
+        help="A recorded run: an mcap file, a text log of Fawkes, a transitions text, bblogger files, or a "
+        "ROS 2 bag.",
     ),
 ]
 

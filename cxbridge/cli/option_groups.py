@@ -28,14 +28,14 @@ CONNECT_OPTION = typer.Option(
     "--connect",
     metavar="URL",
     envvar="CXBRIDGE_CONNECT",
-    help="the blackboard: tcp://HOST:PORT or ipc://FILE of a daemon, fawkes://HOST[:PORT] of Fawkes; "
-    "tcp://HOST:PORT?key=FILE&server-key=FILE with CURVE keys",
+    help="The blackboard: tcp://HOST:PORT or ipc://FILE of a daemon, fawkes://HOST[:PORT] of Fawkes; "
+    "tcp://HOST:PORT?key=FILE&server-key=FILE with CURVE keys.",
 )
 INTERFACE_DIR_OPTION = typer.Option(
     "--interface-dir",
     metavar="DIR",
-    help="folder of interface definitions that take precedence over the shipped ones; may be "
-    "given several times",
+    help="Folder of interface definitions that take precedence over the shipped ones; may be "
+    "given several times.",
 )
 
 _SKILLER: Final = {"metavar": "lua|simulator|none|URL"}

@@ -85,17 +85,6 @@ def style(command: Any) -> Any:
 def _style_parameter(parameter: Any) -> None:
     if parameter.metavar is None and not getattr(parameter, "is_flag", False):
         parameter.metavar = _choose_metavar(parameter)
-    help_text = getattr(parameter, "help", None)
-    if help_text:
-        parameter.help = _make_sentence(help_text, (parameter.metavar or "").split("|"))
-
-
-def _make_sentence(text: str, values: Sequence[str]) -> str:
-    """Return a text as a sentence; a leading value of the command line keeps its case."""
-    first_word = text.split(maxsplit=1)[0]
-    if first_word.isalpha() and first_word.islower() and first_word not in values:
-        text = text[0].upper() + text[1:]
-    return text if text.endswith((".", ")", "]")) else f"{text}."
 
 
 def _choose_metavar(parameter: Any) -> str:

@@ -1,4 +1,4 @@
-"""The help has each command once, and its examples are commands that parse."""
+"""The help has each command once; examples are commands that parse, descriptions are sentences."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ COMMANDS = dict(leaves(ROOT_COMMAND))
 EXAMPLE = re.compile(r"Example:\n((?:  .+\n?)+)")
 
 
-def test_examples_of_commands_parse():
+def test_examples_of_commands_parse_and_parameters_have_sentences():
     wrong = {}
     for path, command in COMMANDS.items():
         found = EXAMPLE.search(command.epilog or "")
@@ -45,12 +45,16 @@ def test_examples_of_commands_parse():
                 if context.args:
                     wrong[path] = line
     assert COMMANDS
-    assert wrong == {}
+    descriptions = (
+        parameter.help or "None." for command in COMMANDS.values() for parameter in command.params
+    )
+    assert (wrong, [text for text in descriptions if not re.fullmatch("[^a-z].*[.]", text)]) == ({}, [])
 
 
 def test_sections_name_exactly_commands_of_core():
-    named = [name for names in commands.HELP_SECTIONS.values() for name in names]
-    assert sorted(named) == sorted(row.name for row in make_module_rows(commands))
+    assert sorted(name for names in commands.HELP_SECTIONS.values() for name in names) == sorted(
+        row.name for row in make_module_rows(commands)
+    )
 
 
 def test_help_has_each_command_once():

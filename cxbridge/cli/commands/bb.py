@@ -37,10 +37,10 @@ _ANY_INTERFACE: Final = "*"
 
 Assignments = Annotated[
     list[str] | None,
-    typer.Argument(metavar="NAME=VALUE...", help="fields: NAME=VALUE, NAME=V,V,V for arrays"),
+    typer.Argument(metavar="NAME=VALUE...", help="Fields: NAME=VALUE, NAME=V,V,V for arrays."),
 ]
 Glob = Annotated[
-    str, typer.Argument(metavar="GLOB", help="TYPE or TYPE::ID with the shell patterns *, ?, []")
+    str, typer.Argument(metavar="GLOB", help="TYPE or TYPE::ID with the shell patterns *, ?, [].")
 ]
 
 
@@ -119,9 +119,9 @@ def watch(
     globs: Globs,
     url: Connect = DEFAULT_URL,
     interface_dir: InterfaceDirs = None,
-    count: Annotated[int | None, typer.Option(min=1, help="end after N lines")] = None,
-    timeout: Annotated[float | None, typer.Option(min=0, help="end after SECONDS")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object per line")] = False,
+    count: Annotated[int | None, typer.Option(min=1, help="End after N lines.")] = None,
+    timeout: Annotated[float | None, typer.Option(min=0, help="End after SECONDS.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object per line.")] = False,
 ) -> int:
     """Print the changed fields of each write on a line, until Ctrl-C.
 
@@ -155,7 +155,7 @@ def set_fields(
     url: Connect = DEFAULT_URL,
     interface_dir: InterfaceDirs = None,
     hold: Annotated[
-        float | None, typer.Option(min=0, help="remain the writer for SECONDS afterwards")
+        float | None, typer.Option(min=0, help="Remain the writer for SECONDS afterwards.")
     ] = None,
 ) -> None:
     """Write fields of an interface that has no other writer; its other fields keep their values.
@@ -185,15 +185,15 @@ def set_fields(
 @app.command()
 def send(
     uid: Uid,
-    message: Annotated[str, typer.Argument(metavar="MESSAGE", help="type of the message, e.g. ExecSkill")],
+    message: Annotated[str, typer.Argument(metavar="MESSAGE", help="Type of the message, e.g. ExecSkill.")],
     assignments: Assignments = None,
     url: Connect = DEFAULT_URL,
     interface_dir: InterfaceDirs = None,
     wait: Annotated[
         bool,
-        typer.Option("--wait", help="wait until the field msgid of the interface is the id of the message"),
+        typer.Option("--wait", help="Wait until the field msgid of the interface is the id of the message."),
     ] = False,
-    timeout: Annotated[float, typer.Option(min=0, help="limit of --wait, in seconds")] = 10.0,
+    timeout: Annotated[float, typer.Option(min=0, help="Limit of --wait, in seconds.")] = 10.0,
 ) -> int:
     """Send a message to the writer of an interface; print its id, and with --wait the fields after the reply.
 

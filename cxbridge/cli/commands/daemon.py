@@ -196,7 +196,7 @@ def _format_components(components: Sequence[Mapping[str, str]]) -> Iterator[str]
 def component(
     name: Annotated[
         str,
-        typer.Argument(metavar="[NAME]", help="name of the component; all by default", show_default=False),
+        typer.Argument(metavar="[NAME]", help="Name of the component; all by default.", show_default=False),
     ] = "",
     transition: Annotated[
         str, typer.Argument(metavar="[configure|activate|deactivate|cleanup|shutdown]", show_default=False)

@@ -10,7 +10,7 @@ from cxbridge.cli.console import say_result
 
 
 def doctor(
-    as_json: Annotated[bool, typer.Option("--json", help="print the findings as JSON")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> int:
     """Check the installed packages, and print how to install the missing ones.
 

@@ -27,19 +27,23 @@ DefinitionDirs = Annotated[
     typer.Option(
         "--interface-dir",
         metavar="DIR",
-        help="folder of definitions that take precedence over the shipped ones; may be given several times",
+        help="Folder of definitions that take precedence over the shipped ones; may be given several times.",
     ),
 ]
 TypeOrFile = Annotated[
     str,
     typer.Argument(
-        metavar="NAME|FILE", help="an interface type, or a definition file", autocompletion=shipped_interfaces
+        metavar="NAME|FILE",
+        help="An interface type, or a definition file.",
+        autocompletion=shipped_interfaces,
     ),
 ]
 TypesOrFiles = Annotated[
     list[str],
     typer.Argument(
-        metavar="NAME|FILE...", help="interface types, or definition files", autocompletion=shipped_interfaces
+        metavar="NAME|FILE...",
+        help="Interface types, or definition files.",
+        autocompletion=shipped_interfaces,
     ),
 ]
 
@@ -73,7 +77,7 @@ def show(name: TypeOrFile, interface_dir: DefinitionDirs = None, as_json: AsJson
 
 @app.command()
 def check(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="definition files")],
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Definition files.")],
     as_json: AsJson = False,
 ) -> None:
     """Explain every mistake in definition files; exit status 0 without mistakes, 2 otherwise.
@@ -113,7 +117,7 @@ def print_hash(
     wire: Annotated[
         bool,
         typer.Option(
-            "--wire", help="print the hash of Fawkes' own definition with the same layout, if it is known"
+            "--wire", help="Print the hash of Fawkes' own definition with the same layout, if it is known."
         ),
     ] = False,
 ) -> None:
@@ -131,10 +135,10 @@ def print_hash(
 @app.command("compile")
 def compile_types(
     names: TypesOrFiles,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="folder for the modules")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for the modules.")],
     interface_dir: DefinitionDirs = None,
     stubs: Annotated[
-        bool, typer.Option("--stubs", help="write the stubs (.pyi) alone, without modules")
+        bool, typer.Option("--stubs", help="Write the stubs (.pyi) alone, without modules.")
     ] = False,
 ) -> None:
     """Write Python modules with the classes of interfaces, which need no XML, and stubs with their types.

@@ -12,10 +12,10 @@ from cxbridge.cli.console import say_lines
 
 def keys(
     name: Annotated[
-        str, typer.Argument(help="name of the owner; the files are NAME.key and NAME.key_secret")
+        str, typer.Argument(help="Name of the owner; the files are NAME.key and NAME.key_secret.")
     ],
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="DIR", help="folder for the files")
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the files.")
     ] = Path(),
 ) -> None:
     """Generate a pair of CURVE keys for ZeroMQ connections between machines, and print both paths.

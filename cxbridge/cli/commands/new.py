@@ -17,7 +17,7 @@ from cxbridge.testing.new_project import NewOptions
 def new(
     folder: Annotated[
         Path,
-        typer.Argument(metavar="NAME", help="folder of the project; its name becomes the name of the agent"),
+        typer.Argument(metavar="NAME", help="Folder of the project; its name becomes the name of the agent."),
     ],
     options: NewOptions,
 ) -> None:

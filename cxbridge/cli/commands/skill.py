@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(name="skill", cls=make_group_class(lambda: group_rows("skill"), {}), no_args_is_help=True)
 
-Skiller = Annotated[str, typer.Option(metavar="ID", help="id of the Skiller's interface")]
+Skiller = Annotated[str, typer.Option(metavar="ID", help="Id of the Skiller's interface.")]
 _LIST_TIMEOUT_S = 3.0  # seconds to wait for the list of skills, which Fawkes does not send
 
 
@@ -36,12 +36,14 @@ def _skill() -> None:
 
 @app.command("exec")
 def execute(
-    skill_string: Annotated[str, typer.Argument(metavar="SKILL_STRING", help="e.g. 'say{text=\"hi\"}'")],
+    skill_string: Annotated[
+        str, typer.Argument(metavar="SKILL_STRING", help="A skill string, e.g. 'say{text=\"hi\"}'.")
+    ],
     url: Connect = DEFAULT_URL,
     skiller: Skiller = "Skiller",
-    steal: Annotated[bool, typer.Option("--steal", help="take control even from another client")] = False,
-    wait: Annotated[bool, typer.Option("--wait/--no-wait", help="wait for the end of the skill")] = True,
-    timeout: Annotated[float | None, typer.Option(min=0, help="stop the skill after SECONDS")] = None,
+    steal: Annotated[bool, typer.Option("--steal", help="Take control even from another client.")] = False,
+    wait: Annotated[bool, typer.Option("--wait/--no-wait", help="Wait for the end of the skill.")] = True,
+    timeout: Annotated[float | None, typer.Option(min=0, help="Stop the skill after SECONDS.")] = None,
     interface_dir: InterfaceDirs = None,
     as_json: AsJson = False,
 ) -> int:
@@ -132,8 +134,8 @@ def _format_skillers(rows: Iterable[Mapping[str, Any]], controllers: Mapping[str
 @handle_signals(is_service=True)
 def executor(
     options: ExecutorOptions,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="log errors only")] = False,
-    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="log everything")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Log errors only.")] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log everything.")] = False,
 ) -> None:
     """Execute skills of an agent on the skill board, until SIGINT or SIGTERM.
 

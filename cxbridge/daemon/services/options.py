@@ -21,20 +21,20 @@ class RecordOptions:
 
     patterns: Annotated[
         tuple[str, ...],
-        Meta(description="interfaces to record: TYPE or TYPE::ID with *, ?, []; may be given several times"),
+        Meta(description="Interfaces to record: TYPE or TYPE::ID with *, ?, []; may be given several times."),
     ]
     outputs: Annotated[
         tuple[Path, ...],
         Meta(
             description="FILE.mcap, or a folder for files in the format of Fawkes' bblogger; may be given "
-            "several times"
+            "several times."
         ),
     ]
-    url: Annotated[str, Meta(description="the blackboard")] = DAEMON_URL
-    duration_s: Annotated[float | None, Meta(description="end after SECONDS; by default at Ctrl-C", ge=0)] = (
-        None
-    )
-    interface_dirs: Annotated[tuple[Path, ...], Meta(description="definitions of interfaces")] = ()
+    url: Annotated[str, Meta(description="The blackboard.")] = DAEMON_URL
+    duration_s: Annotated[
+        float | None, Meta(description="End after SECONDS; by default at Ctrl-C.", ge=0)
+    ] = None
+    interface_dirs: Annotated[tuple[Path, ...], Meta(description="Definitions of interfaces.")] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,28 +45,28 @@ class ReplayOptions:
     :param end_s: the end in seconds since the first event of the recording.
     """
 
-    run: Annotated[Path, Meta(description="an mcap file, or a file or folder of bblogger")]
-    url: Annotated[str, Meta(description="the blackboard")] = DAEMON_URL
+    run: Annotated[Path, Meta(description="An mcap file, or a file or folder of bblogger.")]
+    url: Annotated[str, Meta(description="The blackboard.")] = DAEMON_URL
     patterns: Annotated[
         tuple[str, ...],
         Meta(
-            description="interfaces to replay: TYPE or TYPE::ID with *, ?, []; may be given several times; "
-            "all by default"
+            description="Interfaces to replay: TYPE or TYPE::ID with *, ?, []; may be given several times; "
+            "all by default."
         ),
     ] = ()
     speed: Annotated[
-        float, Meta(description="replay N seconds of the recording in a second", ge=1e-06, le=1000000.0)
+        float, Meta(description="Replay N seconds of the recording in a second.", ge=1e-06, le=1000000.0)
     ] = 1.0
     start_s: Annotated[
         float | None,
-        Meta(description="begin SECONDS after the first event", ge=0),
+        Meta(description="Begin SECONDS after the first event.", ge=0),
     ] = None
     end_s: Annotated[
         float | None,
-        Meta(description="end SECONDS after the first event", ge=0),
+        Meta(description="End SECONDS after the first event.", ge=0),
     ] = None
-    loop: Annotated[bool, Meta(description="repeat the replay until Ctrl-C")] = False
-    interface_dirs: Annotated[tuple[Path, ...], Meta(description="definitions of interfaces")] = ()
+    loop: Annotated[bool, Meta(description="Repeat the replay until Ctrl-C.")] = False
+    interface_dirs: Annotated[tuple[Path, ...], Meta(description="Definitions of interfaces.")] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,12 +76,12 @@ class ExecutorOptions:
     :param name: the id of the executor's interface; by default ``AGENT-CLASS``.
     """
 
-    target: Annotated[str, Meta(description="the class of the executor, a SkillExecutor; or FILE.py:CLASS")]
-    agent: Annotated[str, Meta(description="the agent (robot) for which the executor works")]
-    url: Annotated[str, Meta(description="the blackboard")] = DAEMON_URL
-    name: Annotated[str, Meta(description="id of the executor; AGENT-CLASS by default")] = ""
+    target: Annotated[str, Meta(description="The class of the executor, a SkillExecutor; or FILE.py:CLASS.")]
+    agent: Annotated[str, Meta(description="The agent (robot) for which the executor works.")]
+    url: Annotated[str, Meta(description="The blackboard.")] = DAEMON_URL
+    name: Annotated[str, Meta(description="Id of the executor; AGENT-CLASS by default.")] = ""
     settings: Annotated[
         tuple[str, ...],
-        Meta(description="a setting of the class; repeatable"),
+        Meta(description="A setting of the class; repeatable."),
     ] = ()
-    interface_dirs: Annotated[tuple[Path, ...], Meta(description="definitions of interfaces")] = ()
+    interface_dirs: Annotated[tuple[Path, ...], Meta(description="Definitions of interfaces.")] = ()

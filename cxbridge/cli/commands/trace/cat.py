@@ -15,15 +15,15 @@ def cat(
     kind: Annotated[
         list[str] | None,
         typer.Option(
-            help="print only events of this kind: log, rule, fact, goal, plan-action, skill, interface, "
-            "message, planner"
+            help="Print only events of this kind: log, rule, fact, goal, plan-action, skill, interface, "
+            "message, planner."
         ),
     ] = None,
     match: Annotated[
-        str, typer.Option(help="print only events whose lines match this regular expression")
+        str, typer.Option(help="Print only events whose lines match this regular expression.")
     ] = "",
     interface_dir: InterfaceDirs = None,
-    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object per line")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object per line.")] = False,
 ) -> None:
     """Print the events of a recorded run, one per line, with the seconds since the first event.
 

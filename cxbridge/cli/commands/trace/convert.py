@@ -15,12 +15,12 @@ from cxbridge.plugins import package_hint
 def convert(
     file: RunPath,
     output: Annotated[
-        Path, typer.Argument(metavar="OUT", help="file to write; a folder for CSV with several interfaces")
+        Path, typer.Argument(metavar="OUT", help="File to write; a folder for CSV with several interfaces.")
     ],
     to: Annotated[
         str,
         typer.Option(
-            help="write this format: mcap, foxglove, fawkes-log, transitions, csv, rosbag or rosbag-sqlite3"
+            help="Write this format: mcap, foxglove, fawkes-log, transitions, csv, rosbag or rosbag-sqlite3."
         ),
     ] = "mcap",
     interface_dir: InterfaceDirs = None,

@@ -21,26 +21,28 @@ if TYPE_CHECKING:
 class _ComparisonOptions:
     """The options that select the events, and how they are compared."""
 
-    level: Annotated[str, typer.Option(help="the events to compare")] = "transitions"
+    level: Annotated[str, typer.Option(help="The events to compare.")] = "transitions"
     order: Annotated[
         str,
-        typer.Option(help="compare all events in one order (total), or only causes before effects (partial)"),
+        typer.Option(
+            help="Compare all events in one order (total), or only causes before effects (partial)."
+        ),
     ] = "total"
     only: Annotated[
         tuple[str, ...],
-        typer.Option(metavar="PATTERN", help="compare only matching events; may be given several times"),
+        typer.Option(metavar="PATTERN", help="Compare only matching events; may be given several times."),
     ] = ()
     ignore: Annotated[
         tuple[str, ...],
-        typer.Option(metavar="PATTERN", help="ignore matching events; may be given several times"),
+        typer.Option(metavar="PATTERN", help="Ignore matching events; may be given several times."),
     ] = ()
     time_tolerance: Annotated[
         float | None,
         typer.Option(
             min=0,
             metavar="S",
-            help="also compare the times since the previous event of the same goal, plan, Skiller or "
-            "interface, with a tolerance of S seconds",
+            help="Also compare the times since the previous event of the same goal, plan, Skiller or "
+            "interface, with a tolerance of S seconds.",
         ),
     ] = None
 
@@ -57,17 +59,17 @@ class _ComparisonOptions:
 class _DiffOutputs:
     """The options for the output of a comparison."""
 
-    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False
-    junit: Annotated[Path | None, typer.Option(metavar="FILE", help="also write a JUnit file for CI")] = None
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False
+    junit: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write a JUnit file for CI.")] = None
     html: Annotated[
-        Path | None, typer.Option("--html", metavar="FILE", help="also write a page that works offline")
+        Path | None, typer.Option("--html", metavar="FILE", help="Also write a page that works offline.")
     ] = None
 
 
 @option_groups
 def diff(
-    first_path: Annotated[Path, typer.Argument(metavar="A", help="the run to compare")],
-    other_paths: Annotated[list[Path], typer.Argument(metavar="B...", help="the runs to compare with A")],
+    first_path: Annotated[Path, typer.Argument(metavar="A", help="The run to compare.")],
+    other_paths: Annotated[list[Path], typer.Argument(metavar="B...", help="The runs to compare with A.")],
     options: _ComparisonOptions,
     outputs: _DiffOutputs,
 ) -> None:

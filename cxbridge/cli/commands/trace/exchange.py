@@ -13,7 +13,7 @@ from cxbridge.cli.console import say_lines
 def exchange(
     file: RunPath,
     interface_dir: InterfaceDirs = None,
-    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object per line")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object per line.")] = False,
 ) -> None:
     """Print the messages of masters and executors on a skill board, one per line, in recorded order.
 

@@ -12,13 +12,13 @@ from cxbridge.cli.console import say, say_lines
 
 
 def extract(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="a recorded run (mcap)")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A recorded run (mcap).")],
     pattern: Annotated[
-        str, typer.Argument(metavar="PATTERN", help="write only the files whose names match, e.g. 'clips/*'")
+        str, typer.Argument(metavar="PATTERN", help="Write only the files whose names match, e.g. 'clips/*'.")
     ] = "*",
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="DIR", help="folder for the files, created if missing"),
+        typer.Option("--output", "-o", metavar="DIR", help="Folder for the files, created if missing."),
     ] = Path(),
 ) -> None:
     """Write the files that were recorded with a run (configuration, CLIPS, PDDL, interfaces) to a folder.

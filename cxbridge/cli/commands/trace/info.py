@@ -13,7 +13,7 @@ from cxbridge.cli.console import say_result
 def info(
     file: RunPath,
     interface_dir: InterfaceDirs = None,
-    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Show the content of a recording: format, times, number of events by kind, metadata, attached files.
 

@@ -19,7 +19,7 @@ INCOMPLETE = 4
 @handle_signals(is_service=True)
 def record(
     options: RecordOptions,
-    as_json: Annotated[bool, typer.Option("--json", help="print the summary as JSON")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
     *,
     console: ConsoleOptions,
 ) -> int:

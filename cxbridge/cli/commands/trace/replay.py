@@ -21,7 +21,7 @@ EXIT_INTERRUPTED = 130
 @option_groups
 def replay(
     options: ReplayOptions,
-    as_json: Annotated[bool, typer.Option("--json", help="print the summary as JSON")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
     *,
     console: ConsoleOptions,
 ) -> int:

@@ -13,7 +13,7 @@ from cxbridge.cli.option_groups import option_groups
 
 _Url = Annotated[
     str,
-    typer.Argument(metavar="URL", help="a blackboard: tcp://HOST:PORT, ipc://FILE or fawkes://HOST[:PORT]"),
+    typer.Argument(metavar="URL", help="A blackboard: tcp://HOST:PORT, ipc://FILE or fawkes://HOST[:PORT]."),
 ]
 
 
@@ -28,7 +28,7 @@ def gateway(
             "--interface",
             "-i",
             metavar="GLOB",
-            help="interfaces to mirror: TYPE or TYPE::ID with *, ?, []; may be given several times",
+            help="Interfaces to mirror: TYPE or TYPE::ID with *, ?, []; may be given several times.",
         ),
     ],
     interface_dir: InterfaceDirs = None,

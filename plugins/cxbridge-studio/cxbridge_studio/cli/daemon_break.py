@@ -23,7 +23,7 @@ def add(
     specs: Annotated[
         list[str],
         typer.Argument(
-            metavar="SPEC...", help="breakpoints, e.g. rule:NAME, goal:CLASS:MODE; see docs/debugging.md"
+            metavar="SPEC...", help="Breakpoints, e.g. rule:NAME, goal:CLASS:MODE; see docs/debugging.md."
         ),
     ],
     url: Connect = DEFAULT_URL,
@@ -55,7 +55,7 @@ def list_breakpoints(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> Non
 @breaks.command()
 def remove(
     numbers: Annotated[list[int] | None, typer.Argument(metavar="NUMBER...", show_default=False)] = None,
-    remove_all: Annotated[bool, typer.Option("--all", help="remove all breakpoints")] = False,
+    remove_all: Annotated[bool, typer.Option("--all", help="Remove all breakpoints.")] = False,
     url: Connect = DEFAULT_URL,
 ) -> None:
     """Remove breakpoints. Stopped rules stay stopped until 'cxbridge daemon resume'.

@@ -15,7 +15,7 @@ from cxbridge_studio.debugger.command_words import parse_number
 
 app = typer.Typer(name="env", help="The CLIPS environments of a daemon.", no_args_is_help=True)
 
-_Env = Annotated[str, typer.Argument(metavar="ENV", help="the environment, e.g. executive")]
+_Env = Annotated[str, typer.Argument(metavar="ENV", help="The environment, e.g. executive.")]
 
 
 def _say_rows(
@@ -87,9 +87,9 @@ def destroy(env: _Env, url: Connect = DEFAULT_URL) -> None:
 @app.command()
 def load(
     env: _Env,
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="files on the daemon's machine")],
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Files on the daemon's machine.")],
     batch: Annotated[
-        bool, typer.Option("--batch", help="execute commands, with CLIPS' batch* instead of load*")
+        bool, typer.Option("--batch", help="Execute commands, with CLIPS' batch* instead of load*.")
     ] = False,
     url: Connect = DEFAULT_URL,
 ) -> int:
@@ -126,7 +126,7 @@ def watch(
     env: _Env,
     item: Annotated[str, typer.Argument(metavar="facts|rules|all")],
     names: Annotated[list[str] | None, typer.Argument(metavar="[NAME...]", show_default=False)] = None,
-    off: Annotated[bool, typer.Option("--off", help="stop watching")] = False,
+    off: Annotated[bool, typer.Option("--off", help="Stop watching.")] = False,
     url: Connect = DEFAULT_URL,
 ) -> None:
     """Watch all facts or rules, or those of the given names: watched facts and firings are recorded.
@@ -182,7 +182,9 @@ def agenda(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False) -> No
 @app.command("eval")
 def evaluate(
     env: _Env,
-    expression: Annotated[str, typer.Argument(metavar="EXPR", help="e.g. '(get-strategy)'")],
+    expression: Annotated[
+        str, typer.Argument(metavar="EXPR", help="A CLIPS expression, e.g. '(get-strategy)'.")
+    ],
     url: Connect = DEFAULT_URL,
     as_json: AsJson = False,
 ) -> None:
@@ -226,7 +228,7 @@ def modify(
     env: _Env,
     index: Annotated[str, typer.Argument(metavar="INDEX")],
     slots: Annotated[
-        list[str], typer.Argument(metavar="SLOT=VALUE...", help="slots with VALUE in CLIPS' syntax")
+        list[str], typer.Argument(metavar="SLOT=VALUE...", help="Slots with VALUE in CLIPS' syntax.")
     ],
     url: Connect = DEFAULT_URL,
 ) -> None:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def monitor(
     run: Annotated[
         Path | None,
-        typer.Argument(metavar="[RUN]", help="a recorded run of any format", show_default=False),
+        typer.Argument(metavar="[RUN]", help="A recorded run of any format.", show_default=False),
     ] = None,
     url: Connect = DEFAULT_URL,
     interface_dir: InterfaceDirs = None,

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 def monitor(
     url: Connect = DEFAULT_URL,
     skiller: Skiller = "Skiller",
-    count: Annotated[int | None, typer.Option(min=1, help="end after N changes")] = None,
-    timeout: Annotated[float | None, typer.Option(min=0, help="end after SECONDS")] = None,
+    count: Annotated[int | None, typer.Option(min=1, help="End after N changes.")] = None,
+    timeout: Annotated[float | None, typer.Option(min=0, help="End after SECONDS.")] = None,
     interface_dir: InterfaceDirs = None,
-    as_json: Annotated[bool, typer.Option("--json", help="print a JSON object per line")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print a JSON object per line.")] = False,
 ) -> int:
     """Follow the states of a Skiller: a line when the skill string, status, error or controller changes.
 
@@ -68,11 +68,11 @@ def _print_lines(
 class _SkillFiles:
     """The options for the folders of skills and interface definitions."""
 
-    space: Annotated[str, typer.Option(help="the skill space, without --connect")] = "test"
+    space: Annotated[str, typer.Option(help="The skill space, without --connect.")] = "test"
     skill_dirs: Annotated[
-        tuple[Path, ...], typer.Option("--skill-dir", metavar="DIR", help="a folder with Lua skills")
+        tuple[Path, ...], typer.Option("--skill-dir", metavar="DIR", help="A folder with Lua skills.")
     ] = ()
-    fawkes_dir: Annotated[Path | None, typer.Option(metavar="DIR", help="a Fawkes checkout")] = None
+    fawkes_dir: Annotated[Path | None, typer.Option(metavar="DIR", help="A Fawkes checkout.")] = None
     interface_dirs: Annotated[tuple[Path, ...], INTERFACE_DIR_OPTION] = ()
 
     def find_folders(self) -> tuple[list[Path], list[Path]]:
@@ -91,12 +91,12 @@ def graph(
         str,
         typer.Argument(
             metavar="SKILL",
-            help="the name of a skill; SKILL_DEP for the dependencies of skills; with --connect also ACTIVE",
+            help="The name of a skill; SKILL_DEP for the dependencies of skills; with --connect also ACTIVE.",
         ),
     ],
     url: Annotated[
         str | None,
-        typer.Option("--connect", metavar="URL", help="ask the Skiller of this daemon or Fawkes server"),
+        typer.Option("--connect", metavar="URL", help="Ask the Skiller of this daemon or Fawkes server."),
     ] = None,
     skiller: Skiller = "Skiller",
     *,

@@ -14,19 +14,19 @@ if TYPE_CHECKING:
 
 
 def repair(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="a recorded run")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A recorded run.")],
     output: Annotated[
         Path | None,
         typer.Option(
             "--output",
             "-o",
             metavar="OUT",
-            help="write the repaired copy to this file",
+            help="Write the repaired copy to this file.",
         ),
     ] = None,
-    in_place: Annotated[bool, typer.Option("--in-place", help="repair FILE without a backup")] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="report the damage and write nothing")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False,
+    in_place: Annotated[bool, typer.Option("--in-place", help="Repair FILE without a backup.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Report the damage and write nothing.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Repair a recording: a wrong header of bblogger, a truncated mcap file, an incomplete last line.
 

@@ -11,9 +11,11 @@ from cxbridge.cli.console import say
 
 
 def report(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="a recorded run of any format")],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="OUT.html", help="the page to write")],
-    title: Annotated[str, typer.Option(help="the heading of the page; by default the name of the file")] = "",
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A recorded run of any format.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="OUT.html", help="The page to write.")],
+    title: Annotated[
+        str, typer.Option(help="The heading of the page; by default the name of the file.")
+    ] = "",
 ) -> None:
     """Write a page that shows a run: goals over time, plan-actions, skills, rules, log, interfaces.
 
