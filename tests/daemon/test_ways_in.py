@@ -45,7 +45,7 @@ LISTENS = {
     "cxbridge.blackboard.zmq.server.server": "security.check_endpoint",
     "cxbridge.blackboard.zmq.wire.sockets": "security.check_endpoint, in the server",
     "cxbridge_web.options": "tries whether a port of the loopback is free",
-    "cxbridge_protobuf.network": "clips-protobuf/server-address",
+    "cxbridge_protobuf.socket_connections": "clips-protobuf/server-address",
     "cxbridge_protobuf.peer": "the address that the agent's rules name",
     "cxbridge_explore.coordinator": "a file in a folder of this user",
     "cxbridge_web.foxglove.proxy": "FoxgloveSettings.check",

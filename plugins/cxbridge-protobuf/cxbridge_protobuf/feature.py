@@ -21,8 +21,8 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
 from cxbridge_protobuf import fields
 from cxbridge_protobuf.inbox import ConnectionChange, Origin, ReceivedMessage
-from cxbridge_protobuf.network import Network
 from cxbridge_protobuf.settings import CONNECTIONS_KEY, ProtobufSettings
+from cxbridge_protobuf.socket_connections import Network
 from cxbridge_protobuf.types import MessageTypes, make_frame
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge_explore.game.score import Score
 from cxbridge_protobuf.connections import MakeConnections
-from cxbridge_protobuf.local import LOCAL_HOST, LocalNetwork
+from cxbridge_protobuf.local_connections import LOCAL_HOST, LocalNetwork
 from cxbridge_protobuf.types import Message, MessageTypes, make_frame
 from cxbridge_rcll.controller import Controller
 from cxbridge_rcll.refbox import Refbox

@@ -14,7 +14,7 @@ from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge_protobuf.feature import ProtobufFeature
-from cxbridge_protobuf.local import LocalNetwork
+from cxbridge_protobuf.local_connections import LocalNetwork
 from cxbridge_protobuf.settings import ProtobufSettings
 from cxbridge_rcll.hostfunctions import FieldFunctions, MachineFunctions, define_config_functions
 from cxbridge_rcll.machines import Machine

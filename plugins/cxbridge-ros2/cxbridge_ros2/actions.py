@@ -16,7 +16,7 @@ from typing import Any, Final
 from cxbridge.clock import Clock
 from cxbridge.closing import Closing
 from cxbridge.rights import Right, right_of_frame
-from cxbridge_ros2.builtin import CANCEL_GOAL_TYPE
+from cxbridge_ros2.builtin_definitions import CANCEL_GOAL_TYPE
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.names import parse_type
 from cxbridge_ros2.node import Client, Node, SendResponse

@@ -26,7 +26,7 @@ from rosbags.typesys.base import TypesysError
 from cxbridge.errors import Ros2Error
 from cxbridge.file_access import walk_folders
 from cxbridge.suggestions import did_you_mean
-from cxbridge_ros2.builtin import BUILT_IN_DEFINITIONS
+from cxbridge_ros2.builtin_definitions import BUILT_IN_DEFINITIONS
 from cxbridge_ros2.names import TypeName, parse_type
 
 # The type of a field in rosbags: a Nodetype, and its details. BASE has the name of the base type and the

@@ -22,8 +22,8 @@ from cxbridge_ros2cx.confvals import ParametersFeature
 from cxbridge_ros2cx.parameters import FeatureEntry
 from cxbridge_ros2cx.plansys2 import PlanSys2Feature
 from cxbridge_ros2cx.settings import Ros2CxSettings
+from cxbridge_ros2cx.skill_board_client import Ros2CxSkills
 from cxbridge_ros2cx.skill_execution import SkillExecutionFeature
-from cxbridge_ros2cx.skills import Ros2CxSkills
 
 REDEFINE_FEATURE = "redefine_warning_feature"
 

@@ -20,7 +20,7 @@ from cxbridge.history.exchange import MAPPED_ACTION
 from cxbridge_ros2cx.thesis_board import NO_AGENT
 
 if TYPE_CHECKING:
-    from cxbridge_ros2cx.skills import Ros2CxSkills
+    from cxbridge_ros2cx.skill_board_client import Ros2CxSkills
 
 # the status in facts `skill-feedback`, by the state of the skill on the board
 _STATUS_BY_STATE = {

@@ -35,7 +35,7 @@ from cxbridge_ros2cx.parameters import (
 )
 from cxbridge_ros2cx.refresh import RefreshTimer, to_seconds_and_nanoseconds
 from cxbridge_ros2cx.settings import Ros2CxSettings
-from cxbridge_ros2cx.skills import Ros2CxSkills
+from cxbridge_ros2cx.skill_board_client import Ros2CxSkills
 from cxbridge_ros2cx.thesis_board import add_response_timeout, select_board_class
 
 if TYPE_CHECKING:

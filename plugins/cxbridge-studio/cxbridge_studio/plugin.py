@@ -10,7 +10,7 @@ COMPONENTS = (
     # Only an agent has rules to explain, and only clients ask.
     Row(
         "explainer",
-        "cxbridge_studio.explain.answering:Explainer",
+        "cxbridge_studio.explain.component:Explainer",
         lambda context: bool(context.spec) and context.has_clients,
     ),
 )

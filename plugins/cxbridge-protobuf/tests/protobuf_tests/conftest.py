@@ -10,7 +10,7 @@ import pytest
 
 from cxbridge_protobuf import compiler
 from cxbridge_protobuf.inbox import ConnectionChange, InboxEvent, LogWarning, ReceivedMessage
-from cxbridge_protobuf.network import Network
+from cxbridge_protobuf.socket_connections import Network
 from cxbridge_protobuf.types import MessageTypes
 from tests.blackboard.zmq.support import eventually
 from tests.executive.conftest import bus, env, log

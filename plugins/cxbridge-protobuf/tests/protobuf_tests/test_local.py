@@ -7,7 +7,7 @@ import pytest
 from cxbridge.errors import ProtobufError
 from cxbridge_protobuf.frames import Frame
 from cxbridge_protobuf.inbox import ConnectionChange, LogWarning, Origin, ReceivedMessage
-from cxbridge_protobuf.local import LOCAL_HOST, LocalNetwork
+from cxbridge_protobuf.local_connections import LOCAL_HOST, LocalNetwork
 from cxbridge_protobuf.types import MessageTypes, make_frame
 from protobuf_tests.conftest import PROTOS
 

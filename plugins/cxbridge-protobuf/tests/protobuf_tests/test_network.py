@@ -11,7 +11,7 @@ import pytest
 
 from cxbridge.errors import ProtobufError
 from cxbridge_protobuf import inbox, stream
-from cxbridge_protobuf import network as network_module
+from cxbridge_protobuf import socket_connections as network_module
 from cxbridge_protobuf.crypto import CIPHER_NUMBERS
 from cxbridge_protobuf.frames import Frame, add_header, encode_frame
 from cxbridge_protobuf.inbox import ConnectionChange, LogWarning, Origin, ReceivedMessage

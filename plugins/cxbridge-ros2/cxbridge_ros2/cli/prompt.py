@@ -17,8 +17,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.rights import ALL_RIGHTS
 from cxbridge_ros2.experts.client import ExpertClient
 from cxbridge_ros2.experts.definitions import TYPE_DEFINITIONS
-from cxbridge_ros2.experts.nodes import NodeCodec
 from cxbridge_ros2.experts.terminal import Terminal
+from cxbridge_ros2.experts.trees import NodeCodec
 from cxbridge_ros2.settings import NodeSettings
 
 _PROMPT: Final = "> "

@@ -15,7 +15,7 @@ from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge.run.features import FEATURES
 from cxbridge_ros2.experts.definitions import TYPE_DEFINITIONS
-from cxbridge_ros2.experts.planner import PlanServer
+from cxbridge_ros2.experts.plan_server import PlanServer
 from cxbridge_ros2.experts.server import SECTION, ExpertServer, read_expert_settings
 from cxbridge_ros2.problem_expert import shared_problem_expert_feature
 from cxbridge_ros2.settings import locate_errors

@@ -10,12 +10,6 @@ from typing import TYPE_CHECKING, Any, Final
 from cxbridge.closing import Closing
 from cxbridge.events import Logger
 from cxbridge.rights import right_of_frame
-from cxbridge_ros2.experts.answers import (
-    PROBLEM_SERVICES,
-    ExpertService,
-    make_knowledge_message,
-    make_response,
-)
 from cxbridge_ros2.experts.definitions import (
     KNOWLEDGE_TOPIC,
     SERVICES_BY_NODE,
@@ -23,9 +17,15 @@ from cxbridge_ros2.experts.definitions import (
     UPDATE_TOPIC,
     list_services,
 )
-from cxbridge_ros2.experts.domain import DOMAIN_SERVICES
-from cxbridge_ros2.experts.nodes import NodeCodec
-from cxbridge_ros2.experts.planner import PlanServer
+from cxbridge_ros2.experts.domain_services import DOMAIN_SERVICES
+from cxbridge_ros2.experts.plan_server import PlanServer
+from cxbridge_ros2.experts.problem_services import (
+    PROBLEM_SERVICES,
+    ExpertService,
+    make_knowledge_message,
+    make_response,
+)
+from cxbridge_ros2.experts.trees import NodeCodec
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Node, RequestHandler, SendResponse
 from cxbridge_ros2.problem_expert import ProblemExpertFeature

@@ -26,7 +26,7 @@ from cxbridge.executive.pddl.printer import format_number
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.experts.client import ExpertClient
 from cxbridge_ros2.experts.knowledge import format_ground
-from cxbridge_ros2.experts.nodes import (
+from cxbridge_ros2.experts.trees import (
     NodeCodec,
     TreeNodeKind,
     make_ground_node,

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.manager import EnvironmentManager
     from cxbridge.run.agent import Run
     from cxbridge_protobuf.connections import MakeConnections
-    from cxbridge_protobuf.local import LocalNetwork
+    from cxbridge_protobuf.local_connections import LocalNetwork
 
 # package and file that exist since pull request 33 of carologistics/clips_executive (June 2026)
 _FILE_SINCE_2026 = ("cx_msgs", "srv/ClipsCommand.srv")
@@ -205,7 +205,7 @@ def _make_local_connections() -> MakeConnections:
 
     @cache
     def make_network() -> LocalNetwork:
-        from cxbridge_protobuf.local import LocalNetwork  # noqa: PLC0415 - for agents with protobuf
+        from cxbridge_protobuf.local_connections import LocalNetwork  # noqa: PLC0415 - for agents with protobuf
 
         return LocalNetwork()
 

@@ -13,7 +13,7 @@ from gymnasium.spaces import Box, Discrete
 from numpy.typing import NDArray
 
 from cxbridge.errors import CxbridgeError
-from cxbridge_ros2cx.rl.interface import LEARNER_NODE, Decision, LearningAgent
+from cxbridge_ros2cx.rl.learning_agent import LEARNER_NODE, Decision, LearningAgent
 from cxbridge_ros2cx.rl.spaces import Groundings, Observation
 
 _DONE_INFO = "Done"  # the text in the agent's result at the end of an episode

@@ -13,7 +13,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from cxbridge_ros2cx.rl.interface import LearningAgent
+from cxbridge_ros2cx.rl.learning_agent import LearningAgent
 
 NO_OP: Final = "no-op"  # the action with index 0, which has no effect
 

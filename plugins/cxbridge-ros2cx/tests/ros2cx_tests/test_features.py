@@ -13,8 +13,8 @@ from cxbridge.executive.host.values import TRUE, Symbol
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge_planning.settings import PlannerSettings
 from cxbridge_ros2cx.plansys2 import PlanSys2Feature
+from cxbridge_ros2cx.skill_board_client import Ros2CxSkills
 from cxbridge_ros2cx.skill_execution import SkillExecutionFeature
-from cxbridge_ros2cx.skills import Ros2CxSkills
 from tests.executive.conftest import Log
 from tests.executive.features.test_skill_board import FakeExecutor, FakeSkills
 

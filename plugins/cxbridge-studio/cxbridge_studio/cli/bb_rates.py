@@ -21,7 +21,7 @@ from cxbridge.cli.connect import (
 )
 from cxbridge.cli.console import say, say_json
 from cxbridge.cli.option_groups import option_groups
-from cxbridge_studio.terminal.metering import OWNER, WINDOW, Rate, RateMeter
+from cxbridge_studio.write_rates import OWNER, WINDOW, Rate, RateMeter
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard

@@ -15,10 +15,10 @@ from cxbridge.history.tree import goal_lines
 from cxbridge.printing import indent_lines
 from cxbridge.rights import ALL_RIGHTS
 from cxbridge.run.servers import RunServer
+from cxbridge_studio.debugger.breakpoint_checks import BreakpointMistakes
 from cxbridge_studio.debugger.breakpoints import Stop, parse_breakpoint
 from cxbridge_studio.debugger.command_words import execute_command, parse_fact_change, parse_number
 from cxbridge_studio.debugger.debugger import STEP_UNITS, debugger_of
-from cxbridge_studio.debugger.names import BreakpointMistakes
 
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run

@@ -108,7 +108,7 @@ def graph(
 
     Example: cxbridge skill graph goto --skill-dir skills
     """
-    from cxbridge_studio.terminal.graphs import fetch_graph, make_graph
+    from cxbridge_studio.skill_graphs import fetch_graph, make_graph
 
     if url is None:
         text = make_graph(skill, *files.find_folders(), space=files.space)

@@ -21,8 +21,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap import protocol
 from cxbridge_studio.dap.agent import StoppedEnvironment
 from cxbridge_studio.dap.breakpoints import FILTERS, Breakpoints
+from cxbridge_studio.dap.debugged_run import LiveRun
 from cxbridge_studio.dap.launching import make_live_run
-from cxbridge_studio.dap.live import LiveRun
 from cxbridge_studio.dap.phases import (
     AFTER_INITIALIZE,
     AFTER_LAUNCH,

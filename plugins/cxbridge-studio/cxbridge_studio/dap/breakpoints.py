@@ -17,7 +17,7 @@ from typing import Any, Final, NamedTuple
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap import protocol
-from cxbridge_studio.dap.live import LiveRun
+from cxbridge_studio.dap.debugged_run import LiveRun
 from cxbridge_studio.dap.rule_lines import FileRule, find_rules, find_stop_line
 from cxbridge_studio.dap.stops import read_source
 from cxbridge_studio.debugger.breakpoints import ANY_NAME, Breakpoint, check_hit_count, parse_breakpoint

@@ -10,7 +10,7 @@ import msgspec
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.program.plain_options import options_from_json
-from cxbridge_studio.dap.live import LiveRun
+from cxbridge_studio.dap.debugged_run import LiveRun
 from cxbridge_studio.dap.protocol import LaunchSettings
 
 # the keys of a launch configuration that are for the editors themselves

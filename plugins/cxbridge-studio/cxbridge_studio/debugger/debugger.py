@@ -22,8 +22,8 @@ from cxbridge.executive.host.capi import CData, decode, make_callback
 from cxbridge.executive.host.values import FALSE, show
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge_studio.debugger.agenda import next_rule, read_activations
+from cxbridge_studio.debugger.breakpoint_checks import AgentNames
 from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop, describe_transition, parse_breakpoint
-from cxbridge_studio.debugger.names import AgentNames
 
 if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive

@@ -15,7 +15,7 @@ from pygls.lsp.server import LanguageServer
 from cxbridge import __version__
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.agent.names import SourceFile
-from cxbridge_studio.lsp.examination import Examinations
+from cxbridge_studio.lsp.examinations import Examinations
 from cxbridge_studio.lsp.knowledge import AgentKnowledge
 from cxbridge_studio.lsp.positions import PositionConverter, path_to_uri, uri_to_path
 from cxbridge_studio.lsp.publishing import FileFindings
@@ -32,7 +32,7 @@ def _locate_agent(options: Mapping[str, Any]) -> AgentFiles:
     """Return the locations of an agent's files."""
     # imported here: the imports are slow, and the first responses of the server must be quick
     from cxbridge_studio.lsp.agent_files import AgentFiles  # noqa: PLC0415
-    from cxbridge_studio.lsp.examine import make_run_options  # noqa: PLC0415
+    from cxbridge_studio.lsp.examination_process import make_run_options  # noqa: PLC0415
 
     return AgentFiles.find(make_run_options(options))
 
@@ -40,7 +40,7 @@ def _locate_agent(options: Mapping[str, Any]) -> AgentFiles:
 def _names_agent(options: Mapping[str, Any]) -> bool:
     """Return whether the options name an agent; true for invalid options, so that the error is reported."""
     from cxbridge.run.source import source_of  # noqa: PLC0415
-    from cxbridge_studio.lsp.examine import make_run_options  # noqa: PLC0415 - as above
+    from cxbridge_studio.lsp.examination_process import make_run_options  # noqa: PLC0415 - as above
 
     try:
         return source_of(make_run_options(options)).is_named

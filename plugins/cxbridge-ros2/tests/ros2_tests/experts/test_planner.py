@@ -6,7 +6,7 @@ from typing import Any
 
 from cxbridge import plugins
 from cxbridge.run.features import FEATURES
-from cxbridge_ros2.experts.planner import PlanServer
+from cxbridge_ros2.experts.plan_server import PlanServer
 from ros2_tests.experts.test_services import MEETING_DOMAIN, MEETING_PROBLEM
 
 

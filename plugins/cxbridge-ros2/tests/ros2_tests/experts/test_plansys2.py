@@ -18,8 +18,8 @@ from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.experts.client import ExpertClient
 from cxbridge_ros2.experts.definitions import TYPE_DEFINITIONS
-from cxbridge_ros2.experts.nodes import NodeCodec
 from cxbridge_ros2.experts.terminal import Terminal
+from cxbridge_ros2.experts.trees import NodeCodec
 from cxbridge_ros2.lifecycle import ACTIVATE, CONFIGURE
 from cxbridge_ros2.names import parse_type
 from ros2_tests.clients import LifecycleClient

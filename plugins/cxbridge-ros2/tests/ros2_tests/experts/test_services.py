@@ -11,7 +11,6 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.executive.pddl import parse_formula
-from cxbridge_ros2.experts.answers import PROBLEM_SERVICES
 from cxbridge_ros2.experts.client import ExpertClient
 from cxbridge_ros2.experts.definitions import (
     KNOWLEDGE_TOPIC,
@@ -20,8 +19,9 @@ from cxbridge_ros2.experts.definitions import (
     SINCE_JAZZY,
     UPDATE_TOPIC,
 )
-from cxbridge_ros2.experts.domain import DOMAIN_SERVICES
-from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, make_ground_node, make_param
+from cxbridge_ros2.experts.domain_services import DOMAIN_SERVICES
+from cxbridge_ros2.experts.problem_services import PROBLEM_SERVICES
+from cxbridge_ros2.experts.trees import NodeCodec, TreeNodeKind, make_ground_node, make_param
 from cxbridge_ros2.qos import QosProfile
 from ros2_tests.experts.agents import AGENT, MEETING, join_client, run_agent
 

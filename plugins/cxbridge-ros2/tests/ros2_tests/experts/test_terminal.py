@@ -15,8 +15,8 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_ros2.experts.client import ExpertRefusedError
-from cxbridge_ros2.experts.nodes import NodeCodec
 from cxbridge_ros2.experts.terminal import HELP_LINES, Terminal
+from cxbridge_ros2.experts.trees import NodeCodec
 from ros2_tests.experts.agents import join_client, run_agent
 from tests.forked import nursery
 

@@ -11,7 +11,7 @@ from msgspec import Struct
 
 from cxbridge.executive.host.values import TRUE, ExternalAddress, Symbol
 from cxbridge_ros2.actions import ActionClient, GoalObserver, GoalStatus, SentGoal
-from cxbridge_ros2.builtin import CANCEL_GOAL_TYPE
+from cxbridge_ros2.builtin_definitions import CANCEL_GOAL_TYPE
 from cxbridge_ros2.names import parse_type
 from cxbridge_ros2cx.cx.ros.plugin import (
     ADDRESS,

@@ -16,7 +16,7 @@ from typing import Final
 import msgspec
 
 from cxbridge.spawning import python_command
-from cxbridge_studio.explain.rules.diagnose import diagnose, make_unknown_diagnosis
+from cxbridge_studio.explain.rules.diagnoser import diagnose, make_unknown_diagnosis
 from cxbridge_studio.explain.rules.diagnosis import Diagnosis
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 

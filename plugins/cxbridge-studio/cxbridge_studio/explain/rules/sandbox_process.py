@@ -14,7 +14,7 @@ import sys
 from dataclasses import asdict
 from typing import Final
 
-from cxbridge_studio.explain.rules.diagnose import diagnose, make_unknown_diagnosis
+from cxbridge_studio.explain.rules.diagnoser import diagnose, make_unknown_diagnosis
 
 # The limit of CPU time in seconds, for the case that the parent dies and cannot kill the process.
 MAX_CPU_S: Final = 30

@@ -1,7 +1,7 @@
 """A rule with the facts to match at one moment, and the rules of an environment: values without pointers.
 
 Snapshots come from an environment (:mod:`.environment`) or from a recording (:mod:`..recorded`). They are the
-only input of :mod:`.diagnose`, so the run can continue during the diagnosis.
+only input of :mod:`.diagnoser`, so the run can continue during the diagnosis.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from cxbridge.cli.main import invoke
-from cxbridge_studio.explain.rules.diagnose import diagnose
+from cxbridge_studio.explain.rules.diagnoser import diagnose
 from tests.run.mini import write_scenario
 from tests.support import FAWKES_DIR, ROOT, SHARED, many, needs_fawkes, needs_shared
 

@@ -8,9 +8,9 @@ from cxbridge.clock import VirtualClock
 from cxbridge.errors import ExecutiveError
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge_studio.debugger.breakpoint_checks import AgentNames
 from cxbridge_studio.debugger.breakpoints import parse_breakpoint
 from cxbridge_studio.debugger.debugger import Debugger
-from cxbridge_studio.debugger.names import AgentNames
 
 AGENT = """
 (deftemplate goal (slot class) (slot mode (allowed-values FORMULATED FINISHED))

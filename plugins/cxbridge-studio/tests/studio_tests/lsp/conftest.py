@@ -20,7 +20,7 @@ from lsprotocol import types as lsp
 from pygls.io_ import run_async
 
 from cxbridge_studio.lsp.agent_files import AgentFiles
-from cxbridge_studio.lsp.examine import examine, make_run_options
+from cxbridge_studio.lsp.examination_process import examine, make_run_options
 from cxbridge_studio.lsp.session import Session
 from tests.forked import nursery
 from tests.support import FAWKES_DIR, ROOT

@@ -11,7 +11,7 @@ from cxbridge.run import RunOptions, run_scenario
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_studio.check.sources import load_scenario_rules
 from cxbridge_studio.explain.answer import explain
-from cxbridge_studio.explain.answering import copy_evidence
+from cxbridge_studio.explain.component import copy_evidence
 from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.explanation import Explanation
 from cxbridge_studio.explain.recorded import RecordedEvidence

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
-from cxbridge_studio.explain.rules.diagnose import diagnose
+from cxbridge_studio.explain.rules.diagnoser import diagnose
 from cxbridge_studio.explain.rules.matcher import Matcher
 from studio_tests.agent.test_rule import PIECES
 from tests.support import many

@@ -7,7 +7,7 @@ import re
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cxbridge_studio.explain.rules.diagnose import diagnose
+from cxbridge_studio.explain.rules.diagnoser import diagnose
 from cxbridge_studio.explain.rules.environment import take_snapshot
 from studio_tests.explain.worlds import make_world
 from tests.support import many

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.executive.host.values import Symbol
-from cxbridge_studio.explain.rules.diagnose import diagnose
+from cxbridge_studio.explain.rules.diagnoser import diagnose
 from cxbridge_studio.explain.rules.diagnosis import Count
 from cxbridge_studio.explain.rules.environment import take_snapshot
 from studio_tests.explain.worlds import diagnose_rule, list_counts, make_world

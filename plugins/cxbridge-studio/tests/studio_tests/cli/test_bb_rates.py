@@ -13,7 +13,7 @@ from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.cli.main import invoke
 from cxbridge.interfaces import SwitchInterface
 from cxbridge_studio.cli import bb_rates as rates
-from cxbridge_studio.terminal.metering import RateMeter
+from cxbridge_studio.write_rates import RateMeter
 from tests.cli.boards import SharedBoard
 from tests.fawkes import TRANSPORT, fawkes_server
 

@@ -21,9 +21,9 @@ from cxbridge.executive.pddl.ast import (
 )
 from cxbridge.executive.pddl.printer import format_domain
 from cxbridge.suggestions import did_you_mean
-from cxbridge_ros2.experts.answers import ExpertService
 from cxbridge_ros2.experts.knowledge import ProblemExpert, find_subtypes
-from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, make_param
+from cxbridge_ros2.experts.problem_services import ExpertService
+from cxbridge_ros2.experts.trees import NodeCodec, TreeNodeKind, make_param
 from cxbridge_ros2.messages import Message
 
 # Fields of a DurativeAction: the time in PDDL, and the attribute of the action with the formula.

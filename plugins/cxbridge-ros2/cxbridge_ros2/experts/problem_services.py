@@ -15,7 +15,7 @@ from cxbridge.errors import PddlError, Ros2Error
 from cxbridge.executive.pddl.ast import Ground
 from cxbridge.executive.pddl.problems import format_problem
 from cxbridge_ros2.experts.knowledge import ProblemExpert, format_ground, split_words
-from cxbridge_ros2.experts.nodes import (
+from cxbridge_ros2.experts.trees import (
     NodeCodec,
     TreeNodeKind,
     make_ground_node,

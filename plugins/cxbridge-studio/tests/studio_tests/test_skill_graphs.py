@@ -14,7 +14,7 @@ from cxbridge.clock import RealClock
 from cxbridge.errors import SkillerError
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.interfaces.assignments import json_value
-from cxbridge_studio.terminal.graphs import fetch_graph, make_graph
+from cxbridge_studio.skill_graphs import fetch_graph, make_graph
 from tests.cli.boards import Looping, SharedBoard, silent_bus
 from tests.fawkes import fawkes_server
 from tests.skiller.rig import SKILLS, write_skills

@@ -26,7 +26,7 @@ from cxbridge.executive.pddl.ast import (
     Variable,
 )
 from cxbridge_ros2.definitions import DISTRIBUTIONS
-from cxbridge_ros2.experts.nodes import NodeCodec
+from cxbridge_ros2.experts.trees import NodeCodec
 
 _NAMES = st.sampled_from(["a", "r2", "hall-1", "x_y"])
 _ARGUMENTS = st.lists(st.one_of(_NAMES.map(Constant), _NAMES.map(Variable)), max_size=3).map(tuple)

@@ -44,7 +44,7 @@ class Examinations:
     async def _run_child_process(self) -> AgentKnowledge:
         """Return the result of the child process, or the error of a crash."""
         self._process = process = await asyncio.create_subprocess_exec(
-            *python_command("-m", "cxbridge_studio.lsp.examine"),
+            *python_command("-m", "cxbridge_studio.lsp.examination_process"),
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.PIPE,

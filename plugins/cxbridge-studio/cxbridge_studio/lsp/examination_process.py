@@ -1,6 +1,6 @@
 """The child process that examines an agent: it runs ``cxbridge check`` and lists functions and deftemplates.
 
-``python -m cxbridge_studio.lsp.examine`` reads options as JSON from standard input, and writes an
+``python -m cxbridge_studio.lsp.examination_process`` reads options as JSON from standard input, and writes an
 :class:`~cxbridge_studio.lsp.knowledge.AgentKnowledge` as JSON. The server itself never loads CLIPS. So the
 server answers at any time, and a file that crashes CLIPS only ends this process.
 """

@@ -9,7 +9,7 @@ import pytest
 from cxbridge.cli.main import invoke
 from cxbridge.daemon.client import ask_why, send_command
 from cxbridge.errors import BlackBoardError, CxbridgeError
-from cxbridge_studio.explain import answering as daemon_explain
+from cxbridge_studio.explain import component as daemon_explain
 from tests.daemon.test_daemon import WAIT_S, connected, running
 from tests.run.mini import AGENT, write_scenario
 

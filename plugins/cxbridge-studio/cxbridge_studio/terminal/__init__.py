@@ -1,1 +1,0 @@
-"""Rates of writes to interfaces, and graphs of skills."""
