@@ -42,9 +42,9 @@ def launches(project: Path) -> None:
     (launch,) = json.loads(text.replace("${workspaceFolder}", str(project)))["configurations"]
     assert (launch["type"], launch["request"], launch["name"]) == ("cxbridge", "launch", project.name)
     if find_spec("cxbridge_studio"):
-        from cxbridge_studio.dap.launching import make_live_run
+        from cxbridge_studio.dap.launching import make_debugged_run
 
-        make_live_run(launch)
+        make_debugged_run(launch)
 
 
 @needs_plugin("planning")

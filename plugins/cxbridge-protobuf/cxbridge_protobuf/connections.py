@@ -1,7 +1,7 @@
 """The interface of the connections of a CLIPS environment.
 
-A connection links a client with a server over TCP. A peer broadcasts messages over UDP. The class ``Network``
-implements the interface with sockets, ``LocalConnections`` within the process.
+A connection links a client with a server over TCP. A peer broadcasts messages over UDP. The class
+``SocketConnections`` implements the interface with sockets, ``LocalConnections`` within the process.
 """
 
 from __future__ import annotations

@@ -20,9 +20,9 @@ from cxbridge.executive.feature import Feature
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
 from cxbridge_protobuf import fields
-from cxbridge_protobuf.inbox import ConnectionChange, Origin, ReceivedMessage
+from cxbridge_protobuf.inbox import ConnectionChange, LinkRole, ReceivedMessage
 from cxbridge_protobuf.settings import CONNECTIONS_KEY, ProtobufSettings
-from cxbridge_protobuf.socket_connections import Network
+from cxbridge_protobuf.socket_connections import SocketConnections
 from cxbridge_protobuf.types import MessageTypes, make_frame
 
 if TYPE_CHECKING:
@@ -54,8 +54,8 @@ class ProtobufState:
         self.types = MessageTypes(self._log.warn)
         self.types.add_folders(settings.folders)
         now_us = env.bus.clock.now_us
-        self.network: Connections = (
-            Network(self.types, now_us, settings.server_address)
+        self.connections: Connections = (
+            SocketConnections(self.types, now_us, settings.server_address)
             if make_connections is None
             else make_connections(self.types, now_us)
         )
@@ -83,11 +83,16 @@ class ProtobufState:
             ("pb-add-list", partial(self._change_field, "add"), 3, message_and_field),
             ("pb-tostring", self._to_string, 1, message_only),
             ("pb-server-enable", self._enable_server, 1, "*;l"),
-            ("pb-server-disable", self.network.disable_server, 0, "*"),
-            ("pb-connect", self.network.connect, 2, "*;sy;l"),
-            ("pb-disconnect", self.network.disconnect, 1, "*;l"),
-            ("pb-send", partial(self._send_message, self.network.send, "send"), 2, "*;l;e"),
-            ("pb-broadcast", partial(self._send_message, self.network.broadcast, "broadcast"), 2, "*;l;e"),
+            ("pb-server-disable", self.connections.disable_server, 0, "*"),
+            ("pb-connect", self.connections.connect, 2, "*;sy;l"),
+            ("pb-disconnect", self.connections.disconnect, 1, "*;l"),
+            ("pb-send", partial(self._send_message, self.connections.send, "send"), 2, "*;l;e"),
+            (
+                "pb-broadcast",
+                partial(self._send_message, self.connections.broadcast, "broadcast"),
+                2,
+                "*;l;e",
+            ),
             ("pb-peer-create", lambda host, port: self._create_peer(host, port, port), 2, "*;sy;l"),
             ("pb-peer-create-local", self._create_peer, 3, "*;sy;l;l"),
             (
@@ -97,7 +102,7 @@ class ProtobufState:
                 "*;sy;l;sy;sy",
             ),
             ("pb-peer-create-local-crypto", self._create_peer, 5, "*;sy;l;l;sy;sy"),
-            ("pb-peer-destroy", self.network.destroy_peer, 1, "*;l"),
+            ("pb-peer-destroy", self.connections.destroy_peer, 1, "*;l"),
             ("pb-peer-setup-crypto", self._setup_crypto, 3, "*;l;sy;sy"),
         )
         for name, function, argument_count, types in definitions:
@@ -228,7 +233,7 @@ class ProtobufState:
 
     def _enable_server(self, port: int) -> None:
         try:
-            self.network.enable_server(port)
+            self.connections.enable_server(port)
         except ProtobufError as error:
             self._log.error(str(error))
 
@@ -236,14 +241,14 @@ class ProtobufState:
         self, host: str, send_port: int, recv_port: int, secret: str = "", cipher: str = ""
     ) -> Value:
         try:
-            return self.network.create_peer(host, send_port, recv_port, secret, cipher)
+            return self.connections.create_peer(host, send_port, recv_port, secret, cipher)
         except ProtobufError as error:
             self._log.error(f"Cannot create a peer for {host}: {error}")
             return 0
 
     def _setup_crypto(self, peer_id: int, secret: str, cipher: str) -> None:
         try:
-            self.network.setup_crypto(peer_id, secret, cipher)
+            self.connections.setup_crypto(peer_id, secret, cipher)
         except ProtobufError as error:
             self._log.error(f"Cannot encrypt the messages of peer {peer_id}: {error}")
 
@@ -265,7 +270,7 @@ class ProtobufState:
 
     def before_run(self) -> None:
         """Assert facts for received messages and for changes of connections, and log the warnings."""
-        for event in self.network.drain():
+        for event in self.connections.drain():
             if isinstance(event, ReceivedMessage):
                 self._assert_message(event)
             elif isinstance(event, ConnectionChange):
@@ -275,7 +280,7 @@ class ProtobufState:
 
     def _assert_message(self, event: ReceivedMessage) -> None:
         # the server's end of a connection receives the messages of a client
-        is_from_peer, is_from_client = event.origin is Origin.PEER, event.origin is Origin.SERVER
+        is_from_peer, is_from_client = event.role is LinkRole.PEER, event.role is LinkRole.SERVER
         slots: dict[str, Value] = {
             "comp-id": event.component,
             "msg-type": event.type,
@@ -295,7 +300,7 @@ class ProtobufState:
                 "type": event.message.DESCRIPTOR.full_name,
                 "rcvd-from": self.sender_value(event),
                 "rcvd-at": self.time_value(event.arrival_us),
-                "client-type": Symbol(event.origin.value),
+                "client-type": Symbol(event.role.value),
                 "ptr": self._add_message(event.message),
             },
         )
@@ -310,7 +315,7 @@ class ProtobufState:
 
     def _assert_connection_change(self, event: ConnectionChange) -> None:
         state = "connected" if event.is_connected else "disconnected"
-        if event.origin is Origin.CLIENT:
+        if event.role is LinkRole.CLIENT:
             self._env.assert_string(f"(protobuf-client-{state} {event.link_id})")
         else:
             address = f" {event.host} {event.port}" if event.is_connected else ""
@@ -354,7 +359,7 @@ class ProtobufFeature(Feature):
         self._states[env.name].before_run()
 
     def connections(self, env: ClipsEnvironment) -> Connections:
-        return self._states[env.name].network
+        return self._states[env.name].connections
 
     def delete_messages(self, env: ClipsEnvironment) -> None:
         """Delete all messages of an environment: afterwards, all addresses that its rules have are invalid.
@@ -366,7 +371,7 @@ class ProtobufFeature(Feature):
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         state = self._states.pop(env.name, None)
         if state is not None:
-            state.network.close()
+            state.connections.close()
 
 
 def make_feature(context: Run) -> ProtobufFeature:

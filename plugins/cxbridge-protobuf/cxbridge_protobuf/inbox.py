@@ -23,7 +23,7 @@ _MAX_BYTES: Final = 64 << 20
 MAX_MESSAGES: Final = 10_000  # the number of waiting messages at which reading pauses
 
 
-class Origin(Enum):
+class LinkRole(Enum):
     """The environment's end of a connection: the slot ``client-type`` of facts.
 
     ``SERVER``: a connection that the environment's server accepted; ``CLIENT``: a connection that the
@@ -48,7 +48,7 @@ class ReceivedMessage:
     :param problem: the reason why the message is invalid.
     """
 
-    origin: Origin
+    role: LinkRole
     link_id: int
     host: str
     port: int
@@ -60,7 +60,7 @@ class ReceivedMessage:
 
 
 def parse_message(
-    types: MessageTypes, frame: Frame, origin: Origin, link_id: int, host: str, port: int, arrival_us: int
+    types: MessageTypes, frame: Frame, role: LinkRole, link_id: int, host: str, port: int, arrival_us: int
 ) -> ReceivedMessage:
     """Return the message of a frame, which may be invalid; see :class:`ReceivedMessage`."""
     message, problem = None, ""
@@ -69,7 +69,7 @@ def parse_message(
     except ProtobufError as error:
         problem = error.message
     return ReceivedMessage(
-        origin, link_id, host, port, frame.component, frame.type, arrival_us, message, problem
+        role, link_id, host, port, frame.component, frame.type, arrival_us, message, problem
     )
 
 
@@ -77,7 +77,7 @@ def parse_message(
 class ConnectionChange:
     """The start or end of a connection; only the start has host and port of the opposite end."""
 
-    origin: Origin
+    role: LinkRole
     link_id: int
     is_connected: bool
     host: str = ""

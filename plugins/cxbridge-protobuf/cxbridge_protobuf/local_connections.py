@@ -14,7 +14,7 @@ from typing import Final
 
 from cxbridge.errors import ProtobufError
 from cxbridge_protobuf.frames import Frame
-from cxbridge_protobuf.inbox import ConnectionChange, InboxEvent, LogWarning, Origin, parse_message
+from cxbridge_protobuf.inbox import ConnectionChange, InboxEvent, LinkRole, LogWarning, parse_message
 from cxbridge_protobuf.types import MessageTypes
 
 LOCAL_HOST: Final = "127.0.0.1"  # the address of all senders
@@ -43,7 +43,7 @@ class _LocalLink:
     :param opposite_link_id: the id of the link there.
     """
 
-    origin: Origin
+    role: LinkRole
     opposite: LocalConnections
     opposite_link_id: int
     port: int = 0  # the port of the client, at the server's end
@@ -100,7 +100,7 @@ class LocalConnections:
         """Reject new clients, and close the connections of the server's clients."""
         self._server_port = 0
         for link_id, link in list(self._links.items()):
-            if link.origin is Origin.SERVER:
+            if link.role is LinkRole.SERVER:
                 self.disconnect(link_id)
 
     def connect(self, host: str, port: int) -> int:
@@ -112,12 +112,12 @@ class LocalConnections:
         if server is None:
             self._events += (
                 LogWarning(f"Cannot connect to {host}:{port}: connection refused"),
-                ConnectionChange(Origin.CLIENT, client_id, is_connected=False),
+                ConnectionChange(LinkRole.CLIENT, client_id, is_connected=False),
             )
             return client_id
-        self._links[client_id] = _LocalLink(Origin.CLIENT, server, server.accept(self, client_id))
+        self._links[client_id] = _LocalLink(LinkRole.CLIENT, server, server.accept(self, client_id))
         self._events.append(
-            ConnectionChange(Origin.CLIENT, client_id, is_connected=True, host=host, port=port)
+            ConnectionChange(LinkRole.CLIENT, client_id, is_connected=True, host=host, port=port)
         )
         return client_id
 
@@ -125,9 +125,9 @@ class LocalConnections:
         """Accept a client; return the id of the server's end."""
         server_link_id = next(self._ids)
         port = next(self._network.ports)
-        self._links[server_link_id] = _LocalLink(Origin.SERVER, client, client_id, port)
+        self._links[server_link_id] = _LocalLink(LinkRole.SERVER, client, client_id, port)
         self._events.append(
-            ConnectionChange(Origin.SERVER, server_link_id, is_connected=True, host=LOCAL_HOST, port=port)
+            ConnectionChange(LinkRole.SERVER, server_link_id, is_connected=True, host=LOCAL_HOST, port=port)
         )
         return server_link_id
 
@@ -141,7 +141,7 @@ class LocalConnections:
         """Report that the opposite end has closed a connection."""
         link = self._links.pop(link_id, None)
         if link is not None:
-            self._events.append(ConnectionChange(link.origin, link_id, is_connected=False))
+            self._events.append(ConnectionChange(link.role, link_id, is_connected=False))
 
     # -- peers
 
@@ -200,7 +200,7 @@ class LocalConnections:
             if peer_id == sender_id:
                 continue
             if peer.recv_port == port and peer.key == key:
-                self._add_message_event(Origin.PEER, peer_id, sender_port, frame)
+                self._add_message_event(LinkRole.PEER, peer_id, sender_port, frame)
             elif peer.recv_port == port and not peer.has_warned:
                 peer.has_warned = True  # one warning suffices: later messages are not readable, either
                 self._events.append(
@@ -213,13 +213,13 @@ class LocalConnections:
     def receive_frame(self, link_id: int, frame: Frame) -> None:
         link = self._links.get(link_id)
         if link is not None:
-            self._add_message_event(link.origin, link_id, link.port, frame)
+            self._add_message_event(link.role, link_id, link.port, frame)
 
-    def _add_message_event(self, origin: Origin, link_id: int, port: int, frame: Frame) -> None:
+    def _add_message_event(self, role: LinkRole, link_id: int, port: int, frame: Frame) -> None:
         # as over sockets, the facts of a client do not name the server
-        host = "" if origin is Origin.CLIENT else LOCAL_HOST
-        event = parse_message(self.types, frame, origin, link_id, host, port, self._now_us())
-        if event.message is None and origin is Origin.PEER:
+        host = "" if role is LinkRole.CLIENT else LOCAL_HOST
+        event = parse_message(self.types, frame, role, link_id, host, port, self._now_us())
+        if event.message is None and role is LinkRole.PEER:
             text = f"Failed to receive peer message: Deserialization fail: {event.problem}"
             self._events.append(LogWarning(text))
         else:

@@ -16,13 +16,13 @@ from cxbridge.listening import LOOPBACK, is_loopback
 from cxbridge_protobuf import frames
 from cxbridge_protobuf.crypto import Crypter
 from cxbridge_protobuf.frames import Frame
-from cxbridge_protobuf.inbox import Inbox, Origin
+from cxbridge_protobuf.inbox import Inbox, LinkRole
 
 # the limit of a message: the peers of protobuf_comm receive into a buffer of this size
 MAX_PEER_BYTES: Final = 1024
 
-# gets the origin, the id of the peer, host and port of the sender, and the frame
-ReceiveFrame = Callable[[Origin, int, str, int, Frame], None]
+# gets the role, the id of the peer, host and port of the sender, and the frame
+ReceiveFrame = Callable[[LinkRole, int, str, int, Frame], None]
 
 
 class Peer(asyncio.DatagramProtocol):
@@ -110,7 +110,7 @@ class Peer(asyncio.DatagramProtocol):
         except ProtobufError as error:
             self._warn(host, port, error.message)
             return
-        self._receive_frame(Origin.PEER, self.id, host, port, frame)
+        self._receive_frame(LinkRole.PEER, self.id, host, port, frame)
 
     def error_received(self, exc: Exception) -> None:
         self._inbox.warn(f"Failed to send peer message: {exc}", kind=f"send {self.id}")

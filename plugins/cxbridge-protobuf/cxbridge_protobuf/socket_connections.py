@@ -1,8 +1,8 @@
 """The connections of an environment over sockets.
 
 A thread with an asyncio loop reads the sockets, and adds received messages to an inbox. The environment calls
-the methods of :class:`Network` from its own thread. docs/evidence/protocol-protobuf.md describes the
-behaviour.
+the methods of :class:`SocketConnections` from its own thread. docs/evidence/protocol-protobuf.md
+describes the behaviour.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from cxbridge.listening import LOOPBACK
 from cxbridge_protobuf import frames
 from cxbridge_protobuf.crypto import Crypter
 from cxbridge_protobuf.frames import Frame
-from cxbridge_protobuf.inbox import ConnectionChange, Inbox, InboxEvent, Origin, parse_message
+from cxbridge_protobuf.inbox import ConnectionChange, Inbox, InboxEvent, LinkRole, parse_message
 from cxbridge_protobuf.peer import MAX_PEER_BYTES, Peer
 from cxbridge_protobuf.stream import MAX_MESSAGE_BYTES, StreamLink
 from cxbridge_protobuf.types import MessageTypes
@@ -34,7 +34,7 @@ _ALL_INTERFACES = "*"  # the setting of the server's address for all network int
 _MAX_PORT = 65535
 
 
-class Network:
+class SocketConnections:
     """The server, clients and peers of an environment.
 
     :param types: the parser of messages.
@@ -90,14 +90,14 @@ class Network:
                 server.close()
 
             self._run_in_thread(stop())
-            for link in self._remove_links(Origin.SERVER):
+            for link in self._remove_links(LinkRole.SERVER):
                 self._call_in_thread(link.close)
 
     def connect(self, host: str, port: int) -> int:
         """Start a connection to a server; return the client's id, or 0 for a port below 1."""
         if port <= 0:
             return 0
-        link = StreamLink(next(self._ids), Origin.CLIENT, self)
+        link = StreamLink(next(self._ids), LinkRole.CLIENT, self)
         with self._lock:
             self._links[link.id] = link
         self._ensure_thread().spawn(self._connect(link, host, port))
@@ -195,10 +195,10 @@ class Network:
                 f"Cannot listen on {address} port {port}: {error.strerror or error}"
             ) from None
 
-    def _remove_links(self, origin: Origin | None = None) -> list[StreamLink]:
-        """Remove and return the connections of an origin, or all connections."""
+    def _remove_links(self, role: LinkRole | None = None) -> list[StreamLink]:
+        """Remove and return the connections of a role, or all connections."""
         with self._lock:
-            links = [link for link in self._links.values() if origin is None or link.origin is origin]
+            links = [link for link in self._links.values() if role is None or link.role is role]
             for link in links:
                 del self._links[link.id]
         return links
@@ -229,7 +229,7 @@ class Network:
             self._report_end(link)
 
     def _make_server_link(self) -> StreamLink:
-        return StreamLink(next(self._ids), Origin.SERVER, self)
+        return StreamLink(next(self._ids), LinkRole.SERVER, self)
 
     def _resume_reading(self) -> None:
         for link in list(self._links.values()):
@@ -241,18 +241,18 @@ class Network:
         """Add a new connection, and return whether the connection may stay open."""
         with self._lock:
             # the environment may have closed the connection before it was open
-            if link.origin is Origin.CLIENT:
+            if link.role is LinkRole.CLIENT:
                 is_accepted = link.id in self._links
             else:
-                client_count = sum(open_link.origin is Origin.SERVER for open_link in self._links.values())
+                client_count = sum(open_link.role is LinkRole.SERVER for open_link in self._links.values())
                 is_accepted = self._server is not None and client_count < MAX_CLIENTS
                 if is_accepted:
                     self._links[link.id] = link
         if is_accepted:
             self.inbox.add_event(
-                ConnectionChange(link.origin, link.id, is_connected=True, host=link.host, port=link.port)
+                ConnectionChange(link.role, link.id, is_connected=True, host=link.host, port=link.port)
             )
-        elif link.origin is Origin.SERVER:
+        elif link.role is LinkRole.SERVER:
             self.inbox.warn(f"Client {link.host} is rejected: there are too many clients", kind="many")
         return is_accepted
 
@@ -269,20 +269,20 @@ class Network:
         link.is_connected = False
         with self._lock:
             was_open = link.id in self._links
-            if link.origin is Origin.SERVER:
+            if link.role is LinkRole.SERVER:
                 self._links.pop(link.id, None)
         if was_open:
-            self.inbox.add_event(ConnectionChange(link.origin, link.id, is_connected=False))
+            self.inbox.add_event(ConnectionChange(link.role, link.id, is_connected=False))
 
     def receive_frame(self, link: StreamLink, frame: Frame) -> None:
         """Add the message of a frame from a connection to the inbox."""
         # protobuf_comm reports no address for messages from the server of a client
-        host, port = (link.host, link.port) if link.origin is Origin.SERVER else ("", 0)
-        self._receive_message(link.origin, link.id, host, port, frame)
+        host, port = (link.host, link.port) if link.role is LinkRole.SERVER else ("", 0)
+        self._receive_message(link.role, link.id, host, port, frame)
 
-    def _receive_message(self, origin: Origin, link_id: int, host: str, port: int, frame: Frame) -> None:
-        event = parse_message(self._types, frame, origin, link_id, host, port, self.inbox.now_us())
-        if event.message is None and origin is Origin.PEER:
+    def _receive_message(self, role: LinkRole, link_id: int, host: str, port: int, frame: Frame) -> None:
+        event = parse_message(self._types, frame, role, link_id, host, port, self.inbox.now_us())
+        if event.message is None and role is LinkRole.PEER:
             self.inbox.warn(
                 f"Failed to receive peer message from {host}:{port}: Deserialization fail: {event.problem}",
                 kind=f"message for {link_id}",

@@ -8,7 +8,7 @@ from typing import Final, Protocol
 
 from cxbridge.errors import ProtobufError
 from cxbridge_protobuf.frames import Frame, StreamDecoder
-from cxbridge_protobuf.inbox import Inbox, Origin
+from cxbridge_protobuf.inbox import Inbox, LinkRole
 
 MAX_MESSAGE_BYTES: Final = 1 << 20  # the maximum size of a message
 MAX_OUTBOUND_BYTES: Final = 8 << 20  # the maximum number of bytes that wait to be sent over a connection
@@ -39,15 +39,15 @@ class StreamLink(asyncio.Protocol):
     """A connection.
 
     :param link_id: the id of the connection in the environment.
-    :param origin: whether the connection belongs to a client or to the server of the environment.
+    :param role: whether the connection belongs to a client or to the server of the environment.
     :param owner: gets the events of the connection.
     """
 
     _transport: asyncio.Transport  # set when the connection is open
 
-    def __init__(self, link_id: int, origin: Origin, owner: LinkOwner) -> None:
+    def __init__(self, link_id: int, role: LinkRole, owner: LinkOwner) -> None:
         self.id: Final = link_id
-        self.origin: Final = origin
+        self.role: Final = role
         self.is_connected = False
         self.host = ""
         self.port = 0

@@ -307,7 +307,7 @@ class ServedGoal:
 
 
 class GoalHandler:
-    """Callbacks of a goal server. The defaults accept each goal and each cancel request."""
+    """Callbacks of a :class:`GoalServer`. The defaults accept each goal and each cancel request."""
 
     def decide(self, served_goal: ServedGoal) -> GoalResponse:  # noqa: ARG002 - for subclasses
         """Decide about a new goal, before the client gets a response."""
@@ -322,7 +322,7 @@ class GoalHandler:
 
 
 class GoalServer(Closing):
-    """Server of an action. A handler decides about goals and executes them.
+    """Server of an action. A :class:`GoalHandler` decides about goals and executes them.
 
     :param clock: the clock for the stamps of goals.
     :param right: the right that clients need to send a goal.

@@ -63,7 +63,7 @@ def parse_type(text: str, kind: str = "msg") -> TypeName:
     return TypeName(match[1], match[2] or kind, match[3])
 
 
-def check_topic(name: str) -> str:
+def check_ros_name(name: str) -> str:
     """Return a name unchanged if it is an absolute name of a topic, a service or an action: ``/robot1/odom``.
 
     :raises Ros2Error: if the name is relative, or invalid in ROS.

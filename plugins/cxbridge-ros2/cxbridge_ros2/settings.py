@@ -23,7 +23,7 @@ from cxbridge.skiller.board.settings import parse_value
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.definitions import DEFAULT_DISTRIBUTION, DISTRIBUTIONS, Definitions
 from cxbridge_ros2.fawkes_keys import has_cxbridge_keys, is_cxbridge_key
-from cxbridge_ros2.names import check_topic
+from cxbridge_ros2.names import check_ros_name
 from cxbridge_ros2.node import Node, ProblemCallback
 from cxbridge_ros2.transports import TRANSPORTS
 from cxbridge_ros2.transports.environment import has_rclpy, read_discovery_range
@@ -95,7 +95,7 @@ class NodeSettings(Struct, frozen=True):
             url=typed_setting(settings, "url", "", subject) or None,
             domain=None if domain < 0 else domain,
             reach=typed_setting(settings, "reach", "", subject) or None,
-            namespace=check_topic(namespace) if namespace else "",
+            namespace=check_ros_name(namespace) if namespace else "",
         )
 
     @property

@@ -22,7 +22,7 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.actions import ActionClient, GoalStatus, SentGoal
 from cxbridge_ros2.executor import DEFAULT_TIMEOUT_S, RosExecutor, parse_seconds
 from cxbridge_ros2.messages import Message, find_value
-from cxbridge_ros2.names import check_topic, parse_type
+from cxbridge_ros2.names import check_ros_name, parse_type
 from cxbridge_ros2.node import Client
 from cxbridge_ros2.settings import NodeSettings, check_keys, nest_settings
 
@@ -254,7 +254,7 @@ def _read_skill(name: str, settings: Any, namespace: str) -> RosSkill:
     return RosSkill(
         type_name=str(settings["action" if is_action else "service"]),
         is_action=is_action,
-        name=check_topic(f"{namespace}{settings.get('name', '')}"),
+        name=check_ros_name(f"{namespace}{settings.get('name', '')}"),
         template=template,
         feedback_path=str(settings.get("feedback", "")),
         success_path=str(settings.get("success", "")),

@@ -22,7 +22,7 @@ from cxbridge_ros2cx.confvals import ParametersFeature
 from cxbridge_ros2cx.parameters import FeatureEntry
 from cxbridge_ros2cx.plansys2 import PlanSys2Feature
 from cxbridge_ros2cx.settings import Ros2CxSettings
-from cxbridge_ros2cx.skill_board_client import Ros2CxSkills
+from cxbridge_ros2cx.skill_board_client import SkillBoardClient
 from cxbridge_ros2cx.skill_execution import SkillExecutionFeature
 
 REDEFINE_FEATURE = "redefine_warning_feature"
@@ -32,7 +32,7 @@ def make_features(
     entries: Iterable[FeatureEntry],
     config: Configuration,
     board: BlackBoard,
-    get_skills: Callable[[], Ros2CxSkills | None],
+    get_skills: Callable[[], SkillBoardClient | None],
     on_removal: Callable[[], None] = lambda: None,
     make_planning: MakeService = lambda _env: PlanningService(),
 ) -> list[Feature]:

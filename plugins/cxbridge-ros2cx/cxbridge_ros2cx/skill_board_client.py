@@ -1,6 +1,7 @@
-"""The skill board of the thesis' executive: an action without an executor gets a dummy.
+"""The client of the skill board for the thesis' executive: an action without an executor gets a dummy.
 
-A dummy pretends to execute the action, as an example node of ros2-clips-executive (2021) does.
+The thesis' executive is ros2-clips-executive (2021). A dummy pretends to execute the action, as an example
+node of that executive does. The mode ``original`` of :mod:`.settings` repeats the executive's defects.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from cxbridge_ros2cx.settings import Ros2CxSettings
 
 
-class Ros2CxSkills:
+class SkillBoardClient:
     """Requests executors for skills, and creates dummies.
 
     No dummy replaces a vanished executor. An agent without executors gets no dummy either if executors of

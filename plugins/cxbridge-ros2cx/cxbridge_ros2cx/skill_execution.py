@@ -20,7 +20,7 @@ from cxbridge.history.exchange import MAPPED_ACTION
 from cxbridge_ros2cx.thesis_board import NO_AGENT
 
 if TYPE_CHECKING:
-    from cxbridge_ros2cx.skill_board_client import Ros2CxSkills
+    from cxbridge_ros2cx.skill_board_client import SkillBoardClient
 
 # the status in facts `skill-feedback`, by the state of the skill on the board
 _STATUS_BY_STATE = {
@@ -49,7 +49,7 @@ class SkillExecutionFeature(Feature):
 
     def __init__(
         self,
-        get_skills: Callable[[], Ros2CxSkills | None],
+        get_skills: Callable[[], SkillBoardClient | None],
         on_removal: Callable[[], None],
         *,
         repeats_defects: bool = False,

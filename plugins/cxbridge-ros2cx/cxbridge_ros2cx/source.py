@@ -35,7 +35,7 @@ from cxbridge_ros2cx.parameters import (
 )
 from cxbridge_ros2cx.refresh import RefreshTimer, to_seconds_and_nanoseconds
 from cxbridge_ros2cx.settings import Ros2CxSettings
-from cxbridge_ros2cx.skill_board_client import Ros2CxSkills
+from cxbridge_ros2cx.skill_board_client import SkillBoardClient
 from cxbridge_ros2cx.thesis_board import add_response_timeout, select_board_class
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class Ros2CxSource(Source):
     has_fawkes_configuration = False
 
     _refresh_timer: RefreshTimer | None = None
-    _skills: Ros2CxSkills | None = None
+    _skills: SkillBoardClient | None = None
     # the service of `_skills`: a restarted component of a daemon has a new service, which needs new skills
     _skill_service: SkillBoardService | None = None
 
@@ -158,7 +158,7 @@ class Ros2CxSource(Source):
             assert skills is not None  # this method is only called for a run with a board
             skills.add_executor(executor_option)
 
-    def _find_skills(self, context: Run) -> Ros2CxSkills | None:
+    def _find_skills(self, context: Run) -> SkillBoardClient | None:
         """Return the executive's interface to the skill board; None while the run has no board."""
         service = context.skill_service
         if service is None:
@@ -167,7 +167,7 @@ class Ros2CxSource(Source):
             assert context.skill_board is not None  # the settings, which each board has
             settings = Ros2CxSettings.from_config(context.config)
             self._skill_service = service
-            self._skills = Ros2CxSkills(service, context, context.skill_board, settings)
+            self._skills = SkillBoardClient(service, context, context.skill_board, settings)
         return self._skills
 
     def features(self, context: Run) -> list[Feature]:

@@ -11,7 +11,7 @@ from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import RunSource, run_sources
 
 
-def find_building_steps(run: Run, owner: str, until_us: int | None = None) -> list[RunSource]:
+def find_build_sources(run: Run, owner: str, until_us: int | None = None) -> list[RunSource]:
     """Return the sources of a CLIPS environment in the order in which an environment is built from them.
 
     The caller must load each file without executing its commands: the results of the commands are sources,

@@ -10,7 +10,7 @@ import pytest
 
 from cxbridge_protobuf import compiler
 from cxbridge_protobuf.inbox import ConnectionChange, InboxEvent, LogWarning, ReceivedMessage
-from cxbridge_protobuf.socket_connections import Network
+from cxbridge_protobuf.socket_connections import SocketConnections
 from cxbridge_protobuf.types import MessageTypes
 from tests.blackboard.zmq.support import eventually
 from tests.executive.conftest import bus, env, log
@@ -23,7 +23,7 @@ WAIT = 30  # seconds
 T = TypeVar("T")
 
 
-class Net(Network):
+class Net(SocketConnections):
     """A network with methods that wait for events."""
 
     def __init__(self, types: MessageTypes, server_address: str) -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from cxbridge.errors import ProtobufError
 from cxbridge_protobuf.frames import Frame
-from cxbridge_protobuf.inbox import ConnectionChange, LogWarning, Origin, ReceivedMessage
+from cxbridge_protobuf.inbox import ConnectionChange, LinkRole, LogWarning, ReceivedMessage
 from cxbridge_protobuf.local_connections import LOCAL_HOST, LocalNetwork
 from cxbridge_protobuf.types import MessageTypes, make_frame
 from protobuf_tests.conftest import PROTOS
@@ -46,7 +46,7 @@ def test_peer_receives_messages_to_its_port(members, frame):
     third.create_peer("10.0.0.255", 4445, 5555, "", "")
     first.broadcast(sender, frame)
     (event,) = second.drain()
-    assert (event.origin, event.link_id, event.host, event.port) == (Origin.PEER, receiver, LOCAL_HOST, 4445)
+    assert (event.role, event.link_id, event.host, event.port) == (LinkRole.PEER, receiver, LOCAL_HOST, 4445)
     assert (event.arrival_us, event.message.text) == (7, "hello")
     assert first.drain() == third.drain() == []
     second.send(receiver, frame)
@@ -78,15 +78,15 @@ def test_client_and_server_exchange_messages(members, frame):
     server.enable_server(4444)
     link = client.connect("anywhere", 4444)
     (accepted,) = server.drain()
-    assert (accepted.origin, accepted.is_connected, accepted.host) == (Origin.SERVER, True, LOCAL_HOST)
+    assert (accepted.role, accepted.is_connected, accepted.host) == (LinkRole.SERVER, True, LOCAL_HOST)
     assert client.drain() == [
-        ConnectionChange(Origin.CLIENT, link, is_connected=True, host="anywhere", port=4444)
+        ConnectionChange(LinkRole.CLIENT, link, is_connected=True, host="anywhere", port=4444)
     ]
     client.send(link, frame)
     server.send(accepted.link_id, frame)
     assert texts(server) == texts(client) == ["hello"]
     client.disconnect(link)
-    assert server.drain() == [ConnectionChange(Origin.SERVER, accepted.link_id, is_connected=False)]
+    assert server.drain() == [ConnectionChange(LinkRole.SERVER, accepted.link_id, is_connected=False)]
     server.send(accepted.link_id, frame)
     assert client.drain() == []
     with pytest.raises(ProtobufError, match="address already in use"):
@@ -102,7 +102,7 @@ def test_connection_without_server_is_refused(members):
     link = members[0].connect("robot", 4444)
     assert members[0].drain() == [
         LogWarning("Cannot connect to robot:4444: connection refused"),
-        ConnectionChange(Origin.CLIENT, link, is_connected=False),
+        ConnectionChange(LinkRole.CLIENT, link, is_connected=False),
     ]
     assert members[0].connect("robot", 0) == members[0].create_peer("x", 0, 1, "", "") == 0
 

@@ -14,7 +14,7 @@ from cxbridge_protobuf import inbox, stream
 from cxbridge_protobuf import socket_connections as network_module
 from cxbridge_protobuf.crypto import CIPHER_NUMBERS
 from cxbridge_protobuf.frames import Frame, add_header, encode_frame
-from cxbridge_protobuf.inbox import ConnectionChange, LogWarning, Origin, ReceivedMessage
+from cxbridge_protobuf.inbox import ConnectionChange, LinkRole, LogWarning, ReceivedMessage
 from cxbridge_protobuf.types import make_frame
 from protobuf_tests.conftest import WAIT
 from tests.support import free_port
@@ -41,9 +41,9 @@ def connect_pair(nets):
     client = nets()
     client_id = client.connect("127.0.0.1", port)
     change = client.presence()
-    assert (change.origin, change.link_id, change.is_connected) == (Origin.CLIENT, client_id, True)
+    assert (change.role, change.link_id, change.is_connected) == (LinkRole.CLIENT, client_id, True)
     accepted = server.presence()
-    assert (accepted.origin, accepted.is_connected, accepted.host) == (Origin.SERVER, True, "127.0.0.1")
+    assert (accepted.role, accepted.is_connected, accepted.host) == (LinkRole.SERVER, True, "127.0.0.1")
     return server, accepted.link_id, client, client_id
 
 
@@ -82,7 +82,7 @@ def test_connection_without_server_is_closed(nets):
     client = nets()
     client_id = client.connect("127.0.0.1", free_port())
     change = client.presence()
-    assert (change.origin, change.link_id, change.is_connected) == (Origin.CLIENT, client_id, False)
+    assert (change.role, change.link_id, change.is_connected) == (LinkRole.CLIENT, client_id, False)
     with pytest.raises(ProtobufError, match="not connected"):
         client.send(client_id, ORDER)
 
@@ -187,8 +187,8 @@ def test_peers_exchange_messages(nets, cipher):
     net_a, peer_a, net_b, peer_b = open_peer_pair(nets, "randomkey", cipher)
     net_a.broadcast(peer_a, ORDER)
     event = net_b.message()
-    assert (event.origin, event.link_id, event.host, event.message.id) == (
-        Origin.PEER,
+    assert (event.role, event.link_id, event.host, event.message.id) == (
+        LinkRole.PEER,
         peer_b,
         "127.0.0.1",
         5,

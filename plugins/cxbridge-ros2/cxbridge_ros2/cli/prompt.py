@@ -18,7 +18,7 @@ from cxbridge.rights import ALL_RIGHTS
 from cxbridge_ros2.experts.client import ExpertClient
 from cxbridge_ros2.experts.definitions import TYPE_DEFINITIONS
 from cxbridge_ros2.experts.terminal import Terminal
-from cxbridge_ros2.experts.trees import NodeCodec
+from cxbridge_ros2.experts.trees import TreeCodec
 from cxbridge_ros2.settings import NodeSettings
 
 _PROMPT: Final = "> "
@@ -36,7 +36,7 @@ def run_terminal(settings: Mapping[str, Any], command: str | None) -> int:
         "cxbridge_terminal", definitions, lambda text: complain(CxbridgeError(text)), ALL_RIGHTS
     ) as node:
         terminal = Terminal(
-            ExpertClient(node, RealClock(), node_settings.namespace), NodeCodec(node_settings.distribution)
+            ExpertClient(node, RealClock(), node_settings.namespace), TreeCodec(node_settings.distribution)
         )
         for line in _read_lines() if command is None else [command]:
             try:

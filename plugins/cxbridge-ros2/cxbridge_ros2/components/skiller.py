@@ -10,7 +10,7 @@ from cxbridge.run.components.component import Component
 from cxbridge.skiller.calls import CallOutcome, SkillerCall
 from cxbridge_ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
 from cxbridge_ros2.interfaces.definitions import ACTION_DEFINITIONS, EXEC_SKILL_TYPE
-from cxbridge_ros2.names import check_topic
+from cxbridge_ros2.names import check_ros_name
 from cxbridge_ros2.settings import locate_errors, read_node_section, typed_setting
 
 _SECTION = "/ros2/skiller"
@@ -30,7 +30,7 @@ class Ros2Skiller(Component):
         )
         with locate_errors(context.config, _SECTION):
             self._skiller = typed_setting(values, "skiller", "Skiller", _SUBJECT)
-            action = check_topic(
+            action = check_ros_name(
                 settings.namespace + typed_setting(values, "action", "/skiller/execute", _SUBJECT)
             )
             self._node = settings.join(

@@ -46,7 +46,7 @@ class Ros2Transforms(Component):
             is_publishing = typed_setting(values, "publish", default=False, subject=_SUBJECT)
         frames = values.get("frames", _ALL)
         self._selected_frames = None if frames == _ALL else frozenset(map(str, frames))
-        self._publishers: dict[str, TransformPublisher] = {}
+        self._blackboard_publishers: dict[str, TransformPublisher] = {}
         self._refused_frames: set[str] = set()
         self._node = node = settings.join(
             f"cxbridge_tf_{context.name}", settings.load_definitions(), self._log.warn, context.rights
@@ -59,12 +59,12 @@ class Ros2Transforms(Component):
                 PROFILES[profile],
                 right=right_of_frame("ros2-tf", topic),
             )
-        self._frame_publisher = FramePublisher(node, context.board) if is_publishing else None
+        self._ros_publisher = FramePublisher(node, context.board) if is_publishing else None
 
     def loop(self) -> None:
         self._node.poll()
-        if self._frame_publisher is not None:
-            self._frame_publisher.publish_changes()
+        if self._ros_publisher is not None:
+            self._ros_publisher.publish_changes()
 
     def _receive_transforms(self, message: Message, *, is_static: bool) -> None:
         for transform in message["transforms"]:
@@ -75,21 +75,21 @@ class Ros2Transforms(Component):
             ):
                 continue
             try:
-                self._find_publisher(child).send(decode_transform(transform), static=is_static)
+                self._find_blackboard_publisher(child).send(decode_transform(transform), static=is_static)
             except CxbridgeError as error:
                 self._refuse_frame(child, error.message)
 
-    def _find_publisher(self, child: str) -> TransformPublisher:
-        """Return the publisher of a frame; the first call for the frame creates its interface.
+    def _find_blackboard_publisher(self, child: str) -> TransformPublisher:
+        """Return the publisher of a frame to the blackboard; the first call creates its interface.
 
         :raises InterfaceError: if there are :data:`MAX_FRAMES` frames already.
         """
-        if child not in self._publishers:
-            if len(self._publishers) >= MAX_FRAMES:
+        if child not in self._blackboard_publishers:
+            if len(self._blackboard_publishers) >= MAX_FRAMES:
                 raise InterfaceError(f"the limit of {MAX_FRAMES} frames is reached")
             publisher = TransformPublisher(self._board, f"{ROS_ID_PREFIX}{child}", owner="ROS 2")
-            self._publishers[child] = publisher
-        return self._publishers[child]
+            self._blackboard_publishers[child] = publisher
+        return self._blackboard_publishers[child]
 
     def _refuse_frame(self, child: str, reason: str) -> None:
         """Log once why a frame is ignored."""
@@ -99,8 +99,8 @@ class Ros2Transforms(Component):
         self._log.warn(f"The frame '{child}' of ROS 2 is ignored: {reason}")
 
     def close(self) -> None:
-        if self._frame_publisher is not None:
-            self._frame_publisher.close()
+        if self._ros_publisher is not None:
+            self._ros_publisher.close()
         self._node.close()
-        for publisher in self._publishers.values():
+        for publisher in self._blackboard_publishers.values():
             publisher.close()

@@ -140,7 +140,7 @@ SERVICE_TYPES: Final = {
 }
 
 
-def list_services(node: str, distribution: str) -> Mapping[str, str]:
+def find_service_types(node: str, distribution: str) -> Mapping[str, str]:
     """Return the types of a node's services in a distribution, by name.
 
     :param node: a key of :data:`SERVICES_BY_NODE`.

@@ -1,4 +1,4 @@
-"""The services of the domain expert: their handlers, by name."""
+"""The services of PlanSys2's domain expert by name, each with its handler."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from cxbridge.executive.pddl.printer import format_domain
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.experts.knowledge import ProblemExpert, find_subtypes
 from cxbridge_ros2.experts.problem_services import ExpertService
-from cxbridge_ros2.experts.trees import NodeCodec, TreeNodeKind, make_param
+from cxbridge_ros2.experts.trees import TreeCodec, TreeNodeKind, make_param
 from cxbridge_ros2.messages import Message
 
 # Fields of a DurativeAction: the time in PDDL, and the attribute of the action with the formula.
@@ -36,12 +36,12 @@ _TIMED_FIELDS: Final = {
 }
 
 
-def _get_types(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
+def _get_types(expert: ProblemExpert, _codec: TreeCodec, _request: Message) -> Mapping[str, Any]:
     # a type with several supertypes is declared several times
     return {"types": [name for name in dict.fromkeys(names_of(expert.domain.types)) if name != ROOT_TYPE]}
 
 
-def _get_constants(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
+def _get_constants(expert: ProblemExpert, _codec: TreeCodec, request: Message) -> Mapping[str, Any]:
     domain, type_name = expert.domain, request["type"]
     _find_name(
         type_name, (ROOT_TYPE, *names_of(domain.types)), "type"
@@ -52,13 +52,13 @@ def _get_constants(expert: ProblemExpert, _codec: NodeCodec, request: Message) -
 
 
 def _get_actions(
-    expert: ProblemExpert, _codec: NodeCodec, _request: Message, *, is_durative: bool
+    expert: ProblemExpert, _codec: TreeCodec, _request: Message, *, is_durative: bool
 ) -> Mapping[str, Any]:
     return {"actions": [action.name for action in expert.domain.actions if action.is_durative is is_durative]}
 
 
 def _get_action_details(
-    expert: ProblemExpert, codec: NodeCodec, request: Message, *, field: str
+    expert: ProblemExpert, codec: TreeCodec, request: Message, *, field: str
 ) -> Mapping[str, Any]:
     """Return the details of an action.
 
@@ -89,14 +89,14 @@ def _select_timed(when: str, formula: Formula | None) -> Formula:
 
 
 def _get_declarations(
-    expert: ProblemExpert, _codec: NodeCodec, _request: Message, *, kind: TreeNodeKind
+    expert: ProblemExpert, _codec: TreeCodec, _request: Message, *, kind: TreeNodeKind
 ) -> Mapping[str, Any]:
     declarations = _select_declarations(expert.domain, kind)
     return {"states": [{"node_type": int(kind), "name": declaration.name} for declaration in declarations]}
 
 
 def _get_declaration_details(
-    expert: ProblemExpert, _codec: NodeCodec, request: Message, *, kind: TreeNodeKind
+    expert: ProblemExpert, _codec: TreeCodec, request: Message, *, kind: TreeNodeKind
 ) -> Mapping[str, Any]:
     domain, noun = expert.domain, kind.name.lower()
     declarations = {declaration.name: declaration for declaration in _select_declarations(domain, kind)}
@@ -109,13 +109,13 @@ def _get_declaration_details(
     return {"node": {"node_type": int(kind), "name": declaration.name, "parameters": parameters}}
 
 
-def _get_derived_predicates(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
+def _get_derived_predicates(expert: ProblemExpert, _codec: TreeCodec, _request: Message) -> Mapping[str, Any]:
     _ = expert.domain  # raises the error about a missing domain
     return {"states": []}  # cxbridge does not support derived predicates
 
 
 def _get_derived_predicate_details(
-    _expert: ProblemExpert, _codec: NodeCodec, request: Message
+    _expert: ProblemExpert, _codec: TreeCodec, request: Message
 ) -> Mapping[str, Any]:
     raise Ros2Error(f"'{request['predicate']}': derived predicates are not supported")
 

@@ -1,4 +1,4 @@
-"""The services of the problem expert: their handlers, by name.
+"""The services of PlanSys2's problem expert by name, each with its handler.
 
 :class:`ExpertService` also describes the services of the domain expert.
 """
@@ -16,7 +16,7 @@ from cxbridge.executive.pddl.ast import Ground
 from cxbridge.executive.pddl.problems import format_problem
 from cxbridge_ros2.experts.knowledge import ProblemExpert, format_ground, split_words
 from cxbridge_ros2.experts.trees import (
-    NodeCodec,
+    TreeCodec,
     TreeNodeKind,
     make_ground_node,
     make_param,
@@ -25,7 +25,7 @@ from cxbridge_ros2.experts.trees import (
 from cxbridge_ros2.messages import Message
 
 # Handles a request and returns the fields of the response besides `success`; None if there are none.
-ServiceHandler = Callable[[ProblemExpert, NodeCodec, Message], Mapping[str, Any] | None]
+ServiceHandler = Callable[[ProblemExpert, TreeCodec, Message], Mapping[str, Any] | None]
 
 
 class ExpertService(Struct, frozen=True):
@@ -42,7 +42,7 @@ class ExpertService(Struct, frozen=True):
 
 
 def make_response(
-    service: ExpertService, expert: ProblemExpert, codec: NodeCodec, request: Message
+    service: ExpertService, expert: ProblemExpert, codec: TreeCodec, request: Message
 ) -> Mapping[str, Any]:
     """Return the response of a service to a request."""
     try:
@@ -66,13 +66,13 @@ def make_knowledge_message(expert: ProblemExpert) -> Message:
 # --- handlers that are more than an expression
 
 
-def _add_problem_goal(expert: ProblemExpert, codec: NodeCodec, request: Message) -> None:
+def _add_problem_goal(expert: ProblemExpert, codec: TreeCodec, request: Message) -> None:
     if not request["tree"]["nodes"]:
         raise Ros2Error("Malformed expression")  # PlanSys2's text
     expert.set_goal(codec.decode_tree(request["tree"]))
 
 
-def _get_instance(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
+def _get_instance(expert: ProblemExpert, _codec: TreeCodec, request: Message) -> Mapping[str, Any]:
     type_name = expert.instances.get(name := request["instance"])
     if type_name is None:
         raise Ros2Error(f"there is no instance '{name}'")
@@ -80,7 +80,7 @@ def _get_instance(expert: ProblemExpert, _codec: NodeCodec, request: Message) ->
 
 
 def _get_ground(
-    expert: ProblemExpert, _codec: NodeCodec, request: Message, *, kind: TreeNodeKind
+    expert: ProblemExpert, _codec: TreeCodec, request: Message, *, kind: TreeNodeKind
 ) -> Mapping[str, Any]:
     values, ground = _find_values(expert, kind), _parse_ground(request["expression"])
     if ground not in values:
@@ -90,7 +90,7 @@ def _get_ground(
 
 
 def _get_grounds(
-    expert: ProblemExpert, _codec: NodeCodec, _request: Message, *, kind: TreeNodeKind
+    expert: ProblemExpert, _codec: TreeCodec, _request: Message, *, kind: TreeNodeKind
 ) -> Mapping[str, Any]:
     types, values = expert.instances, _find_values(expert, kind)
     return {"states": [make_ground_node(kind, ground, types, value) for ground, value in values.items()]}

@@ -15,7 +15,7 @@ from cxbridge_ros2.experts.definitions import (
     SERVICES_BY_NODE,
     TOPIC_DEPTH,
     UPDATE_TOPIC,
-    list_services,
+    find_service_types,
 )
 from cxbridge_ros2.experts.domain_services import DOMAIN_SERVICES
 from cxbridge_ros2.experts.plan_server import PlanServer
@@ -25,7 +25,7 @@ from cxbridge_ros2.experts.problem_services import (
     make_knowledge_message,
     make_response,
 )
-from cxbridge_ros2.experts.trees import NodeCodec
+from cxbridge_ros2.experts.trees import TreeCodec
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Node, RequestHandler, SendResponse
 from cxbridge_ros2.problem_expert import ProblemExpertFeature
@@ -90,7 +90,7 @@ class ExpertServer(Closing):
     ) -> None:
         self._node, self._feature, self._log = node, feature, log
         self._planner = planner
-        self._codec = NodeCodec(distribution)
+        self._codec = TreeCodec(distribution)
         self._published_version = -1  # no version of the knowledge has been published
         # by service: the row of the table of rights, and the handler
         handlers: dict[str, tuple[str, RequestHandler]] = {
@@ -103,7 +103,7 @@ class ExpertServer(Closing):
                 partial(self._handle_request, namespace + name, service),
             )
         for served_node in served_nodes:
-            for name, service_type in list_services(served_node, distribution).items():
+            for name, service_type in find_service_types(served_node, distribution).items():
                 rights_row, handler = handlers[name]
                 right = right_of_frame("ros2-experts", rights_row)
                 node.serve_later(

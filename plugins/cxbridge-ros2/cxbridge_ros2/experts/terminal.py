@@ -27,7 +27,7 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.experts.client import ExpertClient
 from cxbridge_ros2.experts.knowledge import format_ground
 from cxbridge_ros2.experts.trees import (
-    NodeCodec,
+    TreeCodec,
     TreeNodeKind,
     make_ground_node,
     make_param,
@@ -60,7 +60,7 @@ class Terminal:
     :ivar commands: the functions of the commands by name.
     """
 
-    def __init__(self, client: ExpertClient, codec: NodeCodec) -> None:
+    def __init__(self, client: ExpertClient, codec: TreeCodec) -> None:
         self._client = client
         self._codec = codec
         self.is_over = False

@@ -63,7 +63,7 @@ _MAX_DEPTH: Final = 200
 FindParameterTypes = Callable[[str], tuple[str, ...]]
 
 
-class NodeCodec:
+class TreeCodec:
     """Converts formulas to trees and back, for the PlanSys2 of a ROS distribution."""
 
     def __init__(self, distribution: str) -> None:

@@ -11,7 +11,7 @@ from msgspec import Struct
 
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.errors import ConfigError
-from cxbridge_ros2.names import check_topic
+from cxbridge_ros2.names import check_ros_name
 from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.settings import (
     NODE_KEYS,
@@ -108,7 +108,7 @@ def _parse_topic_settings(key: str, values_by_path: Mapping[str, Any], folder: P
         key=key,
         pattern=pattern,
         direction=direction,
-        topic=check_topic(topic) if topic else None,
+        topic=check_ros_name(topic) if topic else None,
         type_name=type_name or None,
         paths={str(name): str(path) for name, path in fields.items()},
         constants=constants,

@@ -16,7 +16,7 @@ from msgspec import Struct
 
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.messages import Codec, Message
-from cxbridge_ros2.names import TypeName, check_topic, parse_type
+from cxbridge_ros2.names import TypeName, check_ros_name, parse_type
 from cxbridge_ros2.node import (
     Client,
     FailureCallback,
@@ -106,7 +106,7 @@ class LocalNode(Node):
         self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]
     ) -> Publisher:
         graph, type_name = self.graph, self._parse_type(message_type, "msg")
-        check_topic(topic)
+        check_ros_name(topic)
 
         def publish(message: Mapping[str, Any]) -> None:
             encoded_message = graph.codec.encode(type_name, message)
@@ -122,7 +122,7 @@ class LocalNode(Node):
         self, topic: str, message_type: str, callback: MessageCallback, qos: QosProfile
     ) -> Callable[[], None]:
         subscription = _Subscription(self, self._parse_type(message_type, "msg"), callback)
-        subscriptions = self.graph.subscriptions.setdefault(check_topic(topic), [])
+        subscriptions = self.graph.subscriptions.setdefault(check_ros_name(topic), [])
         subscriptions.append(subscription)
         if qos.durability == "transient_local":
             for type_name, encoded_message in self.graph.latched_messages.get(topic, ()):
@@ -152,13 +152,13 @@ class LocalNode(Node):
         self.deliveries.append(deliver)
 
     def create_client(self, service: str, service_type: str) -> Client:
-        return _LocalClient(self, check_topic(service), self._parse_type(service_type, "srv"))
+        return _LocalClient(self, check_ros_name(service), self._parse_type(service_type, "srv"))
 
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
         server = _Server(
             self, self._parse_type(service_type, "srv"), handler, next(self.graph.server_numbers)
         )
-        self.graph.servers[check_topic(service)] = server
+        self.graph.servers[check_ros_name(service)] = server
 
         def end_service() -> None:
             if self.graph.servers.get(service) is server:

@@ -15,7 +15,7 @@ from typing import Any, Final
 from cxbridge.errors import Ros2Error
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.messages import EMPTY_MESSAGE_FIELD, Codec, Message
-from cxbridge_ros2.names import TypeName, check_topic, parse_type
+from cxbridge_ros2.names import TypeName, check_ros_name, parse_type
 from cxbridge_ros2.node import (
     Client,
     FailureCallback,
@@ -94,7 +94,7 @@ class RclpyNode(Node):
     ) -> Publisher:
         type_name = parse_type(message_type)
         rcl_publisher = self._node.create_publisher(
-            self._find_message_class(type_name), check_topic(topic), self._make_qos(qos)
+            self._find_message_class(type_name), check_ros_name(topic), self._make_qos(qos)
         )
         return Publisher(
             lambda message: rcl_publisher.publish(self._codec.encode(type_name, message)),
@@ -114,7 +114,7 @@ class RclpyNode(Node):
                 callback(message)
 
         rcl_subscription = self._node.create_subscription(
-            self._find_message_class(type_name), check_topic(topic), receive, self._make_qos(qos), raw=True
+            self._find_message_class(type_name), check_ros_name(topic), receive, self._make_qos(qos), raw=True
         )
         return self._make_close_function("subscription", rcl_subscription)
 
@@ -122,7 +122,7 @@ class RclpyNode(Node):
         type_name = parse_type(service_type, "srv")
         service_class = self._find_service_class(type_name)
         rcl_client = self._node.create_client(
-            service_class, check_topic(service), qos_profile=self._make_qos(PROFILES["services_default"])
+            service_class, check_ros_name(service), qos_profile=self._make_qos(PROFILES["services_default"])
         )
         request, response = type_name.derive("Request"), type_name.derive("Response")
 
@@ -156,7 +156,7 @@ class RclpyNode(Node):
 
         rcl_service = self._node.create_service(
             service_class,
-            check_topic(service),
+            check_ros_name(service),
             receive,
             qos_profile=self._make_qos(PROFILES["services_default"]),
         )

@@ -28,7 +28,7 @@ from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.transports.dds import DdsNode
 from cxbridge_ros2.transports.dds.domain import _domains
 from cxbridge_ros2.transports.dds.services import (
-    _Introduction,
+    _IntroductionCheck,
     list_matched_handles,
     make_owner_data,
     write_data,
@@ -382,7 +382,7 @@ def test_response_waits_for_discovery_of_reader(server: DdsNode, requester: DdsN
     qos, owner_data = PROFILES["services_default"], make_owner_data("clientid")
     server.serve("/late", ADD, lambda each: {"sum": each["a"] + each["b"]})
     writer = requester._open_writer("rq/lateRequest", request, qos, owner_data)
-    introduction = _Introduction(writer)
+    introduction = _IntroductionCheck(writer)
     poll_until(server, lambda: introduction.filter_introduced(frozenset(writer.get_matched_subscriptions())))
     data = codec.encode(request, {"a": 1, "b": 2})
     write_data(writer, data[:4] + bytes(16) + data[4:])

@@ -114,7 +114,9 @@ class CxPlugin(Feature):
         """Return the full name of a parameter of the plug-in."""
         return f"{self.name}.{name}"
 
-    def or_false(self, function: Callable[..., Value], log_prefix: str = "") -> Callable[..., Value]:
+    def with_false_on_error(
+        self, function: Callable[..., Value], log_prefix: str = ""
+    ) -> Callable[..., Value]:
         """Wrap a function for rules: the wrapper logs a ClipsError of the function and returns FALSE.
 
         :param log_prefix: the text before the error in the log.

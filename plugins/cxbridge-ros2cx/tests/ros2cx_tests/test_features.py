@@ -13,7 +13,7 @@ from cxbridge.executive.host.values import TRUE, Symbol
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge_planning.settings import PlannerSettings
 from cxbridge_ros2cx.plansys2 import PlanSys2Feature
-from cxbridge_ros2cx.skill_board_client import Ros2CxSkills
+from cxbridge_ros2cx.skill_board_client import SkillBoardClient
 from cxbridge_ros2cx.skill_execution import SkillExecutionFeature
 from tests.executive.conftest import Log
 from tests.executive.features.test_skill_board import FakeExecutor, FakeSkills
@@ -60,7 +60,7 @@ class Bench:
         features = [
             parser,
             PlanSys2Feature(PlannerSettings(planner="pyperplan"), parser.domain_of),
-            SkillExecutionFeature(lambda: cast("Ros2CxSkills", self.skills), self._remove),
+            SkillExecutionFeature(lambda: cast("SkillBoardClient", self.skills), self._remove),
         ]
         self.manager = EnvironmentManager(self.bus, features)
         self.env = self.manager.create("executive")

@@ -15,7 +15,7 @@ from cxbridge.history.tree import goal_lines
 from cxbridge.printing import indent_lines
 from cxbridge.rights import ALL_RIGHTS
 from cxbridge.run.servers import RunServer
-from cxbridge_studio.debugger.breakpoint_checks import BreakpointMistakes
+from cxbridge_studio.debugger.breakpoint_checker import BreakpointMistakes
 from cxbridge_studio.debugger.breakpoints import Stop, parse_breakpoint
 from cxbridge_studio.debugger.command_words import execute_command, parse_fact_change, parse_number
 from cxbridge_studio.debugger.debugger import STEP_UNITS, debugger_of
@@ -71,7 +71,7 @@ class DebugPrompt(RunServer):
         for spec in self._specs:
             agent.debugger.add(spec)
         agent.debugger.on_stop = lambda stop: self._serve_stop(agent, stop)
-        agent.debugger.names.on_mistakes = self._check_mistakes
+        agent.debugger.breakpoint_checker.on_mistakes = self._check_mistakes
 
     def _check_mistakes(self, mistakes: BreakpointMistakes) -> None:
         """Store the mistakes in the breakpoints of one agent, which are known after its initialisation.

@@ -173,8 +173,8 @@ def agenda(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False) -> No
     Example: cxbridge env agenda executive
     """
     rows = [
-        {"salience": salience, "rule": rule, "facts": basis}
-        for salience, rule, basis in ask_daemon(url, "agenda", env=env)
+        {"salience": salience, "rule": rule, "facts": fact_list}
+        for salience, rule, fact_list in ask_daemon(url, "agenda", env=env)
     ]
     _say_rows(rows, lambda row: f"{row['salience']:6} {row['rule']}: {row['facts']}", as_json=as_json)
 

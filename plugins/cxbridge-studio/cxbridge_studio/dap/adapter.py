@@ -21,8 +21,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap import protocol
 from cxbridge_studio.dap.agent import StoppedEnvironment
 from cxbridge_studio.dap.breakpoints import FILTERS, Breakpoints
-from cxbridge_studio.dap.debugged_run import LiveRun
-from cxbridge_studio.dap.launching import make_live_run
+from cxbridge_studio.dap.debugged_run import DebuggedRun
+from cxbridge_studio.dap.launching import make_debugged_run
 from cxbridge_studio.dap.phases import (
     AFTER_INITIALIZE,
     AFTER_LAUNCH,
@@ -66,14 +66,14 @@ class Adapter:
         self._wire = wire
         self._requests: queue.SimpleQueue[protocol.Request | None] = queue.SimpleQueue()
         self._breakpoints = Breakpoints()
-        self._run: LiveRun | None = None
+        self._run: DebuggedRun | None = None
         self._stop_view: StopView | None = None
         self._phase = SessionPhase.NEW
         self._is_over = self._are_breakpoints_verified = self._sends_invalidated = False
         self.problem = ""
         # by request: the type of its arguments, its handler, and the phases in which the request is valid
         self._handlers: Mapping[str, tuple[type[Any], Callable[[Any], Any], SessionPhase]] = {
-            "initialize": (protocol.InitializeArguments, self._initialize, SessionPhase.NEW),
+            "initialize": (protocol.InitializeRequestArguments, self._initialize, SessionPhase.NEW),
             "launch": (dict[str, Any], self._launch, SessionPhase.READY),
             "configurationDone": (protocol.NoArguments, self._configuration_done, SessionPhase.LAUNCHED),
             "setBreakpoints": (
@@ -82,12 +82,12 @@ class Adapter:
                 AFTER_INITIALIZE,
             ),
             "setFunctionBreakpoints": (
-                protocol.FunctionBreakpointsArguments,
+                protocol.SetFunctionBreakpointsArguments,
                 self._set_function_breakpoints,
                 AFTER_INITIALIZE,
             ),
             "setExceptionBreakpoints": (
-                protocol.ExceptionBreakpointsArguments,
+                protocol.SetExceptionBreakpointsArguments,
                 self._set_exception_filters,
                 AFTER_INITIALIZE,
             ),
@@ -218,7 +218,7 @@ class Adapter:
     # -- start and end
 
     @property
-    def _current_run(self) -> LiveRun:
+    def _current_run(self) -> DebuggedRun:
         assert self._run is not None, "the handlers that need a run are valid after `launch`"
         return self._run
 
@@ -227,7 +227,7 @@ class Adapter:
         assert self._stop_view is not None, "the handlers that need a stop are valid while the run is stopped"
         return self._stop_view
 
-    def _initialize(self, arguments: protocol.InitializeArguments) -> Mapping[str, Any]:
+    def _initialize(self, arguments: protocol.InitializeRequestArguments) -> Mapping[str, Any]:
         if not (arguments.lines_start_at1 and arguments.columns_start_at1):
             raise CxbridgeError("lines and columns must be counted from 1")
         self._phase = SessionPhase.READY
@@ -235,7 +235,7 @@ class Adapter:
         return CAPABILITIES
 
     def _launch(self, arguments: dict[str, Any]) -> None:
-        self._run, self._phase = make_live_run(arguments), SessionPhase.LAUNCHED
+        self._run, self._phase = make_debugged_run(arguments), SessionPhase.LAUNCHED
         if not arguments.get("noDebug"):
             self._breakpoints.attach(self._run)
 
@@ -256,11 +256,13 @@ class Adapter:
         return {"breakpoints": self._breakpoints.set_line_breakpoints(arguments)}
 
     def _set_function_breakpoints(
-        self, arguments: protocol.FunctionBreakpointsArguments
+        self, arguments: protocol.SetFunctionBreakpointsArguments
     ) -> Mapping[str, Any]:
         return {"breakpoints": self._breakpoints.set_function_breakpoints(arguments.breakpoints)}
 
-    def _set_exception_filters(self, arguments: protocol.ExceptionBreakpointsArguments) -> Mapping[str, Any]:
+    def _set_exception_filters(
+        self, arguments: protocol.SetExceptionBreakpointsArguments
+    ) -> Mapping[str, Any]:
         return {"breakpoints": self._breakpoints.set_exception_filters(arguments.filters)}
 
     # -- inspection

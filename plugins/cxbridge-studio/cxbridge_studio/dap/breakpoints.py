@@ -17,10 +17,10 @@ from typing import Any, Final, NamedTuple
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap import protocol
-from cxbridge_studio.dap.debugged_run import LiveRun
+from cxbridge_studio.dap.debugged_run import DebuggedRun
 from cxbridge_studio.dap.rule_lines import FileRule, find_rules, find_stop_line
 from cxbridge_studio.dap.stops import read_source
-from cxbridge_studio.debugger.breakpoints import ANY_NAME, Breakpoint, check_hit_count, parse_breakpoint
+from cxbridge_studio.debugger.breakpoints import ANY_NAME, Breakpoint, check_hit_condition, parse_breakpoint
 
 # the exception filters that editors show to the user, each with its title and its breakpoint
 FILTERS: Final = {
@@ -41,7 +41,7 @@ class _RequestedBreakpoint(NamedTuple):
     """
 
     breakpoint: Breakpoint
-    explain_no_stop: Callable[[LiveRun], str]
+    explain_no_stop: Callable[[DebuggedRun], str]
     message: str = ""
     line: int = 0
 
@@ -53,9 +53,9 @@ class Breakpoints:
         self._last_number = 0
         # by group and the client's number
         self._groups: dict[str, dict[int, _RequestedBreakpoint]] = {}
-        self._run: LiveRun | None = None
+        self._run: DebuggedRun | None = None
 
-    def attach(self, run: LiveRun) -> None:
+    def attach(self, run: DebuggedRun) -> None:
         """Set all breakpoints on a run, and from now on each change of breakpoints."""
         self._run = run
         for group in self._groups:
@@ -134,7 +134,7 @@ class Breakpoints:
 def _make_line_breakpoint(
     file: Path, rules: Sequence[FileRule], request: protocol.SourceBreakpoint, *, includes_actions: bool
 ) -> _RequestedBreakpoint:
-    check_hit_count(request.hit_condition)
+    check_hit_condition(request.hit_condition)
     rule, action_line = find_stop_line(rules, request.line, includes_actions=includes_actions)
     kind, state = ("line", str(action_line)) if action_line else ("before", ANY_NAME)
     return _RequestedBreakpoint(
@@ -144,8 +144,8 @@ def _make_line_breakpoint(
             escape(rule.name),
             state,
             condition=request.condition,
-            hits=request.hit_condition,
-            log=request.log_message,
+            hit_condition=request.hit_condition,
+            log_message=request.log_message,
         ),
         lambda run: run.explain_no_stop(rule.name, file),
         f"within the right-hand side of rule {rule.name}"
@@ -157,12 +157,12 @@ def _make_line_breakpoint(
 
 def _make_name_breakpoint(request: protocol.FunctionBreakpoint) -> _RequestedBreakpoint:
     parsed_breakpoint = parse_breakpoint(request.name)
-    check_hit_count(request.hit_condition)
+    check_hit_condition(request.hit_condition)
     # as in `cxbridge run --break`, the name may include a condition and a hit count
     requested_breakpoint = replace(
         parsed_breakpoint,
         condition=request.condition or parsed_breakpoint.condition,
-        hits=request.hit_condition or parsed_breakpoint.hits,
+        hit_condition=request.hit_condition or parsed_breakpoint.hit_condition,
     )
     return _RequestedBreakpoint(
         requested_breakpoint, lambda run: run.explain_unreachable(requested_breakpoint)

@@ -45,7 +45,7 @@ class DebugClient(Protocol):
     def send_event(self, name: str, body: Mapping[str, object] | ProtocolObject | None = None) -> None: ...
 
 
-class LiveRun:
+class DebuggedRun:
     """A debugged run. The serving thread calls all methods except :meth:`interrupt`.
 
     :param stop_on_entry: whether to stop before the first rule.
@@ -184,5 +184,6 @@ class LiveRun:
 
     def explain_unreachable(self, tested_breakpoint: Breakpoint) -> str:
         """Return why no loaded rule can reach a breakpoint; empty if a rule can."""
-        mistakes = [agent.debugger.names.find_mistake(tested_breakpoint) for agent in self._agents]
+        checkers = (agent.debugger.breakpoint_checker for agent in self._agents)
+        mistakes = [checker.find_mistake(tested_breakpoint) for checker in checkers]
         return str(mistakes[0]) if all(mistakes) else ""

@@ -1,7 +1,8 @@
 """The implemented part of the Debug Adapter Protocol: messages, their arguments and their bodies.
 
-The names of messages and fields are those of the specification, version 1.68. Arguments that the adapter does
-not read have no field here, so msgspec ignores them.
+The names of messages and fields are those of the specification, version 1.68. Only the classes of arguments
+that several requests share, and of bodies, have other names: there the specification has a type for each
+request, or none. Arguments that the adapter does not read have no field here, so msgspec ignores them.
 """
 
 from __future__ import annotations
@@ -60,13 +61,13 @@ def _remove_nulls(value: Any) -> Any:
     return [_remove_nulls(item) for item in value] if isinstance(value, list) else value
 
 
-class InitializeArguments(ProtocolObject):
+class InitializeRequestArguments(ProtocolObject):
     lines_start_at1: bool = True
     columns_start_at1: bool = True
     supports_invalidated_event: bool = False
 
 
-class LaunchSettings(ProtocolObject):
+class LaunchRequestArguments(ProtocolObject):
     """The arguments of ``launch`` besides the options of the run.
 
     :param cwd: the folder to which paths are relative; empty for the folder of the adapter.
@@ -108,11 +109,11 @@ class FunctionBreakpoint(ProtocolObject):
     hit_condition: str = ""
 
 
-class FunctionBreakpointsArguments(ProtocolObject):
+class SetFunctionBreakpointsArguments(ProtocolObject):
     breakpoints: list[FunctionBreakpoint]
 
 
-class ExceptionBreakpointsArguments(ProtocolObject):
+class SetExceptionBreakpointsArguments(ProtocolObject):
     filters: list[str]
 
 

@@ -20,7 +20,7 @@ def read_activations(env: ClipsEnvironment) -> Iterator[tuple[int, str, str]]:
         yield int(lib.ActivationGetSalience(activation)), rule, basis
 
 
-def next_rule(env: ClipsEnvironment) -> str:
+def find_next_rule(env: ClipsEnvironment) -> str:
     """Return the name of the rule that fires next; empty if the agenda is empty."""
     activation = lib.GetNextActivation(env.c_env, NULL)
     return "" if activation == NULL else decode(lib.ActivationRuleName(activation))

@@ -56,9 +56,9 @@ class Breakpoint:
     :param state: the goal's mode, the action's state, the skill's status, or the number of the line.
     :param outcome: the goal's outcome.
     :param condition: a CLIPS expression; FALSE prevents the stop. Empty without a condition.
-    :param hits: the required count of hits, such as ``3``, ``>=3``, or ``%3`` for each third hit; empty for
-        any count.
-    :param log: a text to log instead of stopping, with CLIPS expressions in braces; empty to stop.
+    :param hit_condition: the required count of hits, such as ``3``, ``>=3``, or ``%3`` for each third hit;
+        empty for any count.
+    :param log_message: a text to log instead of stopping, with CLIPS expressions in braces; empty to stop.
     """
 
     number: int
@@ -67,8 +67,8 @@ class Breakpoint:
     state: str = ANY_NAME
     outcome: str = ANY_NAME
     condition: str = ""
-    hits: str = ""
-    log: str = ""
+    hit_condition: str = ""
+    log_message: str = ""
 
     @property
     def is_rule_breakpoint(self) -> bool:
@@ -88,10 +88,10 @@ class Breakpoint:
         """Return whether the breakpoint is on a line of a right-hand side."""
         return self.kind == "line" and self.state == str(line) and fnmatchcase(rule, self.name)
 
-    def is_due(self, hit: int) -> bool:
-        """Return whether the breakpoint stops at this hit, counted from 1."""
-        match = _HIT_COUNT.fullmatch(self.hits)
-        return match is None or _COMPARISONS[match[1] or "="](hit, int(match[2]))
+    def stops_at_hit(self, hit_number: int) -> bool:
+        """Return whether the breakpoint stops at a hit; its number counts from 1."""
+        match = _HIT_COUNT.fullmatch(self.hit_condition)
+        return match is None or _COMPARISONS[match[1] or "="](hit_number, int(match[2]))
 
     def matches_transition(self, event: Transition) -> bool:
         """Return whether the breakpoint matches a transition."""
@@ -114,15 +114,15 @@ class Breakpoint:
 
         :param evaluate: returns the value of a CLIPS expression as text.
         """
-        return _BRACED_EXPRESSION.sub(lambda match: evaluate(match[1]), self.log)
+        return _BRACED_EXPRESSION.sub(lambda match: evaluate(match[1]), self.log_message)
 
     def __str__(self) -> str:
         """Return the breakpoint in the notation of :func:`parse_breakpoint`."""
         state = f":{self.state}" if (self.state, self.outcome) != (ANY_NAME, ANY_NAME) else ""
         outcome = f":{self.outcome}" if self.outcome != ANY_NAME else ""
-        hits = f" hit {self.hits}" if self.hits else ""
+        hits = f" hit {self.hit_condition}" if self.hit_condition else ""
         condition = f" if {self.condition}" if self.condition else ""
-        log = f' log "{self.log}"' if self.log else ""
+        log = f' log "{self.log_message}"' if self.log_message else ""
         kind = "rule" if self.kind == "before" else self.kind
         return f"{kind}:{self.name}{state}{outcome}{hits}{condition}{log}"
 
@@ -148,7 +148,7 @@ def parse_breakpoint(spec: str) -> Breakpoint:
             hint=f'use one of: {_NOTATIONS}; each may end in: hit COUNT if (CLIPS) log "TEXT"',
         )
     if hits:
-        check_hit_count(hits[0])
+        check_hit_condition(hits[0])
     if kind == "skill":
         # A skill string may contain colons, so only an end such as ``:S_FAILED`` is a status.
         match = _STATUS_SUFFIX.fullmatch(pattern)
@@ -169,14 +169,14 @@ def read_skill_name(skill_string: str) -> str:
     return _ARGUMENTS_START.split(skill_string.strip(), maxsplit=1)[0]
 
 
-def check_hit_count(hits: str) -> None:
-    """Check the notation of a hit count.
+def check_hit_condition(hit_condition: str) -> None:
+    """Check the notation of :attr:`Breakpoint.hit_condition`.
 
     :raises ExecutiveError: if the text is not a hit count.
     """
-    match = _HIT_COUNT.fullmatch(hits)
-    if hits and (match is None or int(match[2]) == 0):
-        raise ExecutiveError(f"'{hits}' is not a hit count", hint="e.g. 3, >=3, %3")
+    match = _HIT_COUNT.fullmatch(hit_condition)
+    if hit_condition and (match is None or int(match[2]) == 0):
+        raise ExecutiveError(f"'{hit_condition}' is not a hit count", hint="e.g. 3, >=3, %3")
 
 
 @dataclass(frozen=True, slots=True)

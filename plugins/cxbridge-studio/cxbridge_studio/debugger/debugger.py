@@ -21,8 +21,8 @@ from cxbridge.events import Event, SkillStatus
 from cxbridge.executive.host.capi import CData, decode, make_callback
 from cxbridge.executive.host.values import FALSE, show
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
-from cxbridge_studio.debugger.agenda import next_rule, read_activations
-from cxbridge_studio.debugger.breakpoint_checks import AgentNames
+from cxbridge_studio.debugger.agenda import find_next_rule, read_activations
+from cxbridge_studio.debugger.breakpoint_checker import BreakpointChecker
 from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop, describe_transition, parse_breakpoint
 
 if TYPE_CHECKING:
@@ -40,8 +40,8 @@ def debugger_of(executive: Executive) -> Debugger:
     """Return the debugger of an executive, made on the first call."""
     with executive.env.lock:
         if executive.control is None:
-            names = AgentNames(executive.env, executive.known_skills)
-            executive.control = Debugger(executive.env, names)
+            checker = BreakpointChecker(executive.env, executive.known_skills)
+            executive.control = Debugger(executive.env, checker)
     assert isinstance(executive.control, Debugger), "no other module sets the control of an executive"
     return executive.control
 
@@ -52,12 +52,12 @@ class Debugger:
     Methods wait for the environment's lock, so other threads continue only between two firings.
 
     :param env: the executive's environment.
-    :param names: the agent's known names, by default those in ``env``.
+    :param breakpoint_checker: detects unreachable breakpoints, by default those that name nothing in ``env``.
     """
 
-    def __init__(self, env: ClipsEnvironment, names: AgentNames | None = None) -> None:
+    def __init__(self, env: ClipsEnvironment, breakpoint_checker: BreakpointChecker | None = None) -> None:
         self._env = env
-        self.names = names or AgentNames(env)  # detects unreachable breakpoints
+        self.breakpoint_checker = breakpoint_checker or BreakpointChecker(env)
         self._log = env.bus.logger("Debugger")
         # The callback for each stop, in the thread of the rules, with the environment locked.
         self.on_stop: Callable[[Stop], None] | None = None
@@ -98,13 +98,13 @@ class Debugger:
     def add(self, spec: str | Breakpoint, *, checked: bool = True) -> Breakpoint:
         """Add a breakpoint; return it with its number.
 
-        :param checked: whether to refuse an unreachable breakpoint, see :meth:`AgentNames.check`.
+        :param checked: whether to refuse an unreachable breakpoint, see :meth:`BreakpointChecker.check`.
         :raises ExecutiveError: if the text is not a breakpoint, or the breakpoint is unreachable.
         """
         new_breakpoint = parse_breakpoint(spec) if isinstance(spec, str) else spec
         with self._env.lock:
             if checked:
-                self.names.check(new_breakpoint)
+                self.breakpoint_checker.check(new_breakpoint)
             self._last_number += 1
             new_breakpoint = replace(new_breakpoint, number=self._last_number)
             self._breakpoints[new_breakpoint.number] = new_breakpoint
@@ -199,7 +199,7 @@ class Debugger:
             fired_before = self._fired_count
             stop = self._fire_until_stop()
             fired += self._fired_count - fired_before
-            self.names.check_once(self._breakpoints.values())
+            self.breakpoint_checker.check_once(self._breakpoints.values())
             if stop is not None:
                 self._enter_stop(stop)  # `on_stop` may continue the run before it returns
             if not self._is_in_loop:
@@ -266,7 +266,7 @@ class Debugger:
     def _fire_until_stop(self) -> Stop | None:
         """Fire rules until a stop or the end of the loop."""
         env = self._env
-        while not env.is_ended and not self._has_agent_halted and (rule := next_rule(env)):
+        while not env.is_ended and not self._has_agent_halted and (rule := find_next_rule(env)):
             if self._is_stop_requested:
                 return self._make_stop("asked", f"before rule {rule}, as asked")
             rule_breakpoints = [
@@ -355,14 +355,14 @@ class Debugger:
                 problem = f"(breakpoint {hit_breakpoint.number} has a condition that fails: {error.message})"
                 stop = replace(stop, reason=f"{position_text} {problem}")
         self._true_hit_counts[hit_breakpoint.number] += 1
-        if not hit_breakpoint.is_due(self._true_hit_counts[hit_breakpoint.number]):
+        if not hit_breakpoint.stops_at_hit(self._true_hit_counts[hit_breakpoint.number]):
             return None
-        if hit_breakpoint.log:
-            self._log.info(hit_breakpoint.format_log(partial(self._format_value, stop=stop)))
+        if hit_breakpoint.log_message:
+            self._log.info(hit_breakpoint.format_log(partial(self._evaluate_to_text, stop=stop)))
             return None
         return stop
 
-    def _format_value(self, expression: str, stop: Stop) -> str:
+    def _evaluate_to_text(self, expression: str, stop: Stop) -> str:
         """Return the value of an expression as text, or its error."""
         try:
             value = self._env.eval(self.expand(expression, stop))
@@ -378,7 +378,7 @@ class Debugger:
             reason=reason,
             breakpoint=number,
             rule=self._last_rule,
-            next_rule=next_rule(self._env),
+            next_rule=find_next_rule(self._env),
             event=event,
             loop=self.loop_count,
             fired=self._fired_count,

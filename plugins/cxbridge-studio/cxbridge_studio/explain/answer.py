@@ -58,7 +58,7 @@ def _explain_rule_or_goal(evidence: Evidence, name: str, rule_count: int) -> Exp
     except UnknownGoalError as error:
         goal_error = error
     if rules_error is not None:
-        message = f"{goal_error.message}; its rules are unknown: {rules_error.message}"
+        message = f"{goal_error.message}; the rules of the run are unknown: {rules_error.message}"
         raise type(rules_error)(message, file=rules_error.file, hint=rules_error.hint)
     try:
         return _explain_rule(evidence, name)

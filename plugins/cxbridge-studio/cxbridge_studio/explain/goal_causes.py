@@ -50,7 +50,7 @@ class RootCauseFinder:
         self._evidence = evidence
         self._goals = goals
         self._find_facts = facts.__getitem__
-        self._classes = frozenset(goal.goal_class for goal in goals.all)
+        self._classes = frozenset(goal.goal_class for goal in goals.records)
 
     @cached_property
     def _rules_and_texts(self) -> tuple[Rulebook, Mapping[str, str]]:
@@ -145,7 +145,7 @@ class RootCauseFinder:
             return match[0]
         makers = [
             f"by the effect of action {action.id} {action.name}{action.params} of {action.goal}"
-            for goal in self._goals.all
+            for goal in self._goals.records
             for action in goal.actions
             for change in action.changes
             if change.state == "EFFECTS-APPLIED"

@@ -123,7 +123,11 @@ class GoalStoryWriter:
         self._root_cause_finder = RootCauseFinder(evidence, self.goals, self._facts)
         self._waiting_rules = WaitingRules(
             evidence,
-            {goal.id: self._describe_outcome(goal) for goal in self.goals.all if goal.end_change is not None},
+            {
+                goal.id: self._describe_outcome(goal)
+                for goal in self.goals.records
+                if goal.end_change is not None
+            },
         )
 
     def write_goal_story(self, goal: GoalRecord) -> GoalStory:

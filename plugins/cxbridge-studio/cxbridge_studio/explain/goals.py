@@ -41,16 +41,16 @@ class Goals:
         # it.
         self._steps = list(history.steps)
         self._run = RunHistory.from_events((step.event for step in self._steps), UNLIMITED)
-        self.all = self._run.goals
-        self._forest = goal_forest(self.all)
+        self.records = self._run.goals
+        self._forest = goal_forest(self.records)
         self._links_by_action = {link.action.number: link for link in find_skill_links(self._run)}
 
     def parent(self, goal: GoalRecord) -> GoalRecord | None:
         parent_number = self._forest.parents[goal.number]
-        return None if parent_number is None else self.all[parent_number]
+        return None if parent_number is None else self.records[parent_number]
 
     def children(self, goal: GoalRecord) -> Sequence[GoalRecord]:
-        return [self.all[number] for number in self._forest.children.get(goal.number, ())]
+        return [self.records[number] for number in self._forest.children.get(goal.number, ())]
 
     def count_sub_goals(self, goal: GoalRecord) -> int:
         """Return the number of sub-goals on all levels."""
@@ -77,7 +77,7 @@ class Goals:
         goal_name, _, action_name = name.rpartition("/")
         matches = [
             (goal, action)
-            for goal in (self.find_goals(goal_name) if goal_name else self.all)
+            for goal in (self.find_goals(goal_name) if goal_name else self.records)
             for action in goal.actions
             if action_name in (action.id, action.name)
         ]
@@ -114,10 +114,10 @@ class Goals:
         :raises UnknownGoalError: if there is no such goal.
         :raises CxbridgeError: if the name is the beginning of several ids.
         """
-        matches = find_goals(self.all, name)
+        matches = find_goals(self.records, name)
         stem = name.rpartition("#")[0]
         if not matches:
-            known_names = dict.fromkeys(word for goal in self.all for word in (goal.id, goal.goal_class))
+            known_names = dict.fromkeys(word for goal in self.records for word in (goal.id, goal.goal_class))
             members = self.find_class_members(stem)
             size_text = f"the class has {format_count(len(members), 'goal')}" if members else ""
             hint = size_text or did_you_mean(name, known_names) or None
@@ -130,7 +130,7 @@ class Goals:
 
     def find_class_members(self, goal_class: str) -> list[GoalRecord]:
         """Return the goals of a class, in order of appearance."""
-        return [goal for goal in self.all if goal.goal_class == goal_class]
+        return [goal for goal in self.records if goal.goal_class == goal_class]
 
     def find_goals_named_in_error(self, change: GoalChange, goal: GoalRecord) -> list[GoalRecord]:
         """Return the other goals whose ids are words in the error of a goal's change.
@@ -138,7 +138,7 @@ class Goals:
         The core writes ``SUB-GOAL-FAILED ID`` into the error of a parent.
         """
         # An id may be used again, so the latest goal at the time of the change counts.
-        goals_by_id = {record.id: record for record in self.all if record.changes[0].seq <= change.seq}
+        goals_by_id = {record.id: record for record in self.records if record.changes[0].seq <= change.seq}
         words = change.error.split()
         return [goals_by_id[word] for word in words if word in goals_by_id and word != goal.id]
 

@@ -21,7 +21,7 @@ from cxbridge.printing import format_count, short_path
 from cxbridge.trace.formats.base import Run
 from cxbridge_studio.agent.condition import find_patterns
 from cxbridge_studio.agent.rule import parse_rule
-from cxbridge_studio.environment_sources import find_building_steps, make_unknown_environment_error
+from cxbridge_studio.environment_sources import find_build_sources, make_unknown_environment_error
 from cxbridge_studio.explain.evidence import ENVIRONMENT_EVENT_TYPES, Evidence, History, NoFactsError
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 from cxbridge_studio.explain.rules.recorded_facts import parse_rows
@@ -137,7 +137,7 @@ class RecordedEvidence(Evidence):
         if self._constructs is None:
             files = [
                 TextFile(step.name, content.decode("utf-8", "surrogateescape"))
-                for step in find_building_steps(self._run, self._env, self.now_us)
+                for step in find_build_sources(self._run, self._env, self.now_us)
                 if step.role in ("clips", "construct") and (content := step.data) is not None
             ]
             if not files:

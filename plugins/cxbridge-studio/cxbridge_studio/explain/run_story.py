@@ -55,7 +55,7 @@ class _RunStoryWriter:
         self._evidence = evidence
         self._story_writer = GoalStoryWriter(evidence)
         self._goals = self._story_writer.goals
-        self._root_goals = [goal for goal in self._goals.all if self._goals.parent(goal) is None]
+        self._root_goals = [goal for goal in self._goals.records if self._goals.parent(goal) is None]
 
     def write_story(self) -> tuple[str, dict[str, tuple[Cause, ...]]]:
         """Return the headline, and the sentences of each section by its key in :data:`SECTIONS`."""
@@ -152,7 +152,7 @@ class _RunStoryWriter:
         if not self._evidence.has_executive:
             yield "goals and rules: record a run or a daemon with --trace; 'trace record' records interfaces"
             return
-        if not self._goals.all:
+        if not self._goals.records:
             yield "no transition of a goal is known before this moment"
         if not self._evidence.history.has_firings:
             yield "the rules that decided are unknown: record with --trace-level rules"

@@ -64,17 +64,18 @@ class EnvironmentEvidence(Evidence):
 
 @contextmanager
 def collect_scenario_evidence(
-    options: RunOptions, at_s: float | None, env: str | None = None
+    options: RunOptions, at_s: float | None, env_or_agent: str | None = None
 ) -> Iterator[Evidence]:
     """Run a scenario up to a time or to its end, and yield the evidence of that moment.
 
     :param at_s: the seconds since the start of the run; None for its end.
-    :param env: the CLIPS environment, or the agent if there are several; None for the executive's.
+    :param env_or_agent: with a single agent, the name of a CLIPS environment; with several agents, the name
+        of an agent, which is also the name of its environment. None for the executive's environment.
     """
     options.check()
     with make_run(options) as run:
-        agent = _find_agent(run, env)
-        name = agent.executive.env.name if env is None else env
+        agent = _find_agent(run, env_or_agent)
+        name = agent.executive.env.name if env_or_agent is None else env_or_agent
         history = History(name, find_facts=partial(read_fact_slots, agent.executive.env))
         agent.bus.subscribe(history.add_event, *EVIDENCE_EVENT_TYPES)
         start_us = run.clock.start_us
@@ -103,16 +104,16 @@ def collect_scenario_evidence(
         yield evidence
 
 
-def _find_agent(run: Run | Team, env: str | None) -> Run:
+def _find_agent(run: Run | Team, name: str | None) -> Run:
     """Return the only agent, or the agent with a name.
 
     :raises CxbridgeError: if several agents exist and none of them has the name.
     """
     if len(run.agents) == 1:
         return run.agents[0]
-    agent = next((agent for agent in run.agents if agent.name == env), None)
+    agent = next((agent for agent in run.agents if agent.name == name), None)
     if agent is None:
-        problem = "this scenario has several agents" if env is None else f"there is no agent '{env}'"
+        problem = "this scenario has several agents" if name is None else f"there is no agent '{name}'"
         names = ", ".join(agent.name for agent in run.agents)
         raise CxbridgeError(problem, hint=f"choose an agent with --env NAME, one of: {names}")
     return agent

@@ -35,7 +35,8 @@ class WaitingRules:
     def explain(self, rule: str) -> Cause | None:
         """Return why a rule does not fire; None if its matches are unknown, or it could fire.
 
-        The deeper reasons are in the first answer only.
+        A later call for the same rule returns the reason without the deeper reasons. After :data:`_MAX_RULES`
+        explained rules, each further rule gives None.
         """
         if rule in self._causes or len(self._causes) >= _MAX_RULES:
             return replace(cause, because=()) if (cause := self._causes.get(rule)) else None

@@ -17,7 +17,7 @@ from cxbridge_studio.agent.clips import (
 )
 from cxbridge_studio.agent.names import Name, NameKind, SourceFile, Use
 from cxbridge_studio.agent.yaml import find_parent_keys
-from cxbridge_studio.lsp.context import Context, find_context, find_fact_template
+from cxbridge_studio.lsp.context import CursorContext, find_context, find_fact_template
 from cxbridge_studio.lsp.session import Session
 
 
@@ -86,7 +86,7 @@ def _complete_clips(session: Session, file: SourceFile, offset: int) -> Iterable
     return _propose_arguments(session, file, context)
 
 
-def _propose_heads(session: Session, file: SourceFile, context: Context) -> Iterator[Proposal]:
+def _propose_heads(session: Session, file: SourceFile, context: CursorContext) -> Iterator[Proposal]:
     """Yield the words that can begin a list here."""
     if context.template and context.head in (context.template, "modify", "duplicate"):
         yield from _propose_slots(session, file, context.template)
@@ -115,7 +115,7 @@ def _propose_slots(session: Session, file: SourceFile, template: str) -> Iterato
         yield Proposal(name, NameKind.SLOT, f"slot {template}")
 
 
-def _propose_arguments(session: Session, file: SourceFile, context: Context) -> Iterator[Proposal]:
+def _propose_arguments(session: Session, file: SourceFile, context: CursorContext) -> Iterator[Proposal]:
     """Yield the words that can follow the head of the list."""
     head, template = context.head, context.template
     if template and head != template:

@@ -20,7 +20,7 @@ _CHANGE_FUNCTIONS = ("modify", "duplicate")
 _CHANGED_FACT = re.compile(r"\(\s*\w+\s+(\?[\w-]+)")
 
 
-class Context(Struct, frozen=True):
+class CursorContext(Struct, frozen=True):
     """The context of a cursor.
 
     :param word: the part of the word before the cursor.
@@ -47,7 +47,7 @@ class Context(Struct, frozen=True):
         return self.heads[0] if self.heads else ""
 
 
-def find_context(file: SourceFile, offset: int) -> Context | None:
+def find_context(file: SourceFile, offset: int) -> CursorContext | None:
     """Return the context of an offset; None in a comment."""
     placed_piece = file.piece_at(offset)
     text_start = placed_piece.start if placed_piece is not None else file.text.rfind("\n", 0, offset) + 1
@@ -67,7 +67,7 @@ def find_context(file: SourceFile, offset: int) -> Context | None:
     heads = tuple(match[1] if (match := _HEAD.match(text, start)) else "" for start in starts)
     template, pattern_start = _find_enclosing_template(text, heads, starts)
     is_in_condition = bool(heads) and heads[-1] == "defrule" and "=>" not in blank(text)
-    return Context(
+    return CursorContext(
         word, heads, is_at_head, is_in_condition, template, text, text[pattern_start:] if template else ""
     )
 

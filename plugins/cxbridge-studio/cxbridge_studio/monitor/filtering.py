@@ -53,7 +53,7 @@ def make_goal_forest(goals: Iterable[GoalRow]) -> Forest[tuple[str, str]]:
     )
 
 
-def make_page(rows: Iterable[tuple[str, ...]], filter_text: str, noun: str) -> Table:
+def make_filtered_table(rows: Iterable[tuple[str, ...]], filter_text: str, noun: str) -> Table:
     """Return a table of the first rows that contain a text, with a note about further rows.
 
     :param noun: the noun for the rows in the note.

@@ -19,7 +19,7 @@ from cxbridge.daemon.client import NoAnswerError, ask_why, read_status, request,
 from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError
 from cxbridge.interfaces.assignments import field_text
 from cxbridge_studio.debugger.command_words import execute_command, parse_number
-from cxbridge_studio.monitor.filtering import format_duration, make_page
+from cxbridge_studio.monitor.filtering import format_duration, make_filtered_table
 from cxbridge_studio.monitor.snapshot import (
     MAX_LINES,
     MAX_ROWS,
@@ -143,13 +143,15 @@ class DaemonSource:
             stop="" if stop is None else describe_stop(stop),
             goals=[_make_goal_row(**row) for row in state["goals"]],
             omitted_goal_count=state["more_goals"],
-            actions=make_page(
+            actions=make_filtered_table(
                 (tuple(row[slot] for slot in _ACTION_SLOTS) for row in state["actions"]),
                 query.filter_text,
                 "plan-actions",
             ),
-            skills=make_page((tuple(row) for row in state["skills"]), query.filter_text, "Skillers"),
-            interfaces=make_page(
+            skills=make_filtered_table(
+                (tuple(row) for row in state["skills"]), query.filter_text, "Skillers"
+            ),
+            interfaces=make_filtered_table(
                 (
                     (
                         f"{interface.type}::{interface.id}",
@@ -248,7 +250,7 @@ class DaemonSource:
     def _read_agenda(self, query: ViewQuery) -> Table:
         # One row more than the table shows, to know whether there are more.
         rows = self._request("agenda", env=query.env, limit=MAX_ROWS + 1)
-        table = make_page(
+        table = make_filtered_table(
             ((str(salience), rule, facts) for salience, rule, facts in rows), query.filter_text, ""
         )
         return Table(table.rows[:MAX_ROWS], f"more than {MAX_ROWS}" if len(rows) > MAX_ROWS else "")

@@ -23,7 +23,7 @@ from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.listing import event_line
 from cxbridge_studio.debugger.breakpoints import describe_transition
 from cxbridge_studio.debugger.command_words import execute_command
-from cxbridge_studio.monitor.filtering import filter_goals, format_duration, make_page
+from cxbridge_studio.monitor.filtering import filter_goals, format_duration, make_filtered_table
 from cxbridge_studio.monitor.scrubbing import Scrubber
 from cxbridge_studio.monitor.snapshot import (
     MAX_LINES,
@@ -120,9 +120,9 @@ class RecordedSource:
             if scrubber.end_us
             else scrubber.position / len(scrubber.events),
             goals=filter_goals(self._make_goal_rows(), query.filter_text),
-            actions=make_page(self._make_action_rows(), query.filter_text, "plan-actions"),
-            skills=make_page(self._make_skill_rows(), query.filter_text, "Skillers"),
-            interfaces=make_page(self._make_interface_rows(), query.filter_text, "interfaces"),
+            actions=make_filtered_table(self._make_action_rows(), query.filter_text, "plan-actions"),
+            skills=make_filtered_table(self._make_skill_rows(), query.filter_text, "Skillers"),
+            interfaces=make_filtered_table(self._make_interface_rows(), query.filter_text, "interfaces"),
             fields=self._make_field_table(query.interface),
             facts=self._make_fact_table(query) if query.pane == "facts" else Table(),
             events=self._make_event_table() if query.pane == "events" else Table(),
@@ -218,7 +218,7 @@ class RecordedSource:
         facts = self._scrubber.state.facts.by_env.get(query.env)
         if facts is None:
             return Table(note=f"no facts of {query.env} are recorded: --trace-level facts records them")
-        return make_page(
+        return make_filtered_table(
             ((f"f-{index}", fact.text) for index, fact in facts.items()), query.filter_text, "facts"
         )
 

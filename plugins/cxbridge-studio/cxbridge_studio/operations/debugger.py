@@ -143,9 +143,9 @@ def _parse_permitted_breakpoint(context: OperationContext, spec: str) -> Breakpo
     added_breakpoint = parse_breakpoint(spec)
     # Conditions and the expressions in log texts are programs: CLIPS evaluates them in the agent's
     # environment.
-    if added_breakpoint.condition or "{" in added_breakpoint.log:
+    if added_breakpoint.condition or "{" in added_breakpoint.log_message:
         context.rights.check(Right.PROGRAMS, "an expression in a breakpoint")
-    debugger_of(context.executive).names.check(added_breakpoint)
+    debugger_of(context.executive).breakpoint_checker.check(added_breakpoint)
     return added_breakpoint
 
 

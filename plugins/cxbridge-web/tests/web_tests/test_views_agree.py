@@ -99,7 +99,7 @@ def why_pairs(run: Run) -> Iterator[Pair]:
     for env in dict.fromkeys(event.env for event in run if isinstance(event, PlanActionTransition)):
         evidence = RecordedEvidence(run, None, env)
         goals = Goals(evidence.history)
-        for goal in goals.all:
+        for goal in goals.records:
             for action in goal.actions:
                 if (link := goals.find_skill_link(action)) is not None:
                     assert not link.is_guessed

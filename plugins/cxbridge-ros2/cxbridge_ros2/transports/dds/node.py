@@ -37,7 +37,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import Ros2Error
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.messages import Codec
-from cxbridge_ros2.names import TypeName, check_topic, parse_type
+from cxbridge_ros2.names import TypeName, check_ros_name, parse_type
 from cxbridge_ros2.node import (
     Client,
     MessageCallback,
@@ -141,7 +141,7 @@ class DdsNode(Node):
         self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]
     ) -> Publisher:
         type_name = parse_type(message_type)
-        writer = self._open_writer(f"rt{check_topic(topic)}", type_name, qos)
+        writer = self._open_writer(f"rt{check_ros_name(topic)}", type_name, qos)
         return Publisher(
             lambda message: write_data(writer, self._codec.encode(type_name, message)),
             lambda: len(list_matched_handles(writer.get_matched_subscriptions)),
@@ -159,13 +159,13 @@ class DdsNode(Node):
                 callback(message)
 
         return partial(
-            self._close_reader, self._open_reader(f"rt{check_topic(topic)}", type_name, qos, handle_sample)
+            self._close_reader, self._open_reader(f"rt{check_ros_name(topic)}", type_name, qos, handle_sample)
         )
 
     def create_client(self, service: str, service_type: str) -> Client:
         type_name, user_data = parse_type(service_type, "srv"), make_owner_data("clientid")
         request, response = type_name.derive("Request"), type_name.derive("Response")
-        request_topic, qos = f"rq{check_topic(service)}Request", PROFILES["services_default"]
+        request_topic, qos = f"rq{check_ros_name(service)}Request", PROFILES["services_default"]
         writer = self._open_writer(request_topic, request, qos, user_data)
         reader = self._open_reader(
             f"rr{service}Reply",
@@ -197,7 +197,7 @@ class DdsNode(Node):
         type_name, user_data = parse_type(service_type, "srv"), make_owner_data("serviceid")
         request, response = type_name.derive("Request"), type_name.derive("Response")
         qos = PROFILES["services_default"]
-        writer = self._open_writer(f"rr{check_topic(service)}Reply", response, qos, user_data)
+        writer = self._open_writer(f"rr{check_ros_name(service)}Reply", response, qos, user_data)
         reader = self._open_reader(
             f"rq{service}Request",
             request,

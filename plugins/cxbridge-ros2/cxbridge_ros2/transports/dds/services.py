@@ -130,7 +130,7 @@ class DdsClient(Client):
         self._writer, self._encode, self._decode = writer, encode, decode
         self._describe_missing_server, self._close_endpoints = describe_missing_server, close_endpoints
         self._request_readers = _EndpointOwners.of_readers("serviceid", writer)
-        self._introduction = _Introduction(writer)
+        self._introduction_check = _IntroductionCheck(writer)
         self._response_writers: _EndpointOwners | None = _EndpointOwners.of_writers("serviceid", reader)
         self._id = secrets.randbits(64)
         # the last time that a server had both its endpoints, or that no server had an endpoint
@@ -177,7 +177,7 @@ class DdsClient(Client):
             self._last_paired_s = now_s
         elif owners and now_s - self._last_paired_s > _INTRODUCTION_TIMEOUT_S:
             paired_handles = frozenset(readers)  # without ids in their user data, endpoints cannot be paired
-        return self._introduction.filter_introduced(paired_handles)
+        return self._introduction_check.filter_introduced(paired_handles)
 
     def explain_missing_server(self) -> str:
         return self._describe_missing_server()
@@ -187,7 +187,7 @@ class DdsClient(Client):
         self._close_endpoints()
 
 
-class _Introduction:
+class _IntroductionCheck:
     """Finds out which readers have found a writer.
 
     A reader that acknowledges a sample has found the writer. The sample is the disposal of an instance, which

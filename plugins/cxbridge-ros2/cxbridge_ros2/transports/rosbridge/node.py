@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from cxbridge.errors import Ros2Error
 from cxbridge_ros2.definitions import Definitions
-from cxbridge_ros2.names import TypeName, check_topic, parse_type
+from cxbridge_ros2.names import TypeName, check_ros_name, parse_type
 from cxbridge_ros2.node import (
     Client,
     FailureCallback,
@@ -70,7 +70,7 @@ class RosbridgeNode(Node):
         self._definitions.find_fields(type_name)  # raises the error about an unknown type
         op = {
             "op": "advertise",
-            "topic": check_topic(topic),
+            "topic": check_ros_name(topic),
             "type": str(type_name),
             "queue_size": qos.depth,
             "latch": qos.durability == "transient_local",
@@ -91,7 +91,7 @@ class RosbridgeNode(Node):
             return self._find_action(topic, type_name).subscribe(topic.rpartition("/")[2], callback)
         self._definitions.find_fields(type_name)  # raises the error about an unknown type
         subscription = (type_name, callback)
-        self._subscriptions.setdefault(check_topic(topic), []).append(subscription)
+        self._subscriptions.setdefault(check_ros_name(topic), []).append(subscription)
         op_id = f"subscribe:{topic}:{next(self._ids)}"
         op = {
             "op": "subscribe",
@@ -118,7 +118,7 @@ class RosbridgeNode(Node):
         self._definitions.find_fields(type_name.derive("Request"))  # raises the error about an unknown type
         encode = partial(self._codec.to_json, type_name.derive("Request"))
         return ServiceClient(
-            self._connection, encode, partial(self._call_service, check_topic(service), type_name)
+            self._connection, encode, partial(self._call_service, check_ros_name(service), type_name)
         )
 
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
@@ -128,7 +128,7 @@ class RosbridgeNode(Node):
             )
         type_name = parse_type(service_type, "srv")
         self._definitions.find_fields(type_name.derive("Request"))  # raises the error about an unknown type
-        self._servers[check_topic(service)] = (type_name, handler)
+        self._servers[check_ros_name(service)] = (type_name, handler)
         op = {"op": "advertise_service", "service": service, "type": str(type_name)}
         unadvertise = self._connection.register(op, {"op": "unadvertise_service", "service": service})
 
@@ -243,7 +243,7 @@ class RosbridgeNode(Node):
         action_name = topic.partition(_ACTION_PART)[0]
         if action_name not in self._actions:
             self._actions[action_name] = RosbridgeAction(
-                check_topic(action_name), self._connection, self._defer, self._send_goal
+                check_ros_name(action_name), self._connection, self._defer, self._send_goal
             )
         action = self._actions[action_name]
         # the types of cancel requests and status messages do not name the action

@@ -19,7 +19,7 @@ from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.experts.client import ExpertClient
 from cxbridge_ros2.experts.definitions import TYPE_DEFINITIONS
 from cxbridge_ros2.experts.terminal import Terminal
-from cxbridge_ros2.experts.trees import NodeCodec
+from cxbridge_ros2.experts.trees import TreeCodec
 from cxbridge_ros2.lifecycle import ACTIVATE, CONFIGURE
 from cxbridge_ros2.names import parse_type
 from ros2_tests.clients import LifecycleClient
@@ -224,7 +224,7 @@ def test_plansys2_planner_reads_our_texts(domain: int, tmp_path: Path):
         patch.setenv("ROS_DOMAIN_ID", str(planner_domain))
         with run_plansys2_node("plansys2_planner", "planner_node"):
             activate(client, "/planner")
-            terminal = Terminal(client, NodeCodec("iron"))
+            terminal = Terminal(client, TreeCodec("iron"))
             list(terminal.run_line("set function (= (battery r2) 3)"))
             list(terminal.run_line("set goal (and (at r2 dock))"))
             (step,) = list(terminal.run_line("get plan"))

@@ -21,11 +21,11 @@ from cxbridge_ros2.experts.definitions import (
 )
 from cxbridge_ros2.experts.domain_services import DOMAIN_SERVICES
 from cxbridge_ros2.experts.problem_services import PROBLEM_SERVICES
-from cxbridge_ros2.experts.trees import NodeCodec, TreeNodeKind, make_ground_node, make_param
+from cxbridge_ros2.experts.trees import TreeCodec, TreeNodeKind, make_ground_node, make_param
 from cxbridge_ros2.qos import QosProfile
 from ros2_tests.experts.agents import AGENT, MEETING, join_client, run_agent
 
-CODEC = NodeCodec("iron")
+CODEC = TreeCodec("iron")
 MEETING_DOMAIN = (MEETING / "domain.pddl").read_text()
 MEETING_PROBLEM = (MEETING / "problem.pddl").read_text()
 

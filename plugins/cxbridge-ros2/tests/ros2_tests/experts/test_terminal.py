@@ -16,7 +16,7 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 from cxbridge.errors import CxbridgeError
 from cxbridge_ros2.experts.client import ExpertRefusedError
 from cxbridge_ros2.experts.terminal import HELP_LINES, Terminal
-from cxbridge_ros2.experts.trees import NodeCodec
+from cxbridge_ros2.experts.trees import TreeCodec
 from ros2_tests.experts.agents import join_client, run_agent
 from tests.forked import nursery
 
@@ -105,7 +105,7 @@ USAGE_ERRORS = {
 @pytest.fixture(scope="module")
 def shared_terminal(domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Terminal]:
     with run_agent(tmp_path_factory.mktemp("daemon"), domain), join_client(domain) as client:
-        yield Terminal(client, NodeCodec("iron"))
+        yield Terminal(client, TreeCodec("iron"))
 
 
 @pytest.fixture
@@ -151,7 +151,7 @@ def test_missing_server_is_named(domain: int):
     with join_client(domain + 4) as client:
         client._server_timeout_s = 0.2
         with pytest.raises(CxbridgeError, match="/domain_expert/get_domain has no server"):
-            list(Terminal(client, NodeCodec("iron")).run_line("get domain"))
+            list(Terminal(client, TreeCodec("iron")).run_line("get domain"))
 
 
 def run_program(*words: str, lines: str = "") -> tuple[int, str, str]:

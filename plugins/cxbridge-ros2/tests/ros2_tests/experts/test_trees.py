@@ -26,7 +26,7 @@ from cxbridge.executive.pddl.ast import (
     Variable,
 )
 from cxbridge_ros2.definitions import DISTRIBUTIONS
-from cxbridge_ros2.experts.trees import NodeCodec
+from cxbridge_ros2.experts.trees import TreeCodec
 
 _NAMES = st.sampled_from(["a", "r2", "hall-1", "x_y"])
 _ARGUMENTS = st.lists(st.one_of(_NAMES.map(Constant), _NAMES.map(Variable)), max_size=3).map(tuple)
@@ -59,7 +59,7 @@ def fill_fields(tree: dict[str, Any]) -> dict[str, Any]:
 @pytest.mark.parametrize("distribution", DISTRIBUTIONS)
 @given(formula=_FORMULAS)
 def test_decoded_tree_equals_encoded_formula(distribution: str, formula: Formula):
-    codec = NodeCodec(distribution)
+    codec = TreeCodec(distribution)
     tree = codec.encode_formula(formula, {})
     assert codec.decode_tree(fill_fields(tree)) == formula
     assert [each["node_id"] for each in tree["nodes"]] == list(range(len(tree["nodes"])))
@@ -69,7 +69,7 @@ def test_decoded_tree_equals_encoded_formula(distribution: str, formula: Formula
     ("distribution", "number"), [("humble", 11), ("iron", 11), ("jazzy", 14), ("kilted", 14)]
 )
 def test_comparison_has_number_of_distribution(distribution: str, number: int):
-    tree = NodeCodec(distribution).encode_formula(parse_formula("(>= (battery r2) 1)"), {})
+    tree = TreeCodec(distribution).encode_formula(parse_formula("(>= (battery r2) 1)"), {})
     assert tree["nodes"][0]["expression_type"] == number
 
 
@@ -77,21 +77,21 @@ def test_comparison_has_number_of_distribution(distribution: str, number: int):
     "text", ["(exists (?c - cup) (at ?c hall))", "(not (= ?a hall))", "(exists (?c) (at ?c ?p))"]
 )
 def test_jazzy_encodes_quantifiers_variables_and_equality(text: str):
-    tree = NodeCodec("jazzy").encode_formula(parse_formula(text), {})
-    assert format_formula(NodeCodec("jazzy").decode_tree(fill_fields(tree))) == text
+    tree = TreeCodec("jazzy").encode_formula(parse_formula(text), {})
+    assert format_formula(TreeCodec("jazzy").decode_tree(fill_fields(tree))) == text
     with pytest.raises(Ros2Error, match="PlanSys2's messages"):
-        NodeCodec("iron").encode_formula(parse_formula(text), {})
+        TreeCodec("iron").encode_formula(parse_formula(text), {})
 
 
 @pytest.mark.parametrize("distribution", DISTRIBUTIONS)
 @pytest.mark.parametrize("text", ["(forall (?c - cup) (at ?c hall))", "(>= (- (battery r2)) 1)"])
 def test_inexpressible_formulas_are_refused(distribution: str, text: str):
     with pytest.raises(Ros2Error, match="cannot express"):
-        NodeCodec(distribution).encode_formula(parse_formula(text), {})
+        TreeCodec(distribution).encode_formula(parse_formula(text), {})
 
 
 def test_implication_is_encoded_as_disjunction():
-    codec = NodeCodec("iron")
+    codec = TreeCodec("iron")
     tree = codec.encode_formula(parse_formula("(imply (a) (b))"), {})
     assert format_formula(codec.decode_tree(fill_fields(tree))) == "(or (not (a)) (b))"
 
@@ -116,4 +116,4 @@ def test_implication_is_encoded_as_disjunction():
 )
 def test_random_tree_is_formula_or_error(nodes: list[dict[str, Any]]):
     with suppress(Ros2Error):
-        NodeCodec("jazzy").decode_tree({"nodes": nodes}, allows_changes=True)
+        TreeCodec("jazzy").decode_tree({"nodes": nodes}, allows_changes=True)

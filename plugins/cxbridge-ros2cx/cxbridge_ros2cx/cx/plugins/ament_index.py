@@ -44,7 +44,7 @@ class AmentIndexPlugin(CxPlugin):
             full_name = f"ament-index-{name}"
             env.define(
                 full_name,
-                self.or_false(_refuse_empty(function), f"{full_name}: "),
+                self.with_false_on_error(_refuse_empty(function), f"{full_name}: "),
                 argument_count,
                 types=types,
             )

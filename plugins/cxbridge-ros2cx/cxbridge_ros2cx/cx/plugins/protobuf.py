@@ -54,7 +54,7 @@ class _CxProtobufState(ProtobufState):
 
     def sender_value(self, event: ReceivedMessage) -> Value:
         """Return host and port of a sender; as in the ROS 2 CX, a message to a client has no sender."""
-        if event.origin.value == "CLIENT":
+        if event.role.value == "CLIENT":
             return (Symbol(""),)
         return (Symbol(event.host), event.port)
 

@@ -72,13 +72,15 @@ class ActionServers(EndpointGroup):
                 ("create-server", partial(self._create_server, env), "sy"),
                 ("destroy-server", partial(self._servers.close_endpoint, env), "sy"),
                 *(
-                    (f"server-goal-handle-{name}", plugin.or_false(function), types)
+                    (f"server-goal-handle-{name}", plugin.with_false_on_error(function), types)
                     for name, function, types in functions
                 ),
             ],
         )
 
     def _create_server(self, env: ClipsEnvironment, server: str) -> None:
+        # Rules may give the name as a Symbol, a subclass of `str`: `str(server)` is a STRING for the fact and
+        # for the arguments of deffunctions.
         if self._servers.get(env, server) is not None:
             self.plugin.log.warn(f"Already registered to server {server}")
             return

@@ -10,10 +10,10 @@ from cxbridge.errors import CxbridgeError
 if TYPE_CHECKING:
     from cxbridge_ros2.messages import Message
 
-Handler = Callable[["Message"], Mapping[str, Any]]
+ServiceHandler = Callable[["Message"], Mapping[str, Any]]
 
 
-def wrap_handler(handler: Handler, log_error: Callable[[str], None]) -> Handler:
+def wrap_handler(handler: ServiceHandler, log_error: Callable[[str], None]) -> ServiceHandler:
     """Wrap a handler: the wrapper logs an error of the handler, and sends the error as the response."""
 
     def respond(request: Message) -> Mapping[str, Any]:

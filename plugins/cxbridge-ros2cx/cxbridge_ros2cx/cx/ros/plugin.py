@@ -35,11 +35,11 @@ FLOAT: Final = "(type FLOAT)"
 # name, function, and CLIPS' codes for the types of the arguments, separated by ``;``
 FunctionDefinition = tuple[str, Callable[..., Value], str]
 
-ItemT = TypeVar("ItemT")
+ObjectT = TypeVar("ObjectT")
 
 
-class HandleTable(Generic[ItemT]):
-    """Objects by the external addresses that rules have for them.
+class HandleTable(Generic[ObjectT]):
+    """Objects by their handles: the external addresses that rules have for the objects.
 
     :param noun: the noun for an object in errors.
     :param first_address: the lowest address. Each table has a separate range, so a handle of another table is
@@ -49,19 +49,19 @@ class HandleTable(Generic[ItemT]):
     def __init__(self, noun: str, first_address: int) -> None:
         self._noun = noun
         self._addresses = count_addresses(first_address)
-        self._objects_by_address: dict[ExternalAddress, ItemT] = {}
+        self._objects_by_address: dict[ExternalAddress, ObjectT] = {}
 
-    def add(self, item: ItemT) -> ExternalAddress:
+    def add(self, new_object: ObjectT) -> ExternalAddress:
         address = next(self._addresses)
-        self._objects_by_address[address] = item
+        self._objects_by_address[address] = new_object
         return address
 
-    def find(self, address: ExternalAddress) -> ItemT:
+    def find(self, address: ExternalAddress) -> ObjectT:
         if address not in self._objects_by_address:
             raise ClipsError(f"Unknown {self._noun}")
         return self._objects_by_address[address]
 
-    def objects(self) -> list[ItemT]:
+    def objects(self) -> list[ObjectT]:
         return list(self._objects_by_address.values())
 
     def destroy(self, address: ExternalAddress) -> None:
@@ -145,13 +145,13 @@ class RosPlugin(CxPlugin):
         env: ClipsEnvironment,
         prefix: str,
         type_name: TypeName,
-        create: str,
-        destroy: str,
+        create_name: str,
+        destroy_name: str,
     ) -> None:
         """Define the functions of a generated plug-in that create, read, change and destroy messages.
 
-        :param create: the name of the function that creates a message, without the prefix.
-        :param destroy: the name of the function that destroys a message, without the prefix.
+        :param create_name: the name of the function that creates a message, without the prefix.
+        :param destroy_name: the name of the function that destroys a message, without the prefix.
         """
 
         def get_field(address: ExternalAddress, field: str) -> Value:
@@ -164,8 +164,8 @@ class RosPlugin(CxPlugin):
             env,
             prefix,
             (
-                (create, lambda: self.messages.create(type_name), ""),
-                (destroy, self.messages.destroy, "e"),
+                (create_name, lambda: self.messages.create(type_name), ""),
+                (destroy_name, self.messages.destroy, "e"),
                 ("get-field", get_field, "e;sy"),
                 ("set-field", self.messages.set, "e;sy;*"),
             ),

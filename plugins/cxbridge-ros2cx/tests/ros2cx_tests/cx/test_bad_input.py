@@ -236,7 +236,7 @@ def test_exception_in_plugin_hook_is_reported_with_place(run, hook, monkeypatch)
 
 
 def test_hook_table_is_complete():
-    helpers = {"parameter", "name", "or_false", "find_share_folders", "log_parameter_error"}
+    helpers = {"parameter", "name", "with_false_on_error", "find_share_folders", "log_parameter_error"}
     hooks = {name for name in vars(CxPlugin) if not name.startswith("_")} - helpers
     assert hooks == {*HOOKS} - {"context_destroyed"}  # a hook of the base class
 

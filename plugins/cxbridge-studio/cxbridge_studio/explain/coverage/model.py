@@ -21,7 +21,7 @@ from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import RunSource, run_sources
 from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.agent.pddl import read_pddl
-from cxbridge_studio.environment_sources import find_building_steps, make_unknown_environment_error
+from cxbridge_studio.environment_sources import find_build_sources, make_unknown_environment_error
 from cxbridge_studio.explain.rules.constructs import TextFile
 
 # The modes of a goal, in the order of its life.
@@ -202,7 +202,7 @@ def add_recorded_agent(agent: AgentSources, run: Run, env: str, *, include_core:
 
     :param include_core: whether to include the built-in core.
     """
-    steps = [step for step in find_building_steps(run, env) if step.role == "clips" and step.data is not None]
+    steps = [step for step in find_build_sources(run, env) if step.role == "clips" and step.data is not None]
     for source in (*steps, *run_sources(run, "pddl")):
         agent.add_source(source, include_core=include_core)
     return bool(steps)

@@ -47,7 +47,7 @@ def test_invalid_hit_count_is_an_error(hits):
 )
 def test_breakpoint_is_due_at_its_counts(hits, due):
     breakpoint_ = parse_breakpoint("rule:a" + (f" hit {hits}" if hits else ""))
-    assert [number for number in range(1, 7) if breakpoint_.is_due(number)] == due
+    assert [number for number in range(1, 7) if breakpoint_.stops_at_hit(number)] == due
 
 
 @pytest.fixture(name="env")

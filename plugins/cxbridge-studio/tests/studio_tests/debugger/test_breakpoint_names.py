@@ -8,7 +8,7 @@ from cxbridge.clock import VirtualClock
 from cxbridge.errors import ExecutiveError
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge_studio.debugger.breakpoint_checks import AgentNames
+from cxbridge_studio.debugger.breakpoint_checker import BreakpointChecker
 from cxbridge_studio.debugger.breakpoints import parse_breakpoint
 from cxbridge_studio.debugger.debugger import Debugger
 
@@ -35,7 +35,7 @@ def _env(tmp_path):
 @pytest.fixture(name="names")
 def _names(env):
     env.assert_string("(executive-initialized)")
-    return AgentNames(env, lambda: SKILLS)
+    return BreakpointChecker(env, lambda: SKILLS)
 
 
 @pytest.mark.parametrize(
@@ -79,13 +79,15 @@ def test_possible_name_is_accepted(names, spec):
 
 
 def test_skill_names_are_not_checked_without_skills(env, names):
-    AgentNames(env).check(parse_breakpoint("skill:zebra"))
+    BreakpointChecker(env).check(parse_breakpoint("skill:zebra"))
 
 
 def test_names_are_checked_after_initialisation_of_agent(env):
     debugger = Debugger(env)
     reports = []
-    debugger.names.on_mistakes = lambda mistakes: reports.append([str(item) for item, _ in mistakes])
+    debugger.breakpoint_checker.on_mistakes = lambda mistakes: reports.append(
+        [str(item) for item, _ in mistakes]
+    )
     debugger.add("rule:say-helo")
     debugger.add("rule:say-hello")
     debugger.add("goal:TALK:FINISHD")

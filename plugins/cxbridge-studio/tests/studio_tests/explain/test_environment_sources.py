@@ -14,7 +14,7 @@ from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.sources import run_sources
-from cxbridge_studio.environment_sources import find_building_steps
+from cxbridge_studio.environment_sources import find_build_sources
 from tests.support import ROOT
 
 
@@ -29,7 +29,7 @@ def recorded_run(tmp_path_factory: pytest.TempPathFactory) -> Run:
 def rebuild_environment(run: Run, folder: Path) -> ClipsEnvironment:
     """Return the environment of the executive, from the recording only."""
     env = ClipsEnvironment("again", EventBus(VirtualClock()))
-    for source in find_building_steps(run, "executive"):
+    for source in find_build_sources(run, "executive"):
         data, details = source.data, source.details
         if source.role == "function":
             maximum = int(details["maximum"])
@@ -72,7 +72,7 @@ def test_loaded_file_comes_before_loading_file(tmp_path: Path) -> None:
             make_source("f"),
         ):
             writer.write(event)
-    steps = find_building_steps(open_run(tmp_path / "run.mcap"), "e")
+    steps = find_build_sources(open_run(tmp_path / "run.mcap"), "e")
     assert [source.name for source in steps] == ["a", "d", "c", "e", "b", "f"]
 
 
@@ -81,5 +81,5 @@ def test_steps_until_time_belong_to_last_environment(tmp_path: Path) -> None:
         for time_us, role in enumerate(["environment", "clips", "environment", "clips"]):
             writer.write(SourceRead(time_us, role, "e", f"{role}-{time_us}", None, {}))
     run = open_run(tmp_path / "run.mcap")
-    steps = [[source.name for source in find_building_steps(run, "e", until)] for until in (None, 2, 1)]
+    steps = [[source.name for source in find_build_sources(run, "e", until)] for until in (None, 2, 1)]
     assert steps == [["clips-3"], [], ["clips-1"]]

@@ -95,7 +95,7 @@ def test_unknown_name_without_rules_is_an_error():
     with pytest.raises(TraceError) as caught:
         explain(RecordedEvidence(ListRun(EVENTS), None, None), "drive")
     assert caught.value.message.startswith(
-        "there is no goal 'drive'; its rules are unknown: this recording contains no CLIPS files"
+        "there is no goal 'drive'; the rules of the run are unknown: this recording contains no CLIPS files"
     )
     with pytest.raises(CxbridgeError, match="several goals begin with 'g'"):
         explain(RecordedEvidence(ListRun((*EVENTS, goal(9, "g2", "FORMULATED"))), None, None), "g")

@@ -29,8 +29,8 @@ _WILDCARDS: Final = "*?["
 BreakpointMistakes = Sequence[tuple[Breakpoint, ExecutiveError]]
 
 
-class AgentNames:
-    """The names that can occur in an agent.
+class BreakpointChecker:
+    """Checks breakpoints against the names that can occur in an agent.
 
     :param env: the agent's environment.
     :param find_skills: returns the existing skills; None if they are unknown.
