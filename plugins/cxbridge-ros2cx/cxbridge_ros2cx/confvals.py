@@ -25,7 +25,7 @@ _FLOAT = re.compile(r"[+-]?(\d+\.\d*|\.\d+|\d+)([eE][+-]?\d+)?\Z")
 _INDEX = re.compile(r"/\d+/")
 
 
-class ParametersFeature(Feature):
+class ConfvalFeature(Feature):
     """Defines ``config-load`` and the template ``confval``.
 
     :param config: the configuration of the run, with the parameters of the executive's node.

@@ -18,7 +18,7 @@ from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge_planning.feature.base import MakeService
 from cxbridge_planning.service.service import PlanningService
 from cxbridge_planning.settings import PlannerSettings
-from cxbridge_ros2cx.confvals import ParametersFeature
+from cxbridge_ros2cx.confvals import ConfvalFeature
 from cxbridge_ros2cx.parameters import FeatureEntry
 from cxbridge_ros2cx.plansys2 import PlanSys2Feature
 from cxbridge_ros2cx.settings import Ros2CxSettings
@@ -57,7 +57,7 @@ def make_features(
         # as in the thesis' executive, facts of interfaces live for one run of the rules
         "cx::BlackboardFeature": lambda: BlackBoardFeature(board, retract_early=True),
     }
-    features: list[Feature] = [ParametersFeature(config), redefine_warning]
+    features: list[Feature] = [ConfvalFeature(config), redefine_warning]
     for entry in entries:
         if entry.plugin not in plugins:
             raise ConfigError(

@@ -68,7 +68,7 @@ class RunState:
     interfaces: dict[str, InterfaceWrite] = field(default_factory=dict)
     """The last write of each interface by ``Type::id``."""
     facts: EnvironmentFacts = field(default_factory=EnvironmentFacts)
-    rule: RuleFired | None = None
+    last_firing: RuleFired | None = None
     """The rule that fired last."""
     _goal_facts: dict[tuple[str, str], int] = field(default_factory=dict)
     """The number of each goal's facts, by environment and goal id."""
@@ -87,7 +87,7 @@ class RunState:
             case InterfaceWrite():
                 self.interfaces[event.uid] = event
             case RuleFired():
-                self.rule = event
+                self.last_firing = event
 
     def copy(self) -> RunState:
         """Return an independent copy."""
@@ -97,7 +97,7 @@ class RunState:
             dict(self.skills),
             dict(self.interfaces),
             self.facts.copy(),
-            self.rule,
+            self.last_firing,
             dict(self._goal_facts),
         )
 

@@ -13,7 +13,7 @@ from cxbridge.executive.host.values import Symbol
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge_ros2cx.checkout import Ros2CxCheckout
-from cxbridge_ros2cx.confvals import ParametersFeature, find_scalar_type
+from cxbridge_ros2cx.confvals import ConfvalFeature, find_scalar_type
 from cxbridge_ros2cx.features import make_features
 from cxbridge_ros2cx.parameters import (
     FeatureEntry,
@@ -60,7 +60,7 @@ def bus():
 @pytest.fixture
 def load_facts(folder, bus):
     """Return a function that loads the parameters, and returns path, type and value of each fact."""
-    feature = ParametersFeature(load_executive_parameters(folder))
+    feature = ConfvalFeature(load_executive_parameters(folder))
     manager = EnvironmentManager(bus, [feature])
     env = manager.create("executive")
     env.build(

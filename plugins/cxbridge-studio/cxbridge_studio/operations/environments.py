@@ -29,7 +29,7 @@ OPERATIONS: Final = Operations()
 PATH: Final = "/cxbridge/environments"
 
 # The name of an environment that a client creates.
-Identifier = Annotated[str, Meta(extra_json_schema={"pattern": "^[A-Za-z0-9_.-]{1,64}$"})]
+NewEnvironmentName = Annotated[str, Meta(extra_json_schema={"pattern": "^[A-Za-z0-9_.-]{1,64}$"})]
 _WatchedItem = Annotated[str, Meta(extra_json_schema={"enum": ["facts", "rules", "all"]})]
 
 
@@ -62,7 +62,7 @@ class Loaded(Struct):
 
 
 class _NewEnvironment(Struct):
-    env: Identifier
+    env: NewEnvironmentName
 
 
 class _FileToLoad(NamedEnvironment):
