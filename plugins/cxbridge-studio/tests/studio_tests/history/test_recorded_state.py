@@ -29,7 +29,7 @@ def test_state_has_last_event_of_each_subject():
     assert state.actions["executive", "gen1", "gen1-PLAN", "1"].state == "FINAL"
     assert state.interfaces["T::a"].values == {"n": 2}
     assert state.skills["executive", "Skiller"].skill_string == "x"
-    assert state.rule is None
+    assert state.last_firing is None
 
 
 def test_goal_exists_as_long_as_its_recorded_fact():
@@ -62,5 +62,5 @@ def test_copy_does_not_change():
     assert not copy.actions
     assert list(copy.facts.by_env["executive"]) == [1]
     assert copy.has_goal("executive", "g1")
-    assert copy.rule is not None
+    assert copy.last_firing is not None
     assert copy.facts.templates == {"executive": {"goal"}}
