@@ -33,7 +33,7 @@ _SERVICE_KEYS: Final = ("service", "name", "request", "success", "error", "timeo
 _PARAMETER: Final = re.compile(r"\$(?:([A-Za-z_]\w*)|\{([A-Za-z_]\w*)\})")  # $place or ${place}
 
 
-class RosSkill(Struct, frozen=True):
+class RosSkillSettings(Struct, frozen=True):
     """The configuration of a skill. Paths of fields have dots: ``current_pose.header``.
 
     :param type_name: the type of the action or service.
@@ -125,7 +125,9 @@ class RosSkills(RosExecutor):
         )
         yield from self.limit_time(skill.timeout_s, skill.name, steps)
 
-    def _wait_for_server(self, skill: RosSkill, client: ActionClient | Client) -> Generator[None, None, None]:
+    def _wait_for_server(
+        self, skill: RosSkillSettings, client: ActionClient | Client
+    ) -> Generator[None, None, None]:
         start_us = self.clock.now_us()
         while not client.has_server:
             if self.clock.now_us() - start_us > skill.server_timeout_s * MICROSECONDS:
@@ -137,7 +139,7 @@ class RosSkills(RosExecutor):
             yield
 
     def _achieve_goal(
-        self, skill: RosSkill, client: ActionClient, goal: Message
+        self, skill: RosSkillSettings, client: ActionClient, goal: Message
     ) -> Generator[Any, None, None]:
         yield from self._wait_for_server(skill, client)
         sent_goal = client.send(goal)
@@ -158,7 +160,7 @@ class RosSkills(RosExecutor):
             raise SkillFailedError(f"{skill.name}: {sent_goal.status.name}{f', {reason}' if reason else ''}")
 
     def _yield_progress(
-        self, skill: RosSkill, client: ActionClient, sent_goal: SentGoal
+        self, skill: RosSkillSettings, client: ActionClient, sent_goal: SentGoal
     ) -> Generator[Any, None, None]:
         """Yield the progress of a goal until its end."""
         last_served_us, shown_feedback, max_amount = self.clock.now_us(), None, 0.0
@@ -188,7 +190,9 @@ class RosSkills(RosExecutor):
             progress = 1 - amount / max_amount if max_amount > 0 else 0.0
             yield Progress(progress, f"{skill.feedback_path} {shown_value}".strip())
 
-    def _call_service(self, skill: RosSkill, client: Client, request: Message) -> Generator[Any, None, None]:
+    def _call_service(
+        self, skill: RosSkillSettings, client: Client, request: Message
+    ) -> Generator[Any, None, None]:
         yield from self._wait_for_server(skill, client)
         responses: list[Message] = []
         failure_reasons: list[str] = []
@@ -238,7 +242,7 @@ def fill_template(template: Any, call: SkillCall, tables: Mapping[str, Mapping[s
         ) from None
 
 
-def _read_skill(name: str, settings: Any, namespace: str) -> RosSkill:
+def _read_skill(name: str, settings: Any, namespace: str) -> RosSkillSettings:
     if not isinstance(settings, Mapping) or ("action" in settings) == ("service" in settings):
         raise ConfigError(
             f"the skill {name} is neither an action nor a service", hint="write action: TYPE or service: TYPE"
@@ -251,7 +255,7 @@ def _read_skill(name: str, settings: Any, namespace: str) -> RosSkill:
             f"the goal or request of the skill {name} must be a mapping, not {template!r}",
             hint="or a parameter whose table has mappings: $place",
         )
-    return RosSkill(
+    return RosSkillSettings(
         type_name=str(settings["action" if is_action else "service"]),
         is_action=is_action,
         name=check_ros_name(f"{namespace}{settings.get('name', '')}"),

@@ -45,7 +45,7 @@ _MAX_IDLE_HEARTBEATS: Final = 2
 _MAX_REQUESTS: Final = 100  # limit of the stored REQUESTs whose late RESPONSEs are rejected
 
 
-class HubSkill(Struct, frozen=True):
+class HubSkillSettings(Struct, frozen=True):
     """The configuration of a skill.
 
     :param action: the name of the action on the hub.
@@ -60,7 +60,7 @@ class HubSkill(Struct, frozen=True):
     server_timeout_s: float
 
     @classmethod
-    def parse(cls, name: str, settings: Any, protocol: HubProtocol) -> HubSkill:
+    def parse(cls, name: str, settings: Any, protocol: HubProtocol) -> HubSkillSettings:
         """Parse the settings of a skill."""
         check_keys(settings, _SKILL_KEYS, f"the skill {name}")
         arguments = settings.get("arguments")
@@ -126,7 +126,7 @@ class HubSkills(RosExecutor):
     def __init__(self, context: ExecutorContext) -> None:
         super().__init__(context)
         self._skills = {
-            name: HubSkill.parse(name, settings, self.protocol)
+            name: HubSkillSettings.parse(name, settings, self.protocol)
             for name, settings in _read_skills(self.settings).items()
         }
         if not self._skills:
@@ -161,7 +161,9 @@ class HubSkills(RosExecutor):
 
     # --- execution ----------------------------------------------------------------------------------------
 
-    def _execute_request(self, skill: HubSkill, open_request: _OpenRequest) -> Generator[Any, None, Progress]:
+    def _execute_request(
+        self, skill: HubSkillSettings, open_request: _OpenRequest
+    ) -> Generator[Any, None, Progress]:
         self._open_request = open_request
         try:
             yield from self._await_performer(skill, open_request)
@@ -175,7 +177,9 @@ class HubSkills(RosExecutor):
             raise SkillFailedError(reason, progress=finish.progress)
         return Progress(1.0, finish.status)
 
-    def _await_performer(self, skill: HubSkill, open_request: _OpenRequest) -> Generator[None, None, None]:
+    def _await_performer(
+        self, skill: HubSkillSettings, open_request: _OpenRequest
+    ) -> Generator[None, None, None]:
         """Repeat the REQUEST until a performer is confirmed."""
         key, start_us, request_count = open_request.request.key, self.clock.now_us(), 0
         while True:

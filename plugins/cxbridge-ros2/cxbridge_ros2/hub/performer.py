@@ -47,27 +47,27 @@ HEARTBEAT_PERIOD_S: Final = 1.0
 _ACTION_KEYS: Final = ("parameters", "call")
 
 
-class ServedAction(Struct, frozen=True):
+class PerformedActionSettings(Struct, frozen=True):
     """The configuration of a performed action.
 
     :param parameters: names of the skill's parameters; empty for ``1``, ``2`` and so on.
-    :param call: the template of a skill string as in action mappings; empty for a skill with the name of the
-        action.
+    :param call_template: the template of a skill string as in action mappings; empty for a skill with the
+        name of the action.
     """
 
     action: str
     parameters: tuple[str, ...] = ()
-    call: str = ""
+    call_template: str = ""
 
     @classmethod
-    def parse(cls, action: str, settings: Any) -> ServedAction:
+    def parse(cls, action: str, settings: Any) -> PerformedActionSettings:
         """Parse the settings of an action."""
         check_keys(settings, _ACTION_KEYS, f"the action {action}")
-        names, call = to_list(settings.get("parameters", [])), str(settings.get("call", ""))
+        names, call_template = to_list(settings.get("parameters", [])), str(settings.get("call", ""))
         # a warning of an action mapping is an error here, since the skill would get the text of a placeholder
-        for _, problem in ActionSkillMapping({action: call}).check() if call else ():
+        for _, problem in ActionSkillMapping({action: call_template}).check() if call_template else ():
             raise ConfigError(f"the call of the action {action}: {problem}")
-        return cls(action, tuple(map(str, names)), call)
+        return cls(action, tuple(map(str, names)), call_template)
 
     def make_call(self, request: HubMessage, arguments: tuple[str, ...], agent: str) -> SkillCall:
         """Return the skill call for a REQUEST.
@@ -80,10 +80,10 @@ class ServedAction(Struct, frozen=True):
             )
         names = self.parameters or tuple(str(number) for number in range(1, len(arguments) + 1))
         values: dict[str, str] = dict(zip(names, arguments, strict=True))
-        if not self.call:
+        if not self.call_template:
             requested_skill = {MAPPED_ACTION: request.skill_string} if request.skill_string else {}
             return SkillCall(self.action, agent, values | requested_skill, request.node)
-        mapped_skill = ActionSkillMapping({self.action: self.call}).map(self.action, values)
+        mapped_skill = ActionSkillMapping({self.action: self.call_template}).map(self.action, values)
         if not mapped_skill.text:
             (_, problem), *_ = mapped_skill.messages  # the first message is the error
             raise SkillError(problem)
@@ -95,7 +95,7 @@ class ServedAction(Struct, frozen=True):
     @property
     def skill(self) -> str:
         """The name of the configured skill: the part of the template before its arguments."""
-        return re.split(r"[{(]", self.call)[0].strip() or self.action
+        return re.split(r"[{(]", self.call_template)[0].strip() or self.action
 
 
 class PerformerSettings(Struct, frozen=True):
@@ -108,7 +108,7 @@ class PerformerSettings(Struct, frozen=True):
     protocol: HubProtocol
     agent: str
     name: str
-    actions: tuple[ServedAction, ...]
+    actions: tuple[PerformedActionSettings, ...]
     node: NodeSettings
 
 

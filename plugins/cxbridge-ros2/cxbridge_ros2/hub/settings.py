@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.errors import ConfigError
-from cxbridge_ros2.hub.performer import PerformerSettings, ServedAction
+from cxbridge_ros2.hub.performer import PerformedActionSettings, PerformerSettings
 from cxbridge_ros2.hub.protocol import HubProtocol
 from cxbridge_ros2.plansys2 import PROTOCOL as PLANSYS2
 from cxbridge_ros2.settings import (
@@ -70,6 +70,6 @@ def _parse_performer(
         protocol=PROTOCOLS[protocol],
         agent=agent,
         name=str(values.get("name", f"cxbridge_{agent}")),
-        actions=tuple(ServedAction.parse(name, settings) for name, settings in actions.items()),
+        actions=tuple(PerformedActionSettings.parse(name, settings) for name, settings in actions.items()),
         node=NodeSettings.parse(values, folder, subject),
     )
