@@ -104,9 +104,9 @@ TALKATIVE = """
 
 
 def endpoints() -> tuple[Endpoint, ...]:
-    from cxbridge_web.directory import make_directory
+    from cxbridge_web.endpoint_table import make_endpoint_table
 
-    return make_directory().endpoints
+    return make_endpoint_table().endpoints
 
 
 def right_of_request(method: str, path: str, rights: Rights | None = None) -> Right:

@@ -49,7 +49,7 @@ LISTENS = {
     "cxbridge_protobuf.peer": "the address that the agent's rules name",
     "cxbridge_explore.coordinator": "a file in a folder of this user",
     "cxbridge_web.foxglove.proxy": "FoxgloveSettings.check",
-    "cxbridge_web.foxglove.live": "a random address of the loopback, behind the door",
+    "cxbridge_web.foxglove.server": "a random address of the loopback, behind the door",
 }
 """The modules that bind a socket, and the setting of the address."""
 

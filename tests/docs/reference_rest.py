@@ -11,9 +11,9 @@ from typing import Any
 @cache
 def make_document() -> Mapping[str, Any]:
     """Return the OpenAPI document of a daemon."""
-    from cxbridge_web import directory, openapi
+    from cxbridge_web import endpoint_table, openapi
 
-    return openapi.make_document(directory.make_directory().endpoints)
+    return openapi.make_document(endpoint_table.make_endpoint_table().endpoints)
 
 
 def routes() -> Iterator[str]:

@@ -18,12 +18,12 @@ from starlette.responses import Response
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import RefusedError
 from cxbridge_web import openapi
-from cxbridge_web.directory import make_directory
-from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Handler, Text
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Handler, TextReply
+from cxbridge_web.endpoint_table import make_endpoint_table
 from cxbridge_web.extensions.state import ServerState
 from cxbridge_web.host import WebHost
 from cxbridge_web.models import to_json
-from cxbridge_web.queue import RequestQueue
+from cxbridge_web.request_queue import RequestQueue
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -45,7 +45,7 @@ class Api:
         self._host = host
         self._state = state
         self._queue = queue
-        self._directory = make_directory()
+        self._endpoint_table = make_endpoint_table()
         self._log = host.bus.logger("Web")
         self._threads = ThreadPoolExecutor(_THREAD_COUNT, "web-wait")
         self._waiting_count = 0
@@ -58,14 +58,16 @@ class Api:
         except ClientDisconnect:
             return
         except ApiError as error:
-            response = _make_response(error.model or Text(error.text), error.status, is_pretty=is_pretty)
+            response = _make_response(error.model or TextReply(error.text), error.status, is_pretty=is_pretty)
         await response(scope, receive, send)
 
     async def _handle_request(self, request: Request, *, is_pretty: bool) -> Response:
         path: str = request.scope["path"]
         if request.method == "GET" and path == f"/api{openapi.DOCUMENT_PATH}":
-            return _make_response(openapi.make_document(self._directory.endpoints), 200, is_pretty=is_pretty)
-        endpoint, path_values = self._directory.find(request.method, path.removeprefix("/api"))
+            return _make_response(
+                openapi.make_document(self._endpoint_table.endpoints), 200, is_pretty=is_pretty
+            )
+        endpoint, path_values = self._endpoint_table.find(request.method, path.removeprefix("/api"))
         self._check_right(endpoint)
         body = await read_json_object(request) if endpoint.body else {}
         call = ApiCall(self._host, self._state, path_values, dict(request.query_params), body)
@@ -173,7 +175,7 @@ async def read_json_object(request: Request) -> dict[str, Any]:
 
 
 def _make_response(content: Any, status: int, *, is_pretty: bool) -> Response:
-    if isinstance(content, Text):
+    if isinstance(content, TextReply):
         return Response(
             content.encode("utf-8", "replace"),
             status,

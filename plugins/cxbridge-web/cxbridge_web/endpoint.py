@@ -62,18 +62,18 @@ class ApiCall:
         return value
 
 
-# Returns a JSON value or `Text`, or a generator that the main loop runs in pieces; raises `ApiError`.
+# Returns a JSON value or `TextReply`, or a generator that the main loop runs in pieces; raises `ApiError`.
 Handler = Callable[[ApiCall], Any]
 
 
-class Text(str):
+class TextReply(str):
     """A plain text reply instead of JSON."""
 
     __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)
-class Query:
+class QueryParameter:
     """A query parameter."""
 
     name: str
@@ -112,7 +112,7 @@ class Endpoint:
     summary: str
     reply: Any = str
     path_types: Mapping[str, Any] = field(default_factory=dict)
-    query: tuple[Query, ...] = ()
+    query: tuple[QueryParameter, ...] = ()
     body: type[Struct] | None = None
     errors: Mapping[int, str] = field(default_factory=dict)
     right: Right | None = None
@@ -152,7 +152,7 @@ def _compile_path(path: str) -> re.Pattern[str]:
     return re.compile(_PATH_NAME.sub(make_group, re.escape(path_without_slash)) + optional_slash, re.DOTALL)
 
 
-class Directory:
+class EndpointTable:
     """All endpoints; the first match wins."""
 
     def __init__(self, endpoints: Sequence[Endpoint]) -> None:

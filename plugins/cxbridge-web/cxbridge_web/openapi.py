@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final
 from msgspec import Meta
 
 from cxbridge import __version__
-from cxbridge_web.endpoint import Endpoint, Query
+from cxbridge_web.endpoint import Endpoint, QueryParameter
 from cxbridge_web.models import make_schema, make_schemas
 
 EVENTS_PATH: Final = "/cxbridge/events"
@@ -24,7 +24,7 @@ _COMMON_ERRORS: Final = {
     503: "The request cannot be answered now",
 }
 _NonEmptyText = Annotated[str, Meta(min_length=1)]
-_PRETTY: Final = Query("pretty", "Indent the JSON text for human readers.", bool)
+_PRETTY: Final = QueryParameter("pretty", "Indent the JSON text for human readers.", bool)
 _BODY_ERRORS: Final = {413: "The body is too long"}
 
 
@@ -96,12 +96,12 @@ def _make_content(media_type: str, value_type: Any) -> dict[str, Any]:
     return {media_type: {"schema": make_schema(value_type)}}
 
 
-def _describe_query_parameter(query: Query) -> dict[str, Any]:
+def _describe_query_parameter(parameter: QueryParameter) -> dict[str, Any]:
     return {
-        "name": query.name,
+        "name": parameter.name,
         "in": "query",
-        "description": query.description,
-        "schema": make_schema(query.type),
+        "description": parameter.description,
+        "schema": make_schema(parameter.type),
     }
 
 
@@ -111,9 +111,11 @@ def _describe_events_operation() -> dict[str, Any]:
         "summary": "The events of the run as server-sent events, each a JSON object with its kind.",
         "operationId": "get_cxbridge_events",
         "parameters": [
-            _describe_query_parameter(Query("kinds", "The kinds of events, separated by commas.")),
+            _describe_query_parameter(QueryParameter("kinds", "The kinds of events, separated by commas.")),
             _describe_query_parameter(
-                Query("since", "The id of the event after which to continue; 0 for all buffered events.")
+                QueryParameter(
+                    "since", "The id of the event after which to continue; 0 for all buffered events."
+                )
             ),
         ],
         "responses": {

@@ -23,7 +23,7 @@ from cxbridge.daemon.operations.operation import (
 )
 from cxbridge.daemon.operations.table import operations
 from cxbridge.numbers import parse_decimal
-from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, QueryParameter
 from cxbridge_web.models import API_VERSION, make_model
 
 _TYPE_NAMES: Final = {str: "a text", bool: "true or false", int: "a whole number", list: "a list of texts"}
@@ -70,7 +70,7 @@ def _make_endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
         path_types={
             field.name: int for field in fields(operation.parameters) if _find_bare_type(field) is int
         },
-        query=tuple(Query(name, description) for name, description in route.query.items()),
+        query=tuple(QueryParameter(name, description) for name, description in route.query.items()),
         body=_make_body_type(operation.parameters, route) if route.body else None,
         errors=route.errors,
         right=operation.right,

@@ -14,7 +14,7 @@ COMPONENTS = (
     Row("foxglove", "cxbridge_web.servers.foxglove:FoxgloveComponent", in_daemon("foxglove"), early=always),
     Row("web", "cxbridge_web.servers.daemon_page:WebComponent", in_daemon("web"), early=always),
 )
-FORMATS = (Row("foxglove", "cxbridge_web.foxglove.copies"),)
+FORMATS = (Row("foxglove", "cxbridge_web.foxglove.writer"),)
 OPTIONS = (
     Row("web", "cxbridge_web.options:WebOptions"),
     Row("foxglove", "cxbridge_web.options:FoxgloveOptions"),

@@ -10,7 +10,7 @@ from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.listening import LOOPBACK, check_server_address
 from cxbridge.run.plugin_settings import PluginSettings
-from cxbridge_web.tls import check_pair
+from cxbridge_web.tls import check_certificate_and_key
 
 DEFAULT_PORT: Final = 8088  # port of Fawkes' webview
 
@@ -76,7 +76,7 @@ class WebSettings(PluginSettings):
         if (self.tls_cert is None) != (self.tls_key is None):
             raise ConfigError("TLS needs both cxbridge/web/tls-cert and cxbridge/web/tls-key")
         if self.tls_cert is not None and self.tls_key is not None:
-            check_pair(self.tls_cert, self.tls_key)
+            check_certificate_and_key(self.tls_cert, self.tls_key)
         check_server_address(
             "the web server",
             self.host,

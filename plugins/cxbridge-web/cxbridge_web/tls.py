@@ -8,7 +8,7 @@ from pathlib import Path
 from cxbridge.errors import ConfigError
 
 
-def check_pair(cert_file: Path, key_file: Path) -> None:
+def check_certificate_and_key(cert_file: Path, key_file: Path) -> None:
     """Check a certificate and its key.
 
     :raises ConfigError: if the certificate or the key is unusable.

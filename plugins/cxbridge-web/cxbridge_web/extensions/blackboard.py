@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from cxbridge.interfaces.assignments import set_field
 from cxbridge.rights import Right
-from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, QueryParameter
 from cxbridge_web.fawkes.blackboard import InterfaceData, find_interface, read_all_data
 from cxbridge_web.models import Model
 
@@ -90,8 +90,8 @@ ENDPOINTS: Final = (
         summary="The values of the interfaces that match.",
         reply=list[InterfaceData],
         query=(
-            Query("type", "A shell pattern for the type; by default all types."),
-            Query("id", "A shell pattern for the id; by default all ids."),
+            QueryParameter("type", "A shell pattern for the type; by default all types."),
+            QueryParameter("id", "A shell pattern for the id; by default all ids."),
         ),
     ),
     Endpoint(

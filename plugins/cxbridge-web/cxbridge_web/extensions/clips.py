@@ -8,7 +8,7 @@ from msgspec import UNSET
 from msgspec.structs import replace
 
 from cxbridge_web.constructs import Construct, find_constructs
-from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query, matches
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, QueryParameter, matches
 from cxbridge_web.fawkes.slots import DEFAULT_ENVIRONMENT, find_environment
 from cxbridge_web.models import Model
 from cxbridge_web.rules import Rule, list_rules
@@ -24,7 +24,7 @@ _WHY_QUERIES: Final = {
     "action": "The goal and the id of a plan-action: GOAL/ID.",
     "fact": "The index of a fact: f-12.",
 }
-_ENVIRONMENT_QUERY: Final = Query("env", "The name of a CLIPS environment; by default executive.")
+_ENVIRONMENT_QUERY: Final = QueryParameter("env", "The name of a CLIPS environment; by default executive.")
 _ENVIRONMENT_ERRORS: Final = {404: "The environment does not exist"}
 
 
@@ -110,7 +110,7 @@ ENDPOINTS: Final = (
         handler=_copy_rules,
         summary="All rules with their locations and the numbers of their activations.",
         reply=list[Rule],
-        query=(_ENVIRONMENT_QUERY, Query("name", "A pattern of the names.")),
+        query=(_ENVIRONMENT_QUERY, QueryParameter("name", "A pattern of the names.")),
         finish=_describe_rules,
         errors=_ENVIRONMENT_ERRORS,
     ),
@@ -122,9 +122,9 @@ ENDPOINTS: Final = (
         reply=list[Construct],
         query=(
             _ENVIRONMENT_QUERY,
-            Query("construct", "A pattern of the kinds: defrule, deftemplate ..."),
-            Query("name", "A pattern of the names."),
-            Query("text", "Whether to include the texts of the constructs.", bool),
+            QueryParameter("construct", "A pattern of the kinds: defrule, deftemplate ..."),
+            QueryParameter("name", "A pattern of the names."),
+            QueryParameter("text", "Whether to include the texts of the constructs.", bool),
         ),
         finish=_describe_constructs,
         errors=_ENVIRONMENT_ERRORS,
@@ -136,7 +136,7 @@ ENDPOINTS: Final = (
         summary="The reason why a rule has not fired, why a goal or an action has its outcome, or why a "
         "fact exists; without a query, the story of the run.",
         reply=Answer,
-        query=tuple(Query(kind, description) for kind, description in _WHY_QUERIES.items()),
+        query=tuple(QueryParameter(kind, description) for kind, description in _WHY_QUERIES.items()),
         errors={400: "The query names more than one subject, or an unknown subject"},
         runs_in_thread=True,
     ),

@@ -9,7 +9,7 @@ from msgspec import UNSET, Struct, UnsetType
 
 from cxbridge.clipstext.facts import fact_text
 from cxbridge.executive.host.facts.copying import FactCopy, FactRow, FactTemplate
-from cxbridge_web.endpoint import ApiCall, Endpoint, Query, matches
+from cxbridge_web.endpoint import ApiCall, Endpoint, QueryParameter, matches
 from cxbridge_web.fawkes.slots import COPY_TIMEOUT_S, copy_facts, read_texts
 from cxbridge_web.models import Model
 
@@ -84,8 +84,8 @@ ENDPOINTS: Final = (
         summary="All facts of an environment.",
         reply=list[Fact],
         query=(
-            Query("formatted", "Whether to return the facts as CLIPS prints them.", bool),
-            Query("template", "A pattern of the names of the deftemplates."),
+            QueryParameter("formatted", "Whether to return the facts as CLIPS prints them.", bool),
+            QueryParameter("template", "A pattern of the names of the deftemplates."),
         ),
         errors={404: "The environment does not exist"},
     ),

@@ -20,7 +20,7 @@ from msgspec import UNSET, UnsetType
 
 from cxbridge.blackboard.errors import NoWriterError
 from cxbridge.rights import Right
-from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query, Text
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, QueryParameter, TextReply
 from cxbridge_web.models import Model, Request
 
 if TYPE_CHECKING:
@@ -207,7 +207,7 @@ def _call_skill(call: ApiCall) -> Skill:
     return Skill(name=_ACTIVE_ID, msg_id=msgid)
 
 
-def _stop_skill(call: ApiCall) -> Text:
+def _stop_skill(call: ApiCall) -> TextReply:
     if call.path_values["id"] != _ACTIVE_ID:
         raise ApiError(400, "Only the 'active' skill can be stopped")
     with _open_interfaces(call, "SkillerInterface") as (skiller,):
@@ -215,10 +215,10 @@ def _stop_skill(call: ApiCall) -> Text:
         # a Skiller obeys only its exclusive controller
         for name in ("AcquireControlMessage", "StopExecMessage", "ReleaseControlMessage"):
             skiller.msgq_enqueue(skiller.create_message(name))
-    return Text("OK")
+    return TextReply("OK")
 
 
-_SKILLER_QUERY: Final = (Query("skiller", "The id of a SkillerInterface; by default Skiller."),)
+_SKILLER_QUERY: Final = (QueryParameter("skiller", "The id of a SkillerInterface; by default Skiller."),)
 _SKILLER_ERRORS: Final = {404: "The Skiller does not exist", 503: "The Skiller is not running"}
 _GRAPH_ERRORS: Final = {408: "The Skiller did not show the graph in time", **_SKILLER_ERRORS}
 _CONTROL_ERRORS: Final = {

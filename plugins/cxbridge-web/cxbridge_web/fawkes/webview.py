@@ -15,7 +15,7 @@ from cxbridge.config.scalars import CONVERTERS
 from cxbridge.config.secrets import mask_value
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import Right
-from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, QueryParameter
 from cxbridge_web.fawkes.blackboard import TransformsGraph, quote_dot
 from cxbridge_web.models import Model, Request, define_model
 
@@ -165,7 +165,7 @@ ENDPOINTS: Final = (
         handler=_get_config,
         summary="The configuration, nested from the root.",
         reply=ConfigTree,
-        query=(Query("query", "Only values below this path."),),
+        query=(QueryParameter("query", "Only values below this path."),),
     ),
     Endpoint(
         method="GET",

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from cxbridge.events import Event, InterfaceWrite, Level, LogLine, NavGraphRead
 from cxbridge.trace.codec import dump_json
-from cxbridge_web.foxglove.scenes import (
+from cxbridge_web.foxglove.message_parts import (
     is_number,
     make_navgraph_scene,
     make_pose,

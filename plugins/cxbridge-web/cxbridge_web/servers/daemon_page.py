@@ -10,8 +10,8 @@ from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge_web.host import WebHost
 from cxbridge_web.options import WebOptions
-from cxbridge_web.server import WebServer
 from cxbridge_web.settings import WebSettings
+from cxbridge_web.web_server import WebServer
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard

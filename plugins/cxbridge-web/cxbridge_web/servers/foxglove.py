@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cxbridge.events import EventBus
     from cxbridge.run.agent import Run
     from cxbridge.run.team import Team
-    from cxbridge_web.foxglove.live import FoxgloveServer
+    from cxbridge_web.foxglove.server import FoxgloveServer
 
 
 def make_foxglove_server(bus: EventBus, settings: FoxgloveSettings) -> FoxgloveServer:
@@ -31,7 +31,7 @@ def make_foxglove_server(bus: EventBus, settings: FoxgloveSettings) -> FoxgloveS
     """
     settings.check()
     try:
-        from cxbridge_web.foxglove.live import FoxgloveServer  # noqa: PLC0415 - foxglove-sdk may be missing
+        from cxbridge_web.foxglove.server import FoxgloveServer  # noqa: PLC0415 - foxglove-sdk may be missing
     except ModuleNotFoundError as error:
         raise CxbridgeError(
             f"live connections to Foxglove need the package '{error.name}'",

@@ -12,7 +12,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.mainloop import Hook
 from cxbridge.run.servers import ATTEND_PAUSE_S, RunServer
 from cxbridge_web.host import WebHost
-from cxbridge_web.server import WebServer
+from cxbridge_web.web_server import WebServer
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard

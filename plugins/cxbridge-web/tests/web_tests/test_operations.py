@@ -50,10 +50,10 @@ def test_each_interface_has_new_operation(tmp_path: Path) -> None:
 
 VIEW = '''
 """The endpoint that greets."""
-from cxbridge_web.endpoint import Endpoint, Text
+from cxbridge_web.endpoint import Endpoint, TextReply
 
 ENDPOINTS = (
-    Endpoint(method="GET", path="/greeting", handler=lambda call: Text("hello"), summary="Greet."),
+    Endpoint(method="GET", path="/greeting", handler=lambda call: TextReply("hello"), summary="Greet."),
 )
 '''
 

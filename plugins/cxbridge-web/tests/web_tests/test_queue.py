@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge_web.endpoint import ApiError
-from cxbridge_web.queue import MAX_WAITING_REQUESTS, RequestQueue
+from cxbridge_web.request_queue import MAX_WAITING_REQUESTS, RequestQueue
 
 
 class FakeTime:

@@ -10,7 +10,7 @@ import pytest
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import ConfigError
 from cxbridge.events import LogLine
-from cxbridge_web.endpoint import ApiError, Directory, Endpoint
+from cxbridge_web.endpoint import ApiError, Endpoint, EndpointTable
 from cxbridge_web.pages import Page
 from tests.daemon.test_daemon import QUIET, running, settings
 from tests.run.mini import write_scenario
@@ -103,7 +103,7 @@ def test_unknown_path_has_error_of_fawkes():
 
 def test_path_of_missing_plugin_names_package():
     with pytest.raises(ApiError, match=r"has no endpoint '/facts/1': .* the plug-in cxbridge-studio: "):
-        Directory([Endpoint(method="GET", path="/cxbridge/status", handler=print, summary="")]).find(
+        EndpointTable([Endpoint(method="GET", path="/cxbridge/status", handler=print, summary="")]).find(
             "DELETE", "/cxbridge/facts/1"
         )
 

@@ -11,7 +11,7 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from cxbridge.errors import ConfigError
-from cxbridge_web.tls import check_pair
+from cxbridge_web.tls import check_certificate_and_key
 from tests.daemon.test_daemon import WAIT_S
 from web_tests.support import serving
 
@@ -86,7 +86,7 @@ def test_plain_http_is_not_answered(client):
 
 def refused_pair_error(cert, key):
     with pytest.raises(ConfigError) as caught:
-        check_pair(cert, key)
+        check_certificate_and_key(cert, key)
     return caught.value.message, caught.value.file
 
 
@@ -106,7 +106,7 @@ def test_unusable_pair_is_error_with_file(tmp_path, cert, key, file, text):
     for name, password in (("web", b""), ("other", b""), ("locked", b"x")):
         write_pair(tmp_path, name, password=password)
     (tmp_path / "junk").write_bytes(b"\0\xff")
-    check_pair(tmp_path / "web.crt", tmp_path / "web.key")
+    check_certificate_and_key(tmp_path / "web.crt", tmp_path / "web.key")
     message, actual_file = refused_pair_error(tmp_path / cert, tmp_path / key)
     assert (text in message, actual_file) == (True, str(tmp_path / file)), message
 

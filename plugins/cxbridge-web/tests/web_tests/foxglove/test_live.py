@@ -205,7 +205,7 @@ def test_too_long_request_is_disconnected(server):
 
 def test_missing_package_is_error_with_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "foxglove", None)
-    monkeypatch.delitem(sys.modules, "cxbridge_web.foxglove.live", raising=False)
+    monkeypatch.delitem(sys.modules, "cxbridge_web.foxglove.server", raising=False)
     with pytest.raises(CxbridgeError, match="need the package 'foxglove'") as caught:
         make_foxglove_server(EventBus(RealClock()), FoxgloveSettings())
     assert caught.value.hint == install_command("foxglove", "cxbridge-web")

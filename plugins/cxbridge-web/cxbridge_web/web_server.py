@@ -16,7 +16,7 @@ from cxbridge_web.http.serving import HttpThread
 from cxbridge_web.navgraphs import NavGraphs
 from cxbridge_web.openapi import EVENTS_PATH
 from cxbridge_web.pages import Page
-from cxbridge_web.queue import RequestQueue
+from cxbridge_web.request_queue import RequestQueue
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
