@@ -117,7 +117,10 @@ class Explainer(Component):
             env, context.paths.clips_dirs, name, kind, where, (start_us, now_us), self._copy_history()
         )
         self._thread = threading.Thread(
-            target=self._explain, args=(evidence, name, kind, int(message.rules)), name="explain", daemon=True
+            target=self._set_answer,
+            args=(evidence, name, kind, int(message.rules)),
+            name="explain",
+            daemon=True,
         )
         self._thread.start()
 
@@ -135,7 +138,7 @@ class Explainer(Component):
         env = self._environment
         return [] if env is None else read_fact_slots(env, template, MAX_COPIED_FACTS)
 
-    def _explain(self, evidence: Evidence, name: str, kind: str, rule_count: int) -> None:
+    def _set_answer(self, evidence: Evidence, name: str, kind: str, rule_count: int) -> None:
         """Set the answer. This is the function of the thread."""
         try:
             self._answer = _explain_to_json(evidence, name, kind, rule_count)
