@@ -15,7 +15,7 @@ WINDOW: Final = 10_000  # latest writes over which a rate is computed, as in `ro
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """The rate of writes.
+    """The rate of writes. The field names are keys in the JSON output of ``cxbridge bb hz``.
 
     :param hz: the mean rate.
     :param shortest_s: the shortest interval between two writes.
