@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from clips._clips import lib
-from msgspec import Struct, field
+from msgspec import Struct
 
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.capi import items_of
@@ -32,26 +32,26 @@ _NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 class EnvironmentInfo(Struct, frozen=True):
     """The state of an environment.
 
-    The field names are also keys in JSON, except ``own`` and ``ended``.
+    The field names are keys of the answers in JSON.
 
-    :param is_made_by_client: whether a client has created the environment, through
+    :param own: whether a client has created the environment, through
         :class:`EnvironmentService`; only such an environment can be destroyed.
     :param facts: the number of facts.
     :param agenda: the number of activations.
     :param features: the names of the features, sorted.
     :param watch: ``facts`` and ``rules``, each if at least some of them are watched.
     :param log_level: the minimum log level.
-    :param is_ended: whether no rule fires any more.
+    :param ended: whether no rule fires any more.
     """
 
     name: str
-    is_made_by_client: bool = field(name="own")
+    own: bool
     facts: int
     agenda: int
     features: tuple[str, ...]
     watch: tuple[str, ...]
     log_level: LevelName
-    is_ended: bool = field(name="ended")
+    ended: bool
 
 
 class EnvironmentService:
@@ -80,13 +80,13 @@ class EnvironmentService:
             watchers = {"facts": env.watcher.facts, "rules": env.watcher.rules}
             return EnvironmentInfo(
                 name=name,
-                is_made_by_client=name in self._manager.client_environments,
+                own=name in self._manager.client_environments,
                 facts=sum(1 for _ in items_of(lib.GetNextFact, env.c_env)),
                 agenda=sum(1 for _ in items_of(lib.GetNextActivation, env.c_env)),
                 features=self._manager.loaded_features(name),
                 watch=tuple(item for item, is_watched in watchers.items() if is_watched),
                 log_level=env.log_level.name.lower(),
-                is_ended=env.is_ended,
+                ended=env.is_ended,
             )
 
     def create(self, name: str) -> ClipsEnvironment:
