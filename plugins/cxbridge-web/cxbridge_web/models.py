@@ -27,7 +27,7 @@ class Model(Struct, kw_only=True, tag_field="kind", tag=True):
     apiVersion: str = API_VERSION  # noqa: N815 - Fawkes' name of the member
 
 
-class Request(Struct, kw_only=True):
+class RequestBody(Struct, kw_only=True):
     """The body of a request of Fawkes' API, which may name its kind."""
 
     kind: str | UnsetType = UNSET

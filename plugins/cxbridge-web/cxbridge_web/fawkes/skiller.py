@@ -21,7 +21,7 @@ from msgspec import UNSET, UnsetType
 from cxbridge.blackboard.errors import NoWriterError
 from cxbridge.rights import Right
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, QueryParameter, TextReply
-from cxbridge_web.models import Model, Request
+from cxbridge_web.models import Model, RequestBody
 
 if TYPE_CHECKING:
     from cxbridge_web.host import WebHost
@@ -57,7 +57,7 @@ class Skill(Model, kw_only=True):
     status: Literal["INACTIVE", "FINAL", "RUNNING", "FAILED"] | UnsetType = UNSET
 
 
-class SkillCall(Request, kw_only=True):
+class SkillCall(RequestBody, kw_only=True):
     """The request to run a skill string."""
 
     skill_string: str

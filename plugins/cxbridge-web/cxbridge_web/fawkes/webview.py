@@ -17,7 +17,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.rights import Right
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, QueryParameter
 from cxbridge_web.fawkes.blackboard import TransformsGraph, quote_dot
-from cxbridge_web.models import Model, Request, define_model
+from cxbridge_web.models import Model, RequestBody, define_model
 
 
 class ConfigTree(Model, kw_only=True):
@@ -36,7 +36,7 @@ class Plugin(Model, kw_only=True):
     is_loaded: bool
 
 
-class PluginOpRequest(Request, kw_only=True):
+class PluginOpRequest(RequestBody, kw_only=True):
     """The request to load or unload a component."""
 
     desired_state: Literal["LOADED", "UNLOADED", "AVAILABLE"]
