@@ -18,7 +18,7 @@ from itertools import chain
 from typing import Final
 
 from cxbridge.clipstext.goal_slots import GOAL_SLOTS
-from cxbridge.clipstext.values import Value, show
+from cxbridge.clipstext.values import Value, value_text
 
 LAYOUTS: Final[Mapping[str, tuple[str, ...]]] = {
     "SkillerInterface": ("id", "time", "skill_string", "error", "exclusive_controller", "msgid", "status"),
@@ -240,6 +240,6 @@ def fact_text(template: str, slots: Mapping[str, Value]) -> str:
     :param slots: the values by name; for an ordered fact all in :data:`IMPLIED`.
     """
     if list(slots) == [IMPLIED]:
-        return f"({template} {show(slots[IMPLIED])}".rstrip() + ")"
-    texts = (f" ({slot} {show(value)}".rstrip() + ")" for slot, value in slots.items())
+        return f"({template} {value_text(slots[IMPLIED])}".rstrip() + ")"
+    texts = (f" ({slot} {value_text(value)}".rstrip() + ")" for slot, value in slots.items())
     return f"({template}{''.join(texts)})"

@@ -54,7 +54,7 @@ def float_text(value: float) -> str:
     return text if "." in text or "e" in text else text + ".0"
 
 
-def show(value: Value) -> str:
+def value_text(value: Value) -> str:
     """Return a value as CLIPS prints it within a fact: strings in quotes, fields separated by blanks.
 
     Nothing is escaped, as in CLIPS; :func:`quoted` is for text that CLIPS reads.
@@ -66,15 +66,15 @@ def show(value: Value) -> str:
 _PRINTERS: Final[dict[type, Callable[[Any], str]]] = {
     str: lambda value: f'"{value}"',
     InstanceName: lambda value: f"[{value}]",
-    tuple: lambda value: " ".join(map(show, value)),
-    list: lambda value: " ".join(map(show, value)),
+    tuple: lambda value: " ".join(map(value_text, value)),
+    list: lambda value: " ".join(map(value_text, value)),
     float: float_text,
 }
 
 
-def show_alone(value: Value) -> str:
+def lone_value_text(value: Value) -> str:
     """Return a value as CLIPS prints it outside of a fact: a MULTIFIELD in parentheses."""
-    return f"({show(value)})" if isinstance(value, tuple) else show(value)
+    return f"({value_text(value)})" if isinstance(value, tuple) else value_text(value)
 
 
 def quoted(text: str) -> str:

@@ -13,7 +13,7 @@ from cxbridge.daemon.interfaces import DAEMON_ID, OWNER, REQUEST_TYPE
 from cxbridge.daemon.operations.operation import OperationContext, ParameterError, to_json
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, EventBus, LogLine, SkillStatus
-from cxbridge.executive.host.values import show
+from cxbridge.executive.host.values import value_text
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.tree import goal_as_json
 from cxbridge.history.truncation import truncate
@@ -110,7 +110,7 @@ class StateCollector:
         with env.lock:
             return [
                 {
-                    slot: truncate(show(slots.get(slot, "")), _MAX_TEXT_CHARACTERS)
+                    slot: truncate(value_text(slots.get(slot, "")), _MAX_TEXT_CHARACTERS)
                     for slot in ("goal-id", "plan-id", "id", "action-name", "param-values", "state")
                 }
                 for _, _, slots in islice(env.facts("plan-action"), _MAX_ACTIONS)

@@ -72,7 +72,7 @@ class ActionMapper(Protocol):
 
 
 class CoreFiles(Struct, frozen=True):
-    """The CLIPS files of core and agent.
+    """The CLIPS files of core and agent, and the features and the form of times that the core needs.
 
     :param core_dir: the folder of the CX core, with saliences.clp, init.clp ...
     :param clips_dirs: the agent's folders, searched after the core's.

@@ -79,7 +79,7 @@ class RunResult(Struct, frozen=True):
     :param spec: the spec of the agent; the specs of a team, separated by spaces.
     :param goals: the last state of each goal, in order of appearance; in a long run, only the latest goals.
     :param is_stuck: whether the run ended early because no event could follow.
-    :param forgotten: the number of earlier goals that are not in ``goals``.
+    :param forgotten_goal_count: the number of earlier goals that are not in ``goals``.
     :param loops: the number of cycles of the main loop.
     :param firings: the number of rule firings.
     :param run_seconds: the duration by the run's clock.
@@ -98,7 +98,7 @@ class RunResult(Struct, frozen=True):
     wall_seconds: float
     replay: ReplayOutcome | None = None
     agents: Mapping[str, RunResult] = field(default_factory=dict)
-    forgotten: int = 0
+    forgotten_goal_count: int = 0
     is_stuck: bool = False
 
     def to_json(self) -> dict[str, Any]:
@@ -116,7 +116,7 @@ class RunResult(Struct, frozen=True):
             "run_seconds": round(self.run_seconds, 6),
             "wall_seconds": round(self.wall_seconds, 3),
             "goals": [goal_as_json(goal) for goal in self.goals],
-            "forgotten_goals": self.forgotten,
+            "forgotten_goals": self.forgotten_goal_count,
             **optional_members,
         }
 
@@ -151,8 +151,8 @@ class RunResult(Struct, frozen=True):
             yield name
             for line in result.tree():
                 yield f"  {line}" if isinstance(line, str) else replace(line, branch=f"  {line.branch}")
-        if self.forgotten:
-            yield f"({self.forgotten} earlier goals are not listed)"
+        if self.forgotten_goal_count:
+            yield f"({self.forgotten_goal_count} earlier goals are not listed)"
         yield from goal_lines(self.goals)
 
     def goal_lines(self) -> list[str]:

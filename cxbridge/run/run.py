@@ -255,7 +255,7 @@ def sum_up_run(
                 reason,
                 spec=agent.spec,
                 goals=agent.executive.goals.all_states(),
-                forgotten=agent.executive.goals.forgotten_count,
+                forgotten_goal_count=agent.executive.goals.forgotten_count,
                 loops=agent.loop.cycle_count,
                 firings=agent.firings,
                 run_seconds=run_seconds,

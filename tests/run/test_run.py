@@ -150,7 +150,7 @@ def test_number_of_listed_goals_is_bounded(tmp_path, monkeypatch):
           (assert (goal (id (sym-cat G ?n)) (mode RETRACTED) (outcome COMPLETED))))"""
     result, _ = run(write_scenario(tmp_path, agent=agent))
     assert [goal.goal for goal in result.goals] == ["G37", "G38", "G39", "G40", "G41"]
-    assert (result.forgotten, result.goal_lines()[0]) == (36, "(36 earlier goals are not listed)")
+    assert (result.forgotten_goal_count, result.goal_lines()[0]) == (36, "(36 earlier goals are not listed)")
 
 
 def test_runs_are_byte_identical_under_any_hash_seed(tmp_path):

@@ -17,7 +17,7 @@ from cxbridge.events import Event, EventBus, Level, LogLine
 from cxbridge.executive.executive import BUILTIN_CX, CoreFiles, Executive, read_action_mapping
 from cxbridge.executive.features.config import ConfigFeature, RedefineWarningFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
-from cxbridge.executive.host.values import show
+from cxbridge.executive.host.values import value_text
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.skiller.mapping import ActionSkillMapping
@@ -200,7 +200,7 @@ def domain_of(file: Path) -> set[str]:
         for _, name, slots in bench.env.facts(f"domain-{template}"):
             if template == "effect":
                 del slots["name"]  # a number from gensym
-            facts.add(f"{name} {sorted((slot, show(value)) for slot, value in slots.items())}")
+            facts.add(f"{name} {sorted((slot, value_text(value)) for slot, value in slots.items())}")
     bench.close()
     return facts
 

@@ -72,7 +72,7 @@ def test_files_of_both_formats_have_every_write(transport, tmp_path):
     assert values(outputs[0]) == values(outputs[1]) == list(range(1, 51))
     (report,) = found
     assert report.to_json()["interfaces"] == {"SwitchInterface::s": 50}
-    assert (report.skipped, report.gaps, report.errors) == (0, [], [])
+    assert (report.skipped_count, report.gaps, report.errors) == (0, [], [])
 
 
 def test_it_ends_by_itself(tmp_path):

@@ -112,7 +112,7 @@ def test_a_recording_comes_to_its_end(transport, kind, tmp_path):
     with site_with_ear(transport, tmp_path) as (site, ear):
         report = replay(ReplayOptions(run=run, url=site.url))
         until(lambda: len(ear.writes) == 2)
-    assert (report.end, report.write_counts, report.rounds) == (DONE, {UID: 2}, 1)
+    assert (report.end, report.write_counts, report.round_count) == (DONE, {UID: 2}, 1)
     assert ear.writes == [(1, BEGIN_US + 1000), (2, BEGIN_US + 2000)]
 
 
@@ -152,7 +152,7 @@ def test_a_loop_goes_on_until_it_is_stopped(tmp_path):
         running = Running(ReplayOptions(run=run, url=site.url, loop=True))
         until(lambda: len(ear.writes) >= 5)
         report = running.stop()
-    assert (report.rounds >= 3, running.reported_ends[-1]) == (True, INTERRUPTED)
+    assert (report.round_count >= 3, running.reported_ends[-1]) == (True, INTERRUPTED)
     assert ear.values[:5] == [1, 2, 1, 2, 1]
 
 

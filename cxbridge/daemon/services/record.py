@@ -30,7 +30,7 @@ class RecordReport:
 
     :param seconds: the duration in real time.
     :param write_counts: the number of recorded writes by ``Type::id``.
-    :param skipped: the number of writes that the blackboard has replaced by later writes.
+    :param skipped_count: the number of writes that the blackboard has replaced by later writes.
     :param gaps: the start in microseconds since the epoch, and the duration in seconds, of each loss of the
         connection.
     """
@@ -39,7 +39,7 @@ class RecordReport:
     outputs: tuple[str, ...]
     seconds: float = 0.0
     write_counts: dict[str, int] = field(default_factory=dict)
-    skipped: int = 0
+    skipped_count: int = 0
     gaps: list[tuple[int, float]] = field(default_factory=list)
     errors: list[str] = field(default_factory=list)
 
@@ -51,7 +51,7 @@ class RecordReport:
             "seconds": round(self.seconds, 3),
             "writes": sum(self.write_counts.values()),
             "interfaces": dict(sorted(self.write_counts.items())),
-            "skipped": self.skipped,
+            "skipped": self.skipped_count,
             "gaps": [{"start_us": start_us, "seconds": round(seconds, 3)} for start_us, seconds in self.gaps],
             "errors": self.errors,
         }
@@ -65,9 +65,9 @@ class RecordReport:
         """Return the result as lines of text."""
         lines = [f"{self.counts_text} in {self.seconds:.1f} s"]
         lines += [f"  {uid}  {count}" for uid, count in sorted(self.write_counts.items())]
-        if self.skipped:
+        if self.skipped_count:
             lines.append(
-                f"left out, because newer writes replaced them: {format_count(self.skipped, 'write')}"
+                f"left out, because newer writes replaced them: {format_count(self.skipped_count, 'write')}"
             )
         if self.gaps:
             seconds = sum(seconds for _, seconds in self.gaps)
@@ -121,7 +121,7 @@ def record(
         def update_report() -> float:
             """Update the report; return the seconds until the next update or the end of the recording."""
             seconds = report.seconds = time.monotonic() - start_s
-            report.write_counts, report.skipped = dict(forwarder.write_counts), board.skipped
+            report.write_counts, report.skipped_count = dict(forwarder.write_counts), board.skipped
             report.gaps = [(gap.start_us, gap.seconds) for gap in forwarder.gaps]
             report.errors = [str(error) for error in recorder.errors]
             on_progress(report)

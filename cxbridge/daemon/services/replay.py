@@ -41,7 +41,7 @@ class ReplayReport:
 
     :ivar end: ``done``, ``interrupted`` or ``lost``; empty during the replay.
     :ivar seconds: the duration in real time.
-    :ivar rounds: the number of started rounds.
+    :ivar round_count: the number of started rounds.
     :ivar write_counts: the number of writes by ``Type::id``.
     :ivar notes: warnings about the file.
     """
@@ -50,7 +50,7 @@ class ReplayReport:
     url: str
     end: str = ""
     seconds: float = 0.0
-    rounds: int = 0
+    round_count: int = 0
     write_counts: dict[str, int] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
@@ -61,7 +61,7 @@ class ReplayReport:
             "url": self.url,
             "end": self.end,
             "seconds": round(self.seconds, 3),
-            "rounds": self.rounds,
+            "rounds": self.round_count,
             "writes": sum(self.write_counts.values()),
             "interfaces": dict(sorted(self.write_counts.items())),
             "notes": self.notes,
@@ -138,7 +138,7 @@ class _ReplaySession:
         pace = Pace(self._options.speed, self._stop_event, self._update_report)
         try:
             while True:
-                report.rounds += 1
+                report.round_count += 1
                 is_complete = self._player.play(make_writes(), pace)
                 if not (is_complete and self._options.loop) or self._stop_event.is_set():
                     break

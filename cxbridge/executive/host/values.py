@@ -33,7 +33,7 @@ from cxbridge.clipstext.values import (
     Symbol,
     Value,
     float_text,
-    show,
+    value_text,
 )
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.capi import CData, decode, encode
@@ -51,9 +51,9 @@ __all__ = [
     "Value",
     "clips_value",
     "print_value",
-    "show",
     "to_python",
     "value_pointer",
+    "value_text",
 ]
 
 _INT64_MAX = 2**63 - 1  # the integers of CLIPS have 64 bits
@@ -197,4 +197,4 @@ _PRINTERS: tuple[Callable[[CData], str], ...] = (
 def print_value(value: CData) -> str:
     """Return the text of a ``CLIPSValue *``, as CLIPS prints it within a fact."""
     type_code = value.header.type
-    return _PRINTERS[type_code](value) if type_code < len(_PRINTERS) else show(to_python(value))
+    return _PRINTERS[type_code](value) if type_code < len(_PRINTERS) else value_text(to_python(value))

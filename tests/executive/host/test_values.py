@@ -12,7 +12,7 @@ from cxbridge.clipstext.values import quoted
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.values import Symbol, Value, clips_value, print_value, show
+from cxbridge.executive.host.values import Symbol, Value, clips_value, print_value, value_text
 
 _TEXTS = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]))
 _NUMBERS = st.integers(-(2**63), 2**63 - 1) | st.floats(allow_nan=False)
@@ -29,7 +29,7 @@ def values_env() -> Iterator[ClipsEnvironment]:
 
 @given(value=_ATOMS | st.lists(_ATOMS).map(tuple))
 def test_value_prints_like_equal_python_value(values_env: ClipsEnvironment, value: Value) -> None:
-    assert print_value(clips_value(values_env.c_env, value)) == show(value)
+    assert print_value(clips_value(values_env.c_env, value)) == value_text(value)
 
 
 @given(st.text(st.characters(exclude_categories=["Cc", "Cs"])))
@@ -49,8 +49,8 @@ def test_floats_print_as_in_clips(values_env: ClipsEnvironment, value: float) ->
     index = values_env.assert_ordered("floats", (value,))
     assert index is not None
     fact = values_env.maker.find_fact(index)
-    assert show(value) == text
-    assert values_env.api.fact_text(fact) == f"(floats {show(value)})"
+    assert value_text(value) == text
+    assert values_env.api.fact_text(fact) == f"(floats {value_text(value)})"
     values_env.retract(index)
 
 

@@ -16,7 +16,7 @@ from clips._clips import lib
 from cxbridge.clipstext.facts import IMPLIED
 from cxbridge.executive.host.capi import NULL, CData, ClipsApi, decode, encode
 from cxbridge.executive.host.facts.making import FactMaker
-from cxbridge.executive.host.values import FALSE, FactAddress, Value, clips_value, show
+from cxbridge.executive.host.values import FALSE, FactAddress, Value, clips_value, value_text
 
 
 class Modify:
@@ -88,7 +88,9 @@ class Modify:
                 return None
             return fact_of_index
         if fact != FALSE:
-            self._fail(f"Function '{self.name}' expected a fact-address or fact-index, not {show(fact)}.")
+            self._fail(
+                f"Function '{self.name}' expected a fact-address or fact-index, not {value_text(fact)}."
+            )
         return None
 
     def _fail(self, text: str) -> None:

@@ -14,7 +14,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.clipstext.syntax import SyntaxNode, one_line
-from cxbridge.clipstext.values import FALSE, show
+from cxbridge.clipstext.values import FALSE, value_text
 from cxbridge.errors import ClipsError
 from cxbridge.suggestions import did_you_mean
 
@@ -123,11 +123,11 @@ class Probe:
         )
 
     def _report_match(self, *values: Value) -> Value:
-        self._on_match(tuple(map(show, values)))
+        self._on_match(tuple(map(value_text, values)))
         return FALSE
 
     def _collect_match(self, *values: Value) -> Value:
-        self._matches.add(tuple(map(show, values)))
+        self._matches.add(tuple(map(value_text, values)))
         return FALSE
 
     def follow_matches(self, on_match: Callable[[BoundValues], None]) -> None:

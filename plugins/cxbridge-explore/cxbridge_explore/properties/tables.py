@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from cxbridge.clipstext.values import show
+from cxbridge.clipstext.values import value_text
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -64,7 +64,7 @@ class FactTables:
 
     def printed_facts(self, template: str) -> Sequence[Mapping[str, str]]:
         """Return the facts of a deftemplate, with the values as CLIPS prints them."""
-        return [{name: show(value) for name, value in slots.items()} for slots in self.facts(template)]
+        return [{name: value_text(value) for name, value in slots.items()} for slots in self.facts(template)]
 
 
 class ChangeFlag:

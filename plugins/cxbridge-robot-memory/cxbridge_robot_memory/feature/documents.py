@@ -10,7 +10,7 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import Logger
 from cxbridge.executive.feature import define_logged
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value, show
+from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value, value_text
 from cxbridge_robot_memory import jsontext
 from cxbridge_robot_memory.errors import RobotMemoryError
 from cxbridge_robot_memory.feature.handles import Handles
@@ -100,7 +100,7 @@ class DocumentFunctions:
                     from_ms(seconds * 1000 + microseconds // 1000),
                 )
             case _:
-                self._log.warn(f"Invalid time: {show(time)}")
+                self._log.warn(f"Invalid time: {value_text(time)}")
 
     def array_start(self) -> Value:
         return self._handles.add([])

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from typing import TypeVar
 
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.values import ExternalAddress, Symbol, Value, show
+from cxbridge.executive.host.values import ExternalAddress, Symbol, Value, value_text
 from cxbridge_robot_memory.store import Watch
 from cxbridge_robot_memory.values import Document
 
@@ -75,7 +75,7 @@ class Handles:
             raise ClipsError(f"{function}: this is {_NOUNS[type(stored_object)]}, not {noun}")
         if _number(address) >= _FIRST_NUMBER:
             raise ClipsError(f"{function}: the object was destroyed before")
-        raise ClipsError(f"{function}: this is not {noun}: {show(address)}")
+        raise ClipsError(f"{function}: this is not {noun}: {value_text(address)}")
 
     def pop(self, address: Value, kind: type[T], function: str) -> T:
         """Return the object of a handle, and release the handle.

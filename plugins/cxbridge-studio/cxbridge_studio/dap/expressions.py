@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from cxbridge.clipstext.syntax import SyntaxNode, read_nodes
-from cxbridge.clipstext.values import FactRef, Value, quoted, show, show_alone
+from cxbridge.clipstext.values import FactRef, Value, lone_value_text, quoted, value_text
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import FactChange
 from cxbridge.executive.host.facts.copying import FactTemplate
@@ -58,7 +58,7 @@ def evaluate(stopped_env: StoppedEnvironment, text: str) -> ExpressionResult:
     if name and ":" not in name:  # ?fact:slot is an expression
         variables = find_variables(stopped_env)
         if name in variables:
-            return ExpressionResult(show_alone(variables[name]))
+            return ExpressionResult(lone_value_text(variables[name]))
         names = ", ".join(f"?{name}" for name in variables) or "none"
         raise ClipsError(f"there is no variable {text} here", hint=f"there are: {names}")
     expanded_text = expand_known_variables(text, stopped_env)
@@ -126,4 +126,4 @@ def _format_value(value: Value, slot: str = "") -> str:
     if isinstance(value, tuple):
         return f"(create$ {' '.join(_format_value(field) for field in value)})"
     # not isinstance(): a symbol is a subclass of str
-    return quoted(value) if type(value) is str else show(value)
+    return quoted(value) if type(value) is str else value_text(value)

@@ -12,7 +12,7 @@ from functools import partial
 from itertools import islice
 from typing import Final
 
-from cxbridge.clipstext.values import FactRef, Symbol, Value, show, show_alone
+from cxbridge.clipstext.values import FactRef, Symbol, Value, lone_value_text, value_text
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import FactChange
 from cxbridge.printing import format_count
@@ -103,11 +103,11 @@ def _make_variable_node(stopped_env: StoppedEnvironment, name: str, value: Value
         children = partial(_make_slot_nodes, stopped_env, fact)
         return VariableNode(name, text, fact.template, children, expression=name)
     if isinstance(value, tuple):
-        items = [VariableNode(str(number), show(field)) for number, field in enumerate(value, start=1)]
+        items = [VariableNode(str(number), value_text(field)) for number, field in enumerate(value, start=1)]
         return VariableNode(
-            name, show_alone(value), "MULTIFIELD", (lambda: items) if items else None, expression=name
+            name, lone_value_text(value), "MULTIFIELD", (lambda: items) if items else None, expression=name
         )
-    return VariableNode(name, show_alone(value), _TYPES.get(type(value), ""), expression=name)
+    return VariableNode(name, lone_value_text(value), _TYPES.get(type(value), ""), expression=name)
 
 
 def _make_goal_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:

@@ -19,7 +19,7 @@ from cxbridge.daemon.operations.operation import NotFoundError
 from cxbridge.errors import ClipsError, ExecutiveError
 from cxbridge.events import Event, SkillStatus
 from cxbridge.executive.host.capi import CData, decode, make_callback
-from cxbridge.executive.host.values import FALSE, show
+from cxbridge.executive.host.values import FALSE, value_text
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge_studio.debugger.agenda import find_next_rule, read_activations
 from cxbridge_studio.debugger.breakpoint_checker import BreakpointChecker
@@ -368,7 +368,7 @@ class Debugger:
             value = self._env.eval(self.expand(expression, stop))
         except ClipsError as error:
             return f"{{{expression}: {error.message}}}"
-        return value if isinstance(value, str) else show(value)
+        return value if isinstance(value, str) else value_text(value)
 
     def _make_stop(
         self, kind: str, reason: str, number: int = 0, event: Transition | None = None, line: int = 0

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from msgspec import Struct
 
-from cxbridge.clipstext.values import show_alone
+from cxbridge.clipstext.values import lone_value_text
 from cxbridge.errors import ClipsError
 
 if TYPE_CHECKING:
@@ -62,4 +62,4 @@ def evaluate(env: ClipsEnvironment, expression: str, limit_s: float = LIMIT_S) -
         env.api.clear_halt()
     if is_late.is_set():
         raise ClipsError(f"{expression} did not end within {limit_s:g} s", hint="the evaluation was ended")
-    return Evaluation("" if value is None else show_alone(value), tuple(lines))
+    return Evaluation("" if value is None else lone_value_text(value), tuple(lines))

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
-from cxbridge.clipstext.values import constants_of, show_alone
+from cxbridge.clipstext.values import constants_of, lone_value_text
 from cxbridge.executive.pddl.ast import BlamedPart, TermComparison, Variable
 from cxbridge.executive.problem.conditions import FormulaMaker
 from cxbridge.executive.problem.truth import KnownState, blamed_parts
@@ -25,7 +25,7 @@ Atom = tuple[str, ...]  # a predicate and its arguments
 
 def parse_fields(text: str) -> tuple[str, ...]:
     """Return the fields of a printed multislot."""
-    return tuple(show_alone(value) for value in parse_values(text))
+    return tuple(lone_value_text(value) for value in parse_values(text))
 
 
 def format_atom(atom: Atom) -> str:

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from cxbridge.executive.host.values import show
+from cxbridge.executive.host.values import value_text
 from cxbridge_web.fawkes import skiller
 from tests.support import ROOT, needs_plugin
 from web_tests.support import serving
@@ -139,7 +139,7 @@ def test_clips_facts_are_listed_formatted_and_filtered(served):
     goal = next(model for model in formatted if model["template_name"] == "goal")
     slots = next(slots for index, _, slots in expected if index == goal["index"])
     assert goal["slots"] == []
-    assert f"(class {show(slots['class'])})" in goal["formatted"]
+    assert f"(class {value_text(slots['class'])})" in goal["formatted"]
     filtered = client.get("/api/clips/executive/facts?template=domain-ob*").json
     assert {model["index"] for model in filtered} == {
         index for index, template, _ in expected if template.startswith("domain-ob")

@@ -13,7 +13,7 @@ from msgspec import Struct
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ClipsError, TransformError
-from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, show
+from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, value_text
 from cxbridge.rights import Right
 from cxbridge.space.tf.buffer import TransformBuffer
 from cxbridge_ros2.frames import FRAME_TOPICS, TF_MESSAGE_TYPE, decode_transform
@@ -123,7 +123,7 @@ class Tf2PoseTrackerPlugin(RosPlugin):
         previous_slots, lookup.pose_slots = lookup.pose_slots, pose_slots
         if lookup.fact_index is not None and env.has_fact(lookup.fact_index):
             changed_slots = " ".join(
-                f"({name} {' '.join(map(show, value)) if isinstance(value, tuple) else show(value)})"
+                f"({name} {value_text(value)})"
                 for name, value in pose_slots.items()
                 if previous_slots.get(name) != value
             )

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
-from cxbridge.clipstext.values import show_alone
+from cxbridge.clipstext.values import lone_value_text
 from cxbridge.errors import ClipsError
 from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, TestCE
 from cxbridge_studio.agent.rule import Condition, Prefix, parse_rule
@@ -141,7 +141,7 @@ class _Diagnoser:
     def _explain_test(self, prefix: Prefix, ce: TestCE) -> MatchFailure:
         names = sorted(ce.used_variables & prefix.bound_variables)
         values = dict.fromkeys(
-            ", ".join(f"?{name} = {show_alone(value)}" for name, value in zip(names, row, strict=True))
+            ", ".join(f"?{name} = {lone_value_text(value)}" for name, value in zip(names, row, strict=True))
             for row in (self._matcher.match_values(prefix.texts, names, MAX_LISTED) if names else ())
         )
         return MatchFailure("test", ce.text, "it is false for every match so far", values=tuple(values))

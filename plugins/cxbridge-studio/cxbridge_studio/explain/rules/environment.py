@@ -16,7 +16,7 @@ from cxbridge.executive.host.capi import NULL, CData, decode, encode, items_of
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.copying import FactCopier, FactTemplate, template_of
 from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION
-from cxbridge.executive.host.values import FactAddress, show
+from cxbridge.executive.host.values import FactAddress, value_text
 from cxbridge_studio.agent.condition import find_patterns
 from cxbridge_studio.agent.rule import find_dependencies, parse_rule
 from cxbridge_studio.constructs import iterate_rules
@@ -49,7 +49,7 @@ def read_fact_slots(
     :param limit: the maximum number of facts; None for all.
     """
     facts = islice(env.facts(template), limit)
-    return [{name: show(value) for name, value in slots.items()} for _, _, slots in facts]
+    return [{name: value_text(value) for name, value in slots.items()} for _, _, slots in facts]
 
 
 def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int = MAX_FACTS) -> Snapshot:

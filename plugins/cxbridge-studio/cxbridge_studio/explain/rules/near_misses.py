@@ -11,7 +11,7 @@ import re
 from collections import Counter
 from typing import Final
 
-from cxbridge.clipstext.values import FactRef, Value, show_alone
+from cxbridge.clipstext.values import FactRef, Value, lone_value_text
 from cxbridge.errors import ClipsError
 from cxbridge_studio.agent.condition import PatternCE, SlotConstraint
 from cxbridge_studio.agent.rule import Prefix
@@ -155,10 +155,10 @@ def _describe_wanted(
     text = _LEADING_VARIABLE.sub("", constraint.text)
     variable, nearest_values = text.removeprefix("?"), matches[0]
     if variable != text and variable in nearest_values:
-        values = sorted({show_alone(match[variable]) for match in matches})
+        values = sorted({lone_value_text(match[variable]) for match in matches})
         return " or ".join([*values[:MAX_NEAR], *(["another"] if len(values) > MAX_NEAR else [])]), ()
     return text, tuple(
-        f"?{name} = {show_alone(nearest_values[name])} (condition {prefix.binding_ce_numbers[name]})"
+        f"?{name} = {lone_value_text(nearest_values[name])} (condition {prefix.binding_ce_numbers[name]})"
         for name in sorted(constraint.used_variables | constraint.bound_variables)
         if name in nearest_values
     )

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from cxbridge.clipstext.facts import IMPLIED, fact_text
-from cxbridge.clipstext.values import Value, show_alone
+from cxbridge.clipstext.values import Value, lone_value_text
 from cxbridge.executive.host.facts.copying import FactRow, FactTemplate
 from cxbridge.executive.host.loading import Diagnostic
 
@@ -92,9 +92,9 @@ class Snapshot:
         template = self.templates[row.template]
         if template.slots is None:
             fields = row.values[0]
-            return show_alone(fields[position]) if position < len(fields) else "missing"
+            return lone_value_text(fields[position]) if position < len(fields) else "missing"
         slots = template.slots_of(row)
-        return show_alone(slots[slot]) if slot in slots else "missing"
+        return lone_value_text(slots[slot]) if slot in slots else "missing"
 
 
 @dataclass(frozen=True, slots=True)
