@@ -14,7 +14,7 @@ from msgspec import Struct, field
 
 from cxbridge.printing import format_count
 from cxbridge_explore.properties.monitor import Violation
-from cxbridge_explore.use import UsedPart
+from cxbridge_explore.used_parts import UsedPart
 from cxbridge_explore.worlds.points import USUAL, Choice, ChoicePath, ChoicePoint, make_path
 
 ROOT_EDGE: Final = (-1, USUAL)  # the edge on which each run starts

@@ -9,7 +9,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge_explore.graph import BAD_INPUT, DIVERGED, Leaf
 from cxbridge_explore.properties.monitor import Ending, Property, RunEnd
 from cxbridge_explore.properties.watch import PropertyWatch
-from cxbridge_explore.use import UsedPart, UseWatch
+from cxbridge_explore.used_parts import UsedPart, UseWatch
 from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.points import Chooser, DivergedError
 from cxbridge_explore.worlds.run import MakeAssembly, WorldResult, WorldRun, make_scenario

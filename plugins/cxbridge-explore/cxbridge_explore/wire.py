@@ -15,7 +15,7 @@ from msgspec.msgpack import Decoder, encode
 
 from cxbridge_explore.forking import make_local_socket
 from cxbridge_explore.graph import Edge, Leaf
-from cxbridge_explore.use import UsedPart
+from cxbridge_explore.used_parts import UsedPart
 from cxbridge_explore.worlds.points import ChoicePoint, Step
 
 

@@ -14,7 +14,7 @@ from cxbridge.daemon.client import ask_why, read_status, request
 from cxbridge.daemon.operations.table import verbs
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import Right
-from cxbridge_mcp.recordings import MAX_ROWS, cut_answer
+from cxbridge_mcp.recordings import MAX_ROWS, clean_answer
 
 _ANSWER_TIMEOUT_S: Final = 30.0
 _OWNER: Final = "mcp"
@@ -89,7 +89,7 @@ class DaemonTools:
             reply = ask_why(board, name, _ANY_KIND, _MAX_RULES, _ANSWER_TIMEOUT_S)
         if reply is None:
             raise CxbridgeError("the daemon has not answered in time", hint="see daemon_status")
-        return cut_answer("\n".join(reply["lines"]))
+        return clean_answer("\n".join(reply["lines"]))
 
     def ask_daemon(self, operation: str, arguments: dict[str, Any] | None = None) -> Any:
         """Request an operation of the daemon, and return the result."""

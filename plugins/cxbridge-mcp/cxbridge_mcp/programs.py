@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cxbridge_mcp.commands import run_command
 from cxbridge_mcp.folders import Folders
-from cxbridge_mcp.recordings import cut_answer
+from cxbridge_mcp.recordings import clean_answer
 
 
 class ProgramTools:
@@ -35,7 +35,7 @@ class ProgramTools:
             "facts",
         ]
         _, output = await run_command("run", *arguments, "--timeout", str(limit), timeout_s=patience)
-        return cut_answer(output)
+        return clean_answer(output)
 
     async def explore(
         self,
@@ -57,4 +57,4 @@ class ProgramTools:
         arguments = [self._folders.scenario_argument(scenario), "--faults", str(faults)]
         arguments += [f"--property={text}" for text in properties or ()]
         _, output = await run_command("explore", *arguments, timeout_s=patience)
-        return cut_answer(output)
+        return clean_answer(output)

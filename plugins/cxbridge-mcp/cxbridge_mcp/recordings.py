@@ -19,7 +19,7 @@ MAX_CHARACTERS: Final = 60_000
 _CHECK_TIMEOUT_S: Final = 120.0
 
 
-def cut_answer(text: str) -> str:
+def clean_answer(text: str) -> str:
     """Return a text without control characters, cut to the maximum length of an answer."""
     text = visible(text)
     if len(text) <= MAX_CHARACTERS:
@@ -52,7 +52,7 @@ class RecordingTools:
             "reason": run.reason,
             "seconds": run.seconds,
             "goals": len(run.goals),
-            "tree": cut_answer(str(run)),
+            "tree": clean_answer(str(run)),
         }
 
     def why_in_recording(self, recording: str, name: str) -> str:
@@ -61,7 +61,7 @@ class RecordingTools:
         :param name: a goal's id, a class of goals (CLASS#2 for its second goal), or a rule. A rule needs a
             recording with facts.
         """
-        return cut_answer(cx.open_run(self._folders.recording_path(recording)).why(name))
+        return clean_answer(cx.open_run(self._folders.recording_path(recording)).why(name))
 
     def compare_recordings(
         self, first: str, second: str, order: Literal["partial", "total"] = "partial"
@@ -89,4 +89,4 @@ class RecordingTools:
         """Find the mistakes of an agent without running it: each with file, line, code and remedy."""
         command = ["check", self._folders.scenario_argument(scenario), "--format", "text"]
         status, output = await run_command(*command, timeout_s=_CHECK_TIMEOUT_S)
-        return cut_answer(output) or ("no mistakes" if status == 0 else "there are mistakes")
+        return clean_answer(output) or ("no mistakes" if status == 0 else "there are mistakes")

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from cxbridge.run.options import RunOptions
-from cxbridge_explore.use import UsedPart
+from cxbridge_explore.used_parts import UsedPart
 from cxbridge_studio.check.sources import read_scenario_sources
 from cxbridge_studio.explain.coverage.model import AgentSources, Coverage, RecordedUse, compute_coverage
 from cxbridge_studio.explain.coverage.report import shorten_names
