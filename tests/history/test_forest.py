@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from cxbridge.event_kinds import View
 from cxbridge.events import GoalTransition
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.forest import Forest, parent_id
@@ -14,6 +15,7 @@ from cxbridge.history.model import goal_forest, goal_tree
 from cxbridge.run.result import COMPLETED, RunResult
 from cxbridge.trace.compare.context import goal_lines
 from cxbridge.trace.compare.goals import GoalForest, walk_goals
+from cxbridge.trace.compare.steps import StepReader
 from tests.history.runs import goal
 from tests.support import many
 from tests.trace.runs import MemoryRun
@@ -83,7 +85,12 @@ def tree_goals(shape: dict[str, str]) -> list[str]:
 
 
 def comparison_goals(shape: dict[str, str]) -> list[str]:
-    return [node.key[1] for node in walk_goals(GoalForest(MemoryRun(events(shape))).roots)]
+    return [
+        node.key[1]
+        for node in walk_goals(
+            GoalForest(StepReader().read(MemoryRun(events(shape)), View.TRANSITIONS)).roots
+        )
+    ]
 
 
 def trail_goals(shape: dict[str, str]) -> list[str]:

@@ -1,36 +1,74 @@
-"""Checks of the message ids and times of paired events.
+"""Checks of paired steps: message ids, times, and details such as parameters.
 
-Two events are paired if their contents are equal. The message ids and times of any two runs differ, so
-the checks compare the offsets between both runs with the offsets of earlier pairs.
+The message ids and times of any two runs differ, so the checks compare the offsets between both runs with the
+offsets of earlier pairs.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator
 from typing import Final
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.trace.compare.keys import Key, thread_key
+from cxbridge.trace.compare.model import Difference, DifferenceKind, Side
+from cxbridge.trace.compare.steps import NamedKey, Step, describe_changes
 
 # The slot `id` of the fact of an interface, which names the interface among those of its type.
 _FACT_ID: Final = re.compile(r'\(id "?([^")]*)')
 
 
-class MessageIdCheck:
-    """Compares the message ids of paired events.
+class PairChecks:
+    """Finds differences between paired steps, given in order.
 
-    A stream is a Skiller or interface, whose messages are numbered together. The offset of a pair is the
-    difference of its two ids. The ids count as equal if the offset is that of an earlier pair of the stream.
+    The ids of the messages of a Skiller or interface count as equal if the offset is that of an earlier pair.
+
+    :param tolerance_s: the allowed difference between times in seconds; None: times are not compared.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, tolerance_s: float | None) -> None:
+        self._tolerance_us = None if tolerance_s is None else round(tolerance_s * MICROSECONDS)
+        self._last_times: dict[Hashable, tuple[int, int]] = {}  # of both runs
         self._offsets: dict[Hashable, tuple[int, int]] = {}  # the previous and the last offset by stream
+        # in both runs, by goal or plan-action
+        self._details: tuple[dict[Hashable, NamedKey], dict[Hashable, NamedKey]] = ({}, {})
+        self._reported: dict[Hashable, tuple[NamedKey | None, ...]] = {}
+        self._has_unpaired_details = False
 
-    def has_new_offset(self, stream: Hashable, id_a: int, id_b: int) -> bool:
+    def find_differences(self, a: Step, b: Step) -> Iterator[Difference]:
+        """Yield the differences of the next pair."""
+        sides = Side(a.position), Side(b.position)
+        if (a.msgid or b.msgid) and self._has_new_offset(_message_stream(a), a.msgid or 0, b.msgid or 0):
+            yield Difference("another message id", "", *sides, DifferenceKind.MSGID)
+        if self._tolerance_us is not None:
+            # the first event of a thread has no earlier time, so its lag is 0
+            last_a_us, last_b_us = self._last_times.get(a.thread, (a.time_us, b.time_us))
+            self._last_times[a.thread] = (a.time_us, b.time_us)
+            lag_us = (b.time_us - last_b_us) - (a.time_us - last_a_us)
+            if abs(lag_us) > self._tolerance_us:
+                lag = f"{abs(lag_us) / MICROSECONDS:.6g} s {'later' if lag_us > 0 else 'earlier'}"
+                yield Difference(f"another time: {lag} in B", "", *sides, DifferenceKind.TIME)
+        if a.details or b.details or self._has_unpaired_details:
+            self._note_details(0, a)
+            self._note_details(1, b)
+            details_a, details_b = pair = tuple(details.get(a.subject) for details in self._details)
+            # a detail that differs in all events of a goal or plan-action is one difference
+            if details_a and details_b and details_a != details_b and self._reported.get(a.subject) != pair:
+                self._reported[a.subject] = pair
+                yield Difference(describe_changes(details_a, details_b), "", *sides, has_details=True)
+
+    def note_unpaired(self, run: int, step: Step) -> None:
+        """Note a step that only one run has."""
+        if step.msgid is not None:
+            # such an event may shift the later message ids
+            self._offsets.pop(_message_stream(step), None)
+        self._note_details(run, step)
+        self._has_unpaired_details |= step.details is not None
+
+    def _has_new_offset(self, stream: Hashable, id_a: int, id_b: int) -> bool:
         """Return whether a pair's offset is new. The id 0 means no message and equals only 0."""
         if not id_a or not id_b:
-            return bool(id_a or id_b)
+            return True
         offset = id_b - id_a
         # after a single wrong id, the next pair may keep the new offset or return to the previous offset
         offsets = self._offsets.setdefault(stream, (offset, offset))
@@ -39,42 +77,15 @@ class MessageIdCheck:
         self._offsets[stream] = (offsets[1], offset)
         return True
 
-    def forget_offset(self, stream: Hashable) -> None:
-        """Accept any next offset of a stream, because only one run has an event of the stream."""
-        self._offsets.pop(stream, None)
+    def _note_details(self, run: int, step: Step) -> None:
+        if step.details is not None:
+            self._details[run][step.subject] = step.details
 
 
-class TimeCheck:
-    """Compares the times between the paired events of each goal, plan, Skiller or interface.
-
-    :param tolerance_s: the allowed difference between the times of paired events in seconds.
-    """
-
-    def __init__(self, tolerance_s: float) -> None:
-        self._limit_us = round(tolerance_s * MICROSECONDS)
-        self._last_times: dict[Hashable, tuple[int, int]] = {}  # of both runs, in microseconds
-
-    def measure_exceeding_lag_s(self, thread: Hashable, a_us: int, b_us: int) -> float | None:
-        """Return the lag of the second run, negative if it is early; None within the tolerance.
-
-        :param thread: the goal, plan, Skiller or interface of the pair.
-        """
-        # the first event of a thread has no earlier time, so its lag is 0
-        last_a_us, last_b_us = self._last_times.get(thread, (a_us, b_us))
-        self._last_times[thread] = (a_us, b_us)
-        lag_us = (b_us - last_b_us) - (a_us - last_a_us)
-        return None if abs(lag_us) <= self._limit_us else lag_us / MICROSECONDS
-
-
-def message_stream(key: Key) -> Hashable:
-    """Return the stream of an event: the Skiller or interface that numbers its messages together."""
-    if key[0] != "fact":
-        return thread_key(key)
-    _kind, env, template, _direction, text = key
-    match = _FACT_ID.search(text)
-    return (env, template, match.group(1) if match else "")
-
-
-def describe_lag(lag_s: float) -> str:
-    """Return the text for an event of B that is late, or early if the lag is negative."""
-    return f"another time: {abs(lag_s):.6g} s {'later' if lag_s > 0 else 'earlier'} in B"
+def _message_stream(step: Step) -> Hashable:
+    """Return the Skiller or interface that numbers its messages together."""
+    parts, _names = step.thread
+    if step.key[0] != "fact":
+        return parts
+    match = _FACT_ID.search(step.key[-1])
+    return (*parts, match.group(1) if match else "")

@@ -14,7 +14,7 @@ from typing import Final, TypeAlias
 from cxbridge.trace.compare.align import pop_equal_pairs, remove_pairs
 from cxbridge.trace.compare.goals import Goal, GoalForest, goal_signatures
 from cxbridge.trace.compare.names import replace_names
-from cxbridge.trace.compare.sequences import State
+from cxbridge.trace.compare.steps import Key
 
 MAX_COMPARED_PAIRS: Final = 900
 """The maximum number of pairs of siblings whose similarity is computed; above it the order decides.
@@ -37,6 +37,7 @@ class GoalMatch:
     """
 
     def __init__(self, a: GoalForest, b: GoalForest) -> None:
+        self.forests = (a, b)
         self.pairs: list[GoalPair] = []
         self.unmatched_goals: tuple[list[Goal], list[Goal]] = ([], [])
         self.labels: dict[Goal, str] = {}
@@ -65,8 +66,8 @@ class GoalMatch:
 
     def _pop_pairs(self, goals_a: list[Goal], goals_b: list[Goal]) -> list[GoalPair]:
         """Remove pairs from siblings, and return them."""
-        indices = {goal: index for siblings in (goals_a, goals_b) for index, goal in enumerate(siblings)}
         pairs: list[GoalPair] = []
+        indices = {goal: index for siblings in (goals_a, goals_b) for index, goal in enumerate(siblings)}
         # first the goals with equal behaviour, if possible with the same index among their siblings
         for signatures in self._signatures:
             signatures_with_index = {goal: (signatures[goal], index) for goal, index in indices.items()}
@@ -90,9 +91,9 @@ def _pop_similar_pairs(goals_a: list[Goal], goals_b: list[Goal]) -> list[GoalPai
 
     Equally similar goals are paired by the closeness of their indices.
     """
-    states = {goal: _count_states(goal) for goal in (*goals_a, *goals_b)}
+    behaviours = {goal: _count_behaviour(goal) for goal in (*goals_a, *goals_b)}
     ranking = sorted(
-        (-_similarity(states[goal_a], states[goal_b]), abs(i - j), i, j)
+        (-_similarity(behaviours[goal_a], behaviours[goal_b]), abs(i - j), i, j)
         for i, goal_a in enumerate(goals_a)
         for j, goal_b in enumerate(goals_b)
         if goal_a.kind == goal_b.kind
@@ -108,12 +109,12 @@ def _pop_similar_pairs(goals_a: list[Goal], goals_b: list[Goal]) -> list[GoalPai
     return sorted(pairs, key=lambda pair: pair[0].first_position)
 
 
-def _count_states(goal: Goal) -> Counter[State]:
-    """Count the states of a goal and its plans, and the classes of the children."""
+def _count_behaviour(goal: Goal) -> Counter[Key]:
+    """Count the steps of a goal and its plans, and the classes of the children."""
     children = ((child.goal_class, child.sub_type) for child in goal.children)
-    return Counter(chain(*goal.find_states().values(), children))
+    return Counter(chain(*(keys for _, keys in goal.find_keys()), children))
 
 
-def _similarity(states_a: Counter[State], states_b: Counter[State]) -> float:
-    """Return the share of equal states of two goals, in any order, from 0 to 1."""
-    return 2 * (states_a & states_b).total() / max(1, states_a.total() + states_b.total())
+def _similarity(a: Counter[Key], b: Counter[Key]) -> float:
+    """Return the share of equal behaviour of two goals, in any order, from 0 to 1."""
+    return 2 * (a & b).total() / max(1, a.total() + b.total())

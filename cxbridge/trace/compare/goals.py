@@ -1,19 +1,18 @@
-"""The goals of a run for a comparison in partial order, with their transitions, plans and children."""
+"""The goals of a run for a comparison in partial order, with the steps of goals, plans and Skillers."""
 
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from sys import intern
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, TypeAlias
 
-from cxbridge.events import Event, GoalTransition, PlanActionTransition
+from cxbridge.events import Event, GoalTransition
 from cxbridge.history.forest import Forest, parent_id
-from cxbridge.trace.compare.details import DetailChanges, MissingDetails
-from cxbridge.trace.compare.names import replace_fact_names, replace_names
-from cxbridge.trace.compare.sequences import State, Step, Steps, ValueStreams, step_states
+from cxbridge.trace.compare.names import replace_names
+from cxbridge.trace.compare.steps import TYPES_WITH_DETAILS, Key, Step, describe_subject
 
 UNKNOWN_CLASS: Final = "?"
 """The class of a goal of which only plan-actions are known."""
@@ -26,28 +25,20 @@ class GoalKey(NamedTuple):
     id: str
 
 
-class Thread(NamedTuple):
-    """The steps of a goal, or of the actions of one of its plans, which are compared in order.
+GOAL_ITSELF: Final = ""
+"""The plan of the transitions of the goal itself."""
 
-    :param plan: the id of the plan while the run is read, afterwards an id that is equal in all runs; empty
-        for the goal itself.
-    :param has_details: whether the steps are changes of parameters and other details, each after the id and
-        name of its action; otherwise the steps are transitions.
-    """
-
-    plan: str = ""
-    has_details: bool = False
-
-
-GOAL_TRANSITIONS: Final = Thread()
-"""The thread of the transitions of the goal itself."""
+Steps: TypeAlias = Sequence[Step]
 
 
 @dataclass(eq=False, slots=True)
 class Goal:
     """A goal and its plans.
 
-    :param threads: the steps of the goal and its plans, without transitions that change only the parent.
+    :param threads: the steps by plan, those of the goal without transitions that change only the parent. The
+        plans have their recorded ids while the run is read, afterwards ids that are equal in all runs.
+    :param details: the changes of details, such as parameters, by plan.
+    :param errors: the errors of the transitions as recorded, by the index of the transition.
     :param error_mentions: the kind of each goal whose error names this goal, and the index of the transition.
     """
 
@@ -55,8 +46,10 @@ class Goal:
     goal_class: str = UNKNOWN_CLASS
     sub_type: str = UNKNOWN_CLASS
     parent: GoalKey | None = None
-    threads: dict[Thread, list[Step]] = field(default_factory=dict)
+    threads: dict[str, list[Step]] = field(default_factory=lambda: defaultdict(list))
+    details: dict[str, list[Step]] = field(default_factory=lambda: defaultdict(list))
     children: list[Goal] = field(default_factory=list)
+    errors: dict[int, str] = field(default_factory=dict)
     error_mentions: list[tuple[tuple[str, ...], int]] = field(default_factory=list)
 
     @property
@@ -67,7 +60,7 @@ class Goal:
     @property
     def transitions(self) -> Steps:
         """The transitions of the goal itself."""
-        return self.threads.get(GOAL_TRANSITIONS, ())
+        return self.threads.get(GOAL_ITSELF, ())
 
     @property
     def first_position(self) -> int:
@@ -79,14 +72,10 @@ class Goal:
         """The number of goals in this subtree."""
         return sum(1 for _ in walk_goals([self]))
 
-    def find_states(self) -> dict[Thread, tuple[State, ...]]:
-        """Return the states of the threads, without names in errors."""
-        states = {thread: step_states(steps) for thread, steps in self.threads.items()}
-        return states | {
-            GOAL_TRANSITIONS: tuple(
-                (mode, outcome, replace_names(error)) for (mode, outcome, error), *_ in self.transitions
-            )
-        }
+    def find_keys(self) -> list[tuple[str, tuple[Key, ...]]]:
+        """Return the keys of all steps and details, by plan."""
+        threads = (*self.threads.items(), *self.details.items())
+        return [(plan, tuple(step.key for step in steps)) for plan, steps in threads]
 
     def counts_before(self, inner_steps: Steps) -> list[int]:
         """Return, for each transition of a child or plan, the number of earlier transitions of this goal."""
@@ -99,41 +88,46 @@ class Goal:
         A stem is the plan's id with ``@`` for the goal's id, without gensym numbers. Equal stems are
         numbered, as in ``@-PLAN[2]``.
         """
-        threads, self.threads = self.threads, {}
-        counts: Counter[Thread] = Counter()
-        for thread, steps in threads.items():
-            stem = replace_names(thread.plan.replace(self.key.id, "@"))
-            stem_thread = thread._replace(plan=stem)
-            counts[stem_thread] += 1
-            number = f"[{counts[stem_thread]}]" if counts[stem_thread] > 1 else ""
-            self.threads[stem_thread._replace(plan=f"{stem}{number}")] = steps
+        counts: Counter[str] = Counter()
+        names: dict[str, str] = {}
+        for plan in self.threads:
+            stem = replace_names(plan.replace(self.key.id, "@"))
+            counts[stem] += 1
+            names[plan] = f"{stem}[{counts[stem]}]" if counts[stem] > 1 else stem
+        self.threads = {names[plan]: steps for plan, steps in self.threads.items()}
+        self.details = {names[plan]: steps for plan, steps in self.details.items()}
 
 
 class GoalForest:
-    """All goals of a run, and the statuses of its Skillers.
+    """All goals of a run, and the streams: the states of Skillers and interfaces without repetitions.
 
-    :param events: the transitions of the run, read once by the constructor.
-    :param missing_details: details that are not compared.
-    :ivar count: the number of compared events.
+    :param steps: the steps of the run with their events, read once by the constructor.
     :ivar roots: the goals without a known parent.
+    :ivar streams: by Skiller or interface.
     """
 
-    def __init__(self, events: Iterable[Event], missing_details: MissingDetails | None = None) -> None:
+    def __init__(self, steps: Iterable[tuple[Step, Event]]) -> None:
         self.goals: dict[GoalKey, Goal] = {}
-        self.skillers = ValueStreams()
-        self.count = 0
-        self._detail_changes = DetailChanges(missing_details)
-        for event in events:
+        self.streams: dict[str, list[Step]] = defaultdict(list)
+        self._keys: dict[Key, Key] = {}
+        for named_step, event in steps:
+            # without an order of all events, names cannot be told apart
+            step = Step(named_step.key, (), named_step.position, event.time_us)
+            if not isinstance(event, TYPES_WITH_DETAILS):
+                stream = self.streams[describe_subject(event)]
+                # the load of the machine decides how often a writer repeats a value
+                if not stream or stream[-1].key != step.key:
+                    stream.append(step)
+                continue
+            goal = self._find_or_add_goal(event.env, event.goal)
             if isinstance(event, GoalTransition):
-                self._add_goal_transition(event)
-            elif isinstance(event, PlanActionTransition):
-                action = (event.action_id, event.action)
-                goal = self._find_or_add_goal(event.env, event.goal)
-                self._add_step(goal, Thread(intern(event.plan)), (*action, event.state), event)
-                self._add_details(goal, event.plan, event, action)
+                plan = GOAL_ITSELF
+                self._add_goal_transition(goal, step, event)
             else:
-                self.skillers.add(event, self.count)
-            self.count += 1
+                plan = intern(event.plan)
+                goal.threads[plan].append(step)
+            if named_step.details:
+                goal.details[plan].append(step._replace(key=named_step.details[0]))
         self.roots = self._link_goals()
 
     def _find_or_add_goal(self, env: str, name: str) -> Goal:
@@ -141,32 +135,23 @@ class GoalForest:
         key = GoalKey(intern(env), intern(name))
         return self.goals.get(key) or self.goals.setdefault(key, Goal(key))
 
-    def _add_goal_transition(self, event: GoalTransition) -> None:
+    def _add_goal_transition(self, goal: Goal, step: Step, event: GoalTransition) -> None:
         """Add a transition of a goal, unless the transition changes only the parent."""
-        goal = self._find_or_add_goal(event.env, event.goal)
         goal.goal_class = _join_classes(goal.goal_class, event.goal_class)
         goal.sub_type = _join_classes(goal.sub_type, event.sub_type)
         parent = parent_id(event.parent)
         goal.parent = None if parent is None else GoalKey(goal.key.env, intern(parent))
-        state = (event.mode, event.outcome, event.error)
-        # a tree may be built from its leaves or from its root (docs/evidence/comparing.md): a new parent
-        # alone is no transition
-        if not goal.transitions or goal.transitions[-1].state != state:
-            self._add_step(goal, GOAL_TRANSITIONS, state, event)
-        self._add_details(goal, "", event, ("", ""))
-
-    def _add_step(self, goal: Goal, thread: Thread, state: State, event: Event) -> None:
-        goal.threads.setdefault(thread, []).append(Step(state, self.count, event.time_us))
-
-    def _add_details(self, goal: Goal, plan: str, event: Event, action: State) -> None:
-        """Add the changed details of an event.
-
-        :param action: the id and name of the action, which are empty for the goal itself.
-        """
-        changes = zip(event.KIND.detail_fields, self._detail_changes.find_changed_details(event), strict=True)
-        details = [f"{name}={replace_fact_names(value)}" for name, value in changes if value]
-        if details:
-            self._add_step(goal, Thread(intern(plan), has_details=True), (*action, *details), event)
+        number = len(goal.transitions)
+        # class, sub-type and parent are compared once: a tree may be built from its leaves or from its root
+        # (docs/evidence/comparing.md), so that a new parent alone is no transition
+        key = (*step.key[:3], "", "", "", *step.key[6:])
+        key = self._keys.setdefault(key, key)
+        step = Step(key, (), step.position, step.time_us)
+        if number and goal.transitions[-1].key == key and goal.errors.get(number - 1, "") == event.error:
+            return
+        goal.threads[GOAL_ITSELF].append(step)
+        if event.error:
+            goal.errors[number] = event.error
 
     def _link_goals(self) -> list[Goal]:
         """Link goals to their parents; return those without a known parent."""
@@ -175,7 +160,7 @@ class GoalForest:
             goal.children = [self.goals[child] for child in forest.children.get(key, ())]
             goal.rename_plans()
             # an error may name one of several siblings that behave equally: the mention tells them apart
-            for number, ((_mode, _outcome, error), *_) in enumerate(goal.transitions):
+            for number, error in goal.errors.items():
                 for word in error.split():
                     if mentioned_goal := self.goals.get(GoalKey(key.env, word)):
                         mentioned_goal.error_mentions.append((goal.kind, number))
@@ -214,12 +199,8 @@ def goal_signatures(forest: GoalForest, numbers: dict[object, int], *, with_pare
             goal.kind,
             tuple(parent.counts_before(goal.transitions)[1:]) if parent else (),
             tuple(sorted(goal.error_mentions)),
-            tuple(goal.find_states().items()),
-            tuple(
-                tuple(goal.counts_before(steps))
-                for thread, steps in goal.threads.items()
-                if not thread.has_details
-            ),
+            tuple(goal.find_keys()),
+            tuple(tuple(goal.counts_before(steps)) for steps in goal.threads.values()),
             tuple(sorted(signatures[child] for child in goal.children)),
         )
         signatures[goal] = numbers.setdefault(behaviour, len(numbers))

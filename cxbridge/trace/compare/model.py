@@ -46,17 +46,17 @@ class DifferenceKind(Enum):
     COUNT = "count"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Side:
     """The event of one run at a difference.
 
     :param position: the number of the event among the compared events, from 0; for a missing event the number
         of the preceding event, or None.
-    :param text: the event as text, or the reason why the event is missing.
+    :param text: the event as text, or the reason why the event is missing; empty until the event is read.
     """
 
     position: int | None
-    text: str
+    text: str = ""
 
     @property
     def number(self) -> int | None:
@@ -64,13 +64,14 @@ class Side:
         return None if self.position is None else self.position + 1
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Difference:
     """One difference between two runs.
 
     :param what: the difference as text, such as the differing parts.
-    :param subject: the goal, plan, Skiller or interface; empty for the whole run.
+    :param subject: the goal, plan, Skiller or interface; empty until the event is read.
     :param count: the number of consecutive events.
+    :param has_details: whether details, such as parameters, differ: the text of an event does not show them.
     """
 
     what: str
@@ -79,6 +80,7 @@ class Difference:
     b: Side
     kind: DifferenceKind = DifferenceKind.CHANGED
     count: int = 1
+    has_details: bool = False
 
     @property
     def position(self) -> int:

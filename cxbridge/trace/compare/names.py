@@ -36,6 +36,9 @@ MSGID: Final = "msgid"
 MAX_CACHED_TEXTS: Final = 20_000
 """The number of texts whose names are cached, because the events of a goal repeat their texts."""
 
+PLACEHOLDER: Final = re.compile(r"(?:gen|uuid|fact)#")
+"""The replacement of a name."""
+
 Names: TypeAlias = tuple[int, ...]
 """The names in a text, in order, as numbers by first appearance in the run."""
 

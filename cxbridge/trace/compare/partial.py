@@ -8,63 +8,33 @@ order. docs/comparing.md, section "Partial order", has the definition.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import chain
 
-from cxbridge.event_kinds import View
-from cxbridge.events import Event, FactChange, RuleFired
-from cxbridge.trace.compare.details import MissingDetails
 from cxbridge.trace.compare.goal_matching import GoalMatch
-from cxbridge.trace.compare.goals import GOAL_TRANSITIONS, Goal, GoalForest, GoalKey, Thread
-from cxbridge.trace.compare.model import Comparison, Difference, DifferenceKind, Order, Side, sort_differences
-from cxbridge.trace.compare.names import replace_fact_names, replace_names
-from cxbridge.trace.compare.sequences import StepPair, Steps, find_step_differences, state_text
+from cxbridge.trace.compare.goals import GOAL_ITSELF, Goal, GoalForest, GoalKey, Steps
+from cxbridge.trace.compare.model import Difference, DifferenceKind, Side
+from cxbridge.trace.compare.names import replace_names
+from cxbridge.trace.compare.sequences import ONE_SIDED_KINDS, compare_sequences
+from cxbridge.trace.compare.steps import Step
 
 
-def compare_partial(
-    a: Iterable[Event],
-    other_runs: Sequence[Iterable[Event]],
-    tolerance_s: float | None = None,
-    missing_details: MissingDetails | None = None,
-) -> Comparison:
-    """Compare the transitions of a run with those of other runs, each read once.
+def compare_goals(match: GoalMatch, tolerance_s: float | None = None) -> Iterator[Difference]:
+    """Yield the differences between the goals, plans, Skillers and interfaces of two runs.
 
-    The run must have the same goals, plans and statuses as each of the other runs. Relations between a goal
-    and its parent are compared only if all other runs agree on them.
-
-    :param missing_details: details that are not compared.
+    :param tolerance_s: the allowed difference between times in seconds; None: times are not compared.
     """
-    forest_a = GoalForest(a, missing_details)
-    matches: list[GoalMatch] = []
-    for number, run in enumerate(other_runs):
-        forest_b = GoalForest(run, missing_details)
-        comparison = Comparison(
-            View.TRANSITIONS, Order.PARTIAL, forest_a.count, forest_b.count, other_index=number
-        )
-        match = GoalMatch(forest_a, forest_b)
-        steps = chain(
-            _pair_steps(match, (forest_a, forest_b)), forest_a.skillers.pair_streams(forest_b.skillers)
-        )
-        comparison.differences = sort_differences(
-            chain(_find_goal_differences(match), find_step_differences(steps, tolerance_s))
-        )
-        if not comparison.same:
-            return comparison
-        matches.append(match)
-    # no single run differs in a relation, because all other runs agree: the report shows the first of them
-    comparison.other_index = 0
-    comparison.differences = sort_differences(_find_broken_relations(matches))
-    return comparison
-
-
-def _find_goal_differences(match: GoalMatch) -> Iterator[Difference]:
-    """Yield the goals that only one run has."""
-    missing_side = Side(None, "(no such goal)")
-    for run_index, kind in enumerate((DifferenceKind.ONLY_A, DifferenceKind.ONLY_B)):
-        for goal in match.unmatched_goals[run_index]:
-            side = Side(goal.first_position, _describe_goal(goal))
-            sides = (missing_side, side) if run_index else (side, missing_side)
-            yield Difference(f"a goal that only {'AB'[run_index]} has", match.labels[goal], *sides, kind)
+    for run, kind in enumerate(ONE_SIDED_KINDS):
+        for goal in match.unmatched_goals[run]:
+            side, missing_side = Side(goal.first_position, _describe_goal(goal)), Side(None, "(no such goal)")
+            sides = (missing_side, side) if run else (side, missing_side)
+            yield Difference(f"a goal that only {'AB'[run]} has", match.labels[goal], *sides, kind)
+    for subject, steps_a, steps_b in chain(_pair_threads(match), _pair_streams(*match.forests)):
+        # most sequences are equal
+        if tolerance_s is not None or [step.key for step in steps_a] != [step.key for step in steps_b]:
+            yield from compare_sequences(steps_a, steps_b, subject, tolerance_s=tolerance_s)
+    for subject, details_a, details_b in _pair_details(match):
+        yield from compare_sequences(details_a, details_b, subject)
 
 
 def _describe_goal(goal: Goal) -> str:
@@ -73,33 +43,38 @@ def _describe_goal(goal: Goal) -> str:
     return f"goal {goal.key.id} of class {goal.goal_class}, sub-type {goal.sub_type}{parent}{subtree}"
 
 
-def _pair_steps(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Iterator[StepPair]:
-    """Yield the transitions of all goals and plans, paired, and their details."""
+def _pair_streams(a: GoalForest, b: GoalForest) -> Iterator[tuple[str, Steps, Steps]]:
+    for subject in {**a.streams, **b.streams}:
+        yield subject, a.streams.get(subject, ()), b.streams.get(subject, ())
+
+
+def _pair_threads(match: GoalMatch) -> Iterator[tuple[str, Steps, Steps]]:
+    """Yield the transitions of all goals and plans, paired."""
+    for goals in match.pairs:
+        for plan in goals[0].threads | goals[1].threads:
+            steps_a, steps_b = (
+                goal.threads.get(plan, ()) if plan else _label_errors(goal, forest, match)
+                for goal, forest in zip(goals, match.forests, strict=True)
+            )
+            yield _describe_thread(match, goals[0], plan), steps_a, steps_b
+
+
+def _pair_details(match: GoalMatch) -> Iterator[tuple[str, Steps, Steps]]:
+    """Yield the details of all goals and plans, paired."""
     for goal_a, goal_b in match.pairs:
-        for thread in goal_a.threads | goal_b.threads:
-            steps_a, steps_b = (
-                _label_errors(goal, forest, match)
-                if thread == GOAL_TRANSITIONS
-                else goal.threads.get(thread, ())
-                for goal, forest in zip((goal_a, goal_b), forests, strict=True)
-            )
-            subject = _describe_thread(match, goal_a, thread)
-            if not thread.has_details:
-                yield StepPair(subject, "transition", (steps_a, steps_b))
-                continue
-            # an action that only one run has is a difference of the plan already, and details that only one
-            # run has are not compared; the state of a detail begins with the id of its action
-            actions = {step.state[0] for step in steps_a} & {step.state[0] for step in steps_b}
-            steps_a, steps_b = (
-                [step for step in steps if step.state[0] in actions] for steps in (steps_a, steps_b)
-            )
-            yield StepPair(f"details of {subject}", "value", (steps_a, steps_b), has_times=False)
+        # an action that only one run has is a difference of the plan already, and details that only one run
+        # has are not compared
+        for plan in [plan for plan in goal_a.details if plan in goal_b.details]:
+            details = goal_a.details[plan], goal_b.details[plan]
+            owners = {step.thread for step in details[0]} & {step.thread for step in details[1]}
+            details_a, details_b = ([step for step in steps if step.thread in owners] for steps in details)
+            yield f"details of {_describe_thread(match, goal_a, plan)}", details_a, details_b
 
 
-def _describe_thread(match: GoalMatch, goal: Goal, thread: Thread) -> str:
-    """Return the goal or plan of a thread, for differences."""
+def _describe_thread(match: GoalMatch, goal: Goal, plan: str) -> str:
+    """Return a goal, or a plan of the goal, for differences."""
     subject = f"goal {match.labels[goal]}"
-    return f"plan {thread.plan.replace('@', goal.key.id)} of {subject}" if thread.plan else subject
+    return f"plan {plan.replace('@', goal.key.id)} of {subject}" if plan else subject
 
 
 def _label_errors(goal: Goal, forest: GoalForest, match: GoalMatch) -> Steps:
@@ -109,14 +84,14 @@ def _label_errors(goal: Goal, forest: GoalForest, match: GoalMatch) -> Steps:
         named_goal = forest.goals.get(GoalKey(goal.key.env, word))
         return match.labels.get(named_goal, replace_names(word)) if named_goal else replace_names(word)
 
-    return [
-        step._replace(state=(mode, outcome, " ".join(map(label, error.split())))) if error else step
-        for step in goal.transitions
-        for mode, outcome, error in [step.state]
-    ]
+    steps = [*goal.transitions]
+    for number, error in goal.errors.items():
+        labelled_error = " ".join(map(label, error.split()))
+        steps[number] = steps[number]._replace(key=(*steps[number].key[:-1], labelled_error))
+    return steps
 
 
-def _find_broken_relations(matches: Sequence[GoalMatch]) -> Iterator[Difference]:
+def find_broken_relations(matches: Sequence[GoalMatch]) -> Iterator[Difference]:
     """Yield the relations on which the other runs agree and which the first run breaks.
 
     A relation is the number of transitions of a goal before a transition of its plan or sub-goal.
@@ -126,12 +101,12 @@ def _find_broken_relations(matches: Sequence[GoalMatch]) -> Iterator[Difference]
     partners = [dict(match.pairs) for match in matches]
     for goal in partners[0]:
         inner_threads = [
-            *((child, GOAL_TRANSITIONS) for child in goal.children),
-            *((goal, thread) for thread in goal.threads if thread.plan and not thread.has_details),
+            *((child, GOAL_ITSELF) for child in goal.children),
+            *((goal, plan) for plan in goal.threads if plan),
         ]
-        for owner, thread in inner_threads:
+        for owner, plan in inner_threads:
             runs = [(goal, owner), *((partner[goal], partner[owner]) for partner in partners)]
-            inner_steps = [run_owner.threads.get(thread, ()) for _, run_owner in runs]
+            inner_steps = [run_owner.threads.get(plan, ()) for _, run_owner in runs]
             counts = [
                 outer_goal.counts_before(steps)
                 for (outer_goal, _), steps in zip(runs, inner_steps, strict=True)
@@ -145,9 +120,9 @@ def _find_broken_relations(matches: Sequence[GoalMatch]) -> Iterator[Difference]
                 agreed_count = min(max(count_a, min(counts_b)), max(counts_b))
                 if count_a != agreed_count:
                     yield Difference(
-                        f"'{state_text(inner_steps[0][index].state)}' on the other side of transitions"
+                        f"'{_describe_state(inner_steps[0][index])}' on the other side of transitions"
                         f" of goal {goal.key.id}",
-                        _describe_thread(matches[0], owner, thread),
+                        _describe_thread(matches[0], owner, plan),
                         Side(inner_steps[0][index].position, _describe_position(goal, count_a)),
                         Side(inner_steps[1][index].position, _describe_position(goal, agreed_count)),
                         DifferenceKind.ORDER,
@@ -158,46 +133,29 @@ def _describe_position(goal: Goal, count: int) -> str:
     """Return the text for a position among the transitions of a goal."""
     if count == 0:
         return "before its first transition"
-    return f"after its transition number {count}, '{state_text(goal.transitions[count - 1].state)}'"
+    return f"after its transition number {count}, '{_describe_state(goal.transitions[count - 1])}'"
 
 
-def compare_counts(a: Iterable[Event], b: Iterable[Event], view: View) -> Comparison:
-    """Compare how often each rule fires, or each fact is asserted and retracted.
+def _describe_state(step: Step) -> str:
+    return " ".join(part for part in step.key[-3:] if part)
+
+
+def compare_counts(a: Steps, b: Steps) -> Iterator[Difference]:
+    """Yield the rules that fire, and the facts that are asserted and retracted, another number of times.
 
     The order is not compared: without goals, the dependencies between these events are unknown.
     """
-    runs = _EventCounts(a), _EventCounts(b)
-    differences = []
-    for text in runs[0].counts | runs[1].counts:
-        times_a, times_b = (run.counts[text] for run in runs)
-        if times_a != times_b:
-            side_a, side_b = (Side(run.last_position.get(text), f"{run.counts[text]} times") for run in runs)
-            differences.append(
-                Difference(
-                    "another number of times",
-                    text,
-                    side_a,
-                    side_b,
-                    DifferenceKind.COUNT,
-                    abs(times_a - times_b),
-                )
+    counts = [Counter(step.key for step in steps) for steps in (a, b)]
+    last_positions = [{step.key: step.position for step in steps} for steps in (a, b)]
+    for key in counts[0] | counts[1]:
+        times = [run_counts[key] for run_counts in counts]
+        if times[0] != times[1]:
+            side_a, side_b = (
+                Side(positions.get(key), f"{count} times")
+                for positions, count in zip(last_positions, times, strict=True)
             )
-    count_a, count_b = (run.counts.total() for run in runs)
-    return Comparison(view, Order.PARTIAL, count_a, count_b, sort_differences(differences))
-
-
-class _EventCounts:
-    """The number and last position of each firing or change of a fact."""
-
-    def __init__(self, events: Iterable[Event]) -> None:
-        self.counts: Counter[str] = Counter()
-        self.last_position: dict[str, int] = {}
-        for position, event in enumerate(events):
-            if isinstance(event, RuleFired):
-                text = f"{event.env}: {event.rule}"
-            else:
-                assert isinstance(event, FactChange)
-                arrow = "==>" if event.asserted else "<=="
-                text = f"{event.env}: {arrow} {replace_fact_names(event.text)}"
-            self.counts[text] += 1
-            self.last_position[text] = position
+            # the text of a fact begins with its template
+            subject = f"{key[1]}: {' '.join(key[2:][-2:])}"
+            count = abs(times[0] - times[1])
+            description = "another number of times"
+            yield Difference(description, subject, side_a, side_b, DifferenceKind.COUNT, count)

@@ -1,193 +1,208 @@
-"""Comparison of the sequences of steps of a goal, plan, Skiller or interface, in partial order.
+"""Comparison of two sequences of steps: moved, changed and additional steps, and checks of the paired steps.
 
-A step is an event with its state: the content without names that differ between runs.
+Steps with equal content are paired in order. A step without a partner is moved if the other sequence has its
+content elsewhere. The step is changed if the other sequence has another step of the same goal, plan or
+Skiller in its place. Otherwise only one sequence has the step.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from array import array
+from collections import Counter
+from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import chain
-from typing import NamedTuple, TypeAlias
+from operator import attrgetter, itemgetter
+from typing import Final, NamedTuple
 
-from cxbridge.event_kinds import View
-from cxbridge.events import Event, InterfaceWrite, SkillStatus
-from cxbridge.trace.compare.align import MISSING
-from cxbridge.trace.compare.checks import TimeCheck, describe_lag
-from cxbridge.trace.compare.edits import ONE_SIDED_KINDS, Alignment, Edit
-from cxbridge.trace.compare.keys import StaleStateFilter
-from cxbridge.trace.compare.model import (
-    Comparison,
-    Difference,
-    DifferenceKind,
-    Order,
-    Side,
-    sort_differences,
-)
-from cxbridge.trace.compare.names import interface_text, replace_fact_names, replace_names
+from cxbridge.trace.compare.align import MISSING, align, pop_equal_pairs
+from cxbridge.trace.compare.checks import PairChecks
+from cxbridge.trace.compare.model import Difference, DifferenceKind, Side
+from cxbridge.trace.compare.steps import DETAIL_KINDS, Step, describe_changes
 
-State: TypeAlias = tuple[str, ...]
-"""The compared content of a step."""
+ONE_SIDED_KINDS: Final = (DifferenceKind.ONLY_A, DifferenceKind.ONLY_B)
+"""The kinds of differences of a step that only one run has; the index is the run, 0 or 1."""
 
 
-class Step(NamedTuple):
-    """A step of a goal, plan, Skiller or interface.
+class Place(NamedTuple):
+    """The place of a difference in a common order of both sequences.
 
-    :param position: the number of the event among the compared events, from 0.
-    :param time_us: the time of the event in microseconds.
+    :param block_number: the number of blocks of pairs before the step, or before the block of a pair.
+    :param rank: the run of a step without a partner, 0 or 1; 2 for a pair.
+    :param step_index: the index of the step in its sequence; for a pair in the first sequence.
     """
 
-    state: State
-    position: int
-    time_us: int
+    block_number: int
+    rank: int
+    step_index: int
 
 
-Steps: TypeAlias = Sequence[Step]
+@dataclass(slots=True)
+class Edit:
+    """Steps without partners.
 
-
-def step_states(steps: Steps) -> tuple[State, ...]:
-    """Return the states of steps in order."""
-    return tuple(step.state for step in steps)
-
-
-@dataclass(frozen=True)
-class StepPair:
-    """The steps of one goal, plan, Skiller or interface in both runs, with equal names.
-
-    :param subject: the goal, plan, Skiller or interface.
-    :param noun: the noun for a step in reports.
-    :param steps: the steps of both runs.
-    :param has_times: whether to compare times; False for details, whose transitions have the same times.
+    :param indices: the indices in both sequences; -1: the sequence has no such step.
+    :param count: the number of consecutive steps.
+    :param is_whole_goal: whether the edit contains all steps of a goal that only one run has.
     """
 
-    subject: str
-    noun: str
-    steps: tuple[Steps, Steps]
-    has_times: bool = True
+    kind: DifferenceKind
+    indices: tuple[int, int]
+    place: Place
+    count: int = 1
+    is_whole_goal: bool = False
 
-    def find_differences(self, time_check: TimeCheck | None) -> Iterator[Difference]:
-        """Yield the differences in the order of the first run, those of times last.
-
-        :param time_check: compares the times; None: times are not compared.
-        """
-        states = [step_states(steps) for steps in self.steps]
-        if states[0] == states[1] and time_check is None:
-            return
-        alignment = Alignment(*states)
-        # all states have the same subject, so that states between the same pairs count as changed
-        edits = alignment.find_edits(
-            lambda run_index, index: states[run_index][index],
-            lambda _run_index, _index: None,
-            lambda _run_index, _index: None,
-        )
-        yield from (self._make_difference(alignment, edit) for edit in edits)
-        if time_check and self.has_times:
-            yield from self._find_late_steps(alignment, time_check)
-
-    def _find_late_steps(self, alignment: Alignment, time_check: TimeCheck) -> Iterator[Difference]:
-        steps_a, steps_b = self.steps
-        for index_a, index_b in alignment.pairs:
-            step_a, step_b = steps_a[index_a], steps_b[index_b]
-            lag_s = time_check.measure_exceeding_lag_s(self.subject, step_a.time_us, step_b.time_us)
-            if lag_s is not None:
-                description = f"its {self.noun} number {index_a + 1}: {describe_lag(lag_s)}"
-                yield Difference(
-                    description, self.subject, _make_side(step_a), _make_side(step_b), DifferenceKind.TIME
-                )
-
-    def _make_difference(self, alignment: Alignment, edit: Edit) -> Difference:
-        index_a, index_b = edit.indices
-        index, run_name = (index_b, "B") if index_a == MISSING else (index_a, "A")
-        description = f"its {self.noun} number {index + 1}"
-        if edit.count > 1:
-            description = f"its {self.noun}s number {index + 1} to {index + edit.count}"
-        if edit.kind is DifferenceKind.ORDER:
-            description = f"{description}, in B from number {index_b + 1} on"
-        elif edit.kind in ONE_SIDED_KINDS:
-            description = f"{description}, which only {run_name} has"
-        side_a, side_b = (
-            _make_side(self.steps[run_index][index])
-            if index != MISSING
-            else self._make_missing_side(run_index, alignment.preceding_index(run_index, edit))
-            for run_index, index in enumerate(edit.indices)
-        )
-        return Difference(description, self.subject, side_a, side_b, edit.kind, edit.count)
-
-    def _make_missing_side(self, run_index: int, preceding_index: int) -> Side:
-        """Return the side of a run without a step.
-
-        :param preceding_index: the index of the preceding step, or -1.
-        """
-        steps = self.steps[run_index]
-        if not steps:
-            return Side(None, f"(no {self.noun})")
-        adverb = "no further" if preceding_index == len(steps) - 1 else "no such"
-        return Side(
-            steps[preceding_index].position if preceding_index != MISSING else None, f"({adverb} {self.noun})"
+    def continues(self, other: Edit) -> bool:
+        """Return whether the step follows the steps of another edit."""
+        next_indices = tuple(index if index == MISSING else index + other.count for index in other.indices)
+        return (
+            self.kind is other.kind is not DifferenceKind.CHANGED
+            and not (self.is_whole_goal or other.is_whole_goal)
+            and self.indices == next_indices
         )
 
 
-def find_step_differences(
-    pairs: Iterable[StepPair], tolerance_s: float | None = None
+def compare_sequences(
+    a: Sequence[Step],
+    b: Sequence[Step],
+    subject: str = "",
+    *,
+    tolerance_s: float | None = None,
+    common_names: Collection[int] = (),
 ) -> Iterator[Difference]:
-    """Yield the differences between the steps of both runs.
+    """Yield the differences between two sequences in their order.
 
-    :param tolerance_s: the allowed difference between times; None: times are not compared.
+    :param subject: the goal, plan, Skiller or interface; empty: that of the first differing event.
+    :param tolerance_s: the allowed difference between times in seconds; None: times are not compared.
+    :param common_names: the names in both runs. The steps of a goal with another name are one difference.
     """
-    time_check = None if tolerance_s is None else TimeCheck(tolerance_s)
-    return chain.from_iterable(pair.find_differences(time_check) for pair in pairs)
+    yield from _SequencePair((a, b), subject, common_names).find_differences(PairChecks(tolerance_s))
 
 
-def _make_side(step: Step) -> Side:
-    return Side(step.position, state_text(step.state))
+class _SequencePair:
+    def __init__(
+        self, sequences: tuple[Sequence[Step], Sequence[Step]], subject: str, common_names: Collection[int]
+    ) -> None:
+        self._sequences = sequences
+        self._subject = subject
+        self._common_names = common_names
+        # hashes of a million steps need less memory than their contents
+        self._blocks = align(*(array("q", (hash(step.content) for step in steps)) for steps in sequences))
+        # the steps without partners, each with the number of blocks before it
+        self._unpaired: tuple[dict[int, int], dict[int, int]] = ({}, {})
+        for number in range(len(self._blocks)):
+            for run, unpaired in enumerate(self._unpaired):
+                gap = range(self._last_paired(number, run) + 1, self._blocks[number][run])
+                unpaired.update(dict.fromkeys(gap, number))
 
+    def _last_paired(self, block_number: int, run: int) -> int:
+        """Return the index of a run's last pair before a block, or -1."""
+        if not block_number:
+            return MISSING
+        *starts, size = self._blocks[block_number - 1]
+        return starts[run] + size - 1
 
-def state_text(state: State) -> str:
-    """Return a state as one line."""
-    return " ".join(state).strip()
+    def find_differences(self, checks: PairChecks) -> Iterator[Difference]:
+        found = [(edit.place, self._make_difference(edit)) for edit in self._find_edits()]
+        steps_a, steps_b = self._sequences
+        for number, (start_a, start_b, size) in enumerate(self._blocks):
+            for run, (steps, start) in enumerate(((steps_a, start_a), (steps_b, start_b))):
+                for step in steps[self._last_paired(number, run) + 1 : start]:
+                    checks.note_unpaired(run, step)
+            for offset in range(size):
+                index = start_a + offset
+                for difference in checks.find_differences(steps_a[index], steps_b[start_b + offset]):
+                    difference.subject = self._subject
+                    found.append((Place(number, len(ONE_SIDED_KINDS), index), difference))
+        return (difference for _, difference in sorted(found, key=itemgetter(0)))
 
+    def _find_edits(self) -> list[Edit]:
+        """Return the edits in order, consecutive ones joined."""
+        edits: list[Edit] = []
+        rest = [*self._unpaired[0]], [*self._unpaired[1]]
+        # first the moved steps: a late step must not be paired with another step as changed
+        for kind, find_keys in (
+            (DifferenceKind.ORDER, self._find_contents),
+            (DifferenceKind.CHANGED, self._find_thread_steps),
+        ):
+            # without steps to pair, the count of a long run is needless
+            if not all(rest):
+                break
+            pairs = pop_equal_pairs(*rest, find_keys(0).__getitem__, find_keys(1).__getitem__)
+            edits += (Edit(kind, pair, min(map(self._find_place, (0, 1), pair))) for pair in pairs)
+        goal_edits: dict[Hashable, Edit] = {}
+        for run, kind in enumerate(ONE_SIDED_KINDS):
+            for index in rest[run]:
+                indices = (MISSING, index) if run else (index, MISSING)
+                edit = Edit(kind, indices, self._find_place(run, index))
+                _thread, names = self._sequences[run][index].thread
+                if not names or names[0] in self._common_names:
+                    edits.append(edit)
+                # a goal of one run is one difference, however many steps it has and wherever they are
+                elif (goal_edit := goal_edits.setdefault((run, names[0]), edit)) is not edit:
+                    goal_edit.count += 1
+        for edit in goal_edits.values():
+            edit.is_whole_goal = True
+        joined_edits: list[Edit] = []
+        for edit in sorted([*edits, *goal_edits.values()], key=attrgetter("place")):
+            if joined_edits and edit.continues(joined_edits[-1]):
+                joined_edits[-1].count += 1
+            else:
+                joined_edits.append(edit)
+        return joined_edits
 
-def compare_streams(
-    a: Iterable[Event], b: Iterable[Event], view: View, tolerance_s: float | None = None
-) -> Comparison:
-    """Compare the sequence of values of each interface or Skiller, without repetitions.
+    def _find_contents(self, run: int) -> Mapping[int, Hashable]:
+        """Return the contents of the steps without partners."""
+        return {index: self._sequences[run][index].content for index in self._unpaired[run]}
 
-    :param a: the compared events of one run.
-    :param b: the compared events of the other run.
-    """
-    streams_a, streams_b = ValueStreams(a), ValueStreams(b)
-    differences = find_step_differences(streams_a.pair_streams(streams_b), tolerance_s)
-    return Comparison(view, Order.PARTIAL, streams_a.count, streams_b.count, sort_differences(differences))
+    def _find_thread_steps(self, run: int) -> Mapping[int, Hashable]:
+        """Return the threads of the steps without partners, each with the number of its earlier pairs."""
+        counts: Counter[Hashable] = Counter()
+        thread_steps: dict[int, Hashable] = {}
+        for index, step in enumerate(self._sequences[run]):
+            thread = step.thread
+            if index in self._unpaired[run]:
+                thread_steps[index] = (thread, counts[thread])
+            else:
+                counts[thread] += 1
+        return thread_steps
 
+    def _find_place(self, run: int, index: int) -> Place:
+        """Return the place of a step; between two blocks, steps of A precede those of B."""
+        return Place(self._unpaired[run][index], run, index)
 
-class ValueStreams:
-    """The sequences of values of interfaces, or of statuses of Skillers, without repetitions."""
+    def _make_difference(self, edit: Edit) -> Difference:
+        side_a, side_b = (self._make_side(run, edit) for run in (0, 1))
+        run = 0 if edit.indices[0] != MISSING else 1
+        has_details = self._sequences[run][edit.indices[run]].key[0] in DETAIL_KINDS
+        description = self._describe_edit(edit, has_details=has_details)
+        return Difference(description, self._subject, side_a, side_b, edit.kind, edit.count, has_details)
 
-    def __init__(self, events: Iterable[Event] = ()) -> None:
-        self.count = 0
-        self._streams: dict[str, list[Step]] = {}
-        self._skillers = StaleStateFilter()
-        for event in events:
-            self.add(event, self.count)
-            self.count += 1
+    def _make_side(self, run: int, edit: Edit) -> Side:
+        """Return the event of one run, or the event before the missing one."""
+        index = edit.indices[run]
+        if index != MISSING:
+            return Side(self._sequences[run][index].position)
+        last = self._last_paired(edit.place.block_number, run)
+        text = "(nothing follows)" if self._has_ended(run, edit) else "(nothing here)"
+        return Side(None if last == MISSING else self._sequences[run][last].position, text)
 
-    def add(self, event: Event, position: int) -> None:
-        """Add the next event of the run unless it repeats the last state."""
-        if isinstance(event, InterfaceWrite):
-            name, text = event.uid, replace_fact_names(interface_text(event.values))
-        else:
-            assert isinstance(event, SkillStatus)
-            fresh_state = self._skillers.fresh_state(event)
-            if fresh_state is None:
-                return
-            name = f"skiller {event.skiller} of {event.env}"
-            text = replace_names(f'skill="{fresh_state.skill_string}" status={fresh_state.status}')
-        stream = self._streams.setdefault(name, [])
-        # the load of the machine decides how often a writer repeats a value
-        if not stream or stream[-1].state != (text,):
-            stream.append(Step((text,), position, event.time_us))
+    def _has_ended(self, run: int, edit: Edit) -> bool:
+        """Return whether a run has ended before the steps of the other run."""
+        next_index = self._last_paired(edit.place.block_number, run) + 1
+        return 0 < next_index == len(self._sequences[run]) and not edit.is_whole_goal
 
-    def pair_streams(self, other: ValueStreams) -> Iterator[StepPair]:
-        """Yield the streams of both runs, paired by name."""
-        for name in {**self._streams, **other._streams}:
-            yield StepPair(name, "state", (self._streams.get(name, ()), other._streams.get(name, ())))
+    def _describe_edit(self, edit: Edit, *, has_details: bool) -> str:
+        if edit.kind is DifferenceKind.CHANGED:
+            a, b = (steps[index] for steps, index in zip(self._sequences, edit.indices, strict=True))
+            return describe_changes(a.content, b.content)
+        noun, one = ("value", "a value") if has_details else ("event", "an event")
+        events = one if edit.count == 1 else f"{edit.count} {noun}s"
+        if edit.kind is DifferenceKind.ORDER:
+            return f"{events} in another order: {'earlier' if edit.place.rank else 'later'} in B"
+        run = ONE_SIDED_KINDS.index(edit.kind)
+        name, other_name = "AB"[run], "BA"[run]
+        if edit.is_whole_goal:
+            return f"a goal that only {name} has, with {edit.count} event{'' if edit.count == 1 else 's'}"
+        if self._has_ended(1 - run, edit):
+            return f"{other_name} ends here, {name} continues"
+        return f"{events} that only {name} has"

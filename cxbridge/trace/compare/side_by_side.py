@@ -8,7 +8,6 @@ from typing import Any, Final, TypeAlias
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.event_kinds import View
-from cxbridge.events import Event
 from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.forest import Forest
 from cxbridge.history.model import GoalRecord
@@ -18,7 +17,8 @@ from cxbridge.trace.compare.goal_matching import GoalMatch
 from cxbridge.trace.compare.goals import GoalForest
 from cxbridge.trace.compare.render.json import report_to_json
 from cxbridge.trace.compare.render.text import ComparisonReport
-from cxbridge.trace.compare.selection import Selection, compared_contents
+from cxbridge.trace.compare.selection import Selection
+from cxbridge.trace.compare.steps import StepReader
 from cxbridge.trace.formats.base import Run
 
 MAX_EXPLAINED_DIFFERENCES: Final = 30
@@ -66,7 +66,7 @@ def _compare_goals(a: Run, b: Run) -> dict[str, Any]:
     has_times = all(history.end > 0 for history in histories)
     bars = [_make_bars(history, has_times=has_times) for history in histories]
     ends = [history.end / MICROSECONDS if has_times else history.event_count for history in histories]
-    match = GoalMatch(GoalForest(_read_transitions(a)), GoalForest(_read_transitions(b)))
+    match = GoalMatch(*(GoalForest(StepReader().read(run, View.TRANSITIONS)) for run in (a, b)))
     rows: dict[str, dict[str, Any]] = {}
     for goal_a, goal_b in match.pairs:
         rows[match.labels[goal_a]] = {"a": bars[0].get(goal_a.key), "b": bars[1].get(goal_b.key)}
@@ -83,10 +83,6 @@ def _compare_goals(a: Run, b: Run) -> dict[str, Any]:
         "goals": sorted_rows[:MAX_ROWS],
         "more_goals": max(0, len(sorted_rows) - MAX_ROWS),
     }
-
-
-def _read_transitions(run: Run) -> Iterator[Event]:
-    return compared_contents(run, View.TRANSITIONS)
 
 
 def _make_bars(history: RunHistory, *, has_times: bool) -> dict[tuple[str, str], Bar]:

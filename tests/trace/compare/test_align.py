@@ -24,7 +24,7 @@ def longest_common(a: Sequence[int], b: Sequence[int]) -> int:
 
 def count_partners(a: Sequence[int], b: Sequence[int]) -> int:
     """Return the number of partners; check that partners are equal and ordered."""
-    pairs = align(a, b)
+    pairs = [(left + at, right + at) for left, right, size in align(a, b) for at in range(size)]
     assert all(a[left] == b[right] for left, right in pairs)
     for run in (0, 1):
         indices = [pair[run] for pair in pairs]
