@@ -7,7 +7,7 @@
     ├── InterfaceError
     │    └── InterfaceDefinitionError   an interface XML file is wrong
     ├── BlackBoardError          the blackboard refuses an operation (subclasses: blackboard.errors)
-    ├── BrokenAgentError         an agent has mistakes, and is not started or ended
+    ├── BrokenAgentError         an agent has mistakes: it is not started, or it is ended
     ├── ExecutiveError
     │    ├── ClipsError          CLIPS refused a construct, a command or a value
     │    ├── PddlError           a PDDL text does not parse or does not make sense
@@ -58,7 +58,7 @@ class CxbridgeError(Exception):
 
     @property
     def location(self) -> str:
-        """The location as ``file:line:column``, without unknown components; empty without a file."""
+        """The known parts of ``file:line:column``; empty if all are unknown."""
         return ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)
 
     def __str__(self) -> str:

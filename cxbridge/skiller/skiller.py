@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from cxbridge.errors import SkillError
 from cxbridge.events import EventBus, Level
 from cxbridge.skiller.backend import Mode
-from cxbridge.skiller.debugboard import DebugBoard
+from cxbridge.skiller.debug_writer import SkillerDebugWriter
 from cxbridge.skiller.interface import InterfaceSkiller
 from cxbridge.skiller.lua.engine import LuaEngine
 from cxbridge.skiller.lua.host import log_error
@@ -59,7 +59,7 @@ class Skiller(InterfaceSkiller):
         self.engine = engine
         self._transforms = transforms
         self._interface.read()
-        self._debug = DebugBoard(board, engine, self._log, name=name, owner=LOG_COMPONENT)
+        self._debug = SkillerDebugWriter(board, engine, self._log, name=name, owner=LOG_COMPONENT)
         self._is_active = False
         if mode == "fawkes":
             self._log.warn(

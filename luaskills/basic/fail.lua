@@ -9,7 +9,7 @@ fail{after=1.5, error="out of paint", prob=0.3}
 
 @param after seconds until the failure, a number that is not negative; 0 unless given
 @param error the reason of the failure; "on purpose" unless given
-@param prob  probability of the failure, from 0 to 1; otherwise the skill is final; 1 unless given
+@param prob  probability of the failure, from 0 to 1; otherwise the skill succeeds; 1 unless given
 ]==]
 
 skillenv.skill_module(_M)
@@ -20,7 +20,8 @@ function arguments_ok()
     return is_number(fsm.vars.after or 0, 0, math.huge) and is_number(fsm.vars.prob or 1, 0, 1)
 end
 
-function is_bad_luck()
+-- Decide by a random number whether the skill fails; set the error of a failure.
+function draw_failure()
     if math.random() >= (fsm.vars.prob or 1) then return false end
     fsm:set_error(tostring(fsm.vars.error or "on purpose"))
     return true
@@ -28,15 +29,15 @@ end
 
 fsm:define_states {
     export_to = _M,
-    closure = {arguments_ok = arguments_ok, is_bad_luck = is_bad_luck},
+    closure = {arguments_ok = arguments_ok, draw_failure = draw_failure},
     "CHECK", "WAIT", "DECIDE",
 }
 
 fsm:add_transitions {
-    {"CHECK", "FAILED", precond = "not arguments_ok()", error = "after must not be negative, prob be from 0 to 1"},
+    {"CHECK", "FAILED", precond = "not arguments_ok()", error = "after must be a number from 0, and prob a number from 0 to 1"},
     {"CHECK", "WAIT", cond = true},
-    {"WAIT", "DECIDE", timeout = 1, desc = "time is up"},
-    {"DECIDE", "FAILED", cond = is_bad_luck, desc = "on purpose"},
+    {"WAIT", "DECIDE", timeout = 1, desc = "time is up"}, -- WAIT:init replaces this 1
+    {"DECIDE", "FAILED", cond = draw_failure, desc = "on purpose"},
     {"DECIDE", "FINAL", cond = true, desc = "lucky"},
 }
 

@@ -1,8 +1,8 @@
 """The tokens of PDDL: brackets and words, with their terminals in the grammar.
 
 The text is cut into words at blanks and brackets. The spelling of a word then decides its terminal. A keyword
-is a name wherever the grammar permits no keyword. Two terminals do not end at blanks, and are cut before
-words: ``at start``, and the dash of a type in ``?x -robot``.
+is a name wherever the grammar permits no keyword. Four terminals do not end at blanks, and are cut before
+words: ``at start``, ``at end``, ``over all``, and the dash of a type in ``?x -robot``.
 """
 
 from __future__ import annotations

@@ -6,6 +6,7 @@
 
 local host, sources, limits = ...
 
+-- this file needs these functions after it has emptied the table of globals
 local setfenv, assert, pairs = setfenv, assert, pairs
 
 local function copy(original)
@@ -14,7 +15,7 @@ local function copy(original)
     return result
 end
 
-string.dump = nil
+string.dump = nil -- before the copies below: bytecode could leave the sandbox
 
 -- The globals of the engine's files
 local globals = {
@@ -33,8 +34,10 @@ local core = {
               os = {clock = os.clock, date = os.date, time = os.time, difftime = os.difftime}},
 }
 
+-- skills call methods of texts, as in ("x"):upper(), but must not replace them; the table string is emptied below
 core.string_metatable.__metatable = "locked"
 core.string_metatable.__index = core.native.string
+-- all functions of the host share this metatable
 getmetatable(host.log).__metatable = "locked"
 for _, library in pairs(copy(package.loaded)) do
     for name in pairs(copy(library)) do library[name] = nil end

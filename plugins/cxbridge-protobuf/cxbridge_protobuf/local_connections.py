@@ -206,7 +206,7 @@ class LocalConnections:
                 self._events.append(
                     LogWarning(
                         f"Messages to port {port} have a different key or none: "
-                        "no peer of this process can read them"
+                        f"peer {peer_id} of this process cannot read them"
                     )
                 )
 

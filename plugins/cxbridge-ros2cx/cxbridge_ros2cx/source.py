@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from cxbridge.skiller.board.service import SkillBoardService
 
 # shipped configurations, which `--config NAME` lays over the parameters of a checkout
-OVERLAYS: Final = Path(__file__).parent / "overlays"
+OVERLAYS_DIR: Final = Path(__file__).parent / "overlays"
 
 
 class Ros2CxSource(Source):
@@ -118,7 +118,7 @@ class Ros2CxSource(Source):
                 Path(folder.replace("@CONFDIR@", str(checkout.bringup_folder)))
                 for folder in configured_folders
             ),
-            OVERLAYS,  # the files that shipped overlays load
+            OVERLAYS_DIR,  # the files that shipped overlays load
         )
         repeats_defects = Ros2CxSettings.from_config(config).repeats_defects
         return RunPaths(
@@ -154,17 +154,17 @@ class Ros2CxSource(Source):
     def prepare_board(self, context: Run) -> None:
         """Add the executors of ``--executor``."""
         for executor_option in self.options.option("executors"):
-            skills = self._find_skills(context)
+            skills = self._find_board_client(context)
             assert skills is not None  # this method is only called for a run with a board
             skills.add_executor(executor_option)
 
-    def _find_skills(self, context: Run) -> SkillBoardClient | None:
+    def _find_board_client(self, context: Run) -> SkillBoardClient | None:
         """Return the executive's interface to the skill board; None while the run has no board."""
         service = context.skill_service
         if service is None:
             return None
         if self._skills is None or self._skill_service is not service:
-            assert context.skill_board is not None  # the settings, which each board has
+            assert context.skill_board is not None  # the settings of the board, which a run with a board has
             settings = Ros2CxSettings.from_config(context.config)
             self._skill_service = service
             self._skills = SkillBoardClient(service, context, context.skill_board, settings)
@@ -172,6 +172,7 @@ class Ros2CxSource(Source):
 
     def features(self, context: Run) -> list[Feature]:
         """Return the features of the parameter files."""
+        # the thesis' executive blocks while it removes an ended skill: each removal takes the next duration
         block_times_s = iter(Ros2CxSettings.from_config(context.config).removal_block_times_s)
 
         def record_blocking() -> None:
@@ -182,7 +183,7 @@ class Ros2CxSource(Source):
             load_feature_entries(self._checkout.parameter_folder),
             context.config,
             context.board,
-            lambda: self._find_skills(context),
+            lambda: self._find_board_client(context),
             record_blocking,
             service_maker(context, PlannerSettings.from_config(context.config)),
         )
@@ -215,7 +216,7 @@ def _find_overlay(file: Path) -> Path:
     """
     if file.exists() or len(file.parts) != 1 or file.suffix:
         return file
-    overlays = {path.stem: path for path in sorted(OVERLAYS.glob("*.yaml"))}
+    overlays = {path.stem: path for path in sorted(OVERLAYS_DIR.glob("*.yaml"))}
     if str(file) not in overlays:
         raise CxbridgeError(
             "there is no such configuration", file=file, hint=f"shipped with cxbridge: {', '.join(overlays)}"

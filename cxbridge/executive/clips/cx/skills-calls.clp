@@ -18,7 +18,9 @@
     (type SYMBOL))
   (slot name                ; of the action
     (type SYMBOL))
-  (slot status              ; also S_INACTIVE, as the skiller reports
+  ;; A stopped skill becomes S_INACTIVE: CLIPS checks allowed-values of texts of files only, not of
+  ;; values that rules compute. skills-actions.clp fails the action then.
+  (slot status
     (type SYMBOL) (allowed-values S_IDLE S_RUNNING S_FINAL S_FAILED))
   (slot error-msg (type STRING))
   (slot skill-string        ; what the skiller executes
@@ -65,7 +67,7 @@
   (if (> (length$ ?opt-skiller) 1) then
     (printout warn "skill-call: ignore unexpected params " (rest$ ?opt-skiller) crlf))
   (bind ?skill-string (map-action-skill ?name ?param-names ?param-values))
-  (printout logwarn "sks='" ?skill-string "'" crlf)
+  (printout logwarn "sks='" ?skill-string "'" crlf)  ; level and text of this line and of the next are Fawkes'
   (if (eq ?skill-string "") then
     (bind ?id (sym-cat ?name (gensym*)))
     (assert (skill (id ?id) (name (sym-cat ?name)) (skiller ?skiller) (status S_FAILED)

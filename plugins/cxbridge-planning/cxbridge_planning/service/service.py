@@ -113,7 +113,7 @@ class PlanCall:
             is_last = planner is attempts.choice.planners[-1]
             time_limit_s = (deadline_s - time.monotonic()) * (1.0 if is_last else _TIME_SHARE)
             result = self._try_planner(planner, time_limit_s, is_last=is_last)
-            if self.is_ended or attempts.add_result(planner, result):
+            if self.was_stopped or attempts.add_result(planner, result):
                 return attempts.with_reasons(result)
         return attempts.final_result()
 
@@ -159,7 +159,7 @@ class PlanCall:
         )
 
     @property
-    def is_ended(self) -> bool:
+    def was_stopped(self) -> bool:
         """Whether the call was cancelled or timed out."""
         return self._end_status is not None
 
@@ -215,7 +215,7 @@ class PlanningService(Closing):
         return result
 
     def close(self) -> None:
-        """Cancel all calls and stop the processes. Further calls do nothing."""
+        """Cancel all planning calls and stop the processes; without an effect on a closed service."""
         with self._pool_changed:
             self._is_closed = True
             calls = list(self._calls)
@@ -228,10 +228,10 @@ class PlanningService(Closing):
             process.close()
 
     def take_process(self, call: PlanCall) -> PlannerProcess | None:
-        """Take a process from the pool, when one is free; return None if the call has ended."""
+        """Take a process from the pool, when one is free; return None if the call was stopped."""
         with self._pool_changed:
-            self._pool_changed.wait_for(lambda: self._free_slot_count > 0 or call.is_ended)
-            if call.is_ended:
+            self._pool_changed.wait_for(lambda: self._free_slot_count > 0 or call.was_stopped)
+            if call.was_stopped:
                 return None
             self._free_slot_count -= 1
             while self._idle_processes:  # an idle process may have been killed by the system

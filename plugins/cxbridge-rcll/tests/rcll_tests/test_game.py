@@ -106,7 +106,7 @@ def test_wrong_key_is_logged_once_and_messages_are_lost(options):
     lines = [event for event in events if isinstance(event, LogLine) and event.level is Level.WARN]
     texts = [line.text for line in lines if "a different key" in line.text]
     assert texts == [
-        "Messages to port 4444 have a different key or none: no peer of this process can read them"
+        "Messages to port 4444 have a different key or none: peer 1 of this process cannot read them"
     ]
 
 

@@ -13,11 +13,11 @@ from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, parse_condition, split_rule
 
-# the functions that have actions as arguments, with the index of the first action
+# the functions whose last arguments are actions, with the index of the first action
 _BODY_STARTS: Final = {"progn": 0, "while": 1, "loop-for-count": 1, "progn$": 1, "foreach": 2}
 
 _FACT_QUERIES: Final = ("do-for-fact", "do-for-all-facts", "delayed-do-for-fact", "delayed-do-for-all-facts")
-_BRANCH_WORDS: Final = ("then", "else", "do")  # the words before the actions of an `if`
+_BRANCH_WORDS: Final = ("then", "else")  # the words before the actions of an `if`
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,11 +23,11 @@ DEPENDENCIES = "SKILL_DEP"
 _DIRECTIONS = {"GD_TOP_BOTTOM": "TB", "GD_BOTTOM_TOP": "BT", "GD_LEFT_RIGHT": "LR", "GD_RIGHT_LEFT": "RL"}
 
 
-class DebugBoard:
+class SkillerDebugWriter:
     """Writes ``SkillerDebugInterface::NAME`` and its twin ``...Layouted``.
 
-    Fawkes formerly laid out the graph for the twin. Now the twin gets the unchanged graph of each drawn state
-    machine, and keeps the graph while the main interface has a list or no graph.
+    Older versions of Fawkes wrote the laid-out graph to the twin. Here the twin gets the unchanged graph of
+    each drawn state machine, and keeps the graph while the main interface has a list or no graph.
     """
 
     def __init__(self, board: BlackBoard, engine: LuaEngine, log: Logger, *, name: str, owner: str) -> None:
