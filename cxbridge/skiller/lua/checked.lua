@@ -4,12 +4,12 @@ local core = ...
 local charge = core.charge
 
 -- Drop the leading true, or raise the error.
-local function results(ok, ...)
+local function unwrap(ok, ...)
     if not ok then error((...), 0) end
     return ...
 end
 
 return function(...)
-    charge(20) -- for the work of the host
-    return results(...)
+    charge(20) -- instructions of the budget: a rough price of a call into the host
+    return unwrap(...)
 end

@@ -8,7 +8,7 @@ local config = {}
 --- Return a value for the functions below; an error names the line that has called the function.
 local function value(path, kind)
     local ok, result = host.config_get(path, kind)
-    core.charge(20) -- for the work of the host
+    core.charge(20) -- instructions of the budget: a rough price of a call into the host
     if not ok then error(result, 3) end
     return result
 end

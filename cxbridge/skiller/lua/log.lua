@@ -7,7 +7,7 @@ local format = string.format
 local log = {}
 
 local function emit(level, text)
-    charge(200) -- for the work of the host, which formats and stores the line
+    charge(200) -- instructions of the budget: a rough price of formatting and storing the line
     send(level, text)
 end
 

@@ -68,7 +68,8 @@ class FailureInjector(Decider):
     ) -> FailureInjector:
         """Read the entries below ``prefix``, sorted by key.
 
-        :raises SkillerError: if an entry lacks both probability and calls, or a setting is invalid.
+        :raises SkillerError: if an entry lacks its name, or both probability and calls, or if a setting is
+            invalid or unknown.
         """
         return cls([_read_failure(config, prefix, key) for key in sorted(config.keys(prefix))], rng)
 
@@ -88,13 +89,14 @@ def _read_failure(config: Configuration, prefix: str, key: str) -> Failure:
     for name in keys:
         if name not in _ENTRY_KEYS:
             raise invalid_value_error(config, f"{path}/{name}", "is not a setting of a failure", hint)
-    # without a probability or calls the failure would silently never strike
+    # without a name the failure would strike no skill, without a probability or calls it would never strike
     if "name" not in keys or not {"probability", "calls"} & set(keys):
+        # the place of a missing setting is that of the entry's first setting, which has a line in the file
         first_path = f"{path}/{keys[0]}" if keys else path
         raise invalid_value_error(
             config,
             first_path,
-            f"belongs to the failure '{key}', which needs 'probability' or 'calls'",
+            f"belongs to the failure '{key}', which needs 'name', and 'probability' or 'calls'",
             hint,
         )
     return Failure(

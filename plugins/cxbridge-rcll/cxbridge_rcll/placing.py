@@ -1,8 +1,8 @@
 """Places the machines of a team randomly in one half of the field.
 
 Robots must reach each machine. The league and its referee box therefore have these rules: no machine in the
-entry zones or next to them, no side of a machine towards a wall, a free zone before each side, no row of
-three machines, no corner whose zones machines enclose.
+entry zones or in the zone in front of them, no side of a machine towards a wall, a free zone before each
+side, no row of three machines, no machines that cut off a corner zone.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def arrange_machines(
     # Machines are placed one after another. If there is no room for the next machine, a new attempt begins.
     for _ in range(_MAX_TRIES):
         placements: list[Placement] = []
-        for machine in sorted(machines):  # sorted, since the order decides about the random positions
+        for machine in sorted(machines):  # the order determines which random numbers each machine gets
             candidates = [
                 Placement(machine, *random.choice(zones), random.choice(ANGLES))
                 for _ in range(_CANDIDATE_COUNT)
@@ -92,9 +92,9 @@ def can_place(candidate: Placement, placements: Collection[Placement], width: in
     if len(zones) != len(placements) + 1 or candidate.zone in _blocked_zones(width):
         return False
     side_zones = set(candidate.side_zones())
-    if any(
-        not (1 <= x <= width and 1 <= y <= height) for x, y in side_zones
-    ) or side_zones & _insertion_zones(width):
+    if any(not (1 <= x <= width and 1 <= y <= height) for x, y in side_zones) or side_zones & _entry_zones(
+        width
+    ):
         return False
     for placement in placements:
         other_side_zones = set(placement.side_zones())
@@ -108,12 +108,12 @@ def can_place(candidate: Placement, placements: Collection[Placement], width: in
 
 
 def _blocked_zones(width: int) -> set[tuple[int, int]]:
-    """Return the zones in which no machine may be: the robots' entrance, and the zone before the entrance."""
-    return _insertion_zones(width) | {(width - 2, 2)}
+    """Return the zones in which no machine may be: the entry zones, and the zone in front of them."""
+    return _entry_zones(width) | {(width - 2, 2)}
 
 
-def _insertion_zones(width: int) -> set[tuple[int, int]]:
-    """Return the zones of the entrance, where people insert robots."""
+def _entry_zones(width: int) -> set[tuple[int, int]]:
+    """Return the entry zones, where people insert robots."""
     return {(width, 1), (width - 1, 1), (width - 2, 1)}
 
 

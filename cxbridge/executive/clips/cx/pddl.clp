@@ -123,8 +123,8 @@
 
 (deffunction pddl-refuse-plan (?plan ?goal)
   "Internal. Fail the goal, because the document is not a plan."
-  (printout error "The plan for goal " (fact-slot-value ?goal id)
-                  " is none: an action lacks its name or its arguments" crlf)
+  (printout error "The document for goal " (fact-slot-value ?goal id)
+                  " is not a plan: an action lacks its name or its arguments" crlf)
   (retract ?plan)
   (cx-modify-goal ?goal (outcome FAILED) (mode FINISHED))
 )
